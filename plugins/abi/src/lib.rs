@@ -1,0 +1,1 @@
+//! rumple-plugin-abi

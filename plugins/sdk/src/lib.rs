@@ -1,0 +1,1 @@
+//! rumple-plugin-sdk

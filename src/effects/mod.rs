@@ -1,0 +1,1 @@
+//! The effects a scene can list: each file holds one, from its equation to its derivatives.

@@ -1,0 +1,5 @@
+//! The command line; everything it does is in [`rumple::cli`].
+
+fn main() -> std::process::ExitCode {
+    rumple::cli::main()
+}

@@ -1,0 +1,270 @@
+//! Rest positions, triangles and everything that follows from them once and for all.
+
+use std::path::PathBuf;
+
+use crate::Vec3;
+use crate::num::index;
+
+/// Why a sheet was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SheetError {
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} names vertex {vertex}, but there are only {vertices} vertices")]
+    VertexOutOfRange {
+        /// Number of the triangle, from 0.
+        triangle: usize,
+        /// The vertex it names.
+        vertex: u64,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A triangle uses one vertex twice.
+    #[error("triangle {triangle} uses vertex {vertex} twice")]
+    RepeatedVertex {
+        /// Number of the triangle, from 0.
+        triangle: usize,
+        /// The vertex it repeats.
+        vertex: u32,
+    },
+    /// An edge belongs to more than two triangles, or two neighbours disagree on orientation.
+    #[error("{what} at the edge between vertices {a} and {b} (triangles {triangles:?})")]
+    BadEdge {
+        /// "more than two triangles" or "neighbouring triangles are oriented against each other".
+        what: &'static str,
+        /// First vertex of the edge.
+        a: u32,
+        /// Second vertex of the edge.
+        b: u32,
+        /// Triangles that share the edge.
+        triangles: Vec<u32>,
+    },
+    /// Anything else that makes a mesh unusable, with its place.
+    #[error("{0}")]
+    Unusable(String),
+    /// A mesh file could not be read; the message names the line where there is one.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+}
+
+/// An edge (a bond of the paper) with the one or two triangles that share it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    /// End vertices, the smaller number first.
+    pub vertices: [u32; 2],
+    /// Sharing triangles; the second is [`Edge::NONE`] on the rim.
+    pub triangles: [u32; 2],
+}
+
+impl Edge {
+    /// Stands for "no triangle".
+    pub const NONE: u32 = u32::MAX;
+
+    /// Whether only one triangle has this edge.
+    #[must_use]
+    pub fn is_rim(&self) -> bool {
+        self.triangles[1] == Self::NONE
+    }
+}
+
+/// For every vertex a short list of (entity, local index) pairs, in one array.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Incidence {
+    start: Vec<u32>,
+    entry: Vec<(u32, u32)>,
+}
+
+impl Incidence {
+    /// Collects `(vertex, entity, local)` triples; the entries of a vertex keep their order.
+    fn new(vertices: usize, triples: impl Iterator<Item = (u32, u32, u32)> + Clone) -> Self {
+        let mut start = vec![0u32; vertices + 1];
+        for (v, _, _) in triples.clone() {
+            start[v as usize + 1] += 1;
+        }
+        for i in 0..vertices {
+            start[i + 1] += start[i];
+        }
+        let mut next = start.clone();
+        let mut entry = vec![(0, 0); start[vertices] as usize];
+        for (v, entity, local) in triples {
+            let place = &mut next[v as usize];
+            entry[*place as usize] = (entity, local);
+            *place += 1;
+        }
+        Self { start, entry }
+    }
+
+    /// The entries of `vertex`.
+    #[must_use]
+    pub fn of(&self, vertex: usize) -> &[(u32, u32)] {
+        &self.entry[self.start[vertex] as usize..self.start[vertex + 1] as usize]
+    }
+}
+
+/// A triangulated sheet in its rest state: an oriented manifold with or without a rim.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheet {
+    rest: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    edges: Vec<Edge>,
+    triangle_edges: Vec<[u32; 3]>,
+    vertex_triangles: Incidence,
+    vertex_edges: Incidence,
+    rim: Vec<bool>,
+}
+
+impl Sheet {
+    /// Builds the topology of an oriented triangle mesh.
+    ///
+    /// Edges are numbered by their (smaller, larger) vertex pair in ascending order, so the
+    /// numbering depends on nothing but the triangles.
+    ///
+    /// # Errors
+    /// Vertices out of range or repeated in a triangle, edges with more than two triangles, and
+    /// neighbours of opposite orientation. (Zero areas, duplicates and the like are the business
+    /// of the mesh checks, which also propose repairs.)
+    pub fn new(rest: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, SheetError> {
+        let n = rest.len();
+        if n >= u32::MAX as usize || triangles.len() >= (u32::MAX / 3) as usize {
+            return Err(SheetError::Unusable(format!("too large a mesh: {n} vertices")));
+        }
+        for (t, triangle) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let v = triangle[k];
+                if v as usize >= n {
+                    return Err(SheetError::VertexOutOfRange {
+                        triangle: t,
+                        vertex: u64::from(v),
+                        vertices: n,
+                    });
+                }
+                if v == triangle[(k + 1) % 3] {
+                    return Err(SheetError::RepeatedVertex { triangle: t, vertex: v });
+                }
+            }
+        }
+        let (edges, triangle_edges) = edges_of(&triangles)?;
+        let vertex_triangles = Incidence::new(
+            n,
+            triangles
+                .iter()
+                .enumerate()
+                .flat_map(|(t, tri)| (0u32..3).map(move |k| (tri[k as usize], index(t), k))),
+        );
+        let vertex_edges = Incidence::new(
+            n,
+            edges.iter().enumerate().flat_map(|(e, edge)| {
+                let [a, b] = edge.vertices;
+                [(a, index(e), b), (b, index(e), a)]
+            }),
+        );
+        let mut rim = vec![false; n];
+        for edge in edges.iter().filter(|e| e.is_rim()) {
+            rim[edge.vertices[0] as usize] = true;
+            rim[edge.vertices[1] as usize] = true;
+        }
+        Ok(Self { rest, triangles, edges, triangle_edges, vertex_triangles, vertex_edges, rim })
+    }
+
+    /// Number of vertices.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// Number of triangles.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Rest positions `X_i`.
+    #[must_use]
+    pub fn rest(&self) -> &[Vec3] {
+        &self.rest
+    }
+
+    /// Vertices of every triangle, counter-clockwise seen from the side the normal points to.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The edges, sorted by their vertex pair.
+    #[must_use]
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// For every triangle the edge opposite each of its corners.
+    #[must_use]
+    pub fn triangle_edges(&self) -> &[[u32; 3]] {
+        &self.triangle_edges
+    }
+
+    /// For every vertex its `(triangle, corner)` pairs, by ascending triangle.
+    #[must_use]
+    pub fn vertex_triangles(&self) -> &Incidence {
+        &self.vertex_triangles
+    }
+
+    /// For every vertex its `(edge, other end)` pairs, by ascending edge.
+    #[must_use]
+    pub fn vertex_edges(&self) -> &Incidence {
+        &self.vertex_edges
+    }
+
+    /// For every vertex whether it lies on the rim.
+    #[must_use]
+    pub fn rim(&self) -> &[bool] {
+        &self.rim
+    }
+
+    /// Euler characteristic χ = vertices - edges + triangles.
+    #[must_use]
+    pub fn euler_characteristic(&self) -> i64 {
+        let size = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
+        size(self.rest.len()) - size(self.edges.len()) + size(self.triangles.len())
+    }
+}
+
+/// Sorts the half-edges and pairs them up.
+fn edges_of(triangles: &[[u32; 3]]) -> Result<(Vec<Edge>, Vec<[u32; 3]>), SheetError> {
+    // (smaller vertex, larger vertex, triangle, opposite corner, runs from smaller to larger)
+    let mut half: Vec<(u32, u32, u32, usize, bool)> = Vec::with_capacity(3 * triangles.len());
+    for (t, tri) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (tri[(k + 1) % 3], tri[(k + 2) % 3]);
+            half.push((a.min(b), a.max(b), index(t), k, a < b));
+        }
+    }
+    half.sort_unstable();
+    let mut edges = Vec::with_capacity(half.len() / 2 + half.len() / 16);
+    let mut triangle_edges = vec![[0u32; 3]; triangles.len()];
+    for group in half.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
+        let (a, b, first, _, forward) = group[0];
+        let bad = |what| SheetError::BadEdge {
+            what,
+            a,
+            b,
+            triangles: group.iter().map(|h| h.2).collect(),
+        };
+        if group.len() > 2 {
+            return Err(bad("more than two triangles"));
+        }
+        if group.len() == 2 && group[1].4 == forward {
+            return Err(bad("neighbouring triangles are oriented against each other"));
+        }
+        for h in group {
+            triangle_edges[h.2 as usize][h.3] = index(edges.len());
+        }
+        let second = group.get(1).map_or(Edge::NONE, |h| h.2);
+        edges.push(Edge { vertices: [a, b], triangles: [first, second] });
+    }
+    Ok((edges, triangle_edges))
+}

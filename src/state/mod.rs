@@ -1,0 +1,1 @@
+//! The state: positions and species, and the layout of their unknowns.

@@ -1,0 +1,1 @@
+//! The coupled system of a scene: effects, kinetics and policy put together.

@@ -1,0 +1,1 @@
+//! Timescale policies: which of the two time derivatives is kept.
