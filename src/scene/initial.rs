@@ -133,7 +133,9 @@ fn vector(components: &[Finite; 3]) -> Vec3 {
 }
 
 impl Gaussian {
-    fn at(&self, point: &Vec3) -> f64 {
+    /// The value at a rest position.
+    #[must_use]
+    pub fn at(&self, point: &Vec3) -> f64 {
         let distance = (point - vector(&self.centre)).norm() / self.width.get();
         self.background.get() + self.amplitude.get() * (-0.5 * distance * distance).exp()
     }
