@@ -133,9 +133,7 @@ fn vector(components: &[Finite; 3]) -> Vec3 {
 }
 
 impl Gaussian {
-    /// The value at a rest position.
-    #[must_use]
-    pub fn at(&self, point: &Vec3) -> f64 {
+    fn at(&self, point: &Vec3) -> f64 {
         let distance = (point - vector(&self.centre)).norm() / self.width.get();
         self.background.get() + self.amplitude.get() * (-0.5 * distance * distance).exp()
     }

@@ -2,16 +2,12 @@
 
 use std::path::PathBuf;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::Vec3;
 use crate::num::checked::{AtLeast, Finite, NonNegative, Positive};
 
 use super::deserialize::read;
 use super::document::{Node, Value};
-use super::initial::Gaussian;
 use super::problem::Problem;
 
 /// Seed of random numbers where a scene gives none.
@@ -137,19 +133,6 @@ pub struct Imperfection {
     pub direction: Direction,
 }
 
-impl Imperfection {
-    /// Displacements of `vertices` vertices along the direction.
-    ///
-    /// One is drawn for every vertex, on the rim as well, so that the others do not depend on
-    /// which vertices count as interior.
-    #[must_use]
-    pub fn heights(&self, vertices: usize) -> Vec<f64> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        let amplitude = self.amplitude.get();
-        (0..vertices).map(|_| amplitude * rng.random_range(-1.0..1.0)).collect()
-    }
-}
-
 /// Gaussian displacement `amplitude · exp(-|X - centre|² / (2 width²))` of the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -164,20 +147,6 @@ pub struct Bump {
     /// Along z or along the vertex normal.
     #[serde(default)]
     pub direction: Direction,
-}
-
-impl Bump {
-    /// Displacements of vertices with these rest positions along the direction.
-    #[must_use]
-    pub fn heights(&self, rest: &[Vec3]) -> Vec<f64> {
-        let spot = Gaussian {
-            centre: self.centre,
-            width: self.width,
-            amplitude: self.amplitude,
-            background: Finite::ZERO,
-        };
-        rest.iter().map(|x| spot.at(x)).collect()
-    }
 }
 
 /// Direction of a displacement out of the sheet.

@@ -39,20 +39,6 @@ fn a_scene_with_every_table() {
 }
 
 #[test]
-fn starts_out_of_plane() {
-    let sheet = scene(SCENE).sheet;
-    let imperfection = sheet.imperfection.unwrap();
-    let heights = imperfection.heights(1000);
-    assert!(heights.iter().all(|h| (-1e-3..1e-3).contains(h)));
-    assert!(heights.iter().any(|h| *h > 0.9e-3) && heights.iter().any(|h| *h < -0.9e-3));
-    assert_eq!(heights[..10], imperfection.heights(10));
-    let bump = sheet.bump.unwrap();
-    let heights = bump.heights(&[Vec3::new(1.0, 2.0, 0.0), Vec3::new(4.0, 2.0, 0.0)]);
-    assert_eq!(heights[0], -0.5);
-    assert!((heights[1] + 0.5 * (-0.5f64).exp()).abs() < 1e-16);
-}
-
-#[test]
 fn resolved_reads_back_as_the_same_scene() {
     let initial = [
         "initial.a = { rectangle = { size = [1, 2], value = 3 } }",
