@@ -46,6 +46,8 @@ pub enum HessianPart {
     /// A positive semi-definite approximation: what remains when compressive geometric stiffness
     /// and terms linear in the curvature are dropped. The metric of descent methods.
     Positive,
+    /// Everything; indefinite where the sheet buckles.
+    Full,
 }
 
 /// An effect with an energy `U(x; l̄)`.

@@ -142,6 +142,7 @@ impl Energy for BondStretching {
             let geometric = stiffness[e] * (1.0 - length[e] / l);
             let geometric = match part {
                 HessianPart::Positive => geometric.max(0.0),
+                HessianPart::Full => geometric,
             };
             let along = d * d.transpose();
             geometric * (Block::identity() - along) + stiffness[e] * along

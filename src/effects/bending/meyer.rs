@@ -22,12 +22,10 @@
 //! `u = x_{k+1} - x_k`, and so on round the corner. No cotangent is needed, so right angles and
 //! obtuse triangles are nothing special.
 //!
-//! **Hessian, positive part.** `B|L|²/(8A)` is jointly convex in (L, A), so
-//! `(B/4A) |∂L_i - (L_i/A_i) ∂A_i|²` is the Gauss-Newton part, with
-//! `∂L_i/∂x_m = Σ_T (e_i·e_m)/(2A) n nᵀ + s_im [n]×`, s = +1 for m = i+2, -1 for m = i+1.
-//!
 //! Rim vertices carry no bending energy. Source: Zakharov & Dasbiswas (2021), eq. for U_b; Meyer
 //! et al. (2003), doi:10.1007/978-3-662-05105-4_2. Not covered: spontaneous curvature.
+
+mod hessian;
 
 use std::f64::consts::PI;
 
@@ -38,7 +36,7 @@ use crate::geometry::{AreaRule, RestMetric, Shape, VertexArea, angle_at};
 use crate::num::real;
 use crate::parallel;
 use crate::sheet::Sheet;
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::BlockMatrix;
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
 #[derive(Debug, Clone, Copy, Default)]
@@ -142,61 +140,10 @@ impl MeyerBending {
         }
         for k in 0..3 {
             if d[k].by_angle != 0.0 {
-                let (next, last) = ((k + 1) % 3, (k + 2) % 3);
-                let (u, w) = (e[last], -e[next]);
-                let by_next = (-d[k].by_angle / u.norm_squared()) * n.cross(&u);
-                let by_last = (d[k].by_angle / w.norm_squared()) * n.cross(&w);
-                gradient[next] += by_next;
-                gradient[last] += by_last;
-                gradient[k] -= by_next + by_last;
+                hessian::angle_gradient(&e, &n, k, d[k].by_angle, &mut gradient);
             }
         }
         gradient
-    }
-
-    /// `∂L_k/∂x_m - (L_k/A_k) ⊗ ∂A_k/∂x_m` for the vertex itself and its neighbours, and the
-    /// weight of their squares.
-    fn curvature_jacobian(&self, shape: &Shape<'_>, vertex: usize, out: &mut Vec<(u32, Block)>) -> f64 {
-        out.clear();
-        if shape.sheet.rim()[vertex] {
-            return 0.0;
-        }
-        out.push((crate::num::index(vertex), Block::zeros()));
-        out.extend(shape.sheet.vertex_edges().of(vertex).iter().map(|&(_, j)| (j, Block::zeros())));
-        let (mut l, mut area) = (Vec3::zeros(), 0.0);
-        let incident = shape.sheet.vertex_triangles().of(vertex);
-        for &(t, k) in incident {
-            let (t, k) = (t as usize, k as usize);
-            l += shape.faces.all()[t].normal.cross(&shape.edge_vectors(t)[k]);
-            area += self.area.corners(shape, t)[k];
-        }
-        let ratio = l / area;
-        for &(t, k) in incident {
-            let (t, k) = (t as usize, k as usize);
-            let face = shape.faces.all()[t];
-            let (n, e) = (face.normal, shape.edge_vectors(t));
-            let mut unit = [0.0; 3];
-            unit[k] = 1.0;
-            let mut by_area = [Vec3::zeros(); 3];
-            self.area.add_gradient(shape, t, unit, &mut by_area);
-            let along = n * n.transpose() / (2.0 * face.area);
-            for m in 0..3 {
-                let mut block = e[k].dot(&e[m]) * along - ratio * by_area[m].transpose();
-                if m == (k + 2) % 3 {
-                    block += n.cross_matrix();
-                } else if m == (k + 1) % 3 {
-                    block -= n.cross_matrix();
-                }
-                let target = shape.sheet.triangles()[t][m];
-                if let Some(entry) = out.iter_mut().find(|entry| entry.0 == target) {
-                    entry.1 += block;
-                }
-            }
-        }
-        match self.weight {
-            BendingWeight::Area => 0.25 * self.rigidity / area,
-            BendingWeight::Paper => 0.25 * self.rigidity / (area * area),
-        }
     }
 }
 
@@ -233,25 +180,11 @@ impl Energy for MeyerBending {
     }
 
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
-        let HessianPart::Positive = part;
-        let n = shape.sheet.vertex_count();
-        let mut ring: Vec<(f64, Vec<(u32, Block)>)> = vec![(0.0, Vec::new()); n];
-        parallel::update(&mut ring, |i, (weight, entries)| {
-            *weight = self.curvature_jacobian(shape, i, entries);
-        });
-        let neighbours = shape.sheet.vertex_edges();
-        into.update_rows(|i, row| {
-            let around = neighbours.of(i).iter().map(|&(_, j)| j as usize);
-            for k in std::iter::once(i).chain(around) {
-                let (weight, entries) = &ring[k];
-                let Some(mine) = entries.iter().find(|entry| entry.0 as usize == i) else {
-                    continue;
-                };
-                let left = *weight * mine.1.transpose();
-                for (m, block) in entries.iter().filter(|entry| entry.0 as usize >= i) {
-                    row.add(*m as usize, &(left * block));
-                }
-            }
-        });
+        if part == HessianPart::Full {
+            let mut vertex = std::mem::take(&mut self.vertex);
+            parallel::fill(&mut vertex, |i| self.at_vertex(shape, i).0);
+            self.vertex = vertex;
+        }
+        hessian::add(self, shape, part, into);
     }
 }

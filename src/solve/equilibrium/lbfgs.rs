@@ -42,6 +42,9 @@ impl Default for LbfgsOptions {
 
 /// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless.
 const SHIFT: f64 = 1e-10;
+/// The whole Hessian is tried once the residual is below this; after a failure, below a tenth of
+/// the residual then.
+const NEARLY_AT_REST: f64 = 1e-2;
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Energy differences below this share of the energy are round-off.
@@ -61,6 +64,7 @@ pub struct Lbfgs {
     matrix: BlockMatrix,
     cholesky: BlockCholesky,
     factored: bool,
+    try_full_below: f64,
     pairs: VecDeque<Pair>,
 }
 
@@ -80,21 +84,37 @@ impl Lbfgs {
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             cholesky: BlockCholesky::new(pattern)?,
             factored: false,
+            try_full_below: NEARLY_AT_REST,
             pairs: VecDeque::new(),
         })
     }
 
-    fn refactor(&mut self, mechanics: &mut Mechanics, x: &[Vec3]) -> Result<(), SolveError> {
-        mechanics.hessian(x, HessianPart::Positive, &mut self.matrix);
-        let mut shift = SHIFT * self.matrix.mean_diagonal();
-        for _ in 0..12 {
-            self.matrix.add_diagonal(shift);
+    /// Renews the factor: of the whole Hessian where it is positive and the shape nearly at rest,
+    /// of its positive part otherwise. Returns the number of factorisations tried.
+    ///
+    /// Far from equilibrium the positive part is the better metric even where the Hessian happens
+    /// to be positive: from a violent start it led to minima with a third less energy and in a
+    /// third of the time.
+    fn refactor(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &[Vec3],
+        residual: f64,
+    ) -> Result<usize, SolveError> {
+        let mut tried = 0;
+        for part in [HessianPart::Full, HessianPart::Positive] {
+            if part == HessianPart::Full && residual > self.try_full_below {
+                continue;
+            }
+            mechanics.hessian(x, part, &mut self.matrix);
+            self.matrix.add_diagonal(SHIFT * self.matrix.mean_diagonal());
+            tried += 1;
             if self.cholesky.factorise(&self.matrix).is_ok() {
                 self.factored = true;
                 self.pairs.clear();
-                return Ok(());
+                return Ok(tried);
             }
-            shift *= 10.0;
+            self.try_full_below = 0.1 * residual;
         }
         Err(SolveError::Factorisation(
             "the positive part of the Hessian is not positive: the shape has degenerate triangles"
@@ -146,6 +166,7 @@ impl Equilibrium for Lbfgs {
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let longest = self.options.largest_move * mechanics.metric().mean_edge();
         let mut age = 0;
+        self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
         self.pairs.clear();
         loop {
@@ -168,8 +189,7 @@ impl Equilibrium for Lbfgs {
                 return Err(SolveError::Interrupted);
             }
             if !self.factored || age >= self.options.refresh {
-                self.refactor(mechanics, x)?;
-                done.factorisations += 1;
+                done.factorisations += self.refactor(mechanics, x, done.residual)?;
                 age = 0;
             }
             self.direction(&gradient, &mut d);
