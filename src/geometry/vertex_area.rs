@@ -109,8 +109,7 @@ impl VertexArea {
         }
         let cot = cotangents(&e, face.area);
         if let Some(k) = cot.iter().position(|c| *c <= 0.0) {
-            let factor =
-                0.125 * (weight[0] + weight[1] + weight[2]) + 0.125 * weight[k];
+            let factor = 0.125 * (weight[0] + weight[1] + weight[2]) + 0.125 * weight[k];
             for m in 0..3 {
                 gradient[m] += factor * face.normal.cross(&e[m]);
             }

@@ -11,7 +11,9 @@ pub enum SolveError {
     #[error("{0}")]
     Factorisation(String),
     /// Energy or force is not a number.
-    #[error("energy or force is not a finite number: a triangle has no area, or positions are not finite")]
+    #[error(
+        "energy or force is not a finite number: a triangle has no area, or positions are not finite"
+    )]
     NotFinite,
     /// The force tolerance was not reached.
     #[error(

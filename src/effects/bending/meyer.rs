@@ -126,8 +126,8 @@ impl MeyerBending {
         let d = shape.sheet.triangles()[t].map(|v| self.vertex[v as usize]);
         let face = shape.faces.all()[t];
         let (n, e) = (face.normal, shape.edge_vectors(t));
-        let v = e[0].cross(&d[0].by_vector) + e[1].cross(&d[1].by_vector)
-            + e[2].cross(&d[2].by_vector);
+        let v =
+            e[0].cross(&d[0].by_vector) + e[1].cross(&d[1].by_vector) + e[2].cross(&d[2].by_vector);
         let by_area = d.map(|d| d.by_area);
         let frozen = self.area.rule() != AreaRule::MixedVoronoi;
         let a = if frozen { 0.5 * self.area.area_factor(t, by_area) } else { 0.0 };
@@ -160,9 +160,11 @@ impl Energy for MeyerBending {
         self.vertex = vertex;
         if self.weight == BendingWeight::Area {
             let euler = shape.sheet.euler_characteristic();
-            let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(
-                if euler < 0 { -1.0 } else { 1.0 },
-            );
+            let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(if euler < 0 {
+                -1.0
+            } else {
+                1.0
+            });
             energy -= self.gaussian * 2.0 * PI * turns;
         }
         if let Some(gradient) = gradient {

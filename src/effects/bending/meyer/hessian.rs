@@ -202,15 +202,14 @@ fn triangle_blocks(bending: &MeyerBending, shape: &Shape<'_>, t: usize, k: usize
     let w = (v - n.dot(&v) * n) / double_area;
     let q = w + by_area * n;
     let tangent = Block::identity() - n * n.transpose();
-    let turn: [Block; 3] =
-        std::array::from_fn(|m| tangent * e[m].cross_matrix() / double_area);
+    let turn: [Block; 3] = std::array::from_fn(|m| tangent * e[m].cross_matrix() / double_area);
     let mut blocks: [Block; 3] = std::array::from_fn(|m| {
         let dn = turn[m];
         let growth = e[m].cross_matrix().tr_mul(&n).transpose() / double_area;
-        let dw = (-n.dot(&v) * dn - n * (dn.tr_mul(&v)).transpose()
-            - tangent * h[m].cross_matrix())
-            / double_area
-            - w * growth;
+        let dw =
+            (-n.dot(&v) * dn - n * (dn.tr_mul(&v)).transpose() - tangent * h[m].cross_matrix())
+                / double_area
+                - w * growth;
         let dq = dw + by_area * dn;
         let mut block = h[k].cross_matrix() * dn - e[k].cross_matrix() * dq;
         if m == (k + 2) % 3 {
