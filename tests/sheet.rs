@@ -1,0 +1,3 @@
+//! Sheets: generators, checks, readers.
+
+mod generate;
