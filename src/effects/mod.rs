@@ -5,13 +5,20 @@
 //! built.
 
 mod bending;
+mod diffusion;
+mod green_gauss;
+mod pin;
 mod stretching;
 
 pub use bending::{Bending, BendingModel, BendingWeight, MeyerBending};
+pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
+pub use green_gauss::GreenGauss;
+pub use pin::{Axes, Pin, Region};
 pub use stretching::{BondStretching, Stretching, StretchingModel, StretchingWeight};
 
 use crate::Vec3;
 use crate::geometry::{RestMetric, Shape};
+use crate::kinetics::{Descriptor, Location};
 use crate::sheet::Sheet;
 use crate::solve::linear::BlockMatrix;
 
@@ -38,6 +45,80 @@ impl Material {
     pub fn bending_rigidity(&self) -> f64 {
         self.stretching_modulus() * self.thickness * self.thickness / 12.0
     }
+}
+
+/// An effect as a scene lists it: its kind and parameters, not yet bound to a sheet.
+#[typetag::serde(tag = "kind")]
+pub trait EffectSpec: std::fmt::Debug + Send + Sync {
+    /// What the effect is called in results.
+    fn name(&self) -> String;
+
+    /// Binds it to a sheet, a material and the species there are.
+    ///
+    /// # Errors
+    /// A parameter that does not fit the sheet or the kinetics.
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError>;
+}
+
+/// What an effect is bound to.
+#[derive(Clone, Copy)]
+pub struct EffectContext<'a> {
+    /// The sheet in its rest state.
+    pub sheet: &'a Sheet,
+    /// Its material.
+    pub material: &'a Material,
+    /// Species, if the scene has kinetics.
+    pub kinetics: Option<(&'a Descriptor, Location)>,
+    /// What the values of species are per.
+    pub measure: Measure,
+}
+
+/// What a species' value is an amount per.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measure {
+    /// Current area; growth does not dilute (the paper has no dilution term).
+    #[default]
+    Concentration,
+    /// Rest area; growth dilutes, and the total is conserved.
+    Amount,
+}
+
+/// A parameter of an effect that does not fit, with the key to blame.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct EffectError {
+    /// The key in the effect's table.
+    pub key: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+/// An effect bound to a sheet, by its role.
+pub enum Effect {
+    /// It has an energy.
+    Energy(Box<dyn Energy>),
+    /// It holds these directions.
+    Pins(Vec<[bool; 3]>),
+    /// It moves a species about.
+    Transport(Box<dyn Transport>),
+}
+
+/// Transport of one species, `dc/dt = … + transport(c)`, linear in c.
+pub trait Transport: Send + Sync {
+    /// Number of the species in the kinetics' descriptor.
+    fn species(&self) -> usize;
+
+    /// Takes notice of a new shape.
+    fn update(&mut self, sheet: &Sheet, x: &[Vec3]);
+
+    /// Adds the rate of change to `out`.
+    fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]);
+
+    /// A bound on the largest decay rate, 1/time.
+    fn spectral_bound(&self) -> f64;
 }
 
 /// Which second derivatives are wanted.

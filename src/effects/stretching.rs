@@ -18,7 +18,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Energy, HessianPart, Material};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material};
 use crate::Vec3;
 use crate::geometry::{RestMetric, Shape};
 use crate::parallel;
@@ -36,6 +36,20 @@ pub struct Stretching {
     #[serde(default)]
     pub weight: StretchingWeight,
 }
+
+#[typetag::serde(name = "stretching")]
+impl EffectSpec for Stretching {
+    fn name(&self) -> String {
+        "stretching".into()
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let StretchingModel::Bond = self.model;
+        Ok(Effect::Energy(Box::new(BondStretching::new(context.material, self.weight))))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "stretching", Stretching);
 
 /// Discrete models of stretching.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

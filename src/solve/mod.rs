@@ -1,7 +1,81 @@
 //! Solvers: mechanical equilibrium, coupled stepping, linear systems.
 
+pub mod chebyshev;
 pub mod equilibrium;
 pub mod linear;
+pub mod staggered;
+
+use crate::Result;
+use crate::state::State;
+use crate::system::{Mechanics, System};
+use crate::timescale::Storage;
+use equilibrium::{Equilibrium, Relaxation};
+
+/// The integrator of a scene that names none.
+pub const DEFAULT_INTEGRATOR: &str = "staggered";
+
+/// The equilibrium method of a scene that names none.
+pub const DEFAULT_EQUILIBRIUM: &str = "lbfgs";
+
+/// A way to advance in time as a scene names it.
+#[typetag::serde(tag = "kind")]
+pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
+    /// What the integrator is called in results.
+    fn name(&self) -> String;
+
+    /// Makes it ready for a policy.
+    ///
+    /// # Errors
+    /// [`SolveError::Pairing`] if it makes no sense with that policy.
+    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError>;
+}
+
+/// A way to find mechanical equilibrium as a scene names it.
+#[typetag::serde(tag = "method")]
+pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
+    /// What the method is called in results.
+    fn name(&self) -> String;
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    fn tolerance(&self) -> f64;
+
+    /// Iterations after which a relaxation has failed.
+    fn max_iterations(&self) -> usize;
+
+    /// Makes it ready for a sheet.
+    ///
+    /// # Errors
+    /// If the sheet is too large for it.
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError>;
+}
+
+/// A way to advance the coupled system.
+pub trait Integrator: Send {
+    /// Brings `state`, which satisfies the rows without storage, forward by one step that does
+    /// not pass `until`.
+    ///
+    /// # Errors
+    /// Whatever no shorter step cures; `state` is as before then, bit for bit.
+    fn advance(
+        &mut self,
+        system: &mut System,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport>;
+}
+
+/// What one accepted step did.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StepReport {
+    /// Length of the step.
+    pub step: f64,
+    /// Error estimate in units of the tolerance (0 for fixed steps).
+    pub error: f64,
+    /// Tries that were rejected before.
+    pub rejected: usize,
+    /// Work of all relaxations of the step, rejected ones included.
+    pub relaxation: Relaxation,
+}
 
 /// Why a solver stopped without a result.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +114,17 @@ pub enum SolveError {
         residual: f64,
         /// Force asked for.
         tolerance: f64,
+    },
+    /// A policy and an integrator that do not fit.
+    #[error("{0}")]
+    Pairing(String),
+    /// The error estimate asks for ever smaller steps.
+    #[error("the coupling error needs steps below {step:.1e} at time {time}")]
+    StepTooSmall {
+        /// Time reached.
+        time: f64,
+        /// The step that would have been tried next.
+        step: f64,
     },
     /// The user asked to stop.
     #[error("interrupted")]

@@ -1,5 +1,9 @@
 //! The state of a run: when, where every vertex is, and how much of every species is where.
 
+mod location;
+
+pub use location::FaceVertexAverage;
+
 use crate::Vec3;
 
 /// Positions and species at one time.

@@ -6,6 +6,7 @@ pub use meyer::MeyerBending;
 
 use serde::{Deserialize, Serialize};
 
+use super::{Effect, EffectContext, EffectError, EffectSpec};
 use crate::geometry::AreaRule;
 
 /// Parameters of bending in a scene.
@@ -22,6 +23,21 @@ pub struct Bending {
     #[serde(default)]
     pub area: AreaRule,
 }
+
+#[typetag::serde(name = "bending")]
+impl EffectSpec for Bending {
+    fn name(&self) -> String {
+        "bending".into()
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let BendingModel::Meyer = self.model;
+        let energy = MeyerBending::new(context.sheet, context.material, self.weight, self.area);
+        Ok(Effect::Energy(Box::new(energy)))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "bending", Bending);
 
 /// Discrete models of bending.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

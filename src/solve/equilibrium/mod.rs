@@ -37,6 +37,17 @@ pub struct Relaxation {
     pub energy: f64,
 }
 
+impl Relaxation {
+    /// Adds the work of a later relaxation, and takes over what it reached.
+    pub fn add(&mut self, later: &Self) {
+        self.iterations += later.iterations;
+        self.evaluations += later.evaluations;
+        self.factorisations += later.factorisations;
+        self.residual = later.residual;
+        self.energy = later.energy;
+    }
+}
+
 /// A method that finds the equilibrium nearest downhill.
 pub trait Equilibrium: Send {
     /// Relaxes `x` in place; on an error `x` is the last good shape.
