@@ -19,6 +19,7 @@ pub mod geometry;
 pub mod kinetics;
 pub mod num;
 pub mod output;
+pub mod parallel;
 pub mod scene;
 pub mod sheet;
 pub mod solve;
