@@ -166,7 +166,8 @@ impl Cotan {
         };
         cotan.update(sheet, sheet.rest());
         cotan.rest_area = cotan.area.clone();
-        cotan.frozen = frozen;
+        // Without diffusion nothing needs to follow the shape.
+        cotan.frozen = frozen || coefficient == 0.0;
         cotan
     }
 
@@ -226,6 +227,9 @@ impl Transport for Cotan {
     }
 
     fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]) {
+        if self.coefficient == 0.0 {
+            return;
+        }
         let neighbours = sheet.vertex_edges();
         let (weight, area, rest) = (&self.weight, &self.area, &self.rest_area);
         let d = self.coefficient;

@@ -17,13 +17,9 @@
 use super::Transport;
 use crate::Vec3;
 use crate::geometry::Faces;
-use crate::num::real;
 use crate::parallel;
 use crate::sheet::Sheet;
 use crate::state::FaceVertexAverage;
-
-/// Power iterations that estimate the largest decay rate; the estimate is raised by a quarter.
-const POWER_ITERATIONS: usize = 12;
 
 /// Green-Gauss diffusion of one species.
 #[derive(Debug)]
@@ -36,6 +32,7 @@ pub struct GreenGauss {
     edge_normal: Vec<[Vec3; 3]>,
     /// Unit conormal at rim vertices, zero elsewhere.
     conormal: Vec<Vec3>,
+    /// Bound on the spectral radius of Δ: its row sums, taken factor by factor.
     bound: f64,
 }
 
@@ -53,7 +50,8 @@ impl GreenGauss {
             bound: 0.0,
         };
         scheme.update(sheet, sheet.rest());
-        scheme.frozen = frozen;
+        // Without diffusion nothing needs to follow the shape.
+        scheme.frozen = frozen || coefficient == 0.0;
         scheme
     }
 
@@ -115,23 +113,22 @@ impl Transport for GreenGauss {
                 *n = n.normalize();
             }
         }
-        let mut mode: Vec<f64> =
-            (0..sheet.triangle_count()).map(|t| (real(t) * 12.9898).sin()).collect();
-        let mut largest = 0.0;
-        for _ in 0..POWER_ITERATIONS {
-            let next = self.laplacian(sheet, &mode);
-            let size = parallel::sum(next.len(), |t| next[t] * next[t]).sqrt();
-            let before = parallel::sum(mode.len(), |t| mode[t] * mode[t]).sqrt();
-            if size == 0.0 {
-                break;
-            }
-            largest = size / before;
-            mode = next.into_iter().map(|v| v / size).collect();
-        }
-        self.bound = 1.25 * largest;
+        // |∇c| ≤ max_signs |Σ ±n_k| = 2 max|n_k| for |c| ≤ 1, since the n_k add up to zero.
+        let (normal, incident) = (&self.edge_normal, sheet.vertex_triangles());
+        let steepest = |t: usize| 2.0 * normal[t].iter().map(Vec3::norm).fold(0.0, f64::max);
+        let mut around = vec![0.0; sheet.vertex_count()];
+        parallel::fill(&mut around, |i| {
+            incident.of(i).iter().map(|&(t, _)| steepest(t as usize)).fold(0.0, f64::max)
+        });
+        self.bound = parallel::max(normal.len(), |t| {
+            (0..3).map(|k| normal[t][k].norm() * around[triangles[t][k] as usize]).sum()
+        });
     }
 
     fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]) {
+        if self.coefficient == 0.0 {
+            return;
+        }
         let laplacian = self.laplacian(sheet, c);
         parallel::update(out, |t, rate| *rate += self.coefficient * laplacian[t]);
     }

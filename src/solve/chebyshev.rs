@@ -24,8 +24,12 @@ use crate::{Error, Result};
 const DAMPING: f64 = 2.0 / 13.0;
 /// Most stages; rounding errors grow with their square.
 const MOST_STAGES: f64 = 250.0;
+/// Steps are proposed a little shorter than the estimate allows.
+const SAFETY: f64 = 0.8;
 /// Steps after which an interval counts as hopeless.
 const MOST_STEPS: usize = 100_000;
+/// A step below this share of the interval gives up.
+const SHORTEST_STEP: f64 = 1e-12;
 /// The spectral bound is raised by this factor against its change within a step.
 const MARGIN: f64 = 1.1;
 
@@ -67,11 +71,20 @@ impl Chebyshev {
         self.work
     }
 
-    /// Integrates `dy/dt = rate(t, y)` from `from` to `until`; `bound` is at least the spectral
-    /// radius of ∂rate/∂y.
+    /// Integrates `dy/dt = rate(t, y)` from `from` to `until`, which is met exactly; `bound` is at
+    /// least the spectral radius of ∂rate/∂y, 1/time. Eigenvalues must lie near the negative real
+    /// axis; others are met by shorter steps.
+    ///
+    /// The whole interval is tried first: it is a step of the coupling already, chosen by an error
+    /// estimate of its own. Nothing is remembered between calls but work arrays and counts, so a
+    /// restarted run repeats the bits of an uninterrupted one.
+    ///
+    /// On error `y` holds the last accepted values.
     ///
     /// # Errors
-    /// Errors of `rate` that no shorter step cures; [`SolveError::StepTooSmall`].
+    /// Errors of `rate` that no shorter step cures; the last of those that persisted down to the
+    /// shortest step; [`SolveError::StepTooSmall`] for an error estimate that did;
+    /// [`SolveError::SpectralBound`]; [`SolveError::TooManySteps`].
     pub fn integrate(
         &mut self,
         from: f64,
@@ -85,6 +98,15 @@ impl Chebyshev {
         for array in [&mut self.f0, &mut self.f, &mut self.y0, &mut self.y1, &mut self.y2] {
             array.resize(n, 0.0);
         }
+        if until <= from {
+            return Ok(());
+        }
+        if !bound.is_finite() {
+            return Err(Error::Solve(SolveError::SpectralBound { time: from }));
+        }
+        // Nor may a step be lost in the rounding of the time.
+        let rounding = 4.0 * f64::EPSILON * from.abs().max(until.abs());
+        let shortest = (SHORTEST_STEP * (until - from)).max(rounding);
         let bound = MARGIN * bound;
         let stable = stable_interval(MOST_STAGES);
         let mut t = from;
@@ -95,14 +117,17 @@ impl Chebyshev {
             if bound > 0.0 {
                 step = step.min(stable / bound);
             }
-            let last = t + step >= until - 1e-12 * (until - from);
+            let last = t + step >= until - shortest;
             let end = if last { until } else { t + step };
             let h = end - t;
             self.y0.copy_from_slice(y);
-            let outcome = self.stages(t, h, h * bound, &mut rate);
-            let error = match outcome {
+            let mut cause = None;
+            let error = match self.stages(t, h, h * bound, &mut rate) {
                 Ok(()) => self.error(h, tolerance),
-                Err(e) if e.may_vanish_with_the_step() => f64::INFINITY,
+                Err(e) if e.may_vanish_with_the_step() => {
+                    cause = Some(e);
+                    f64::INFINITY
+                }
                 Err(e) => return Err(e),
             };
             if error <= 1.0 {
@@ -113,16 +138,18 @@ impl Chebyshev {
                 if last {
                     return Ok(());
                 }
-                step = h * (0.8 / error.cbrt()).clamp(0.5, 4.0);
+                step = h * (SAFETY / error.cbrt()).clamp(0.5, 4.0);
             } else {
                 self.work.rejected += 1;
-                step = if error.is_finite() { h * (0.8 / error.cbrt()).clamp(0.1, 0.8) } else { 0.25 * h };
-                if !(step > 1e-12 * (until - from)) {
-                    break;
+                let finite = error.is_finite();
+                step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
+                if step.is_nan() || step < shortest {
+                    let too_small = Error::Solve(SolveError::StepTooSmall { time: t, step });
+                    return Err(cause.unwrap_or(too_small));
                 }
             }
         }
-        Err(Error::Solve(SolveError::StepTooSmall { time: t, step }))
+        Err(Error::Solve(SolveError::TooManySteps { time: t, steps: MOST_STEPS }))
     }
 
     /// All stages of one step from `y0` with `f0`: leaves the result in `y2`, its rate in `f`.
@@ -178,6 +205,7 @@ impl Chebyshev {
         Ok(())
     }
 
+    /// Error estimate of the step in `y2` in units of the tolerance; not finite if any value is not.
     fn error(&self, h: f64, tolerance: &Tolerance<'_>) -> f64 {
         let (y0, y, f0, f) = (&self.y0, &self.y2, &self.f0, &self.f);
         let sum = parallel::sum(y.len(), |i| {

@@ -126,6 +126,23 @@ pub enum SolveError {
         /// The step that would have been tried next.
         step: f64,
     },
+    /// The rates change too fast for any step, or a triangle has no area.
+    #[error(
+        "the fastest rate of the chemistry at time {time} is not a finite number: a triangle has \
+         no area, or a partial derivative of the kinetics is not finite"
+    )]
+    SpectralBound {
+        /// Time reached.
+        time: f64,
+    },
+    /// An integration within a coupling step does not come to its end.
+    #[error("the chemistry needs more than {steps} steps within one coupling step at time {time}")]
+    TooManySteps {
+        /// Time reached.
+        time: f64,
+        /// Steps taken.
+        steps: usize,
+    },
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,
