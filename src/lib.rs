@@ -22,6 +22,7 @@ pub mod output;
 pub mod parallel;
 pub mod scene;
 pub mod sheet;
+pub mod simulation;
 pub mod solve;
 pub mod state;
 pub mod system;

@@ -3,6 +3,8 @@
 //! Lossy casts are denied by a workspace lint; these are the places where the loss is impossible
 //! (or stated), so that every other cast in the crate must be exact.
 
+pub mod checked;
+
 /// A count as a floating-point number; exact up to 2^53.
 #[must_use]
 #[allow(clippy::cast_precision_loss)]

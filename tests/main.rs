@@ -1,10 +1,3 @@
-//! Integration tests, one binary.
-//!
-//! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
-//! * `sheet`: generated meshes, their quality and topology; readers; checks.
+//! Integration tests.
 
-#![allow(missing_docs, clippy::cast_precision_loss)]
-
-mod common;
-mod mechanics;
-mod sheet;
+mod output;

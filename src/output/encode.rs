@@ -70,7 +70,9 @@ pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Res
     let mut header = Vec::with_capacity(8 * (3 + blocks.len()));
     header.extend(size(blocks.len()));
     header.extend(size(BLOCK));
-    header.extend(size(bytes.len() % BLOCK));
+    // Zero is allowed for a last block that is full, but not every reader then reads that block;
+    // its true size is understood by all.
+    header.extend(size(bytes.len() - BLOCK * blocks.len().saturating_sub(1)));
     for block in &blocks {
         header.extend(size(block.len()));
     }

@@ -82,10 +82,9 @@ impl Frame<'_> {
                 self.points.len()
             ));
         }
-        for (kind, fields, count) in [
-            ("point", &self.point, self.points.len()),
-            ("cell", &self.cell, self.triangles.len()),
-        ] {
+        for (kind, fields, count) in
+            [("point", &self.point, self.points.len()), ("cell", &self.cell, self.triangles.len())]
+        {
             for (i, field) in fields.iter().enumerate() {
                 if fields[..i].iter().any(|other| other.name == field.name) {
                     return refuse(format!("two {kind} fields are named `{}`", field.name));

@@ -77,8 +77,7 @@ impl Ledger {
             }
         }
         atomic::replace(path, |writer| writer.write_all(kept.as_bytes()))?;
-        let file =
-            OpenOptions::new().append(true).open(path).map_err(OutputError::write(path))?;
+        let file = OpenOptions::new().append(true).open(path).map_err(OutputError::write(path))?;
         let whole = kept.len() as u64;
         Ok(Self { path: path.to_owned(), file, columns: columns.len(), rows, whole })
     }

@@ -68,11 +68,9 @@ impl Progress {
     pub fn new(mode: Mode, start: f64, end: f64) -> Self {
         let sink = match mode {
             Mode::Silent => Sink::Silent,
-            Mode::Lines => Sink::Lines {
-                writer: Box::new(std::io::stderr()),
-                every: INTERVAL,
-                shown: None,
-            },
+            Mode::Lines => {
+                Sink::Lines { writer: Box::new(std::io::stderr()), every: INTERVAL, shown: None }
+            }
             Mode::Bar => {
                 let bar = ProgressBar::new(TICKS);
                 if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
@@ -87,12 +85,7 @@ impl Progress {
 
     /// Plain lines to `writer`, at most one `every` so often, besides the first and the last.
     #[must_use]
-    pub fn lines_to(
-        writer: Box<dyn Write + Send>,
-        every: Duration,
-        start: f64,
-        end: f64,
-    ) -> Self {
+    pub fn lines_to(writer: Box<dyn Write + Send>, every: Duration, start: f64, end: f64) -> Self {
         Self::with_sink(Sink::Lines { writer, every, shown: None }, start, end)
     }
 

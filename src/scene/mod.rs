@@ -1,8 +1,282 @@
 //! Scenes: one TOML file that says what is simulated.
+//!
+//! Text becomes a tree of values with places (`document`), changed by `overrides`, read by serde
+//! into checked structs; whatever is wrong ends as a [`SceneError`] that points to its place.
+//! What a scene does not list does not exist.
 
-/// What is wrong with a scene and where.
-#[derive(Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct SceneError {
-    message: String,
+mod deserialize;
+mod document;
+mod error;
+mod initial;
+mod kinetics;
+mod material;
+mod output;
+mod overrides;
+mod problem;
+pub mod registry;
+mod sheet;
+mod time;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::effects::EffectSpec;
+use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
+
+pub use self::document::{Node, Place};
+pub use self::error::SceneError;
+pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
+pub use self::kinetics::{KineticsSpec, Location, Measure, Tension};
+pub use self::material::{Material, PoissonRatio};
+pub use self::output::{Compression, Format, OutputSpec};
+pub use self::problem::Problem;
+pub use self::sheet::{
+    Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Rectangle, Shape, SheetSource,
+    SheetSpec, Sphere,
+};
+pub use self::time::{Span, TimeSpec};
+
+use self::deserialize::read;
+use self::document::{Index, Value};
+use self::error::Origin;
+
+/// Tables of a scene.
+const TABLES: [&str; 7] =
+    ["sheet", "material", "effect", "kinetics", "time", "equilibrium", "output"];
+
+/// A checked scene, with the places of everything it was read from.
+#[derive(Debug, Serialize)]
+pub struct Scene {
+    /// The sheet and its start.
+    pub sheet: SheetSpec,
+    /// Elastic constants and drag.
+    pub material: Material,
+    /// The effects, in the order of the scene.
+    #[serde(rename = "effect")]
+    pub effects: Vec<Box<dyn EffectSpec>>,
+    /// Species and their law, if the scene has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kinetics: Option<KineticsSpec>,
+    /// Time stepping.
+    pub time: TimeSpec,
+    /// How mechanical equilibrium is found.
+    pub equilibrium: Box<dyn EquilibriumSpec>,
+    /// What is written.
+    pub output: OutputSpec,
+    #[serde(skip)]
+    origin: Origin,
+}
+
+impl Scene {
+    /// Reads and checks the scene file at `path`, after the `key.path=value` overrides.
+    ///
+    /// Paths in the scene count from the folder of the file, also where an override gives them;
+    /// in the result they are absolute.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no right scene; all that was found wrong, with places.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let unreadable = |error| SceneError::unreadable(path, &error);
+        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        let mut scene = Self::parse(&text, &path.display().to_string(), overrides)?;
+        let path = std::path::absolute(path).map_err(unreadable)?;
+        scene.count_paths_from(path.parent().unwrap_or(&path));
+        Ok(scene)
+    }
+
+    /// Checks the scene `text`, after the `key.path=value` overrides; `name` stands for its file
+    /// in messages. Paths in it stay as they are.
+    ///
+    /// # Errors
+    /// `text` is no right scene; all that was found wrong, with places.
+    pub fn parse(text: &str, name: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let mut origin = Origin {
+            name: name.to_owned(),
+            text: Arc::from(text),
+            overrides: overrides.iter().map(|o| Arc::from(o.as_str())).collect(),
+            index: Index::default(),
+        };
+        let mut root = Node::document(text).map_err(|problem| origin.error(&problem))?;
+        let mut problems = Vec::new();
+        for (k, change) in overrides.iter().enumerate() {
+            problems.extend(overrides::apply(&mut root, change, k + 1).err());
+        }
+        if let Some(error) = origin.report(&problems) {
+            return Err(error);
+        }
+        origin.index = Index::new(&root);
+        check(root, origin)
+    }
+
+    /// The scene as TOML with every default written out; reads back as the same scene.
+    ///
+    /// # Errors
+    /// An effect, policy or solver has parameters that TOML cannot hold.
+    pub fn resolved(&self) -> Result<String, SceneError> {
+        toml::to_string(self).map_err(|error| {
+            self.origin.error(&Problem::plain(format!("cannot be written as TOML: {error}")))
+        })
+    }
+
+    /// Name of the scene's file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.origin.name
+    }
+
+    /// An error found later that the value at `path` causes, as in
+    /// `error_at("kinetics.parameters.c_star", "…", None)`.
+    ///
+    /// It points to the value, or where the scene leaves that to a default to the innermost table
+    /// around it.
+    #[must_use]
+    pub fn error_at(&self, path: &str, message: &str, help: Option<&str>) -> SceneError {
+        let place = self.origin.index.find(path).map(|(_, value)| value);
+        self.error_placed(place, Problem::plain(format!("{path}: {message}")), help)
+    }
+
+    /// An error about the last key of `path`: it is none of the names `allowed`.
+    ///
+    /// `noun` says what it should name ("species", "parameter"). Help lists the allowed names and
+    /// the nearest one.
+    #[must_use]
+    pub fn unknown_key(&self, path: &str, noun: &str, allowed: &[&str]) -> SceneError {
+        let place = self.origin.index.find(path).map(|(key, _)| key);
+        let name = path.rsplit('.').next().unwrap_or(path).trim_matches('"');
+        self.error_placed(place, Problem::unknown_name(noun, name, allowed), None)
+    }
+
+    /// An error about the text at `path`: it is none of the names `allowed`.
+    #[must_use]
+    pub fn unknown_name(&self, path: &str, noun: &str, name: &str, allowed: &[&str]) -> SceneError {
+        let place = self.origin.index.find(path).map(|(_, value)| value);
+        self.error_placed(place, Problem::unknown_name(noun, name, allowed), None)
+    }
+
+    fn error_placed(
+        &self,
+        place: Option<&Place>,
+        problem: Problem,
+        help: Option<&str>,
+    ) -> SceneError {
+        let mut problem = problem;
+        if let Some(help) = help {
+            problem = problem.help(help);
+        }
+        if let Some(place) = place {
+            problem = problem.placed(place);
+        }
+        self.origin.error(&problem)
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        let place = |path: &mut PathBuf| *path = folder.join(&path);
+        if let SheetSource::File { file } = &mut self.sheet.source {
+            place(file);
+        }
+        if let Some(kinetics) = &mut self.kinetics {
+            for initial in kinetics.initial.values_mut() {
+                if let Initial::File(field) = initial {
+                    place(&mut field.file);
+                }
+            }
+            if kinetics.plugin_is_path() {
+                kinetics.plugin = folder.join(&kinetics.plugin).to_string_lossy().into_owned();
+            }
+        }
+    }
+}
+
+/// Reads every table; the first problem of each is reported.
+fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
+    let mut problems = Vec::new();
+    if let Value::Table(entries) = &root.value {
+        for (key, _) in entries.iter().filter(|(key, _)| !TABLES.contains(&key.name.as_str())) {
+            problems.push(Problem::unknown_key(&key.name, &TABLES).placed(&key.place));
+        }
+    }
+    let mut section = Sections { root: &mut root, problems: &mut problems };
+    let sheet = section.required("sheet", sheet::read_sheet);
+    let material = section.required("material", read);
+    let effects = section.effects();
+    let kinetics = section.optional("kinetics", kinetics::read_kinetics);
+    let time = section.required("time", time::read_time);
+    let equilibrium = section.equilibrium();
+    let output = section.optional("output", read).unwrap_or_default();
+    if let Some(error) = origin.report(&problems) {
+        return Err(error);
+    }
+    let (Some(sheet), Some(material), Some(time), Some(equilibrium)) =
+        (sheet, material, time, equilibrium)
+    else {
+        return Err(origin.error(&Problem::plain("the scene is incomplete")));
+    };
+    Ok(Scene { sheet, material, effects, kinetics, time, equilibrium, output, origin })
+}
+
+/// Takes the tables of a scene one by one and notes what is wrong with them.
+struct Sections<'a> {
+    root: &'a mut Node,
+    problems: &'a mut Vec<Problem>,
+}
+
+impl Sections<'_> {
+    fn optional<T>(
+        &mut self,
+        key: &str,
+        read: impl FnOnce(Node) -> Result<T, Problem>,
+    ) -> Option<T> {
+        let (_, node) = self.root.take(key)?;
+        let place = node.place.clone();
+        match read(node) {
+            Ok(value) => Some(value),
+            Err(problem) => {
+                self.problems.push(problem.under(key).placed(&place));
+                None
+            }
+        }
+    }
+
+    fn required<T>(
+        &mut self,
+        key: &str,
+        read: impl FnOnce(Node) -> Result<T, Problem>,
+    ) -> Option<T> {
+        if self.root.get(key).is_none() {
+            self.problems.push(Problem::missing_table(key));
+        }
+        self.optional(key, read)
+    }
+
+    fn effects(&mut self) -> Vec<Box<dyn EffectSpec>> {
+        let mut effects = Vec::new();
+        match self.root.take("effect") {
+            None => {}
+            Some((_, Node { value: Value::Array(items), .. })) => {
+                for (i, item) in items.into_iter().enumerate() {
+                    match registry::choose(item) {
+                        Ok(effect) => effects.push(effect),
+                        Err(p) => self.problems.push(p.under_index(i).under("effect")),
+                    }
+                }
+            }
+            Some((_, Node { value, place })) => {
+                let problem = Problem::mismatch("a list of tables", value.describe())
+                    .help("write [[effect]] before every effect")
+                    .placed(&place);
+                self.problems.push(problem.under("effect"));
+            }
+        }
+        effects
+    }
+
+    fn equilibrium(&mut self) -> Option<Box<dyn EquilibriumSpec>> {
+        if self.root.get("equilibrium").is_some() {
+            return self.optional("equilibrium", registry::choose);
+        }
+        let default = Node::text(DEFAULT_EQUILIBRIUM, self.root.place.clone());
+        registry::choose(default).map_err(|problem| self.problems.push(problem)).ok()
+    }
 }

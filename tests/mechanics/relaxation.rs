@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::solve::SolveError;
-use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsOptions};
+use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
 
 use super::both;
 use crate::common::{Noise, irregular};
@@ -23,7 +23,7 @@ fn uniform_growth_with_a_free_rim_is_free_of_stress() {
     let mut mechanics = both(&sheet, &material, pins);
     mechanics.set_length_factor(&vec![1.0 / 0.65; sheet.edges().len()]).unwrap();
     let mut x = sheet.rest().to_vec();
-    let mut solver = Lbfgs::new(&mechanics, LbfgsOptions::default()).unwrap();
+    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let done = solver.relax(&mut mechanics, &mut x, &goal(1e-10)).unwrap();
     let y = material.stretching_modulus();
     assert!(done.energy < 1e-16 * y * sheet.vertex_count() as f64, "{done:?}");
@@ -51,7 +51,7 @@ fn a_grown_spot_buckles_and_comes_to_rest() {
         x.z = if *rim { 0.0 } else { 1e-3 * z };
     }
     let flat = mechanics.energy(&x);
-    let mut solver = Lbfgs::new(&mechanics, LbfgsOptions::default()).unwrap();
+    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let done = solver.relax(&mut mechanics, &mut x, &goal(1e-9)).unwrap();
     assert!(done.residual <= 1e-9);
     assert!(done.energy < 0.5 * flat, "{} {}", done.energy, flat);
@@ -68,7 +68,7 @@ fn hopeless_relaxations_are_reported() {
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.1 };
     let mut mechanics = both(&sheet, &material, vec![[false; 3]; sheet.vertex_count()]);
     mechanics.set_length_factor(&vec![1.2; sheet.edges().len()]).unwrap();
-    let mut solver = Lbfgs::new(&mechanics, LbfgsOptions::default()).unwrap();
+    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let mut x = sheet.rest().to_vec();
     let one = Goal { tolerance: 1e-9, max_iterations: 1, interrupted: &|| false };
     let error = solver.relax(&mut mechanics, &mut x, &one).unwrap_err();

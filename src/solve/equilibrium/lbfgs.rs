@@ -11,34 +11,72 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::parallel;
-use crate::solve::SolveError;
+use crate::num::checked::{AtLeast, Fraction, Positive};
+use crate::solve::{EquilibriumSpec, SolveError};
 use crate::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
 use crate::system::Mechanics;
 
-/// Settings of [`Lbfgs`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LbfgsOptions {
+/// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LbfgsSpec {
+    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
+    /// (Y times the edge length).
+    pub tolerance: Positive,
+    /// Iterations after which a relaxation has failed.
+    pub max_iterations: AtLeast<1>,
     /// Pairs remembered. More learn the soft directions sooner, each costs two products.
-    pub memory: usize,
+    pub memory: AtLeast<1>,
     /// Iterations after which the factor is renewed. A factorisation costs as much as some ten to
     /// twenty iterations at 20 000 vertices.
-    pub refresh: usize,
+    pub refresh: AtLeast<1>,
     /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
     /// overdamped path more closely.
-    pub largest_move: f64,
+    pub largest_move: Positive,
     /// No triangle's area may fall below this share in one step.
-    pub area_share: f64,
+    pub area_share: Fraction,
 }
 
-impl Default for LbfgsOptions {
+impl Default for LbfgsSpec {
     fn default() -> Self {
-        Self { memory: 20, refresh: 25, largest_move: 0.5, area_share: 0.4 }
+        let number = |n| AtLeast::new(n).unwrap_or(AtLeast::LEAST);
+        Self {
+            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
+            max_iterations: number(3000),
+            memory: number(20),
+            refresh: number(25),
+            largest_move: Positive::new(0.5).unwrap_or(Positive::ONE),
+            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+        }
     }
 }
+
+#[typetag::serde(name = "lbfgs")]
+impl EquilibriumSpec for LbfgsSpec {
+    fn name(&self) -> String {
+        "L-BFGS, preconditioned by a Cholesky factor".into()
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance.get()
+    }
+
+    fn max_iterations(&self) -> usize {
+        self.max_iterations.get()
+    }
+
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        Ok(Box::new(Lbfgs::new(mechanics, *self)?))
+    }
+}
+
+crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);
 
 /// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless.
 const SHIFT: f64 = 1e-10;
@@ -60,7 +98,7 @@ struct Pair {
 
 /// Preconditioned L-BFGS for one sheet.
 pub struct Lbfgs {
-    options: LbfgsOptions,
+    options: LbfgsSpec,
     matrix: BlockMatrix,
     cholesky: BlockCholesky,
     factored: bool,
@@ -77,7 +115,7 @@ impl Lbfgs {
     ///
     /// # Errors
     /// [`SolveError::Factorisation`] if the sheet is too large for one.
-    pub fn new(mechanics: &Mechanics, options: LbfgsOptions) -> Result<Self, SolveError> {
+    pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
         let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
         Ok(Self {
             options,
@@ -142,7 +180,7 @@ impl Lbfgs {
     fn remember(&mut self, step: Vec<Vec3>, change: Vec<Vec3>) {
         let curvature = dot(&step, &change);
         if curvature > 1e-14 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
-            if self.pairs.len() == self.options.memory {
+            if self.pairs.len() == self.options.memory.get() {
                 self.pairs.pop_front();
             }
             self.pairs.push_back(Pair { step, change, inverse: 1.0 / curvature });
@@ -164,7 +202,7 @@ impl Equilibrium for Lbfgs {
         done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-        let longest = self.options.largest_move * mechanics.metric().mean_edge();
+        let longest = self.options.largest_move.get() * mechanics.metric().mean_edge();
         let mut age = 0;
         self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
@@ -188,7 +226,7 @@ impl Equilibrium for Lbfgs {
             if (goal.interrupted)() {
                 return Err(SolveError::Interrupted);
             }
-            if !self.factored || age >= self.options.refresh {
+            if !self.factored || age >= self.options.refresh.get() {
                 done.factorisations += self.refactor(mechanics, x, done.residual)?;
                 age = 0;
             }
@@ -206,7 +244,7 @@ impl Equilibrium for Lbfgs {
                     break None;
                 }
                 parallel::fill(&mut trial, |i| x[i] + length * d[i]);
-                if mechanics.keeps_triangles(x, &trial, self.options.area_share) {
+                if mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
                     let e = mechanics.energy_gradient(&trial, &mut trial_gradient);
                     done.evaluations += 1;
                     let descends = e <= energy + ARMIJO * length * slope;

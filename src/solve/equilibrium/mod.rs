@@ -5,7 +5,7 @@
 
 mod lbfgs;
 
-pub use lbfgs::{Lbfgs, LbfgsOptions};
+pub use lbfgs::{Lbfgs, LbfgsSpec};
 
 use crate::Vec3;
 use crate::solve::SolveError;

@@ -1,0 +1,116 @@
+//! Numbers that are known to lie in their range, checked where they are read.
+//!
+//! As the type of a field in a scene's struct they refuse a value while its place in the file is
+//! known, so the message points to the number itself.
+
+use serde::de::{Deserialize, Deserializer, Error, Unexpected};
+
+/// Declares a number type with a range: `checked_number!(Name, "doc", "range in words", test)`.
+///
+/// The words complete the sentence "… must be …". Whatever the test, NaN and infinities are
+/// refused.
+#[macro_export]
+macro_rules! checked_number {
+    ($name:ident, $doc:literal, $range:literal, $test:expr) => {
+        #[doc = $doc]
+        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, serde::Serialize)]
+        #[serde(transparent)]
+        pub struct $name(f64);
+
+        impl $name {
+            /// The range in words.
+            pub const RANGE: &'static str = $range;
+
+            /// Checks a value; `None` where it is out of range or not finite.
+            #[must_use]
+            pub fn new(value: f64) -> Option<Self> {
+                let test: fn(f64) -> bool = $test;
+                (value.is_finite() && test(value)).then_some(Self(value))
+            }
+
+            /// The value.
+            #[must_use]
+            pub const fn get(self) -> f64 {
+                self.0
+            }
+        }
+
+        impl From<$name> for f64 {
+            fn from(number: $name) -> f64 {
+                number.0
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                $crate::num::checked::in_range(deserializer, Self::new, $range)
+            }
+        }
+    };
+}
+
+/// Reads a number and checks it; the words of `range` complete the sentence "… must be …".
+///
+/// # Errors
+/// What is read is no number, or `check` gives `None` for it.
+pub fn in_range<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    check: impl FnOnce(f64) -> Option<T>,
+    range: &str,
+) -> Result<T, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    check(value).ok_or_else(|| D::Error::invalid_value(Unexpected::Float(value), &range))
+}
+
+checked_number!(Finite, "Any finite number.", "a finite number", |_| true);
+checked_number!(Positive, "A number above 0.", "a number above 0", |x| x > 0.0);
+checked_number!(NonNegative, "A number from 0 on.", "a number from 0", |x| x >= 0.0);
+checked_number!(Fraction, "A number from 0 to 1.", "a number from 0 to 1", |x| (0.0..=1.0)
+    .contains(&x));
+
+impl Finite {
+    /// 0.
+    pub const ZERO: Self = Self(0.0);
+    /// 1.
+    pub const ONE: Self = Self(1.0);
+}
+
+impl Default for Finite {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
+impl Positive {
+    /// 1.
+    pub const ONE: Self = Self(1.0);
+}
+
+/// A whole number from `MIN` on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(transparent)]
+pub struct AtLeast<const MIN: usize>(usize);
+
+impl<const MIN: usize> AtLeast<MIN> {
+    /// Checks a value; `None` where it is below `MIN`.
+    #[must_use]
+    pub fn new(value: usize) -> Option<Self> {
+        (value >= MIN).then_some(Self(value))
+    }
+
+    /// The value.
+    #[must_use]
+    pub const fn get(self) -> usize {
+        self.0
+    }
+}
+
+impl<'de, const MIN: usize> Deserialize<'de> for AtLeast<MIN> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = i64::deserialize(deserializer)?;
+        usize::try_from(value).ok().and_then(Self::new).ok_or_else(|| {
+            let range = format!("a whole number from {MIN}");
+            D::Error::invalid_value(Unexpected::Signed(value), &range.as_str())
+        })
+    }
+}

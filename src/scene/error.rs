@@ -1,0 +1,151 @@
+//! What is wrong with a scene, as a person reads it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
+
+use super::document::Index;
+use super::problem::{Explanation, Problem};
+
+/// What is wrong with a scene and where.
+///
+/// Shown on one line it reads `models/x.toml:12:3: message`; through [`miette`] it shows the line
+/// itself, with help. Everything wrong that was found at once is reported together.
+#[derive(Debug, Clone, thiserror::Error, Diagnostic)]
+#[error(transparent)]
+#[diagnostic(transparent)]
+pub struct SceneError(Box<Report>);
+
+#[derive(Debug, Clone, thiserror::Error, Diagnostic)]
+#[error("{}{message}", prefix(origin, *position))]
+struct Report {
+    message: String,
+    origin: String,
+    position: Option<(usize, usize)>,
+    text_label: String,
+    #[source_code]
+    text: Option<NamedSource<Arc<str>>>,
+    #[label("{text_label}")]
+    span: Option<SourceSpan>,
+    #[help]
+    help: Option<String>,
+    #[related]
+    others: Vec<SceneError>,
+}
+
+fn prefix(origin: &str, position: Option<(usize, usize)>) -> String {
+    match position {
+        Some((line, column)) => format!("{origin}:{line}:{column}: "),
+        None => format!("{origin}: "),
+    }
+}
+
+impl SceneError {
+    /// A scene file that could not be read at all.
+    pub(crate) fn unreadable(path: &Path, error: &std::io::Error) -> Self {
+        Self(Box::new(Report {
+            message: format!("cannot read the scene: {error}"),
+            origin: path.display().to_string(),
+            position: None,
+            text_label: String::new(),
+            text: None,
+            span: None,
+            help: None,
+            others: Vec::new(),
+        }))
+    }
+
+    /// What is wrong, without the place.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// Allowed names or ranges and the nearest right word, where that helps.
+    #[must_use]
+    pub fn advice(&self) -> Option<&str> {
+        self.0.help.as_deref()
+    }
+
+    /// Line and column in the scene file, from 1, where there is one place to point to.
+    #[must_use]
+    pub fn position(&self) -> Option<(usize, usize)> {
+        self.0.position
+    }
+
+    /// What else is wrong, found at the same time.
+    #[must_use]
+    pub fn others(&self) -> &[SceneError] {
+        &self.0.others
+    }
+
+    /// The error with its lines of the scene and help, without colours, for a plain terminal.
+    #[must_use]
+    pub fn rendered(&self) -> String {
+        let mut out = String::new();
+        let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+        match handler.render_report(&mut out, self) {
+            Ok(()) => out,
+            Err(_) => self.to_string(),
+        }
+    }
+}
+
+/// The texts a scene was read from, with the places of its keys.
+#[derive(Debug, Clone)]
+pub(crate) struct Origin {
+    pub(crate) name: String,
+    pub(crate) text: Arc<str>,
+    pub(crate) overrides: Vec<Arc<str>>,
+    pub(crate) index: Index,
+}
+
+impl Origin {
+    /// Combines problems into one error; `None` where there are none.
+    pub(crate) fn report(&self, problems: &[Problem]) -> Option<SceneError> {
+        let mut errors = problems.iter().map(|problem| self.error(problem));
+        let mut first = errors.next()?;
+        first.0.others = errors.collect();
+        Some(first)
+    }
+
+    /// Gives a problem the text around it.
+    pub(crate) fn error(&self, problem: &Problem) -> SceneError {
+        let Explanation { message, label, help } = problem.explain();
+        let mut report = Report {
+            message,
+            origin: self.name.clone(),
+            position: None,
+            text_label: label,
+            text: None,
+            span: None,
+            help,
+            others: Vec::new(),
+        };
+        if let Some(place) = problem.place() {
+            let from_override = place.source.checked_sub(1).and_then(|k| self.overrides.get(k));
+            let text = from_override.unwrap_or(&self.text);
+            match from_override {
+                Some(text) => report.origin = format!("--set {text}"),
+                None => report.position = Some(line_and_column(text, place.span.start)),
+            }
+            let name = if from_override.is_some() { "--set" } else { self.name.as_str() };
+            let start = place.span.start.min(text.len());
+            let end = place.span.end.clamp(start, text.len());
+            report.text = Some(NamedSource::new(name, Arc::clone(text)));
+            report.span = Some((start, end - start).into());
+        }
+        SceneError(Box::new(report))
+    }
+}
+
+/// Line and column of a byte, both from 1; columns count characters.
+fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = &text.as_bytes()[..byte.min(text.len())];
+    let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+    let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+    // Bytes that go on a character begin with the bits 10.
+    let column = before[start..].iter().filter(|b| **b & 0xc0 != 0x80).count() + 1;
+    (line, column)
+}

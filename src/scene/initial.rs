@@ -1,0 +1,203 @@
+//! How a species starts: a field over the rest positions X of its points.
+//!
+//! ```text
+//! gaussian    c = background + amplitude · exp(-|X - centre|² / (2 width²))
+//! spots       the sum of several gaussians
+//! rectangle   c = value where |X_k - centre_k| ≤ size_k / 2 for k = x, y, else background
+//! stripe      c = value where |(X - centre) · normal| ≤ width / 2, else background
+//! random      c = mean + amplitude · u,  u uniform in [-1, 1), seeded
+//! ```
+
+use std::path::PathBuf;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::Vec3;
+use crate::num::checked::{Finite, Positive};
+
+use super::deserialize::read;
+use super::document::{Node, Value};
+use super::problem::Problem;
+use super::sheet::{default_seed, origin};
+
+/// How one species starts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Initial {
+    /// The same value everywhere.
+    Uniform(Finite),
+    /// A field given by a formula.
+    Pattern(Pattern),
+    /// An array of a mesh file.
+    File(FieldFile),
+}
+
+/// An array of a mesh file with the same points or faces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FieldFile {
+    /// The file; absolute, or relative to the working directory if the scene has no place.
+    pub file: PathBuf,
+    /// Name of the array.
+    pub array: String,
+}
+
+/// A field given by a formula; the head of this file has them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pattern {
+    /// A round spot.
+    Gaussian(Gaussian),
+    /// A rectangular spot in x and y.
+    #[serde(alias = "box")]
+    Rectangle(RectangularSpot),
+    /// A band.
+    Stripe(Stripe),
+    /// Several round spots.
+    Spots(Vec<Gaussian>),
+    /// Noise.
+    Random(Random),
+}
+
+/// A round spot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gaussian {
+    /// Centre, in units of length.
+    #[serde(default = "origin")]
+    pub centre: [Finite; 3],
+    /// Standard deviation, in units of length.
+    pub width: Positive,
+    /// Height above the background.
+    pub amplitude: Finite,
+    /// Value far away.
+    #[serde(default)]
+    pub background: Finite,
+}
+
+/// A rectangular spot in x and y.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RectangularSpot {
+    /// Centre, in units of length.
+    #[serde(default = "origin")]
+    pub centre: [Finite; 3],
+    /// Extents along x and y, in units of length.
+    pub size: [Positive; 2],
+    /// Value inside.
+    pub value: Finite,
+    /// Value outside.
+    #[serde(default)]
+    pub background: Finite,
+}
+
+/// A band.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stripe {
+    /// A point in the middle of the band.
+    #[serde(default = "origin")]
+    pub centre: [Finite; 3],
+    /// Direction across the band, of any length but 0; x by default.
+    #[serde(default = "along_x")]
+    pub normal: [Finite; 3],
+    /// Extent across, in units of length.
+    pub width: Positive,
+    /// Value inside.
+    pub value: Finite,
+    /// Value outside.
+    #[serde(default)]
+    pub background: Finite,
+}
+
+/// Noise, drawn point by point in the order of the points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Random {
+    /// Mean value.
+    pub mean: Finite,
+    /// Largest deviation from the mean.
+    pub amplitude: Finite,
+    /// Seed of the random numbers.
+    #[serde(default = "default_seed")]
+    pub seed: u64,
+}
+
+fn along_x() -> [Finite; 3] {
+    [Finite::ONE, Finite::ZERO, Finite::ZERO]
+}
+
+fn vector(components: &[Finite; 3]) -> Vec3 {
+    Vec3::new(components[0].get(), components[1].get(), components[2].get())
+}
+
+impl Gaussian {
+    fn at(&self, point: &Vec3) -> f64 {
+        let distance = (point - vector(&self.centre)).norm() / self.width.get();
+        self.background.get() + self.amplitude.get() * (-0.5 * distance * distance).exp()
+    }
+}
+
+impl Initial {
+    /// Reads a number or one of the tables.
+    pub(crate) fn read(node: Node) -> Result<Self, Problem> {
+        match &node.value {
+            Value::Integer(_) | Value::Float(_) => read(node).map(Self::Uniform),
+            Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
+            Value::Table(entries) if entries.len() == 1 => {
+                let pattern = read(node).map_err(|p: Problem| p.also_allowed(&["file"]))?;
+                Self::checked(pattern)
+            }
+            other => {
+                let expected = "a number or a table such as { gaussian = { … } }";
+                Err(Problem::mismatch(expected, other.describe())
+                    .help("allowed: gaussian, rectangle, stripe, spots, random, file"))
+            }
+        }
+    }
+
+    fn checked(pattern: Pattern) -> Result<Self, Problem> {
+        match &pattern {
+            Pattern::Stripe(stripe) if vector(&stripe.normal).norm() == 0.0 => {
+                let problem = Problem::mismatch("a direction that is not 0", "0".to_owned());
+                Err(problem.under("normal").under("stripe"))
+            }
+            _ => Ok(Self::Pattern(pattern)),
+        }
+    }
+
+    /// Values at the rest positions of all points, in their order; `None` for a file.
+    #[must_use]
+    pub fn values(&self, points: &[Vec3]) -> Option<Vec<f64>> {
+        let everywhere = |value: &dyn Fn(&Vec3) -> f64| points.iter().map(value).collect();
+        Some(match self {
+            Self::File(_) => return None,
+            Self::Uniform(value) => vec![value.get(); points.len()],
+            Self::Pattern(Pattern::Gaussian(spot)) => everywhere(&|x| spot.at(x)),
+            Self::Pattern(Pattern::Spots(spots)) => {
+                everywhere(&|x| spots.iter().map(|spot| spot.at(x)).sum())
+            }
+            Self::Pattern(Pattern::Rectangle(spot)) => everywhere(&|x| {
+                let from_centre = x - vector(&spot.centre);
+                let inside = (0..2).all(|k| from_centre[k].abs() <= spot.size[k].get() / 2.0);
+                if inside { spot.value.get() } else { spot.background.get() }
+            }),
+            Self::Pattern(Pattern::Stripe(stripe)) => {
+                let normal = vector(&stripe.normal).normalize();
+                everywhere(&|x| {
+                    let across = (x - vector(&stripe.centre)).dot(&normal);
+                    let inside = across.abs() <= stripe.width.get() / 2.0;
+                    if inside { stripe.value.get() } else { stripe.background.get() }
+                })
+            }
+            Self::Pattern(Pattern::Random(noise)) => {
+                let mut rng = ChaCha8Rng::seed_from_u64(noise.seed);
+                let mut draw =
+                    || noise.mean.get() + noise.amplitude.get() * rng.random_range(-1.0..1.0);
+                points.iter().map(|_| draw()).collect()
+            }
+        })
+    }
+}

@@ -1,0 +1,49 @@
+//! `[material]`: the elastic constants of the sheet and its drag.
+
+use serde::{Deserialize, Serialize};
+
+use crate::checked_number;
+use crate::num::checked::Positive;
+
+checked_number!(
+    PoissonRatio,
+    "Poisson's ratio ν of a stable isotropic material, -1 < ν ≤ 1/2.",
+    "a number above -1 and up to 0.5",
+    |x| x > -1.0 && x <= 0.5
+);
+
+/// The table `[material]`.
+///
+/// The 2-D modulus is Y = E h/(1-ν²), the bending rigidity B = E h³/(12(1-ν²)).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Young's modulus E, force per area.
+    pub young: Positive,
+    /// Poisson's ratio ν. A lattice of bonds has ν = 1/3 whatever stands here; in Y and B this
+    /// value enters.
+    pub poisson: PoissonRatio,
+    /// Thickness h, length.
+    pub thickness: Positive,
+    /// Drag per vertex, force per velocity.
+    #[serde(default = "default_drag")]
+    pub drag: Positive,
+}
+
+fn default_drag() -> Positive {
+    Positive::ONE
+}
+
+impl Material {
+    /// 2-D Young's modulus Y = E h/(1-ν²), force per length.
+    #[must_use]
+    pub fn stretching_modulus(&self) -> f64 {
+        self.young.get() * self.thickness.get() / (1.0 - self.poisson.get().powi(2))
+    }
+
+    /// Bending rigidity B = E h³/(12(1-ν²)), energy.
+    #[must_use]
+    pub fn bending_rigidity(&self) -> f64 {
+        self.stretching_modulus() * self.thickness.get().powi(2) / 12.0
+    }
+}

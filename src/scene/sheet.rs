@@ -1,0 +1,253 @@
+//! `[sheet]`: which sheet, and how its start differs from the rest state.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::num::checked::{AtLeast, Finite, NonNegative, Positive};
+
+use super::deserialize::read;
+use super::document::{Node, Value};
+use super::problem::Problem;
+
+/// Seed of random numbers where a scene gives none.
+pub(crate) fn default_seed() -> u64 {
+    1
+}
+
+/// The table `[sheet]`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SheetSpec {
+    /// Generated or read from a file.
+    #[serde(flatten)]
+    pub source: SheetSource,
+    /// Random displacement of the start, which breaks the symmetry of a flat sheet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imperfection: Option<Imperfection>,
+    /// Smooth displacement of the start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bump: Option<Bump>,
+}
+
+/// Where the triangles come from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum SheetSource {
+    /// A mesh file.
+    File {
+        /// The file; absolute, or relative to the working directory if the scene has no place.
+        file: PathBuf,
+    },
+    /// A mesh made by this crate.
+    Generated(Shape),
+}
+
+/// A shape that can be generated; lengths in units of length.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "shape", rename_all = "kebab-case")]
+pub enum Shape {
+    /// A flat disc around the origin.
+    Disc(Disc),
+    /// A flat rectangle around the origin.
+    Rectangle(Rectangle),
+    /// A flat ring around the origin.
+    Annulus(Annulus),
+    /// A sphere around the origin.
+    Sphere(Sphere),
+    /// An open cylinder around the z axis.
+    Cylinder(Cylinder),
+}
+
+macro_rules! shape {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: $type,)*
+            /// About how many vertices.
+            pub vertices: AtLeast<4>,
+            /// Seed of the random start of the mesh generator.
+            #[serde(default = "default_seed")]
+            pub seed: u64,
+        }
+    };
+}
+
+shape!(
+    /// Sizes of a disc.
+    Disc {
+        /// Radius.
+        radius: Positive,
+    }
+);
+shape!(
+    /// Sizes of a rectangle.
+    Rectangle {
+        /// Extent along x.
+        width: Positive,
+        /// Extent along y.
+        height: Positive,
+    }
+);
+shape!(
+    /// Sizes of a ring.
+    Annulus {
+        /// Inner radius, smaller than the outer one.
+        inner: Positive,
+        /// Outer radius.
+        outer: Positive,
+    }
+);
+shape!(
+    /// Sizes of a sphere.
+    Sphere {
+        /// Radius.
+        radius: Positive,
+        /// A seeded irregular mesh in place of a subdivided icosahedron.
+        #[serde(default)]
+        irregular: bool,
+    }
+);
+shape!(
+    /// Sizes of a cylinder.
+    Cylinder {
+        /// Radius.
+        radius: Positive,
+        /// Extent along z.
+        height: Positive,
+    }
+);
+
+/// Every interior vertex is displaced by `amplitude · u`, u uniform in [-1, 1).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Imperfection {
+    /// Largest displacement, in units of length.
+    pub amplitude: NonNegative,
+    /// Seed of u.
+    #[serde(default = "default_seed")]
+    pub seed: u64,
+    /// Along z or along the vertex normal.
+    #[serde(default)]
+    pub direction: Direction,
+}
+
+/// Gaussian displacement `amplitude · exp(-|X - centre|² / (2 width²))` of the start.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bump {
+    /// Displacement at the centre; its sign says to which side.
+    pub amplitude: Finite,
+    /// Standard deviation, in units of length.
+    pub width: Positive,
+    /// Centre in the rest state.
+    #[serde(default = "origin")]
+    pub centre: [Finite; 3],
+    /// Along z or along the vertex normal.
+    #[serde(default)]
+    pub direction: Direction,
+}
+
+/// Direction of a displacement out of the sheet.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// Along z.
+    #[default]
+    Z,
+    /// Along the vertex normal.
+    Normal,
+}
+
+/// The origin, where a centre is not given.
+pub(crate) fn origin() -> [Finite; 3] {
+    [Finite::ZERO; 3]
+}
+
+/// Keys of `[sheet]` beside those of the shape.
+const COMMON: [&str; 4] = ["shape", "file", "imperfection", "bump"];
+
+/// Names of the shapes.
+const SHAPES: [&str; 5] = ["disc", "rectangle", "annulus", "sphere", "cylinder"];
+
+/// Reads the table `[sheet]`.
+pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
+    if !node.is_table() {
+        return Err(Problem::mismatch("a table", node.value.describe()).placed(&node.place));
+    }
+    let imperfection = optional(&mut node, "imperfection")?;
+    let bump = optional(&mut node, "bump")?;
+    let place = node.place.clone();
+    let source = match (node.take("shape"), node.take("file")) {
+        (Some(_), Some((file, _))) => {
+            Err(Problem::at(file.place, "shape and file exclude each other").help(
+                "give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file",
+            ))
+        }
+        (Some((_, name)), None) => read_shape(name, node).map(SheetSource::Generated),
+        (None, Some((_, file))) => read_file(file, &node),
+        (None, None) => Err(unspecified(&node)),
+    };
+    let source = source.map_err(|problem| problem.placed(&place))?;
+    Ok(SheetSpec { source, imperfection, bump })
+}
+
+/// Reads the entry of `key`, where there is one, and takes it out.
+fn optional<T: serde::de::DeserializeOwned>(
+    node: &mut Node,
+    key: &str,
+) -> Result<Option<T>, Problem> {
+    let entry = node.take(key).map(|(_, value)| read(value)).transpose();
+    entry.map_err(|problem| problem.under(key))
+}
+
+fn read_shape(name: Node, sizes: Node) -> Result<Shape, Problem> {
+    let place = name.place.clone();
+    let name: String = read(name).map_err(|problem| problem.under("shape"))?;
+    let shape = match name.as_str() {
+        "disc" => read(sizes).map(Shape::Disc),
+        "rectangle" => read(sizes).map(Shape::Rectangle),
+        "annulus" => return read_annulus(sizes),
+        "sphere" => read(sizes).map(Shape::Sphere),
+        "cylinder" => read(sizes).map(Shape::Cylinder),
+        _ => return Err(Problem::unknown_name("shape", &name, &SHAPES).placed(&place)),
+    };
+    shape.map_err(|problem: Problem| problem.also_allowed(&COMMON))
+}
+
+fn read_annulus(sizes: Node) -> Result<Shape, Problem> {
+    let place = sizes.get("inner").map_or(&sizes.place, |inner| &inner.place).clone();
+    let ring: Annulus = read(sizes).map_err(|problem: Problem| problem.also_allowed(&COMMON))?;
+    if ring.inner < ring.outer {
+        return Ok(Shape::Annulus(ring));
+    }
+    let below = format!("a number below outer = {:?}", ring.outer.get());
+    let problem = Problem::mismatch(&below, format!("{:?}", ring.inner.get()));
+    Err(problem.placed(&place).under("inner"))
+}
+
+fn read_file(file: Node, rest: &Node) -> Result<SheetSource, Problem> {
+    let file: PathBuf = read(file).map_err(|problem| problem.under("file"))?;
+    match &rest.value {
+        Value::Table(entries) if !entries.is_empty() => {
+            let key = &entries[0].0;
+            Err(Problem::unknown_key(&key.name, &["file", "imperfection", "bump"])
+                .placed(&key.place))
+        }
+        _ => Ok(SheetSource::File { file }),
+    }
+}
+
+/// Neither shape nor file: a misspelt key is more likely meant than a missing one.
+fn unspecified(node: &Node) -> Problem {
+    let sizes = ["vertices", "seed", "radius", "width", "height", "inner", "outer", "irregular"];
+    let known: Vec<&str> = COMMON.into_iter().chain(sizes).collect();
+    if let Value::Table(entries) = &node.value
+        && let Some((key, _)) = entries.iter().find(|(key, _)| !known.contains(&key.name.as_str()))
+    {
+        return Problem::unknown_key(&key.name, &known).placed(&key.place);
+    }
+    Problem::missing_key("shape")
+        .help(format!("shape is one of: {}; or give file = \"…\"", SHAPES.join(", ")))
+}
