@@ -9,11 +9,14 @@ use std::io::Write;
 
 use rayon::prelude::*;
 
+use serde::{Deserialize, Serialize};
+
 use super::encode::{data_array, decimal};
 use super::{Field, Frame, OutputError};
 
 /// How arrays are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Compression {
     /// zlib at a level that favours speed; positions keep their full precision, so higher levels
     /// gain little.
@@ -24,9 +27,6 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// Names as written in a scene, with what they mean.
-    pub const NAMES: [(&'static str, Self); 2] = [("zlib", Self::Zlib), ("none", Self::None)];
-
     /// zlib's level, or nothing for uncompressed arrays.
     pub(super) fn level(self) -> Option<u32> {
         match self {
