@@ -99,7 +99,7 @@ impl EffectSpec for Diffusion {
             self.coefficient.map_or(descriptor.species[species].diffusion, NonNegative::get);
         let fitting = match location {
             Location::Vertex => DiffusionScheme::Cotan,
-            Location::Face => DiffusionScheme::GreenGauss,
+            Location::Face | Location::Edge => DiffusionScheme::GreenGauss,
         };
         if self.scheme.is_some_and(|scheme| scheme != fitting) {
             return refuse(

@@ -10,6 +10,9 @@ pub enum Location {
     Vertex,
     /// On triangles.
     Face,
+    /// On its edges, where length factors are taken; no species lives there.
+    #[serde(skip)]
+    Edge,
 }
 
 impl Location {
@@ -19,6 +22,7 @@ impl Location {
         match self {
             Self::Vertex => "vertex",
             Self::Face => "face",
+            Self::Edge => "edge",
         }
     }
 }

@@ -29,7 +29,7 @@ impl Mode {
 pub const INTERVAL: Duration = Duration::from_secs(5);
 
 /// Ticks of the bar from start to end.
-const TICKS: u64 = 1000;
+const TICKS: u16 = 1000;
 
 /// What is known after a step.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -72,7 +72,7 @@ impl Progress {
                 Sink::Lines { writer: Box::new(std::io::stderr()), every: INTERVAL, shown: None }
             }
             Mode::Bar => {
-                let bar = ProgressBar::new(TICKS);
+                let bar = ProgressBar::new(TICKS.into());
                 if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
                     bar.set_style(style);
                 }
@@ -100,7 +100,7 @@ impl Progress {
         self.last_shown = match &mut self.sink {
             Sink::Silent => true,
             Sink::Bar(bar) => {
-                let ticks = crate::num::whole(share * crate::num::real(TICKS as usize)) as u64;
+                let ticks = crate::num::whole(share * f64::from(TICKS)) as u64;
                 bar.set_position(ticks);
                 bar.set_message(text);
                 true

@@ -1,19 +1,22 @@
 //! Frames as VTK XML unstructured grids (`.vtu`), the format that ParaView opens.
 //!
 //! Arrays are inline base64 with 64-bit headers, compressed in blocks by zlib. Raw appended data
-//! would save the quarter that base64 adds, but it is not XML: strict parsers (and `vtkio`)
-//! refuse it, and every state must be readable again as a start of a run. Positions and fields are
-//! Float64 and come back to the last bit; connectivity is Int32.
+//! would save the third that base64 adds, but it is not XML, and `vtkio` has no reader for it in
+//! the version used here, while every state must be readable again as a start of a run. Positions
+//! and fields are Float64 and come back to the last bit; connectivity is Int32.
 
 use std::io::Write;
 
 use rayon::prelude::*;
 
+use serde::{Deserialize, Serialize};
+
 use super::encode::{data_array, decimal};
 use super::{Field, Frame, OutputError};
 
 /// How arrays are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Compression {
     /// zlib at a level that favours speed; positions keep their full precision, so higher levels
     /// gain little.
@@ -24,9 +27,6 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// Names as written in a scene, with what they mean.
-    pub const NAMES: [(&'static str, Self); 2] = [("zlib", Self::Zlib), ("none", Self::None)];
-
     /// zlib's level, or nothing for uncompressed arrays.
     pub(super) fn level(self) -> Option<u32> {
         match self {

@@ -81,7 +81,7 @@ pub fn run(
 ) -> Result<Summary> {
     let began = Instant::now();
     setup.system.set_interrupt(move || interrupt.requested());
-    let compression = Compression::from(scene.output.compression);
+    let compression = scene.output.compression;
     let mut series = Series::create(directory, compression)?;
     let columns = report::columns(&mut setup.system);
     let mut ledger = Ledger::create(&directory.ledger(), &columns)?;

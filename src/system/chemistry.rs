@@ -25,7 +25,7 @@ pub type SignalColumns = Vec<Vec<f64>>;
 fn column(values: &[f64], count: usize) -> Column<'_> {
     match values {
         [single] if count != 1 => Column::uniform(single),
-        _ => Column::from(values),
+        _ => values.into(),
     }
 }
 
@@ -67,6 +67,7 @@ impl Chemistry {
         match self.location {
             Location::Vertex => sheet.vertex_count(),
             Location::Face => sheet.triangle_count(),
+            Location::Edge => sheet.edges().len(),
         }
     }
 
@@ -122,7 +123,7 @@ impl Chemistry {
                 mean
             })
             .collect();
-        let columns: Vec<Column<'_>> = at_edges.iter().map(Column::from).collect();
+        let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
         let batch = Batch {
             location: Location::Edge,
             first: 0,
@@ -148,7 +149,7 @@ impl Chemistry {
         f: impl FnOnce(&Batch<'_>) -> R,
     ) -> R {
         let count = species.first().map_or(0, |c| c.len());
-        let species: Vec<Column<'_>> = species.iter().map(|c| Column::from(*c)).collect();
+        let species: Vec<Column<'_>> = species.iter().map(|c| (*c).into()).collect();
         let signals: Vec<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
         f(&Batch { location: self.location, first: 0, count, species: &species, signals: &signals })
     }

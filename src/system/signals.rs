@@ -111,7 +111,7 @@ impl Signals {
     fn points(&self, shape: &Shape<'_>) -> usize {
         match self.location {
             Location::Vertex => shape.sheet.vertex_count(),
-            Location::Face => shape.sheet.triangle_count(),
+            Location::Face | Location::Edge => shape.sheet.triangle_count(),
         }
     }
 
@@ -124,7 +124,7 @@ impl Signals {
     fn from_vertices(&self, shape: &Shape<'_>, value: &[f64]) -> Vec<f64> {
         match self.location {
             Location::Vertex => value.to_vec(),
-            Location::Face => {
+            Location::Face | Location::Edge => {
                 let triangles = shape.sheet.triangles();
                 self.filled(shape, |t| {
                     let [a, b, c] = triangles[t].map(|v| value[v as usize]);
@@ -136,7 +136,7 @@ impl Signals {
 
     fn from_faces(&self, shape: &Shape<'_>, value: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         match self.location {
-            Location::Face => self.filled(shape, value),
+            Location::Face | Location::Edge => self.filled(shape, value),
             Location::Vertex => {
                 let incident = shape.sheet.vertex_triangles();
                 self.filled(shape, |i| {
@@ -156,7 +156,7 @@ impl Signals {
                 self.from_faces(shape, |t| factor * strain(t))
             }
             (TensionReading::Mean, _) => self.from_faces(shape, |t| self.modulus * strain(t)),
-            (TensionReading::Paper, Location::Face) => {
+            (TensionReading::Paper, Location::Face | Location::Edge) => {
                 self.filled(shape, |t| 2.0 * self.modulus * strain(t))
             }
             (TensionReading::Paper, Location::Vertex) => {
@@ -179,7 +179,7 @@ impl Signals {
     fn normals(&self, shape: &Shape<'_>) -> [Vec<f64>; 3] {
         let mut normal = vec![Vec3::zeros(); self.points(shape)];
         parallel::fill(&mut normal, |i| match self.location {
-            Location::Face => shape.faces.all()[i].normal,
+            Location::Face | Location::Edge => shape.faces.all()[i].normal,
             Location::Vertex => {
                 let around = shape.sheet.vertex_triangles().of(i).iter();
                 let faces = around.map(|&(t, _)| shape.faces.all()[t as usize]);

@@ -20,7 +20,7 @@ paraview.compatibility.major, paraview.compatibility.minor = 5, 11
 from paraview import servermanager, simple  # noqa: E402
 
 SEQUENTIAL = "Viridis (matplotlib)"
-DIVERGING = "Cool to Warm (Extended)"
+DIVERGING = "Cool to Warm"
 INK = [0.1, 0.1, 0.1]
 
 
@@ -113,8 +113,9 @@ def main():
     source.UpdatePipeline(times[-1])
     association, name = find_array(source, options.array)
     information = source.GetDataInformation()
+    version = simple.GetParaViewVersion()
     print(
-        f"ParaView {simple.GetParaViewVersion()}: {information.GetNumberOfPoints()} points, "
+        f"ParaView {version.major}.{version.minor}: {information.GetNumberOfPoints()} points, "
         f"{information.GetNumberOfCells()} cells, times {', '.join(repr(t) for t in times)}"
     )
 
@@ -161,9 +162,11 @@ def main():
     bar.WindowLocation = "Any Location"
     bar.Position, bar.ScalarBarLength = [0.25, 0.04], 0.5
     bar.ScalarBarThickness = 18
-    bar.AddRangeLabels = 1
-    bar.RangeLabelFormat = bar.LabelFormat = "%-#.3g"
-    bar.AutomaticLabelFormat = 0
+    # Five labels of our own: those that ParaView chooses overlap when numbers are long.
+    bar.AddRangeLabels = 0
+    bar.AutomaticLabelFormat, bar.LabelFormat = 0, "%.3g"
+    bar.UseCustomLabels = 1
+    bar.CustomLabels = [low + (high - low) * quarter / 4 for quarter in range(5)]
     surface.SetScalarBarVisibility(view, True)
 
     label = simple.Text()

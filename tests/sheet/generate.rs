@@ -43,7 +43,6 @@ fn promises(shape: &Shape, vertices: usize, seed: u64, chi: i64) {
     let error = total_curvature(&sheet) - TAU * f64::from(i32::try_from(chi).unwrap());
     assert!(error.abs() < 1e-9, "{what}: Gauss-Bonnet off by {error:e}");
     // Along the curve a neighbour is some √N away; without an order it is N/3.
-    #[allow(clippy::cast_precision_loss)]
     let root = (vertices as f64).sqrt();
     assert!(report.mean_index_distance < 4.0 * root, "{what}: {}", report.mean_index_distance);
 }
@@ -154,7 +153,6 @@ fn the_lattice_has_no_preferred_direction() {
         c += (6.0 * angle).cos();
         s += (6.0 * angle).sin();
     }
-    #[allow(clippy::cast_precision_loss)]
     let order = f64::hypot(c, s) / sheet.edges().len() as f64;
     println!("six-fold order of the whole disc: {order:.3}");
     assert!(order < 0.15, "{order}");
@@ -187,7 +185,7 @@ fn small_meshes_are_made_or_refused_but_never_break() {
                 Ok(sheet) => assert_eq!(sheet.vertex_count(), vertices, "{shape:?}"),
                 // The narrow ones need most; every refusal says what helps.
                 Err(e) => {
-                    assert!(vertices < 120, "{shape:?} {vertices}: {e}");
+                    assert!(vertices < 130, "{shape:?} {vertices}: {e}");
                     assert!(e.to_string().contains("more vertices"), "{e}");
                 }
             }

@@ -4,6 +4,8 @@
 //! around a vertex form one fan, and every vertex has a triangle. Orientation is repaired, anything
 //! else is fatal: a guess about what was meant would change the physics silently.
 
+mod graph;
+
 use std::collections::HashMap;
 use std::fmt;
 
@@ -11,7 +13,7 @@ use serde::Serialize;
 
 use super::quality::triangle_quality;
 use super::surface::Surface;
-use crate::num::index;
+use graph::{Edges, Union};
 
 /// Quality below which a triangle counts as one without area; rounding alone leaves about 1e-16.
 const ZERO_QUALITY: f64 = 1e-12;
@@ -385,60 +387,5 @@ impl Findings<'_> {
             );
             self.triangles(Fault::SeveralComponents, &message, &first);
         }
-    }
-}
-
-/// One side of a triangle.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct HalfEdge {
-    low: u32,
-    high: u32,
-    triangle: usize,
-    side: usize,
-    /// Whether it runs from `low` to `high`.
-    forward: bool,
-}
-
-/// All sides, those of one edge next to one another.
-struct Edges(Vec<HalfEdge>);
-
-impl Edges {
-    fn new(triangles: &[[u32; 3]]) -> Self {
-        let mut half = Vec::with_capacity(3 * triangles.len());
-        for (triangle, tri) in triangles.iter().enumerate() {
-            for side in 0..3 {
-                let (a, b) = (tri[side], tri[(side + 1) % 3]);
-                let (low, high) = (a.min(b), a.max(b));
-                half.push(HalfEdge { low, high, triangle, side, forward: a < b });
-            }
-        }
-        half.sort_unstable();
-        Self(half)
-    }
-
-    fn groups(&self) -> impl Iterator<Item = &[HalfEdge]> {
-        self.0.chunk_by(|p, q| (p.low, p.high) == (q.low, q.high))
-    }
-}
-
-/// Disjoint sets; the root of a set is its smallest member.
-struct Union(Vec<u32>);
-
-impl Union {
-    fn new(size: usize) -> Self {
-        Self((0..size).map(index).collect())
-    }
-
-    fn root(&mut self, mut i: usize) -> usize {
-        while self.0[i] as usize != i {
-            self.0[i] = self.0[self.0[i] as usize];
-            i = self.0[i] as usize;
-        }
-        i
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = index(a.min(b));
     }
 }

@@ -1,6 +1,7 @@
 //! Sheets: generators, checks, readers.
 
 mod check;
+mod command;
 mod generate;
 mod read;
 
