@@ -180,8 +180,8 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
     let bump = optional(&mut node, "bump")?;
     let place = node.place.clone();
     let source = match (node.take("shape"), node.take("file")) {
-        (Some(_), Some((file, _))) => {
-            Err(Problem::at(file.place, "shape and file exclude each other").help(
+        (Some(_), Some((key, _))) => {
+            Err(Problem::at(key.place, "shape and file exclude each other").help(
                 "give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file",
             ))
         }
