@@ -12,7 +12,7 @@
 //! ```
 //!
 //! where φ integrates the chemistry over Δt by the stabilised explicit method of
-//! [`chebyshev`](super::chebyshev), to a tenth of the coupling tolerance, so that diffusion does
+//! [`chebyshev`](super::chebyshev), to a fiftieth of the coupling tolerance, so that diffusion does
 //! not limit Δt. `c_{n+1} - c*` estimates the error that lagging signals cause; heun keeps the
 //! better value and so is of second order in the coupling. The step follows from
 //!
@@ -43,7 +43,7 @@ const SHORTEST: f64 = 1e-7;
 /// Points that change by less than this share of the tolerance do not count in the mean.
 const QUIET: f64 = 0.1;
 /// Tolerance of the chemistry within a step, relative to that of the coupling.
-const INNER: f64 = 0.1;
+const INNER: f64 = 0.02;
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
