@@ -19,6 +19,7 @@ pub struct Dual<const N: usize> {
 impl<const N: usize> Dual<N> {
     /// A constant, or the independent variable of one direction if `direction < N`.
     #[must_use]
+    #[inline]
     pub fn variable(value: f64, direction: usize) -> Self {
         let mut derivatives = [0.0; N];
         if let Some(derivative) = derivatives.get_mut(direction) {
