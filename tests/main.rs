@@ -1,3 +1,18 @@
-//! Integration tests.
+//! Integration tests, one binary.
+//!
+//! * `chebyshev`: the stabilised explicit integrator.
+//! * `diffusion`: decay of known modes, conservation, convergence, the Green-Gauss scheme.
+//! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
+//! * `output`: frames, series, ledger, provenance, result directories, progress.
+//! * `plugins`: the C boundary with good and faulty plugins; the shipped models.
+//! * `scene`: what is accepted, what is refused and how that is said.
+//! * `sheet`: generated meshes, their quality and topology; readers; checks.
 
+#![allow(missing_docs, clippy::cast_precision_loss)]
+
+mod common;
+mod mechanics;
+mod output;
+mod plugins;
 mod scene;
+mod sheet;

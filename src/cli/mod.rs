@@ -1,7 +1,96 @@
 //! Commands: each parses its arguments, calls the library and prints.
 
-/// Runs the command line and returns the exit code (0 done, 2 bad input, 1 anything else).
+mod check;
+mod inspect;
+pub mod mesh;
+mod run;
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::kinetics::Search;
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// Thin elastic sheets whose shape and chemistry drive one another.
+#[derive(Debug, Parser)]
+#[command(name = "rumple", version, about, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scene and write frames for ParaView, a ledger and the resolved scene.
+    Run(run::RunArgs),
+    /// Check a scene without running it and say what it calls for.
+    Check(check::CheckArgs),
+    /// Evaluate one state: energies, forces, curvatures, signals, rates.
+    Inspect(inspect::InspectArgs),
+    /// Generate, check and describe meshes.
+    Mesh(mesh::MeshArgs),
+}
+
+/// What every command that takes a scene takes.
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// The scene file.
+    scene: PathBuf,
+    /// Override a key of the scene, as in `--set time.until=100`; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Directory to look for plugins in, before RUMPLE_PLUGIN_PATH and the program's own
+    /// directory; may be repeated.
+    #[arg(long = "plugin-path", value_name = "DIR")]
+    plugin_path: Vec<PathBuf>,
+    /// Threads to compute with; all cores by default. Results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+impl SceneArgs {
+    /// Sets up the threads and reads the scene.
+    fn load(&self) -> Result<(Scene, Search)> {
+        if let Some(threads) = self.threads {
+            // Only fails if a pool exists already, which then serves as well.
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        }
+        let scene = Scene::load(&self.scene, &self.overrides)?;
+        Ok((scene, Search::from_environment(&self.plugin_path)))
+    }
+}
+
+/// Runs the command line and returns the exit code: 0 done, 2 bad input, 1 anything else.
 #[must_use]
-pub fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Mesh(args) => mesh::run(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let text = match &error {
+                Error::Scene(scene) => scene.rendered(std::io::stderr().is_terminal()),
+                other => format!("error: {other}"),
+            };
+            eprintln!("{}", text.trim_end());
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Scene(_) | Error::Sheet(_) | Error::Kinetics(_) => 2,
+        Error::Output(_) => 2,
+        Error::Solve(_) | Error::Stopped(_) => 1,
+    }
 }

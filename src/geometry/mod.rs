@@ -1,1 +1,38 @@
-//! Normals, areas, angles and curvature vectors of the current shape, with their derivatives.
+//! Normals, areas, angles and curvatures of a shape, and the rest metric it is compared with.
+//!
+//! Everything here is kinematics: it knows positions and lengths, no energy and no field.
+
+mod curvature;
+mod faces;
+mod rest_metric;
+mod vertex_area;
+
+pub use curvature::{Curvature, angle_at};
+pub use faces::{Face, Faces};
+pub use rest_metric::{RestMetric, heron_area};
+pub use vertex_area::{AreaRule, VertexArea};
+
+use crate::Vec3;
+use crate::sheet::Sheet;
+
+/// A shape of a sheet, as the effects see it.
+#[derive(Clone, Copy)]
+pub struct Shape<'a> {
+    /// Topology and rest positions.
+    pub sheet: &'a Sheet,
+    /// Optimal lengths and areas.
+    pub metric: &'a RestMetric,
+    /// Current positions `x_i`.
+    pub x: &'a [Vec3],
+    /// Normals and areas of the current triangles.
+    pub faces: &'a Faces,
+}
+
+impl Shape<'_> {
+    /// Edge vectors of triangle `t`, `e_k` opposite corner `k`, oriented with the triangle.
+    #[must_use]
+    pub fn edge_vectors(&self, t: usize) -> [Vec3; 3] {
+        let [a, b, c] = self.sheet.triangles()[t].map(|v| self.x[v as usize]);
+        [c - b, a - c, b - a]
+    }
+}

@@ -1,10 +1,100 @@
 //! Reaction kinetics as the engine sees them: one trait, whoever wrote the law.
+//!
+//! With n_s species c and n_x signal columns x at every point where species live,
+//!
+//! ```text
+//! R_s(c, x)    rates                          ∂R_s/∂c_j, ∂R_s/∂x_k
+//! Φ(c) > 0     length factor of active strain ∂Φ/∂c_j
+//! ```
+//!
+//! A law comes from a shared library ([`Library`], the only place with `unsafe`) or from Rust code
+//! that implements [`Kinetics`]. Effects and solvers do not call the trait directly but through
+//! the functions of [`field`], which evaluate a whole field in parallel and let no bad number pass.
 
-/// Why kinetics could not be loaded or evaluated.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum KineticsError {
-    /// Placeholder.
-    #[error("{0}")]
-    Other(String),
+mod batch;
+pub mod descriptor;
+pub mod differences;
+mod error;
+pub mod field;
+mod library;
+mod metadata;
+mod parameters;
+pub mod search;
+mod signal;
+
+pub use batch::{Batch, Column};
+pub use descriptor::{Capabilities, Descriptor, Location, Parameter, SignalRead, Species};
+pub use error::{BadValue, KineticsError};
+pub use library::{Library, PluginKinetics};
+pub use search::Search;
+pub use signal::Signal;
+
+/// A result that was given, but outside the range that the law was made for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unreliable {
+    /// What the law says about it.
+    pub message: String,
+    /// Number of the first point concerned, if the law says which.
+    pub point: Option<usize>,
+}
+
+/// How an evaluation ended: with results that can be trusted (`None`), with a warning, or without.
+pub type Outcome = Result<Option<Unreliable>, KineticsError>;
+
+/// A law for species, evaluated on batches of points.
+///
+/// Pure: the same inputs give the same outputs, from any number of threads at once. All column
+/// slices have the length of the batch.
+pub trait Kinetics: Send + Sync + std::fmt::Debug {
+    /// Species, parameters, signals read and quantities given.
+    fn descriptor(&self) -> &Descriptor;
+
+    /// Parameter values in the order of the descriptor.
+    fn parameters(&self) -> &[f64];
+
+    /// Writes the rate of each species, 1/time times its unit: `rates[s][point]`.
+    ///
+    /// # Errors
+    /// If the law fails; `rates` is then unspecified.
+    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome;
+
+    /// Writes the rates and their partial derivatives, `partials[s · n_inputs + j][point]` with
+    /// inputs j = species, then signal columns ([`Descriptor::inputs`]).
+    ///
+    /// Provided: differences, see [`differences`].
+    ///
+    /// # Errors
+    /// If the law fails; the outputs are then unspecified.
+    fn rate_partials(
+        &self,
+        batch: &Batch<'_>,
+        rates: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        differences::rate_partials(self, batch, rates, partials)
+    }
+
+    /// Writes the length factor Φ of the species; the batch has no signals. Provided: Φ = 1.
+    ///
+    /// # Errors
+    /// If the law fails; `factor` is then unspecified.
+    fn length_factor(&self, _batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
+        factor.fill(1.0);
+        Ok(None)
+    }
+
+    /// Writes Φ and its partial derivatives by the species: `partials[s][point]`.
+    ///
+    /// Provided: differences, or zeros if the descriptor gives no length factor.
+    ///
+    /// # Errors
+    /// If the law fails; the outputs are then unspecified.
+    fn length_factor_partials(
+        &self,
+        batch: &Batch<'_>,
+        factor: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        differences::length_factor_partials(self, batch, factor, partials)
+    }
 }

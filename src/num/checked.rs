@@ -92,6 +92,9 @@ impl Positive {
 pub struct AtLeast<const MIN: usize>(usize);
 
 impl<const MIN: usize> AtLeast<MIN> {
+    /// The smallest that is allowed.
+    pub const LEAST: Self = Self(MIN);
+
     /// Checks a value; `None` where it is below `MIN`.
     #[must_use]
     pub fn new(value: usize) -> Option<Self> {
@@ -113,4 +116,9 @@ impl<'de, const MIN: usize> Deserialize<'de> for AtLeast<MIN> {
             D::Error::invalid_value(Unexpected::Signed(value), &range.as_str())
         })
     }
+}
+
+impl Fraction {
+    /// All of it.
+    pub const ONE: Self = Self(1.0);
 }

@@ -1,10 +1,98 @@
 //! What a run writes: frames for ParaView, a ledger, and where everything came from.
+//!
+//! ```text
+//! DIR/sheet.pvd                  times and frames; the file to open in ParaView
+//! DIR/frames/frame_000123.vtu    one state each
+//! DIR/ledger.csv                 one row a step
+//! DIR/resolved.toml              the scene with every default written out
+//! DIR/provenance.json            versions, hashes, host, command line
+//! ```
+//!
+//! Observers get a state and give nothing back. Frames, the index of frames and the two records
+//! appear whole under their names or not at all ([`atomic`]); the ledger grows by whole rows.
+
+pub mod atomic;
+pub mod clock;
+pub mod directory;
+mod encode;
+pub mod frame;
+pub mod interrupt;
+pub mod ledger;
+pub mod progress;
+pub mod provenance;
+pub mod series;
+pub mod vtu;
+
+use std::path::{Path, PathBuf};
+
+pub use directory::ResultDirectory;
+pub use frame::{Field, Frame};
+pub use interrupt::Interrupt;
+pub use ledger::Ledger;
+pub use progress::{Mode, Progress, ProgressLine};
+pub use provenance::Provenance;
+pub use series::Series;
+pub use vtu::Compression;
 
 /// Why something could not be written or read back.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// Placeholder.
-    #[error("{0}")]
-    Other(String),
+    /// The operating system refused to write, make, rename or remove something.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or directory.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The operating system refused to read something.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file or directory.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A frame contradicts itself; the message names the array.
+    #[error("frame at step {step}: {message}")]
+    Frame {
+        /// The step of the frame.
+        step: u64,
+        /// What does not fit.
+        message: String,
+    },
+    /// A directory cannot take the results.
+    #[error("result directory {}: {message}", path.display())]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+        /// Why not, and what would help.
+        message: String,
+    },
+    /// A ledger is not one of ours, or a row does not fit its columns.
+    #[error("{}:{line}: {message}", path.display())]
+    Ledger {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// What was expected and what was found.
+        message: String,
+    },
+    /// The handler of Ctrl-C could not be installed.
+    #[error("cannot watch for Ctrl-C: {0}")]
+    Interrupt(String),
+}
+
+impl OutputError {
+    /// For `map_err` after an operation that writes `path`.
+    fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        |source| Self::Write { path: path.to_owned(), source }
+    }
+
+    /// For `map_err` after an operation that reads `path`.
+    fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        |source| Self::Read { path: path.to_owned(), source }
+    }
 }

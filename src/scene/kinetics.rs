@@ -5,7 +5,10 @@ use std::path::{Component, Path};
 
 use serde::{Deserialize, Serialize};
 
+use crate::effects::Measure;
+use crate::kinetics::Location;
 use crate::num::checked::Finite;
+use crate::system::TensionReading;
 
 use super::deserialize::read;
 use super::document::{Node, Value};
@@ -26,7 +29,7 @@ pub struct KineticsSpec {
     pub measure: Measure,
     /// How the tension signal is read.
     #[serde(default)]
-    pub tension: Tension,
+    pub tension: TensionReading,
     /// Parameters that differ from the plugin's defaults.
     #[serde(default)]
     pub parameters: BTreeMap<String, Finite>,
@@ -45,40 +48,6 @@ impl KineticsSpec {
             || path.components().count() > 1
             || path.components().any(|c| c == Component::CurDir)
     }
-}
-
-/// Where species live.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Location {
-    /// On vertices.
-    Vertex,
-    /// On faces, as in the paper's Model I.
-    Face,
-}
-
-/// What the numbers of a species count.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Measure {
-    /// Amount per current area, without a dilution term (the paper's).
-    #[default]
-    Concentration,
-    /// Amount per rest area: growth dilutes, the total is conserved.
-    Amount,
-}
-
-/// Reading of the tension signal σ of a vertex from `s = A/Ā - 1` of its triangles.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Tension {
-    /// The printed (Y/3) Σ s.
-    Paper,
-    /// The trace of the stress, Y/(1-ν) · mean of s.
-    #[default]
-    Trace,
-    /// Y · mean of s.
-    Mean,
 }
 
 /// Reads the table `[kinetics]`.

@@ -28,9 +28,9 @@ use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 pub use self::document::{Node, Place};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
-pub use self::kinetics::{KineticsSpec, Location, Measure, Tension};
+pub use self::kinetics::KineticsSpec;
 pub use self::material::{Material, PoissonRatio};
-pub use self::output::{Compression, Format, OutputSpec};
+pub use self::output::{Format, OutputSpec};
 pub use self::problem::Problem;
 pub use self::sheet::{
     Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Rectangle, Shape, SheetSource,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::num::checked::Positive;
+use crate::output::Compression;
 
 /// The table `[output]`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -29,17 +30,4 @@ pub enum Format {
     /// VTK XML unstructured grid.
     #[default]
     Vtu,
-}
-
-/// Compression of the frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Compression {
-    /// Small files.
-    #[default]
-    Zlib,
-    /// Fast writing.
-    Lz4,
-    /// No compression.
-    None,
 }

@@ -1,5 +1,15 @@
 //! The sheet: rest positions and topology. It knows no field and no physics.
 
+pub mod check;
+pub mod generate;
+pub mod quality;
+pub mod read;
+mod surface;
 mod topology;
+pub mod write;
 
+pub use check::Finding;
+pub use generate::{Shape, generate};
+pub use quality::MeshReport;
+pub use surface::{Array, Surface};
 pub use topology::{Edge, Incidence, Sheet, SheetError};

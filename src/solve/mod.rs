@@ -1,13 +1,15 @@
 //! Solvers: mechanical equilibrium, coupled stepping, linear systems.
 
-/// Why a solver stopped without a result.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SolveError {
-    /// Placeholder.
-    #[error("{0}")]
-    Other(String),
-}
+pub mod chebyshev;
+pub mod equilibrium;
+pub mod linear;
+pub mod staggered;
+
+use crate::Result;
+use crate::state::State;
+use crate::system::{Mechanics, System};
+use crate::timescale::Storage;
+use equilibrium::{Equilibrium, Relaxation};
 
 /// The integrator of a scene that names none.
 pub const DEFAULT_INTEGRATOR: &str = "staggered";
@@ -20,6 +22,12 @@ pub const DEFAULT_EQUILIBRIUM: &str = "lbfgs";
 pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// What the integrator is called in results.
     fn name(&self) -> String;
+
+    /// Makes it ready for a policy.
+    ///
+    /// # Errors
+    /// [`SolveError::Pairing`] if it makes no sense with that policy.
+    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError>;
 }
 
 /// A way to find mechanical equilibrium as a scene names it.
@@ -27,4 +35,115 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
 pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
     /// What the method is called in results.
     fn name(&self) -> String;
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    fn tolerance(&self) -> f64;
+
+    /// Iterations after which a relaxation has failed.
+    fn max_iterations(&self) -> usize;
+
+    /// Makes it ready for a sheet.
+    ///
+    /// # Errors
+    /// If the sheet is too large for it.
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError>;
+}
+
+/// A way to advance the coupled system.
+pub trait Integrator: Send {
+    /// Brings `state`, which satisfies the rows without storage, forward by one step that does
+    /// not pass `until`.
+    ///
+    /// # Errors
+    /// Whatever no shorter step cures; `state` is as before then, bit for bit.
+    fn advance(
+        &mut self,
+        system: &mut System,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport>;
+}
+
+/// What one accepted step did.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StepReport {
+    /// Length of the step.
+    pub step: f64,
+    /// Error estimate in units of the tolerance (0 for fixed steps).
+    pub error: f64,
+    /// Tries that were rejected before.
+    pub rejected: usize,
+    /// Work of all relaxations of the step, rejected ones included.
+    pub relaxation: Relaxation,
+}
+
+/// Why a solver stopped without a result.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// A sparse factorisation could not be set up or done.
+    #[error("{0}")]
+    Factorisation(String),
+    /// Energy or force is not a number.
+    #[error(
+        "energy or force is not a finite number: a triangle has no area, or positions are not finite"
+    )]
+    NotFinite,
+    /// The force tolerance was not reached.
+    #[error(
+        "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \
+         (tolerance {tolerance:.1e}, in units of Y times the edge length)"
+    )]
+    NotConverged {
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+        /// Force asked for.
+        tolerance: f64,
+    },
+    /// No step goes downhill without collapsing a triangle.
+    #[error(
+        "relaxation can go no further after {iterations} iterations: no step lowers the energy \
+         without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e})"
+    )]
+    Stalled {
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+        /// Force asked for.
+        tolerance: f64,
+    },
+    /// A policy and an integrator that do not fit.
+    #[error("{0}")]
+    Pairing(String),
+    /// The error estimate asks for ever smaller steps.
+    #[error("the coupling error needs steps below {step:.1e} at time {time}")]
+    StepTooSmall {
+        /// Time reached.
+        time: f64,
+        /// The step that would have been tried next.
+        step: f64,
+    },
+    /// The rates change too fast for any step, or a triangle has no area.
+    #[error(
+        "the fastest rate of the chemistry at time {time} is not a finite number: a triangle has \
+         no area, or a partial derivative of the kinetics is not finite"
+    )]
+    SpectralBound {
+        /// Time reached.
+        time: f64,
+    },
+    /// An integration within a coupling step does not come to its end.
+    #[error("the chemistry needs more than {steps} steps within one coupling step at time {time}")]
+    TooManySteps {
+        /// Time reached.
+        time: f64,
+        /// Steps taken.
+        steps: usize,
+    },
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
 }

@@ -1,1 +1,48 @@
-//! rumple-plugin-abi
+//! The boundary between the engine and a kinetics plugin, as C types.
+//!
+//! A plugin is a shared library that exports one object, [`PluginTable`], under the name
+//! [`ENTRY_SYMBOL`]. The table is data, not code: the engine reads magic, version and size before
+//! it calls anything. Growth without breakage:
+//!
+//! * fields are only ever added at the end of a structure, with a new [`ABI_MINOR`]; whoever reads
+//!   a structure looks at its size (or the stride of its array) first, and takes what is missing
+//!   as zero;
+//! * a change that old readers cannot live with raises [`ABI_MAJOR`], which must agree exactly;
+//! * whole new abilities are asked for by name with `get_extension`.
+//!
+//! What both sides promise:
+//!
+//! * The table and everything that it points to live and stay unchanged for as long as the
+//!   process; a plugin is never unloaded.
+//! * An instance may be used from several threads at once. A call depends on nothing but the
+//!   parameters of the instance and the batch, and changes neither.
+//! * No exception or panic crosses the boundary. A failure is a [`Status`] with a text in the
+//!   [`Report`] of the caller.
+//! * Text is UTF-8, given by start and length, without a terminating zero.
+//! * Each side frees its own memory only.
+#![no_std]
+
+mod call;
+mod descriptor;
+
+pub use call::{
+    Batch, Column, ColumnMut, Create, Destroy, Evaluate, EvaluatePartials, GetExtension, NO_POINT,
+    PluginTable, Report, Status,
+};
+pub use descriptor::{Capabilities, Descriptor, Location, Parameter, Signal, Species, Str};
+
+/// The name of the one exported symbol, a [`PluginTable`].
+pub const ENTRY_SYMBOL: &str = "rumple_plugin_entry";
+
+/// The first eight bytes of every table.
+pub const MAGIC: [u8; 8] = *b"RUMPLE\x1a\n";
+
+/// The version that must agree exactly.
+pub const ABI_MAJOR: u32 = 1;
+
+/// The version that may differ: how many times fields were added.
+pub const ABI_MINOR: u32 = 0;
+
+/// Bytes of the table in minor version 0: no valid table is smaller.
+pub const MINIMUM_TABLE_SIZE: usize =
+    core::mem::offset_of!(PluginTable, get_extension) + size_of::<Option<GetExtension>>();

@@ -1,1 +1,72 @@
-//! rumple-plugin-sdk
+//! Write a kinetics plugin in Rust: one struct with the parameters, one generic function a law.
+//!
+//! A law is written once for any [`Scalar`]; the engine then gets its values in `f64` and its
+//! exact partial derivatives by forward dual numbers. [`export_plugin!`] makes the library
+//! loadable. A complete plugin (crate type `cdylib`):
+//!
+//! ```
+//! use rumple_plugin_sdk::prelude::*;
+//!
+//! /// dc/dt = k σ⁺ (1 - c) - c/τ, lengths grow by 1 + g c.
+//! pub struct StretchActivated {
+//!     k: f64,
+//!     tau: f64,
+//!     g: f64,
+//! }
+//!
+//! impl Model for StretchActivated {
+//!     const ABOUT: About = about!("org.example.stretch-activated", "Production under tension");
+//!     const SPECIES: &'static [Species] =
+//!         &[Species::new("c", "1", "activated fraction").range(0.0, 1.0)];
+//!     const SIGNALS: &'static [Signal] = &[Signal::TENSION.typical(1e3)];
+//!     const PARAMETERS: &'static [Parameter] = &[
+//!         Parameter::new("k", "length/(force time)", 1e-3, "production").at_least(0.0),
+//!         Parameter::new("tau", "time", 1.0, "lifetime").above(0.0),
+//!         Parameter::new("g", "1", 0.1, "growth of lengths at c = 1").at_least(0.0),
+//!     ];
+//!
+//!     fn new(p: &Parameters) -> Result<Self, Failure> {
+//!         Ok(Self { k: p.get("k")?, tau: p.get("tau")?, g: p.get("g")? })
+//!     }
+//!
+//!     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
+//!         let (c, tension) = (at.species[0], at.signals[0]);
+//!         rate[0] = tension.positive_part() * self.k * (S::one() - c) - c / self.tau;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! impl LengthFactor for StretchActivated {
+//!     fn length_factor<S: Scalar>(&self, species: &[S]) -> Result<S, Failure> {
+//!         Ok(species[0] * self.g + 1.0)
+//!     }
+//! }
+//!
+//! export_plugin!(StretchActivated);
+//! # fn main() {}
+//! ```
+//!
+//! A law must be pure: same inputs, same outputs, from any thread. A panic is caught and reported
+//! to the engine as a fatal error; build with the default `panic = "unwind"`.
+
+mod boundary;
+mod columns;
+mod dual;
+mod export;
+mod guard;
+mod model;
+mod scalar;
+
+pub use dual::Dual;
+pub use export::{Exported, LengthFactorCalls, Probe, WithoutLengthFactor};
+pub use model::{About, Failure, LengthFactor, Model, Parameters, Point};
+pub use rumple_plugin_abi::{Location, Parameter, Signal, Species};
+pub use scalar::Scalar;
+
+/// Everything that a plugin needs.
+pub mod prelude {
+    pub use crate::{
+        About, Failure, LengthFactor, Location, Model, Parameter, Parameters, Point, Scalar,
+        Signal, Species, about, export_plugin,
+    };
+}

@@ -1,1 +1,67 @@
-//! tension-feedback
+//! Model II: tension keeps a contractile motor bound, which shortens the sheet.
+//!
+//! ```text
+//! ∂m/∂t = k_on (1 - m) - k_off e^{-a σ⁺} m        σ⁺ = max(σ, 0)
+//! l̄     = Φ(m) l⁰                                 Φ  = 1 - α m
+//! ```
+//!
+//! m is the bound fraction of the motor, 0 to 1; σ the tension, force/length, positive where the
+//! sheet is stretched (which of its readings, the scene says); a in length/force; k_on and k_off
+//! in 1/time (k_off is the reference's k̃_off, unbinding without tension). Without tension
+//! m → k_on/(k_on + k_off) at the rate k_on + k_off.
+//!
+//! Reference: A. Zakharov and K. Dasbiswas, Modeling mechanochemical pattern formation in elastic
+//! sheets of biological matter, 2021. Its exp(-a σ Θ(σ)) is written here with σ⁺.
+
+use rumple_plugin_sdk::prelude::*;
+
+/// The law with its parameters; symbols as in the equation.
+pub struct TensionFeedback {
+    k_on: f64,
+    k_off: f64,
+    a: f64,
+    alpha: f64,
+}
+
+impl Model for TensionFeedback {
+    const ABOUT: About = about!(
+        "org.rumple.tension-feedback",
+        "dm/dt = k_on (1 - m) - k_off exp(-a tension+) m, lengths times 1 - alpha m. \
+         Zakharov & Dasbiswas (2021), Model II."
+    );
+    const SPECIES: &'static [Species] =
+        &[Species::new("m", "1", "bound fraction of the motor").range(0.0, 1.0)];
+    const SIGNALS: &'static [Signal] = &[Signal::TENSION.typical(1e4)];
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("k_on", "1/time", 0.2, "binding").at_least(0.0),
+        Parameter::new("k_off", "1/time", 10.0, "unbinding without tension").at_least(0.0),
+        Parameter::new("a", "length/force", 1e-4, "how much tension holds motors").at_least(0.0),
+        Parameter::new("alpha", "1", 0.2, "contraction of lengths at m = 1")
+            .at_least(0.0)
+            .below(1.0),
+    ];
+
+    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
+        Ok(Self {
+            k_on: p.get("k_on")?,
+            k_off: p.get("k_off")?,
+            a: p.get("a")?,
+            alpha: p.get("alpha")?,
+        })
+    }
+
+    fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
+        let (m, tension) = (at.species[0], at.signals[0].positive_part());
+        let unbinding = (tension * -self.a).exp() * self.k_off;
+        rate[0] = (S::one() - m) * self.k_on - unbinding * m;
+        Ok(())
+    }
+}
+
+impl LengthFactor for TensionFeedback {
+    fn length_factor<S: Scalar>(&self, species: &[S]) -> Result<S, Failure> {
+        Ok(S::one() - species[0] * self.alpha)
+    }
+}
+
+export_plugin!(TensionFeedback);

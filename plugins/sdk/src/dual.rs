@@ -1,0 +1,144 @@
+//! Forward dual numbers: x + Σ_k ẋ_k ε_k with ε_j ε_k = 0.
+//!
+//! Arithmetic on them carries N exact directional derivatives along with a value (Griewank &
+//! Walther, Evaluating Derivatives, SIAM 2008, chapter 3).
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Scalar;
+
+/// A value with its derivatives in N directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dual<const N: usize> {
+    /// The value.
+    pub value: f64,
+    /// Its derivatives.
+    pub derivatives: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// A constant, or the independent variable of one direction if `direction < N`.
+    #[must_use]
+    #[inline]
+    pub fn variable(value: f64, direction: usize) -> Self {
+        let mut derivatives = [0.0; N];
+        if let Some(derivative) = derivatives.get_mut(direction) {
+            *derivative = 1.0;
+        }
+        Self { value, derivatives }
+    }
+
+    #[inline]
+    fn map(self, value: f64, slope: impl Fn(f64) -> f64) -> Self {
+        Self { value, derivatives: self.derivatives.map(slope) }
+    }
+
+    #[inline]
+    fn join(self, other: Self, value: f64, slope: impl Fn(f64, f64) -> f64) -> Self {
+        let derivatives = std::array::from_fn(|k| slope(self.derivatives[k], other.derivatives[k]));
+        Self { value, derivatives }
+    }
+}
+
+impl<const N: usize> Scalar for Dual<N> {
+    #[inline]
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    #[inline]
+    fn chain(self, value: f64, slope: f64) -> Self {
+        if slope == 0.0 { Self::from(value) } else { self.map(value, |d| slope * d) }
+    }
+}
+
+impl<const N: usize> From<f64> for Dual<N> {
+    #[inline]
+    fn from(value: f64) -> Self {
+        Self { value, derivatives: [0.0; N] }
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn neg(self) -> Self {
+        self.map(-self.value, |d| -d)
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        self.join(other, self.value + other.value, |a, b| a + b)
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self.join(other, self.value - other.value, |a, b| a - b)
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
+    fn mul(self, other: Self) -> Self {
+        self.join(other, self.value * other.value, |a, b| a * other.value + self.value * b)
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        let quotient = self.value / other.value;
+        let reciprocal = 1.0 / other.value;
+        self.join(other, quotient, |a, b| (a - quotient * b) * reciprocal)
+    }
+}
+
+impl<const N: usize> Add<f64> for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: f64) -> Self {
+        Self { value: self.value + other, ..self }
+    }
+}
+
+impl<const N: usize> Sub<f64> for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn sub(self, other: f64) -> Self {
+        Self { value: self.value - other, ..self }
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, other: f64) -> Self {
+        self.map(self.value * other, |d| d * other)
+    }
+}
+
+impl<const N: usize> Div<f64> for Dual<N> {
+    type Output = Self;
+
+    #[inline]
+    fn div(self, other: f64) -> Self {
+        self.map(self.value / other, |d| d / other)
+    }
+}

@@ -1,0 +1,78 @@
+//! `rumple run SCENE`: the main job.
+
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use clap::Args;
+
+use super::SceneArgs;
+use crate::Result;
+use crate::output::provenance::{FileRecord, MeshRecord};
+use crate::output::{Interrupt, Mode, Progress, Provenance, ResultDirectory};
+use crate::simulation::run::Ending;
+use crate::simulation::{self};
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Directory for the results; by default the scene's name with the time.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the results of an earlier run in that directory.
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &RunArgs) -> Result<()> {
+    let (scene, search) = args.scene.load()?;
+    let resolved = scene.resolved()?;
+    let mut setup = simulation::prepare(&scene, &search)?;
+    let root = args
+        .out
+        .clone()
+        .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
+    let directory = ResultDirectory::prepare(&root, args.force)?;
+    let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
+    let mut provenance = Provenance::new(mesh);
+    provenance.scene = Some(FileRecord::of(&args.scene.scene)?);
+    if let Some(plugin) = &setup.plugin {
+        provenance.plugins.push(FileRecord::of(plugin)?);
+    }
+    provenance.write(&directory, &resolved)?;
+    let interrupt = Interrupt::install()?;
+    let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
+    let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
+    for note in &setup.notes {
+        progress.message(note);
+    }
+    let outcome = simulation::run::run(&scene, &mut setup, &directory, &mut progress, interrupt);
+    progress.finish();
+    let done = outcome?;
+    if args.quiet {
+        return Ok(());
+    }
+    let why = match done.ending {
+        Ending::Reached => "the end time is reached",
+        Ending::Steady => "nothing changes any more",
+        Ending::Steps => "the number of steps is reached",
+        Ending::Interrupted => "interrupted; the last accepted state is written",
+    };
+    println!("time {}: {why}", done.time);
+    println!(
+        "{} steps ({} rejected tries), {} relaxation iterations, {} factorisations",
+        done.steps, done.rejected, done.iterations, done.factorisations
+    );
+    println!(
+        "{:.1} s, of these {:.1} s for the first relaxation and {:.1} s for output",
+        done.wall.as_secs_f64(),
+        done.start.as_secs_f64(),
+        done.output.as_secs_f64()
+    );
+    println!("{} frames; open {} in ParaView", done.frames, directory.pvd().display());
+    Ok(())
+}

@@ -1,0 +1,262 @@
+//! Diffusion of one species along the surface.
+//!
+//! ```text
+//! ∂c/∂t = … + D Δ c
+//! ```
+//!
+//! `scheme = "cotan"` (default, species on vertices): Laplace-Beltrami of linear finite elements
+//! with lumped mass,
+//!
+//! ```text
+//! (Δc)_i = (1/A_i) Σ_j w_ij (c_j - c_i),   w_ij = ½ (cot α_ij + cot β_ij),   A_i = ⅓ Σ_{T∋i} A_T
+//! ```
+//!
+//! No flux through the rim comes for free, and `Σ A_i c_i` is conserved because w is symmetric. On
+//! Delaunay meshes w ≥ 0, so c stays ≥ 0. The areas are thirds because that is the lumped mass
+//! matrix of the same elements: any other split would break second order.
+//!
+//! `scheme = "green-gauss"` (species on faces): the paper's, see [`GreenGauss`](super::GreenGauss).
+//!
+//! `metric = "rest"` uses the rest positions once and for all. With `measure = "amount"` the value
+//! is `C = c A/A⁰` and `∂C/∂t = (A/A⁰) D Δ(C A⁰/A)`, which conserves `Σ A⁰ C`.
+//!
+//! Source: Pinkall & Polthier, Exp. Math. 2 (1993) 15, doi:10.1080/10586458.1993.10504266.
+
+use serde::{Deserialize, Serialize};
+
+use super::green_gauss::GreenGauss;
+use super::{Effect, EffectContext, EffectError, EffectSpec, Measure, Transport};
+use crate::Vec3;
+use crate::kinetics::Location;
+use crate::num::checked::NonNegative;
+use crate::parallel;
+use crate::sheet::{Edge, Sheet};
+
+/// Parameters of diffusion in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Diffusion {
+    /// Which species.
+    pub species: String,
+    /// Coefficient D, length²/time; the plugin's default if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coefficient: Option<NonNegative>,
+    /// Discretisation; by default the one that fits where the species lives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<DiffusionScheme>,
+    /// Surface along which the species diffuses.
+    #[serde(default)]
+    pub metric: DiffusionMetric,
+}
+
+/// Discretisations of diffusion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DiffusionScheme {
+    /// Cotangent Laplace-Beltrami on vertices.
+    Cotan,
+    /// The paper's Green-Gauss scheme on faces.
+    GreenGauss,
+}
+
+/// Surfaces to diffuse along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DiffusionMetric {
+    /// The current shape.
+    #[default]
+    Current,
+    /// The rest shape.
+    Rest,
+}
+
+#[typetag::serde(name = "diffusion")]
+impl EffectSpec for Diffusion {
+    fn name(&self) -> String {
+        format!("diffusion of {}", self.species)
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let refuse = |key, message: String, help: String| {
+            Err(EffectError { key, message, help: Some(help) })
+        };
+        let Some((descriptor, location)) = context.kinetics else {
+            return refuse(
+                "species",
+                format!("`{}` cannot diffuse: the scene has no kinetics", self.species),
+                "add a [kinetics] table with a plugin".into(),
+            );
+        };
+        let Some(species) = descriptor.species_index(&self.species) else {
+            let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
+            return refuse(
+                "species",
+                format!("{} has no species `{}`", descriptor.name, self.species),
+                format!("its species: {}", names.join(", ")),
+            );
+        };
+        let coefficient =
+            self.coefficient.map_or(descriptor.species[species].diffusion, NonNegative::get);
+        let fitting = match location {
+            Location::Vertex => DiffusionScheme::Cotan,
+            Location::Face | Location::Edge => DiffusionScheme::GreenGauss,
+        };
+        if self.scheme.is_some_and(|scheme| scheme != fitting) {
+            return refuse(
+                "scheme",
+                format!("this scheme does not fit species on {}s", location.noun()),
+                "`cotan` is for species on vertices, `green-gauss` for species on faces; \
+                 kinetics.location says where they are"
+                    .into(),
+            );
+        }
+        let rest = self.metric == DiffusionMetric::Rest;
+        Ok(Effect::Transport(match fitting {
+            DiffusionScheme::Cotan => {
+                Box::new(Cotan::new(context.sheet, species, coefficient, context.measure, rest))
+            }
+            DiffusionScheme::GreenGauss => {
+                if context.measure == Measure::Amount {
+                    return refuse(
+                        "scheme",
+                        "the Green-Gauss scheme does not conserve amounts".into(),
+                        "use kinetics.location = \"vertex\" with measure = \"amount\"".into(),
+                    );
+                }
+                Box::new(GreenGauss::new(context.sheet, species, coefficient, rest))
+            }
+        }))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "diffusion", Diffusion);
+
+/// Cotangent diffusion of one species.
+#[derive(Debug)]
+pub struct Cotan {
+    species: usize,
+    coefficient: f64,
+    measure: Measure,
+    frozen: bool,
+    rest_area: Vec<f64>,
+    area: Vec<f64>,
+    weight: Vec<f64>,
+    bound: f64,
+}
+
+impl Cotan {
+    /// On `sheet` in its rest state; `frozen` keeps that surface.
+    #[must_use]
+    pub fn new(
+        sheet: &Sheet,
+        species: usize,
+        coefficient: f64,
+        measure: Measure,
+        frozen: bool,
+    ) -> Self {
+        let mut cotan = Self {
+            species,
+            coefficient,
+            measure,
+            frozen: false,
+            rest_area: Vec::new(),
+            area: vec![0.0; sheet.vertex_count()],
+            weight: vec![0.0; sheet.edges().len()],
+            bound: 0.0,
+        };
+        cotan.update(sheet, sheet.rest());
+        cotan.rest_area = cotan.area.clone();
+        // Without diffusion nothing needs to follow the shape.
+        cotan.frozen = frozen || coefficient == 0.0;
+        cotan
+    }
+
+    /// Lumped areas `A_i` of the surface in use.
+    #[must_use]
+    pub fn area(&self) -> &[f64] {
+        &self.area
+    }
+
+    /// Edges whose weight is negative: where a maximum principle may fail.
+    #[must_use]
+    pub fn negative_weights(&self) -> usize {
+        self.weight.iter().filter(|w| **w < 0.0).count()
+    }
+}
+
+impl Transport for Cotan {
+    fn species(&self) -> usize {
+        self.species
+    }
+
+    fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
+        if self.frozen {
+            return;
+        }
+        let (triangles, opposite) = (sheet.triangles(), sheet.triangle_edges());
+        let cot = |t: u32, e: usize| {
+            if t == Edge::NONE {
+                return 0.0;
+            }
+            let t = t as usize;
+            let k = opposite[t].iter().position(|&edge| edge as usize == e).unwrap_or(0);
+            let corner = |m: usize| x[triangles[t][(k + m) % 3] as usize];
+            let (u, v) = (corner(1) - corner(0), corner(2) - corner(0));
+            u.dot(&v) / u.cross(&v).norm()
+        };
+        let edges = sheet.edges();
+        parallel::fill(&mut self.weight, |e| {
+            0.5 * (cot(edges[e].triangles[0], e) + cot(edges[e].triangles[1], e))
+        });
+        let incident = sheet.vertex_triangles();
+        parallel::fill(&mut self.area, |i| {
+            let around = incident.of(i).iter().map(|&(t, _)| triangles[t as usize]);
+            let double: f64 = around
+                .map(|t| t.map(|v| x[v as usize]))
+                .map(|[a, b, c]| (b - a).cross(&(c - a)).norm())
+                .sum();
+            double / 6.0
+        });
+        // Gershgorin: twice the largest row sum of |w|/A.
+        let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());
+        self.bound = 2.0
+            * parallel::max(area.len(), |i| {
+                let row: f64 = neighbours.of(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
+                row / area[i]
+            });
+    }
+
+    fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]) {
+        if self.coefficient == 0.0 {
+            return;
+        }
+        let neighbours = sheet.vertex_edges();
+        let (weight, area, rest) = (&self.weight, &self.area, &self.rest_area);
+        let d = self.coefficient;
+        match self.measure {
+            Measure::Concentration => parallel::update(out, |i, rate| {
+                let flow: f64 = neighbours
+                    .of(i)
+                    .iter()
+                    .map(|&(e, j)| weight[e as usize] * (c[j as usize] - c[i]))
+                    .sum();
+                *rate += d * flow / area[i];
+            }),
+            Measure::Amount => {
+                let density = |i: usize| c[i] * rest[i] / area[i];
+                parallel::update(out, |i, rate| {
+                    let flow: f64 = neighbours
+                        .of(i)
+                        .iter()
+                        .map(|&(e, j)| weight[e as usize] * (density(j as usize) - density(i)))
+                        .sum();
+                    *rate += d * flow / rest[i];
+                });
+            }
+        }
+    }
+
+    fn spectral_bound(&self) -> f64 {
+        self.coefficient * self.bound
+    }
+}

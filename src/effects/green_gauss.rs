@@ -1,0 +1,139 @@
+//! The paper's Green-Gauss diffusion of a species on faces.
+//!
+//! Vertex values are averages of the adjacent faces (weights 1/distance); the gradient of a face
+//! is `(∇c)_j = (1/A_j) Σ_edges ½ (c_i + c_k) l n`, n the outward edge normal in the face; the
+//! Laplacian applies the same rule to the vertex averages of the gradient,
+//! `(Δc)_j = (1/A_j) Σ_edges ½ (g_i + g_k)·n l`.
+//!
+//! At the rim the conormal part of the averaged gradient is removed at the vertices (no flux).
+//! Setting the flux of the rim edges to zero instead leaves modes at the rim that grow.
+//!
+//! Known faults, kept because this is here for comparison: half of the face modes are hardly
+//! damped, it does not converge on random meshes, and it conserves only on flat sheets.
+//!
+//! Source: Zakharov & Dasbiswas (2021), section on numerical methods; Ferziger & Perić,
+//! Computational Methods for Fluid Dynamics (2002).
+
+use super::Transport;
+use crate::Vec3;
+use crate::geometry::Faces;
+use crate::parallel;
+use crate::sheet::Sheet;
+use crate::state::FaceVertexAverage;
+
+/// Green-Gauss diffusion of one species.
+#[derive(Debug)]
+pub struct GreenGauss {
+    species: usize,
+    coefficient: f64,
+    frozen: bool,
+    average: FaceVertexAverage,
+    /// Outward edge normals times half the edge length over the area, by opposite corner.
+    edge_normal: Vec<[Vec3; 3]>,
+    /// Unit conormal at rim vertices, zero elsewhere.
+    conormal: Vec<Vec3>,
+    /// Bound on the spectral radius of Δ: its row sums, taken factor by factor.
+    bound: f64,
+}
+
+impl GreenGauss {
+    /// On `sheet` in its rest state; `frozen` keeps that surface.
+    #[must_use]
+    pub fn new(sheet: &Sheet, species: usize, coefficient: f64, frozen: bool) -> Self {
+        let mut scheme = Self {
+            species,
+            coefficient,
+            frozen: false,
+            average: FaceVertexAverage::new(sheet),
+            edge_normal: vec![[Vec3::zeros(); 3]; sheet.triangle_count()],
+            conormal: vec![Vec3::zeros(); sheet.vertex_count()],
+            bound: 0.0,
+        };
+        scheme.update(sheet, sheet.rest());
+        // Without diffusion nothing needs to follow the shape.
+        scheme.frozen = frozen || coefficient == 0.0;
+        scheme
+    }
+
+    /// `(Δc)_j` at every face.
+    #[must_use]
+    pub fn laplacian(&self, sheet: &Sheet, c: &[f64]) -> Vec<f64> {
+        let (triangles, normal) = (sheet.triangles(), &self.edge_normal);
+        let mut at_vertex = vec![0.0; sheet.vertex_count()];
+        self.average.apply(sheet, c, &mut at_vertex);
+        let mut gradient = vec![Vec3::zeros(); c.len()];
+        parallel::fill(&mut gradient, |t| {
+            let v = triangles[t].map(|v| at_vertex[v as usize]);
+            (0..3).map(|k| (v[(k + 1) % 3] + v[(k + 2) % 3]) * normal[t][k]).sum()
+        });
+        let mut vertex_gradient = vec![Vec3::zeros(); sheet.vertex_count()];
+        self.average.apply(sheet, &gradient, &mut vertex_gradient);
+        parallel::update(&mut vertex_gradient, |i, g| {
+            let n = self.conormal[i];
+            *g -= n * n.dot(g);
+        });
+        let mut out = vec![0.0; c.len()];
+        parallel::fill(&mut out, |t| {
+            let g = triangles[t].map(|v| vertex_gradient[v as usize]);
+            (0..3).map(|k| (g[(k + 1) % 3] + g[(k + 2) % 3]).dot(&normal[t][k])).sum()
+        });
+        out
+    }
+}
+
+impl Transport for GreenGauss {
+    fn species(&self) -> usize {
+        self.species
+    }
+
+    fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
+        if self.frozen {
+            return;
+        }
+        self.average.update(sheet, x);
+        let mut faces = Faces::default();
+        faces.update(sheet, x);
+        let (triangles, face) = (sheet.triangles(), faces.all());
+        parallel::fill(&mut self.edge_normal, |t| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            // An edge that runs counter-clockwise has its outward normal at e × n.
+            [c - b, a - c, b - a].map(|e| e.cross(&face[t].normal) / (2.0 * face[t].area))
+        });
+        self.conormal.fill(Vec3::zeros());
+        let edges = sheet.edges().iter().enumerate().filter(|(_, edge)| edge.is_rim());
+        for (e, edge) in edges {
+            let t = edge.triangles[0] as usize;
+            let k = sheet.triangle_edges()[t].iter().position(|&o| o as usize == e).unwrap_or(0);
+            for v in edge.vertices {
+                self.conormal[v as usize] += self.edge_normal[t][k] * face[t].area;
+            }
+        }
+        for n in &mut self.conormal {
+            if *n != Vec3::zeros() {
+                *n = n.normalize();
+            }
+        }
+        // |∇c| ≤ max_signs |Σ ±n_k| = 2 max|n_k| for |c| ≤ 1, since the n_k add up to zero.
+        let (normal, incident) = (&self.edge_normal, sheet.vertex_triangles());
+        let steepest = |t: usize| 2.0 * normal[t].iter().map(Vec3::norm).fold(0.0, f64::max);
+        let mut around = vec![0.0; sheet.vertex_count()];
+        parallel::fill(&mut around, |i| {
+            incident.of(i).iter().map(|&(t, _)| steepest(t as usize)).fold(0.0, f64::max)
+        });
+        self.bound = parallel::max(normal.len(), |t| {
+            (0..3).map(|k| normal[t][k].norm() * around[triangles[t][k] as usize]).sum()
+        });
+    }
+
+    fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]) {
+        if self.coefficient == 0.0 {
+            return;
+        }
+        let laplacian = self.laplacian(sheet, c);
+        parallel::update(out, |t, rate| *rate += self.coefficient * laplacian[t]);
+    }
+
+    fn spectral_bound(&self) -> f64 {
+        self.coefficient * self.bound
+    }
+}

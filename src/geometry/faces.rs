@@ -1,0 +1,49 @@
+//! Unit normals and areas of the current triangles.
+//!
+//! `N = (x_b - x_a) × (x_c - x_a)`, `A = |N|/2`, `n = N/|N|`, with `∂A/∂x_k = ½ n × e_k` where
+//! `e_k` is the edge opposite corner `k`, oriented with the triangle.
+
+use crate::Vec3;
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// One triangle of the current shape.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Face {
+    /// Unit normal; not finite for a triangle without area.
+    pub normal: Vec3,
+    /// Area, length².
+    pub area: f64,
+}
+
+/// All triangles of the current shape.
+#[derive(Debug, Clone, Default)]
+pub struct Faces {
+    face: Vec<Face>,
+}
+
+impl Faces {
+    /// Computes the faces of `x`; the memory is reused.
+    pub fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
+        self.face.resize(sheet.triangle_count(), Face::default());
+        let triangles = sheet.triangles();
+        parallel::fill(&mut self.face, |t| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            let cross = (b - a).cross(&(c - a));
+            let double_area = cross.norm();
+            Face { normal: cross / double_area, area: 0.5 * double_area }
+        });
+    }
+
+    /// The faces, in the order of the sheet's triangles.
+    #[must_use]
+    pub fn all(&self) -> &[Face] {
+        &self.face
+    }
+
+    /// Whether every triangle has a finite area above zero.
+    #[must_use]
+    pub fn are_regular(&self) -> bool {
+        self.face.iter().all(|f| f.area > 0.0 && f.area.is_finite())
+    }
+}

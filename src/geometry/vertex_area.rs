@@ -1,0 +1,152 @@
+//! The area `A_i` that belongs to a vertex, with its derivative.
+//!
+//! Written as corner shares of the triangles, `A_i = Σ_{T∋i} a_{T,i}(x)`:
+//!
+//! * frozen Voronoi: `a_{T,i} = ω_{T,i} A_T(x)`, with the fractions ω of the mixed-Voronoi split of
+//!   the **rest** triangle; smooth in x and right on irregular vertices;
+//! * barycentric: `ω = 1/3`; the mean curvature of a five-valent vertex on a sphere comes out 14 %
+//!   too high and does not converge;
+//! * mixed Voronoi, recomputed in x: `a = (|e_j|² cot θ_j + |e_k|² cot θ_k)/8` where the triangle
+//!   is not obtuse, else `A/2` at the obtuse corner and `A/4` at the others. Only C⁰: forces jump
+//!   where a triangle passes 90°.
+//!
+//! Reference: Meyer, Desbrun, Schröder & Barr, "Discrete differential-geometry operators for
+//! triangulated 2-manifolds" (2003), doi:10.1007/978-3-662-05105-4_2.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Faces, Shape};
+use crate::Vec3;
+use crate::sheet::Sheet;
+
+/// How the area of a triangle is shared among its corners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AreaRule {
+    /// Mixed-Voronoi fractions of the rest triangle times the current area.
+    #[default]
+    FrozenVoronoi,
+    /// Mixed-Voronoi areas of the current triangle.
+    MixedVoronoi,
+    /// A third each.
+    Barycentric,
+}
+
+/// Corner shares for one sheet.
+#[derive(Debug, Clone)]
+pub struct VertexArea {
+    rule: AreaRule,
+    fraction: Vec<[f64; 3]>,
+}
+
+impl VertexArea {
+    /// Prepares `rule` on the rest positions of `sheet`.
+    #[must_use]
+    pub fn new(sheet: &Sheet, rule: AreaRule) -> Self {
+        let fraction = match rule {
+            AreaRule::FrozenVoronoi => {
+                let mut faces = Faces::default();
+                faces.update(sheet, sheet.rest());
+                (0..sheet.triangle_count())
+                    .map(|t| {
+                        let corner = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
+                        let area = faces.all()[t].area;
+                        mixed_voronoi(&corner, area).map(|share| share / area)
+                    })
+                    .collect()
+            }
+            AreaRule::Barycentric => vec![[1.0 / 3.0; 3]; sheet.triangle_count()],
+            AreaRule::MixedVoronoi => Vec::new(),
+        };
+        Self { rule, fraction }
+    }
+
+    /// The rule in use.
+    #[must_use]
+    pub fn rule(&self) -> AreaRule {
+        self.rule
+    }
+
+    /// Areas of the three corners of triangle `t`.
+    #[must_use]
+    pub fn corners(&self, shape: &Shape<'_>, t: usize) -> [f64; 3] {
+        let area = shape.faces.all()[t].area;
+        match self.rule {
+            AreaRule::MixedVoronoi => {
+                let corner = shape.sheet.triangles()[t].map(|v| shape.x[v as usize]);
+                mixed_voronoi(&corner, area)
+            }
+            _ => self.fraction[t].map(|w| w * area),
+        }
+    }
+
+    /// `Σ_k weight_k ∂a_{T,k}/∂A_T`, the part of the derivative that goes through the area.
+    ///
+    /// For the rules that freeze the fractions this is the whole derivative; for
+    /// [`AreaRule::MixedVoronoi`] use [`VertexArea::add_gradient`].
+    #[must_use]
+    pub fn area_factor(&self, t: usize, weight: [f64; 3]) -> f64 {
+        let w = self.fraction.get(t).copied().unwrap_or([1.0 / 3.0; 3]);
+        w[0] * weight[0] + w[1] * weight[1] + w[2] * weight[2]
+    }
+
+    /// Adds `Σ_k weight_k ∂a_{T,k}/∂x_m` to `gradient[m]`, m = 0, 1, 2.
+    pub fn add_gradient(
+        &self,
+        shape: &Shape<'_>,
+        t: usize,
+        weight: [f64; 3],
+        gradient: &mut [Vec3; 3],
+    ) {
+        let face = shape.faces.all()[t];
+        let e = shape.edge_vectors(t);
+        if self.rule != AreaRule::MixedVoronoi {
+            let factor = 0.5 * self.area_factor(t, weight);
+            for m in 0..3 {
+                gradient[m] += factor * face.normal.cross(&e[m]);
+            }
+            return;
+        }
+        let cot = cotangents(&e, face.area);
+        if let Some(k) = cot.iter().position(|c| *c <= 0.0) {
+            let factor = 0.125 * (weight[0] + weight[1] + weight[2]) + 0.125 * weight[k];
+            for m in 0..3 {
+                gradient[m] += factor * face.normal.cross(&e[m]);
+            }
+            return;
+        }
+        // Corner k appears as |e_k|² cot θ_k in the shares of its two neighbours.
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let pair = (weight[i] + weight[j]) / 8.0;
+            // d(|e_k|²) with e_k = x_j - x_i.
+            gradient[j] += 2.0 * pair * cot[k] * e[k];
+            gradient[i] -= 2.0 * pair * cot[k] * e[k];
+            // cot θ_k = -e_i·e_j/(2A): d cot = -(de_i·e_j + e_i·de_j)/(2A) - cot dA/A.
+            let c = pair * e[k].norm_squared();
+            let q = c / (2.0 * face.area);
+            gradient[k] -= q * (e[j] - e[i]);
+            gradient[j] -= q * -e[j];
+            gradient[i] -= q * e[i];
+            for m in 0..3 {
+                gradient[m] -= (0.5 * c * cot[k] / face.area) * face.normal.cross(&e[m]);
+            }
+        }
+    }
+}
+
+/// Cotangents of the corner angles, from the oriented edges and the area.
+fn cotangents(e: &[Vec3; 3], area: f64) -> [f64; 3] {
+    std::array::from_fn(|k| -e[(k + 1) % 3].dot(&e[(k + 2) % 3]) / (2.0 * area))
+}
+
+/// Meyer's mixed area of each corner of a triangle.
+fn mixed_voronoi(corner: &[Vec3; 3], area: f64) -> [f64; 3] {
+    let e = [corner[2] - corner[1], corner[0] - corner[2], corner[1] - corner[0]];
+    let cot = cotangents(&e, area);
+    if let Some(k) = cot.iter().position(|c| *c <= 0.0) {
+        return std::array::from_fn(|m| if m == k { 0.5 * area } else { 0.25 * area });
+    }
+    let q: [f64; 3] = std::array::from_fn(|k| e[k].norm_squared() * cot[k] / 8.0);
+    [q[1] + q[2], q[2] + q[0], q[0] + q[1]]
+}

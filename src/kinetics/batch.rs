@@ -1,0 +1,97 @@
+//! The inputs of kinetics at a batch of points, as borrowed columns.
+
+use super::descriptor::Location;
+
+/// One input at successive points. Stride 0 is one value for all points.
+#[derive(Debug, Clone, Copy)]
+pub struct Column<'a> {
+    data: &'a [f64],
+    stride: usize,
+}
+
+impl<'a> Column<'a> {
+    /// One value for all points.
+    #[must_use]
+    pub fn uniform(value: &'a f64) -> Self {
+        Self { data: std::slice::from_ref(value), stride: 0 }
+    }
+
+    /// One component of interleaved values: `data[component + point · stride]`.
+    #[must_use]
+    pub fn component(data: &'a [f64], component: usize, stride: usize) -> Self {
+        Self { data: data.get(component..).unwrap_or(&[]), stride }
+    }
+
+    /// The value at a point, counted from the first of the column.
+    ///
+    /// # Panics
+    /// Past the end.
+    #[must_use]
+    pub fn at(&self, point: usize) -> f64 {
+        self.data[point * self.stride]
+    }
+
+    /// The column from a point on.
+    #[must_use]
+    pub fn from(&self, point: usize) -> Self {
+        Self { data: self.data.get(point * self.stride..).unwrap_or(&[]), stride: self.stride }
+    }
+
+    /// Whether `count` points can be read.
+    #[must_use]
+    pub fn covers(&self, count: usize) -> bool {
+        match count.checked_sub(1) {
+            None => true,
+            Some(last) => last.checked_mul(self.stride).is_some_and(|end| end < self.data.len()),
+        }
+    }
+
+    /// Whether the values at the first `count` points are finite.
+    pub(super) fn is_finite(&self, count: usize) -> bool {
+        let all = |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
+        match self.stride {
+            0 => all(&self.data[..self.data.len().min(1)]),
+            1 => all(&self.data[..count]),
+            _ => (0..count).all(|point| self.at(point).is_finite()),
+        }
+    }
+
+    pub(super) fn parts(&self) -> (&'a [f64], usize) {
+        (self.data, self.stride)
+    }
+}
+
+impl<'a> From<&'a [f64]> for Column<'a> {
+    fn from(data: &'a [f64]) -> Self {
+        Self { data, stride: 1 }
+    }
+}
+
+impl<'a> From<&'a Vec<f64>> for Column<'a> {
+    fn from(data: &'a Vec<f64>) -> Self {
+        data.as_slice().into()
+    }
+}
+
+/// The inputs of kinetics at successive points.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch<'a> {
+    /// What the points are, for messages.
+    pub location: Location,
+    /// Number in the mesh of the first point, for messages.
+    pub first: usize,
+    /// How many points.
+    pub count: usize,
+    /// One column a species.
+    pub species: &'a [Column<'a>],
+    /// The columns of the signals read, in the order of the descriptor; empty for the length
+    /// factor. Time is a [`Column::uniform`].
+    pub signals: &'a [Column<'a>],
+}
+
+impl Batch<'_> {
+    /// All input columns, species first.
+    pub fn inputs(&self) -> impl Iterator<Item = &Column<'_>> {
+        self.species.iter().chain(self.signals)
+    }
+}

@@ -1,0 +1,180 @@
+//! What kinetics says about itself, checked.
+
+use super::signal::Signal;
+
+/// Where species live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Location {
+    /// On vertices.
+    Vertex,
+    /// On triangles.
+    Face,
+    /// On its edges, where length factors are taken; no species lives there.
+    #[serde(skip)]
+    Edge,
+}
+
+impl Location {
+    /// What one point is called in messages.
+    #[must_use]
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertex",
+            Self::Face => "face",
+            Self::Edge => "edge",
+        }
+    }
+}
+
+/// One species.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Species {
+    /// Name in scenes and results.
+    pub name: String,
+    /// Unit, in words.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Magnitude that matters, > 0.
+    pub typical: f64,
+    /// Least value that makes sense.
+    pub lower: f64,
+    /// Greatest value that makes sense.
+    pub upper: f64,
+    /// Diffusion coefficient unless the scene gives one, length²/time.
+    pub diffusion: f64,
+    /// Location unless the scene gives one.
+    pub location: Location,
+}
+
+/// One parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Name in scenes.
+    pub name: String,
+    /// Unit, in words.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Value where the scene gives none.
+    pub default: Default,
+    /// Lower bound.
+    pub lower: f64,
+    /// Whether the lower bound itself is excluded.
+    pub lower_open: bool,
+    /// Upper bound.
+    pub upper: f64,
+    /// Whether the upper bound itself is excluded.
+    pub upper_open: bool,
+}
+
+/// The default of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Default {
+    /// A number.
+    Value(f64),
+    /// The value of an earlier parameter.
+    SameAs(usize),
+}
+
+impl Parameter {
+    /// Whether the value is finite and within the bounds.
+    #[must_use]
+    pub fn allows(&self, value: f64) -> bool {
+        let above = if self.lower_open { value > self.lower } else { value >= self.lower };
+        let below = if self.upper_open { value < self.upper } else { value <= self.upper };
+        value.is_finite() && above && below
+    }
+
+    /// The bounds as people write them, for example `0 <= alpha < 1`.
+    #[must_use]
+    pub fn range(&self) -> String {
+        let sign = |open| if open { "<" } else { "<=" };
+        let mut text = self.name.clone();
+        if self.lower.is_finite() {
+            text = format!("{} {} {text}", self.lower, sign(self.lower_open));
+        }
+        if self.upper.is_finite() {
+            text = format!("{text} {} {}", sign(self.upper_open), self.upper);
+        }
+        if text == self.name { format!("{text} is any finite number") } else { text }
+    }
+}
+
+/// A signal that the rates read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SignalRead {
+    /// Which.
+    pub signal: Signal,
+    /// Magnitude that matters, > 0, in the signal's unit.
+    pub typical: f64,
+}
+
+/// What is given besides rates.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Exact partial derivatives of the rates.
+    pub rate_partials: bool,
+    /// A length factor Φ(c).
+    pub length_factor: bool,
+    /// Exact partial derivatives of the length factor.
+    pub length_factor_partials: bool,
+}
+
+/// What kinetics says about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Descriptor {
+    /// Reverse domain name.
+    pub id: String,
+    /// Short name.
+    pub name: String,
+    /// Version.
+    pub version: String,
+    /// Author.
+    pub author: String,
+    /// Licence.
+    pub licence: String,
+    /// Equation and reference.
+    pub doc: String,
+    /// Species, at least one; all default to the same location.
+    pub species: Vec<Species>,
+    /// Parameters.
+    pub parameters: Vec<Parameter>,
+    /// Signals that the rates read.
+    pub signals: Vec<SignalRead>,
+    /// What is given besides rates.
+    pub capabilities: Capabilities,
+}
+
+impl Descriptor {
+    /// The number of signal columns: one a scalar, three a vector.
+    #[must_use]
+    pub fn signal_columns(&self) -> usize {
+        self.signals.iter().map(|read| read.signal.columns().len()).sum()
+    }
+
+    /// The number of inputs of the rates: species and signal columns.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.species.len() + self.signal_columns()
+    }
+
+    /// The names of the inputs, in the order of partial derivatives.
+    pub fn input_names(&self) -> impl Iterator<Item = &str> {
+        let columns = self.signals.iter().flat_map(|read| read.signal.columns());
+        self.species.iter().map(|species| species.name.as_str()).chain(columns.copied())
+    }
+
+    /// The position of a species, by name.
+    #[must_use]
+    pub fn species_index(&self, name: &str) -> Option<usize> {
+        self.species.iter().position(|species| species.name == name)
+    }
+
+    /// Whether the signal is read.
+    #[must_use]
+    pub fn reads(&self, signal: Signal) -> bool {
+        self.signals.iter().any(|read| read.signal == signal)
+    }
+}

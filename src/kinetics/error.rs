@@ -1,0 +1,237 @@
+//! Why kinetics could not be found, loaded, made or evaluated.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Anything that can go wrong with kinetics.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum KineticsError {
+    /// No plugin of this name where plugins are looked for.
+    #[error(
+        "there is no plugin `{name}`{}\nfound: {}\nlooked in: {}",
+        hint(nearest.as_deref()),
+        list(found),
+        list(searched)
+    )]
+    NotFound {
+        /// The name asked for.
+        name: String,
+        /// The found name that is most like it.
+        nearest: Option<String>,
+        /// The names that were found.
+        found: Vec<String>,
+        /// The directories that were looked through.
+        searched: Vec<String>,
+    },
+    /// No file at the path of a plugin.
+    #[error("plugin file {} does not exist (or is no file)", path.display())]
+    MissingFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The system's loader refuses the file.
+    #[error("{} cannot be loaded as a shared library: {reason}", path.display())]
+    NotALibrary {
+        /// The path.
+        path: PathBuf,
+        /// What the loader says.
+        reason: String,
+    },
+    /// A shared library without the entry symbol.
+    #[error(
+        "{} is a shared library but no plugin: it does not export `{}`",
+        path.display(),
+        rumple_plugin_abi::ENTRY_SYMBOL
+    )]
+    NotAPlugin {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The entry symbol is not a plugin table.
+    #[error("{} is no plugin: its table starts with {found:02x?} instead of {:02x?} (magic)", path.display(), rumple_plugin_abi::MAGIC)]
+    WrongMagic {
+        /// The path.
+        path: PathBuf,
+        /// The first eight bytes.
+        found: [u8; 8],
+    },
+    /// Built for another major version of the boundary.
+    #[error(
+        "plugin {} was built for version {major}.{minor} of the plugin boundary; this engine needs {}.x: rebuild it with the matching SDK or header",
+        path.display(),
+        rumple_plugin_abi::ABI_MAJOR
+    )]
+    WrongVersion {
+        /// The path.
+        path: PathBuf,
+        /// Its major version.
+        major: u32,
+        /// Its minor version.
+        minor: u32,
+    },
+    /// The table is smaller than the smallest valid one.
+    #[error(
+        "plugin {} has a truncated table: {size} bytes, expected at least {}",
+        path.display(),
+        rumple_plugin_abi::MINIMUM_TABLE_SIZE
+    )]
+    TruncatedTable {
+        /// The path.
+        path: PathBuf,
+        /// Bytes it claims.
+        size: usize,
+    },
+    /// The table or the descriptor says something impossible.
+    #[error("plugin {} describes itself wrongly: {place}: {problem}", path.display())]
+    BadDescriptor {
+        /// The path.
+        path: PathBuf,
+        /// Which part.
+        place: String,
+        /// What is wrong and what was expected.
+        problem: String,
+    },
+    /// A parameter that the plugin does not have.
+    #[error(
+        "plugin `{plugin}` has no parameter `{name}`{}; it has: {}",
+        hint(nearest.as_deref()),
+        list(allowed)
+    )]
+    UnknownParameter {
+        /// The plugin.
+        plugin: String,
+        /// The name given.
+        name: String,
+        /// The parameter most like it.
+        nearest: Option<String>,
+        /// All parameters.
+        allowed: Vec<String>,
+    },
+    /// A parameter outside its bounds.
+    #[error("parameter `{name}` of plugin `{plugin}` is {value}; allowed: {range}")]
+    ParameterOutOfBounds {
+        /// The plugin.
+        plugin: String,
+        /// The parameter.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// The bounds, in words.
+        range: String,
+    },
+    /// A call ended without a result.
+    #[error("plugin `{plugin}` failed in {call}{}: {message}", place(point.as_ref()))]
+    Failed {
+        /// The plugin.
+        plugin: String,
+        /// Which call.
+        call: &'static str,
+        /// Kind and number of the point to blame, if known.
+        point: Option<(&'static str, usize)>,
+        /// What the plugin says.
+        message: String,
+    },
+    /// A call asks for a shorter time step.
+    #[error(
+        "plugin `{plugin}` asks in {call}{} for a time step shorter by {factor}: {message}",
+        place(point.as_ref())
+    )]
+    Retry {
+        /// The plugin.
+        plugin: String,
+        /// Which call.
+        call: &'static str,
+        /// Kind and number of the point to blame, if known.
+        point: Option<(&'static str, usize)>,
+        /// By what to multiply the step, in (0, 1).
+        factor: f64,
+        /// What the plugin says.
+        message: String,
+    },
+    /// An output that is not a finite number, or a length factor that is not positive.
+    #[error("{0}")]
+    BadOutput(Box<BadValue>),
+    /// An input that is not a finite number: the fault lies before the kinetics.
+    #[error("{input} = {value} at {location} {point}: kinetics need finite inputs")]
+    BadInput {
+        /// Name of the species or signal column.
+        input: String,
+        /// Its value.
+        value: f64,
+        /// `vertex` or `face`.
+        location: &'static str,
+        /// Number of the point.
+        point: usize,
+    },
+    /// The caller's columns do not fit the descriptor.
+    #[error("kinetics `{plugin}` were called with {what}: expected {expected}, found {found}")]
+    Shape {
+        /// The plugin.
+        plugin: String,
+        /// What does not fit.
+        what: &'static str,
+        /// How many were expected.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+}
+
+/// A bad output, with all that is needed to reproduce it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BadValue {
+    /// The plugin.
+    pub plugin: String,
+    /// What was returned, for example `the rate of species c`.
+    pub quantity: String,
+    /// The value.
+    pub value: f64,
+    /// `vertex` or `face`.
+    pub location: &'static str,
+    /// Number of the point.
+    pub point: usize,
+    /// Name and value of every input at that point.
+    pub inputs: Vec<(String, f64)>,
+}
+
+impl fmt::Display for BadValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { plugin, quantity, value, location, point, inputs } = self;
+        write!(f, "plugin `{plugin}` returned {value} for {quantity} at {location} {point} (")?;
+        for (position, (name, value)) in inputs.iter().enumerate() {
+            write!(f, "{}{name} = {value}", if position == 0 { "" } else { ", " })?;
+        }
+        write!(f, ")")
+    }
+}
+
+/// The candidate most like `name`, if one is like it.
+pub(super) fn nearest<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
+    // Below this Jaro-Winkler similarity a suggestion is more puzzling than helpful.
+    const LIKENESS: f64 = 0.7;
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            let likeness = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
+            (likeness, candidate)
+        })
+        .filter(|(likeness, _)| *likeness >= LIKENESS)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map(|(_, candidate)| candidate.to_owned())
+}
+
+fn hint(nearest: Option<&str>) -> String {
+    nearest.map(|name| format!(" (did you mean `{name}`?)")).unwrap_or_default()
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "(none)".to_owned() } else { names.join(", ") }
+}
+
+fn place(point: Option<&(&'static str, usize)>) -> String {
+    point.map(|(noun, number)| format!(" at {noun} {number}")).unwrap_or_default()
+}

@@ -1,0 +1,307 @@
+//! Kinetics on a whole field: in parallel batches, and no bad number passes.
+//!
+//! Batches have a fixed size and errors are taken in the order of points, so results and messages
+//! are the same for any number of threads.
+
+use rayon::prelude::*;
+
+use super::batch::{Batch, Column};
+use super::error::{BadValue, KineticsError};
+use super::{Kinetics, Outcome};
+
+/// Points in a batch. Above some 64 the call itself costs nothing; this many values of a dozen
+/// columns still fit into the second-level cache, and a sheet of 20 000 points gives every thread
+/// some batches.
+pub const BATCH: usize = 1024;
+
+/// Columns of equal length, one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Columns {
+    count: usize,
+    data: Vec<f64>,
+}
+
+impl Columns {
+    /// This many columns for this many points, all zero.
+    #[must_use]
+    pub fn new(columns: usize, count: usize) -> Self {
+        Self { count, data: vec![0.0; columns * count] }
+    }
+
+    /// One column.
+    ///
+    /// # Panics
+    /// If there is no such column.
+    #[must_use]
+    pub fn column(&self, column: usize) -> &[f64] {
+        &self.data[column * self.count..(column + 1) * self.count]
+    }
+
+    /// All columns, to be written. Without points there are no columns to be seen.
+    pub fn slices_mut(&mut self) -> Vec<&mut [f64]> {
+        self.data.chunks_mut(self.count.max(1)).collect()
+    }
+
+    /// The values, one column after the other.
+    #[must_use]
+    pub fn into_inner(self) -> Vec<f64> {
+        self.data
+    }
+}
+
+/// The rate of each species: `rates[s][point]`.
+///
+/// # Errors
+/// [`KineticsError::BadInput`], [`KineticsError::BadOutput`], [`KineticsError::Retry`],
+/// [`KineticsError::Failed`], [`KineticsError::Shape`].
+pub fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
+    evaluate(kinetics, Quantity::Rates, batch, rates, &mut [])
+}
+
+/// Rates and their partial derivatives; layout as in [`Kinetics::rate_partials`].
+///
+/// # Errors
+/// As for [`rates`].
+pub fn rate_partials(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+    rates: &mut [&mut [f64]],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
+    evaluate(kinetics, Quantity::RatePartials, batch, rates, partials)
+}
+
+/// The length factor Φ > 0; the batch has no signals.
+///
+/// # Errors
+/// As for [`rates`]; also [`KineticsError::BadOutput`] if Φ <= 0.
+pub fn length_factor(kinetics: &dyn Kinetics, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
+    evaluate(kinetics, Quantity::LengthFactor, batch, &mut [factor], &mut [])
+}
+
+/// The length factor and ∂Φ/∂c: `partials[s][point]`.
+///
+/// # Errors
+/// As for [`length_factor`].
+pub fn length_factor_partials(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+    factor: &mut [f64],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
+    evaluate(kinetics, Quantity::LengthFactorPartials, batch, &mut [factor], partials)
+}
+
+#[derive(Clone, Copy)]
+enum Quantity {
+    Rates,
+    RatePartials,
+    LengthFactor,
+    LengthFactorPartials,
+}
+
+impl Quantity {
+    fn is_rate(self) -> bool {
+        matches!(self, Self::Rates | Self::RatePartials)
+    }
+
+    /// Numbers of value columns and of partial columns.
+    fn columns(self, kinetics: &dyn Kinetics) -> (usize, usize) {
+        let descriptor = kinetics.descriptor();
+        let species = descriptor.species.len();
+        match self {
+            Self::Rates => (species, 0),
+            Self::RatePartials => (species, species * descriptor.inputs()),
+            Self::LengthFactor => (1, 0),
+            Self::LengthFactorPartials => (1, species),
+        }
+    }
+
+    fn evaluate(
+        self,
+        kinetics: &dyn Kinetics,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        match (self, values) {
+            (Self::Rates, rates) => kinetics.rates(batch, rates),
+            (Self::RatePartials, rates) => kinetics.rate_partials(batch, rates, partials),
+            (Self::LengthFactor, [factor]) => kinetics.length_factor(batch, factor),
+            (Self::LengthFactorPartials, [factor]) => {
+                kinetics.length_factor_partials(batch, factor, partials)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// What an output column is, in words.
+    fn describe(self, kinetics: &dyn Kinetics, partial: Option<usize>, column: usize) -> String {
+        let descriptor = kinetics.descriptor();
+        let input = |at: usize| descriptor.input_names().nth(at).unwrap_or("?").to_owned();
+        let rate = |at: usize| format!("the rate of species {}", input(at));
+        let factor = "the length factor".to_owned();
+        match (self.is_rate(), partial) {
+            (true, None) => rate(column),
+            (false, None) => factor,
+            (true, Some(entry)) => {
+                let width = descriptor.inputs();
+                format!("the derivative by {} of {}", input(entry % width), rate(entry / width))
+            }
+            (false, Some(entry)) => format!("the derivative by {} of {factor}", input(entry)),
+        }
+    }
+}
+
+fn evaluate(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
+    batch: &Batch<'_>,
+    values: &mut [&mut [f64]],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
+    if batch.count == 0 {
+        return Ok(None);
+    }
+    check_shapes(kinetics, quantity, batch, values, partials)?;
+    let outcomes: Vec<Outcome> = blocks(batch.count, values)
+        .into_par_iter()
+        .zip(blocks(batch.count, partials))
+        .enumerate()
+        .map(|(block, (mut values, mut partials))| {
+            let start = block * BATCH;
+            let species = from_point(batch.species, start);
+            let signals = from_point(batch.signals, start);
+            let part = Batch {
+                location: batch.location,
+                first: batch.first + start,
+                count: BATCH.min(batch.count - start),
+                species: &species,
+                signals: &signals,
+            };
+            check_inputs(kinetics, &part)?;
+            let outcome = quantity.evaluate(kinetics, &part, &mut values, &mut partials)?;
+            check_outputs(kinetics, quantity, &part, &values, &partials)?;
+            Ok(outcome)
+        })
+        .collect();
+    outcomes.into_iter().try_fold(None, |first, outcome| Ok(first.or(outcome?)))
+}
+
+fn from_point<'a>(columns: &[Column<'a>], start: usize) -> Vec<Column<'a>> {
+    columns.iter().map(|column| column.from(start)).collect()
+}
+
+/// The columns cut into blocks of [`BATCH`] points: `blocks[b][column]`.
+fn blocks<'a>(count: usize, columns: &'a mut [&mut [f64]]) -> Vec<Vec<&'a mut [f64]>> {
+    let mut blocks: Vec<Vec<&mut [f64]>> = Vec::new();
+    blocks.resize_with(count.div_ceil(BATCH), Vec::new);
+    for column in columns {
+        for (block, part) in blocks.iter_mut().zip(column.chunks_mut(BATCH)) {
+            block.push(part);
+        }
+    }
+    blocks
+}
+
+fn check_shapes(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
+    batch: &Batch<'_>,
+    values: &[&mut [f64]],
+    partials: &[&mut [f64]],
+) -> Result<(), KineticsError> {
+    let descriptor = kinetics.descriptor();
+    let check = |what, expected, found| {
+        if expected == found {
+            return Ok(());
+        }
+        let plugin = descriptor.name.clone();
+        Err(KineticsError::Shape { plugin, what, expected, found })
+    };
+    let (value_columns, partial_columns) = quantity.columns(kinetics);
+    let signals = if quantity.is_rate() { descriptor.signal_columns() } else { 0 };
+    check("species columns", descriptor.species.len(), batch.species.len())?;
+    check("signal columns", signals, batch.signals.len())?;
+    check("value columns", value_columns, values.len())?;
+    check("derivative columns", partial_columns, partials.len())?;
+    for column in batch.inputs() {
+        let found = if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
+        check("values of an input", batch.count, found)?;
+    }
+    for column in values.iter().chain(partials) {
+        check("values of an output", batch.count, column.len())?;
+    }
+    Ok(())
+}
+
+fn check_inputs(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {
+    if batch.inputs().all(|column| column.is_finite(batch.count)) {
+        return Ok(());
+    }
+    for point in 0..batch.count {
+        if let Some((input, column)) =
+            batch.inputs().enumerate().find(|(_, column)| !column.at(point).is_finite())
+        {
+            return Err(KineticsError::BadInput {
+                input: kinetics.descriptor().input_names().nth(input).unwrap_or("?").to_owned(),
+                value: column.at(point),
+                location: batch.location.noun(),
+                point: batch.first + point,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Blames the first bad point, and at it values before derivatives.
+fn check_outputs(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
+    batch: &Batch<'_>,
+    values: &[&mut [f64]],
+    partials: &[&mut [f64]],
+) -> Result<(), KineticsError> {
+    let least = if quantity.is_rate() { f64::MIN } else { f64::MIN_POSITIVE };
+    if all_within(values, least) && all_within(partials, f64::MIN) {
+        return Ok(());
+    }
+    let first = |columns: &[&mut [f64]], least: f64| {
+        columns
+            .iter()
+            .enumerate()
+            .filter_map(|(at, column)| {
+                let point = column.iter().position(|value| !(least..=f64::MAX).contains(value))?;
+                Some((point, at, column[point]))
+            })
+            .min_by_key(|(point, at, _)| (*point, *at))
+    };
+    let value = first(values, least).map(|(point, at, value)| (point, None, at, value));
+    let partial = first(partials, f64::MIN).map(|(point, at, value)| (point, Some(at), at, value));
+    let Some((point, partial, column, value)) =
+        value.into_iter().chain(partial).min_by_key(|(point, partial, ..)| (*point, *partial))
+    else {
+        return Ok(());
+    };
+    let quantity = quantity.describe(kinetics, partial, column);
+    let names = kinetics.descriptor().input_names();
+    Err(KineticsError::BadOutput(Box::new(BadValue {
+        plugin: kinetics.descriptor().name.clone(),
+        quantity,
+        value,
+        location: batch.location.noun(),
+        point: batch.first + point,
+        inputs: names
+            .map(str::to_owned)
+            .zip(batch.inputs().map(|column| column.at(point)))
+            .collect(),
+    })))
+}
+
+/// Whether no value is less than `least`, infinite or NaN. It looks at all of a column without
+/// short cuts, so that the common case is a few vector instructions.
+fn all_within(columns: &[&mut [f64]], least: f64) -> bool {
+    columns.iter().all(|column| {
+        column.iter().fold(true, |all, value| all & (least..=f64::MAX).contains(value))
+    })
+}

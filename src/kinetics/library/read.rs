@@ -1,0 +1,249 @@
+//! Reading the table and the descriptor of a plugin.
+//!
+//! Pointers, counts and sizes are checked before they are followed, as far as they can be.
+
+use std::mem::MaybeUninit;
+use std::path::Path;
+use std::ptr;
+
+use rumple_plugin_abi as abi;
+
+use crate::kinetics::KineticsError;
+use crate::kinetics::descriptor::{
+    Capabilities, Default, Descriptor, Location, Parameter, SignalRead, Species,
+};
+use crate::kinetics::metadata::{self, Problem};
+
+/// More elements than this in an array of a descriptor are taken for garbage.
+const MOST_ELEMENTS: usize = 256;
+/// More bytes than this in a text of a descriptor are taken for garbage.
+const LONGEST_TEXT: usize = 1 << 16;
+
+/// Copies the table, fields beyond its own size as null.
+///
+/// # Safety
+/// `entry` is the address of an exported object, unchanged for good, at least as long as magic,
+/// versions and size; and if these are ours, as long as it says.
+pub(super) unsafe fn table(
+    entry: *const abi::PluginTable,
+    path: &Path,
+) -> Result<abi::PluginTable, KineticsError> {
+    let path = || path.to_owned();
+    // SAFETY: an exported object; a plugin's begins with at least magic, versions and size. Read
+    // without regard to alignment, since what else may lie there is not known yet.
+    let (found, major, minor, size) = unsafe {
+        (
+            (&raw const (*entry).magic).read_unaligned(),
+            (&raw const (*entry).abi_major).read_unaligned(),
+            (&raw const (*entry).abi_minor).read_unaligned(),
+            (&raw const (*entry).size).read_unaligned(),
+        )
+    };
+    if found != abi::MAGIC {
+        return Err(KineticsError::WrongMagic { path: path(), found });
+    }
+    if major != abi::ABI_MAJOR {
+        return Err(KineticsError::WrongVersion { path: path(), major, minor });
+    }
+    if size < abi::MINIMUM_TABLE_SIZE {
+        return Err(KineticsError::TruncatedTable { path: path(), size });
+    }
+    let mut table = MaybeUninit::<abi::PluginTable>::zeroed();
+    // SAFETY: no more bytes than either side has; all zeros are valid for every field.
+    unsafe {
+        let bytes = size.min(size_of::<abi::PluginTable>());
+        ptr::copy_nonoverlapping(entry.cast::<u8>(), table.as_mut_ptr().cast::<u8>(), bytes);
+        Ok(table.assume_init())
+    }
+}
+
+/// Copies the descriptor and checks it.
+///
+/// # Safety
+/// The table was read by [`table`]; its descriptor, if not null, and all that this points to have
+/// the lengths that they say, and are unchanged for good.
+pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, Problem> {
+    let problem = |place: &str, problem: &str| (place.to_owned(), problem.to_owned());
+    if table.descriptor.is_null() || !table.descriptor.is_aligned() {
+        return Err(problem("descriptor", "is null or not aligned"));
+    }
+    // SAFETY: the table is of our version, and its descriptor begins with its size.
+    if unsafe { (*table.descriptor).size } < size_of::<abi::Descriptor>() {
+        return Err(problem("descriptor", "is truncated"));
+    }
+    // SAFETY: not null, aligned, and of at least this size.
+    let raw = unsafe { *table.descriptor };
+    // SAFETY: as promised for all texts of the descriptor.
+    let text = |place: &str, raw| unsafe { text(place, raw) };
+
+    let given = raw.capabilities;
+    if !given.contains(abi::Capabilities::RATES) {
+        return Err(problem("capabilities", "do not include rates"));
+    }
+    if given.0 >> 32 != 0 {
+        return Err(problem(
+            "capabilities",
+            "include something that this version of the engine cannot do (spontaneous curvature, \
+             state of instances, or newer)",
+        ));
+    }
+    // SAFETY: as promised for all arrays of the descriptor.
+    let (species, parameters, signals) = unsafe {
+        (
+            elements("species", raw.species, raw.species_count, raw.species_stride)?,
+            elements("parameters", raw.parameters, raw.parameter_count, raw.parameter_stride)?,
+            elements("signals", raw.signals, raw.signal_count, raw.signal_stride)?,
+        )
+    };
+    let names = parameters
+        .iter()
+        .map(|parameter| text("name of a parameter", parameter.name))
+        .collect::<Result<Vec<_>, _>>()?;
+    let descriptor = Descriptor {
+        id: text("id", raw.id)?,
+        name: text("name", raw.name)?,
+        version: text("version", raw.version)?,
+        author: text("author", raw.author)?,
+        licence: text("licence", raw.licence)?,
+        doc: text("doc", raw.doc)?,
+        species: species
+            .iter()
+            // SAFETY: an element of the descriptor.
+            .map(|raw| unsafe { read_species(raw) })
+            .collect::<Result<_, _>>()?,
+        parameters: parameters
+            .iter()
+            .enumerate()
+            // SAFETY: an element of the descriptor.
+            .map(|(position, raw)| unsafe { read_parameter(raw, position, &names) })
+            .collect::<Result<_, _>>()?,
+        signals: signals
+            .iter()
+            .map(|signal| {
+                let signal_read = text("name of a signal", signal.name)?
+                    .parse()
+                    .map_err(|unknown: String| problem("signals", &unknown))?;
+                Ok(SignalRead { signal: signal_read, typical: signal.typical })
+            })
+            .collect::<Result<_, Problem>>()?,
+        capabilities: Capabilities {
+            rate_partials: given.contains(abi::Capabilities::RATE_PARTIALS),
+            length_factor: given.contains(abi::Capabilities::LENGTH_FACTOR),
+            length_factor_partials: given.contains(abi::Capabilities::LENGTH_FACTOR_PARTIALS),
+        },
+    };
+    metadata::check(&descriptor)?;
+    Ok(descriptor)
+}
+
+/// # Safety
+/// The texts of `raw` have the lengths that they say, and are unchanged for good.
+unsafe fn read_species(raw: &abi::Species) -> Result<Species, Problem> {
+    // SAFETY: as promised.
+    let text = |place: &str, raw| unsafe { text(place, raw) };
+    let name = text("name of a species", raw.name)?;
+    let location = match raw.location {
+        abi::Location::VERTEX => Location::Vertex,
+        abi::Location::FACE => Location::Face,
+        abi::Location(other) => {
+            let problem = format!("location is {other}; expected 0 (vertex) or 1 (face)");
+            return Err((format!("species `{name}`"), problem));
+        }
+    };
+    Ok(Species {
+        unit: text(&format!("unit of species `{name}`"), raw.unit)?,
+        doc: text(&format!("doc of species `{name}`"), raw.doc)?,
+        name,
+        typical: raw.typical,
+        lower: raw.lower,
+        upper: raw.upper,
+        diffusion: raw.diffusion,
+        location,
+    })
+}
+
+/// # Safety
+/// The texts of `raw` have the lengths that they say, and are unchanged for good.
+unsafe fn read_parameter(
+    raw: &abi::Parameter,
+    position: usize,
+    names: &[String],
+) -> Result<Parameter, Problem> {
+    // SAFETY: as promised.
+    let text = |place: &str, raw| unsafe { text(place, raw) };
+    let name = &names[position];
+    let default_of = text(&format!("default of parameter `{name}`"), raw.default_of)?;
+    let default = if default_of.is_empty() {
+        Default::Value(raw.default)
+    } else {
+        let earlier = names[..position].iter().position(|known| *known == default_of);
+        Default::SameAs(earlier.ok_or_else(|| {
+            let problem = format!("defaults to `{default_of}`, which is no earlier parameter");
+            (format!("parameter `{name}`"), problem)
+        })?)
+    };
+    Ok(Parameter {
+        name: name.clone(),
+        unit: text(&format!("unit of parameter `{name}`"), raw.unit)?,
+        doc: text(&format!("doc of parameter `{name}`"), raw.doc)?,
+        default,
+        lower: raw.lower,
+        lower_open: raw.open & abi::Parameter::LOWER_OPEN != 0,
+        upper: raw.upper,
+        upper_open: raw.open & abi::Parameter::UPPER_OPEN != 0,
+    })
+}
+
+/// Copies an array of a descriptor.
+///
+/// # Safety
+/// `first`, if not null, is the start of `count` elements, `stride` bytes apart.
+unsafe fn elements<T: Copy>(
+    place: &str,
+    first: *const T,
+    count: usize,
+    stride: usize,
+) -> Result<Vec<T>, Problem> {
+    let problem = |problem: String| Err((place.to_owned(), problem));
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    if count > MOST_ELEMENTS {
+        return problem(format!("there are {count}; expected at most {MOST_ELEMENTS}"));
+    }
+    if first.is_null() || !first.is_aligned() {
+        return problem("the array is null or not aligned".to_owned());
+    }
+    if stride < size_of::<T>() || !stride.is_multiple_of(align_of::<T>()) || stride > LONGEST_TEXT {
+        return problem(format!(
+            "elements are {stride} bytes apart; expected {} or more",
+            size_of::<T>()
+        ));
+    }
+    // SAFETY: the plugin says that there are `count` elements, `stride` bytes apart; each is
+    // aligned and at least as long as ours.
+    Ok((0..count).map(|at| unsafe { *first.byte_add(at * stride) }).collect())
+}
+
+/// Copies a text of a descriptor.
+///
+/// # Safety
+/// `raw.data`, if not null, is the start of `raw.length` bytes.
+unsafe fn text(place: &str, raw: abi::Str) -> Result<String, Problem> {
+    let problem = |problem: String| Err((place.to_owned(), problem));
+    if raw.length == 0 {
+        return Ok(String::new());
+    }
+    if raw.data.is_null() {
+        return problem("the text is null".to_owned());
+    }
+    if raw.length > LONGEST_TEXT {
+        return problem(format!("{} bytes long; expected at most {LONGEST_TEXT}", raw.length));
+    }
+    // SAFETY: the plugin says that there are `length` bytes.
+    let bytes = unsafe { std::slice::from_raw_parts(raw.data, raw.length) };
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Ok(text.to_owned()),
+        Err(_) => problem("the text is not UTF-8".to_owned()),
+    }
+}

@@ -1,0 +1,122 @@
+//! Where plugins are found: by path, or by name along a list of directories.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::error::{KineticsError, nearest};
+
+/// The environment variable with further directories, separated as in `PATH`.
+pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
+
+/// The directories in which a plugin is looked up by name, in order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Search {
+    directories: Vec<PathBuf>,
+}
+
+impl Search {
+    /// These directories and no others.
+    #[must_use]
+    pub fn in_directories(directories: Vec<PathBuf>) -> Self {
+        Self { directories }
+    }
+
+    /// The explicit directories first, then those of [`PATH_VARIABLE`], then the executable's own.
+    #[must_use]
+    pub fn from_environment(explicit: &[PathBuf]) -> Self {
+        let mut directories = explicit.to_vec();
+        if let Some(paths) = env::var_os(PATH_VARIABLE) {
+            directories
+                .extend(env::split_paths(&paths).filter(|path| !path.as_os_str().is_empty()));
+        }
+        if let Ok(executable) = env::current_exe() {
+            directories.extend(executable.parent().map(Path::to_owned));
+        }
+        Self { directories }
+    }
+
+    /// The directories, in order.
+    #[must_use]
+    pub fn directories(&self) -> &[PathBuf] {
+        &self.directories
+    }
+
+    /// The file of a plugin: `plugin` is a path (relative to `scene_directory`) if it has a
+    /// directory part or the ending of a shared library, else a name.
+    ///
+    /// # Errors
+    /// [`KineticsError::MissingFile`] for a path; [`KineticsError::NotFound`] for a name, with the
+    /// names that there are.
+    pub fn resolve(&self, plugin: &str, scene_directory: &Path) -> Result<PathBuf, KineticsError> {
+        if is_path(plugin) {
+            let path = scene_directory.join(plugin);
+            return if path.is_file() {
+                Ok(path)
+            } else {
+                Err(KineticsError::MissingFile { path })
+            };
+        }
+        let file = file_name(plugin);
+        self.directories
+            .iter()
+            .map(|directory| directory.join(&file))
+            .find(|path| path.is_file())
+            .ok_or_else(|| {
+                let found: Vec<String> = self.list().into_iter().map(|(name, _)| name).collect();
+                KineticsError::NotFound {
+                    name: plugin.to_owned(),
+                    nearest: nearest(plugin, found.iter().map(String::as_str)),
+                    found,
+                    searched: self
+                        .directories
+                        .iter()
+                        .map(|path| path.display().to_string())
+                        .collect(),
+                }
+            })
+    }
+
+    /// Names and files of all plugins in the directories, sorted; where a name occurs twice, the
+    /// one that [`resolve`](Self::resolve) takes. Files are read, not loaded: one counts as a plugin if it
+    /// mentions the entry symbol.
+    #[must_use]
+    pub fn list(&self) -> Vec<(String, PathBuf)> {
+        let mut found: Vec<(String, PathBuf)> = Vec::new();
+        for directory in &self.directories {
+            let Ok(entries) = fs::read_dir(directory) else { continue };
+            for path in entries.flatten().map(|entry| entry.path()) {
+                if let Some(name) = plugin_name(&path)
+                    && !found.iter().any(|(known, _)| *known == name)
+                    && mentions_entry(&path)
+                {
+                    found.push((name, path));
+                }
+            }
+        }
+        found.sort();
+        found
+    }
+}
+
+/// The file name of a plugin on this system, for example `libcurvature_feedback.so`.
+#[must_use]
+pub fn file_name(plugin: &str) -> String {
+    let stem = plugin.replace('-', "_");
+    format!("{}{stem}{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX)
+}
+
+fn is_path(plugin: &str) -> bool {
+    plugin.contains(['/', '\\']) || plugin.ends_with(env::consts::DLL_SUFFIX)
+}
+
+fn plugin_name(path: &Path) -> Option<String> {
+    let file = path.file_name()?.to_str()?;
+    let stem = file.strip_prefix(env::consts::DLL_PREFIX)?.strip_suffix(env::consts::DLL_SUFFIX)?;
+    (!stem.is_empty()).then(|| stem.replace('_', "-"))
+}
+
+fn mentions_entry(path: &Path) -> bool {
+    let symbol = rumple_plugin_abi::ENTRY_SYMBOL.as_bytes();
+    fs::read(path).is_ok_and(|bytes| bytes.windows(symbol.len()).any(|part| part == symbol))
+}

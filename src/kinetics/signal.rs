@@ -1,0 +1,100 @@
+//! The signals: what kinetics may read of the shape, the stress and the clock.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A quantity that the engine computes, if some kinetics reads it, at the points where species
+/// live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Signal {
+    /// Mean curvature H, 1/length. Positive at the top of a bump towards the normal; 0 on the rim.
+    MeanCurvature,
+    /// Gaussian curvature K, 1/length². Positive on a sphere, negative on a saddle.
+    GaussianCurvature,
+    /// Elastic area strain A/Ā - 1: current over optimal area, less one. Positive if stretched.
+    AreaStrain,
+    /// Tension σ, force/length. Positive if stretched. The scene chooses among its readings.
+    Tension,
+    /// Area ratio A/A⁰: current over rest area, growth included.
+    AreaRatio,
+    /// Current position (x, y, z), length.
+    Position,
+    /// Unit normal (x, y, z); triangles run counter-clockwise when seen from its tip.
+    Normal,
+    /// Time, the same at all points.
+    Time,
+}
+
+impl Signal {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::MeanCurvature,
+        Self::GaussianCurvature,
+        Self::AreaStrain,
+        Self::Tension,
+        Self::AreaRatio,
+        Self::Position,
+        Self::Normal,
+        Self::Time,
+    ];
+
+    /// The name in plugins, scenes and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MeanCurvature => "mean_curvature",
+            Self::GaussianCurvature => "gaussian_curvature",
+            Self::AreaStrain => "area_strain",
+            Self::Tension => "tension",
+            Self::AreaRatio => "area_ratio",
+            Self::Position => "position",
+            Self::Normal => "normal",
+            Self::Time => "time",
+        }
+    }
+
+    /// The unit, in words.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::MeanCurvature => "1/length",
+            Self::GaussianCurvature => "1/length^2",
+            Self::Tension => "force/length",
+            Self::Position => "length",
+            Self::Time => "time",
+            Self::AreaStrain | Self::AreaRatio | Self::Normal => "1",
+        }
+    }
+
+    /// The names of its columns in a batch: one, or three for a vector.
+    #[must_use]
+    pub fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::MeanCurvature => &["mean_curvature"],
+            Self::GaussianCurvature => &["gaussian_curvature"],
+            Self::AreaStrain => &["area_strain"],
+            Self::Tension => &["tension"],
+            Self::AreaRatio => &["area_ratio"],
+            Self::Position => &["position_x", "position_y", "position_z"],
+            Self::Normal => &["normal_x", "normal_y", "normal_z"],
+            Self::Time => &["time"],
+        }
+    }
+}
+
+impl fmt::Display for Signal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Signal {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|signal| signal.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("there is no signal `{name}`; there are {names}")
+        })
+    }
+}

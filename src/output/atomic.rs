@@ -1,0 +1,57 @@
+//! Files that appear whole under their name or not at all.
+//!
+//! The text goes to a hidden file in the same directory, is forced to the disk, and takes the
+//! name by a rename, which the file system does in one go. A reader, a killed run or a full disk
+//! thus sees the old file or the new one, never a part of one.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::OutputError;
+
+/// The end of the name of a file under construction; such files may be deleted at any time.
+pub const PART: &str = ".part";
+
+/// Where `path` is built: `.NAME.part` beside it.
+fn part_of(path: &Path) -> PathBuf {
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(PART);
+    path.with_file_name(name)
+}
+
+/// Replaces the file `path` by what `fill` writes.
+///
+/// # Errors
+/// [`OutputError::Write`] with the path and the message of the operating system. What was at
+/// `path` before is then untouched, and nothing else is left behind.
+pub fn replace(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
+    let part = part_of(path);
+    let built = File::create(&part)
+        .and_then(|file| {
+            let mut writer = BufWriter::new(file);
+            fill(&mut writer)?;
+            writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()
+        })
+        .and_then(|()| fs::rename(&part, path));
+    if built.is_err() {
+        // The first failure is the one to report; the part file may not even exist.
+        let _ = fs::remove_file(&part);
+    }
+    built.map_err(OutputError::write(path))?;
+    sync_directory(path);
+    Ok(())
+}
+
+/// Forces the rename to the disk where the system offers it; the file is whole either way.
+fn sync_directory(path: &Path) {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Ok(directory) = File::open(parent) {
+        let _ = directory.sync_all();
+    }
+}

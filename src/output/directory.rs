@@ -1,0 +1,159 @@
+//! The directory that takes the results of one run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::{OutputError, atomic, clock};
+
+/// A directory made ready for one run, and the names of everything in it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultDirectory {
+    root: PathBuf,
+}
+
+impl ResultDirectory {
+    /// Name of the subdirectory of the frames.
+    pub const FRAMES: &'static str = "frames";
+    const PVD: &'static str = "sheet.pvd";
+    const LEDGER: &'static str = "ledger.csv";
+    const RESOLVED: &'static str = "resolved.toml";
+    const PROVENANCE: &'static str = "provenance.json";
+
+    /// The directory of a run for which none was named: the scene's stem and the time in UTC, as
+    /// `spots-20261121-123456` in the working directory.
+    #[must_use]
+    pub fn default_path(scene: &Path, now: SystemTime) -> PathBuf {
+        let stem = scene.file_stem().unwrap_or("run".as_ref()).to_string_lossy();
+        PathBuf::from(format!("{stem}-{}", clock::stamp(now)))
+    }
+
+    /// Makes `root` ready: creates it, or empties it of an earlier run if `force` is given.
+    ///
+    /// Only files that a run writes are removed, known by their names; whatever else is there
+    /// stays.
+    ///
+    /// # Errors
+    /// [`OutputError::Directory`] if `root` is not a directory, or is not empty and `force` is
+    /// not given; [`OutputError::Write`] or [`OutputError::Read`] from the operating system.
+    pub fn prepare(root: &Path, force: bool) -> Result<Self, OutputError> {
+        let refuse = |message: &str| {
+            Err(OutputError::Directory { path: root.to_owned(), message: message.to_owned() })
+        };
+        if root.exists() && !root.is_dir() {
+            return refuse("is a file, expected a directory or a name that is free");
+        }
+        fs::create_dir_all(root).map_err(OutputError::write(root))?;
+        let directory = Self { root: root.to_owned() };
+        let frames = directory.frames();
+        if frames.exists() && !frames.is_dir() {
+            return refuse("`frames` in it is a file; frames are written to a directory so named");
+        }
+        let content = names(root)?;
+        if !content.is_empty() && !force {
+            return refuse(
+                "is not empty; name another with --out, or give --force to replace the results \
+                 of an earlier run in it",
+            );
+        }
+        // The index goes first: what is left if this is cut short then claims nothing.
+        let mut ours = vec![directory.pvd()];
+        ours.extend(content.iter().filter(|name| is_root_file(name)).map(|name| root.join(name)));
+        if frames.is_dir() {
+            let old = names(&frames)?;
+            ours.extend(old.iter().filter(|n| is_frame_file(n)).map(|n| frames.join(n)));
+        }
+        for path in ours {
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(OutputError::Write { path, source: e });
+                }
+                _ => {}
+            }
+        }
+        Ok(directory)
+    }
+
+    /// The directory itself.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The index of the frames, which is the file to open in ParaView.
+    #[must_use]
+    pub fn pvd(&self) -> PathBuf {
+        self.root.join(Self::PVD)
+    }
+
+    /// The subdirectory of the frames.
+    #[must_use]
+    pub fn frames(&self) -> PathBuf {
+        self.root.join(Self::FRAMES)
+    }
+
+    /// Frame `number`, counted from 0.
+    #[must_use]
+    pub fn frame(&self, number: usize) -> PathBuf {
+        self.frames().join(Self::frame_name(number))
+    }
+
+    /// The ledger.
+    #[must_use]
+    pub fn ledger(&self) -> PathBuf {
+        self.root.join(Self::LEDGER)
+    }
+
+    /// The scene with every default written out.
+    #[must_use]
+    pub fn resolved(&self) -> PathBuf {
+        self.root.join(Self::RESOLVED)
+    }
+
+    /// Versions, hashes, host and command line.
+    #[must_use]
+    pub fn provenance(&self) -> PathBuf {
+        self.root.join(Self::PROVENANCE)
+    }
+
+    /// Name of frame `number` within [`frames`](Self::frames).
+    #[must_use]
+    pub fn frame_name(number: usize) -> String {
+        format!("frame_{number:06}.vtu")
+    }
+}
+
+/// Names of all entries of `directory`, sorted.
+fn names(directory: &Path) -> Result<Vec<String>, OutputError> {
+    let mut names = fs::read_dir(directory)
+        .and_then(|entries| {
+            entries
+                .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
+                .collect::<std::io::Result<Vec<_>>>()
+        })
+        .map_err(OutputError::read(directory))?;
+    names.sort();
+    Ok(names)
+}
+
+/// The name of the finished file for one that a killed run left under construction.
+fn finished(name: &str) -> &str {
+    name.strip_prefix('.').and_then(|n| n.strip_suffix(atomic::PART)).unwrap_or(name)
+}
+
+fn is_root_file(name: &str) -> bool {
+    [
+        ResultDirectory::PVD,
+        ResultDirectory::LEDGER,
+        ResultDirectory::RESOLVED,
+        ResultDirectory::PROVENANCE,
+    ]
+    .contains(&finished(name))
+}
+
+fn is_frame_file(name: &str) -> bool {
+    finished(name)
+        .strip_prefix("frame_")
+        .and_then(|rest| rest.strip_suffix(".vtu"))
+        .is_some_and(|number| number.len() >= 6 && number.bytes().all(|b| b.is_ascii_digit()))
+}

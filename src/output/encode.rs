@@ -1,0 +1,82 @@
+//! Numbers as text and bytes: shortest decimals, base64, and the blocks of VTK's XML files.
+//!
+//! An array in a VTK XML file is a header of unsigned integers and the data, each in base64 of
+//! its own: uncompressed `[bytes]`, compressed `[blocks][block size][size of a partial last
+//! block][compressed size of each block …]`. Source: VTK file formats, "XML file formats",
+//! <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
+
+use std::io::Write;
+
+use flate2::Compression as Level;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+
+use super::vtu::Compression;
+
+/// Bytes compressed as one block.
+///
+/// Blocks are compressed in parallel and cost a dictionary each: 128 KiB keeps all threads of a
+/// small machine busy on a 20 000-vertex frame and makes the file 0.02 % larger than one
+/// block would.
+const BLOCK: usize = 128 * 1024;
+
+/// The shortest decimal that reads back as exactly `value`; `nan`, `inf`, `-inf` for the rest.
+pub(super) fn decimal(value: f64) -> String {
+    let size = value.abs();
+    if value.is_nan() {
+        "nan".to_owned()
+    } else if value == 0.0 || (1e-5..1e16).contains(&size) || size.is_infinite() {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// Standard base64 with padding.
+fn base64(bytes: &[u8]) -> Vec<u8> {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = Vec::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for place in 0..4usize {
+            text.push(if place <= group.len() {
+                DIGITS[(bits >> (18 - 6 * place) & 63) as usize]
+            } else {
+                b'='
+            });
+        }
+    }
+    text
+}
+
+/// The content of a `<DataArray format="binary">` with 64-bit headers.
+pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Result<Vec<u8>> {
+    let size = |n: usize| (n as u64).to_le_bytes();
+    let Some(level) = compression.level() else {
+        let mut whole = Vec::with_capacity(bytes.len() + 8);
+        whole.extend(size(bytes.len()));
+        whole.extend(bytes);
+        return Ok(base64(&whole));
+    };
+    let blocks = bytes
+        .par_chunks(BLOCK)
+        .map(|block| {
+            let mut encoder = ZlibEncoder::new(Vec::new(), Level::new(level));
+            encoder.write_all(block)?;
+            encoder.finish()
+        })
+        .collect::<std::io::Result<Vec<_>>>()?;
+    let mut header = Vec::with_capacity(8 * (3 + blocks.len()));
+    header.extend(size(blocks.len()));
+    header.extend(size(BLOCK));
+    // Zero is allowed for a last block that is full, but not every reader then reads that block;
+    // its true size is understood by all.
+    header.extend(size(bytes.len() - BLOCK * blocks.len().saturating_sub(1)));
+    for block in &blocks {
+        header.extend(size(block.len()));
+    }
+    let mut text = base64(&header);
+    text.extend(base64(&blocks.concat()));
+    Ok(text)
+}

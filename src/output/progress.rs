@@ -1,0 +1,179 @@
+//! How far a run is: a bar on a terminal, a line now and then elsewhere, or nothing.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// A bar that redraws itself, on standard error.
+    Bar,
+    /// Plain lines on standard error.
+    Lines,
+    /// Nothing.
+    Silent,
+}
+
+impl Mode {
+    /// A bar if standard error is a terminal, lines if not.
+    #[must_use]
+    pub fn detect() -> Self {
+        if std::io::stderr().is_terminal() { Self::Bar } else { Self::Lines }
+    }
+}
+
+/// Least time between two plain lines: often enough to see that a run is alive, seldom enough
+/// that the log of a long one stays readable.
+pub const INTERVAL: Duration = Duration::from_secs(5);
+
+/// Ticks of the bar from start to end.
+const TICKS: u16 = 1000;
+
+/// What is known after a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ProgressLine {
+    /// Time reached.
+    pub time: f64,
+    /// Steps taken.
+    pub step: u64,
+    /// Size of the last step.
+    pub dt: f64,
+    /// Force residual, or whatever norm the solver stops by.
+    pub residual: f64,
+    /// Anything else worth a few words.
+    pub note: String,
+}
+
+enum Sink {
+    Bar(ProgressBar),
+    Lines { writer: Box<dyn Write + Send>, every: Duration, shown: Option<Instant> },
+    Silent,
+}
+
+/// Shows how far a run is between two times.
+pub struct Progress {
+    sink: Sink,
+    start: f64,
+    end: f64,
+    began: Instant,
+    last: Option<ProgressLine>,
+    last_shown: bool,
+}
+
+impl Progress {
+    /// Progress from time `start` to time `end`.
+    #[must_use]
+    pub fn new(mode: Mode, start: f64, end: f64) -> Self {
+        let sink = match mode {
+            Mode::Silent => Sink::Silent,
+            Mode::Lines => {
+                Sink::Lines { writer: Box::new(std::io::stderr()), every: INTERVAL, shown: None }
+            }
+            Mode::Bar => {
+                let bar = ProgressBar::new(TICKS.into());
+                if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+                    bar.set_style(style);
+                }
+                bar.enable_steady_tick(Duration::from_millis(500));
+                Sink::Bar(bar)
+            }
+        };
+        Self::with_sink(sink, start, end)
+    }
+
+    /// Plain lines to `writer`, at most one `every` so often, besides the first and the last.
+    #[must_use]
+    pub fn lines_to(writer: Box<dyn Write + Send>, every: Duration, start: f64, end: f64) -> Self {
+        Self::with_sink(Sink::Lines { writer, every, shown: None }, start, end)
+    }
+
+    fn with_sink(sink: Sink, start: f64, end: f64) -> Self {
+        Self { sink, start, end, began: Instant::now(), last: None, last_shown: false }
+    }
+
+    /// Tells what is known after a step.
+    pub fn update(&mut self, line: &ProgressLine) {
+        let text = self.describe(line);
+        let share = self.share(line.time);
+        self.last_shown = match &mut self.sink {
+            Sink::Silent => true,
+            Sink::Bar(bar) => {
+                let ticks = crate::num::whole(share * f64::from(TICKS)) as u64;
+                bar.set_position(ticks);
+                bar.set_message(text);
+                true
+            }
+            Sink::Lines { writer, every, shown } => {
+                let due = shown.is_none_or(|at| at.elapsed() >= *every);
+                if due {
+                    say(writer, &text);
+                    *shown = Some(Instant::now());
+                }
+                due
+            }
+        };
+        self.last = Some(line.clone());
+    }
+
+    /// Shows `text` once, above the bar if there is one.
+    pub fn message(&mut self, text: &str) {
+        match &mut self.sink {
+            Sink::Silent => {}
+            Sink::Bar(bar) => bar.println(text),
+            Sink::Lines { writer, .. } => say(writer, text),
+        }
+    }
+
+    /// Shows the last step if it was not shown, and leaves the terminal as it was.
+    pub fn finish(mut self) {
+        let text = self.last.as_ref().map(|line| self.describe(line));
+        match (&mut self.sink, text) {
+            (Sink::Bar(bar), _) => bar.abandon(),
+            (Sink::Lines { writer, .. }, Some(text)) if !self.last_shown => say(writer, &text),
+            _ => {}
+        }
+    }
+
+    /// The part of the way from start to end that is done, from 0 to 1.
+    fn share(&self, time: f64) -> f64 {
+        let share = (time - self.start) / (self.end - self.start);
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    fn describe(&self, line: &ProgressLine) -> String {
+        let ProgressLine { time, step, dt, residual, note } = line;
+        let mut text = format!(
+            "time {time:.6} of {}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
+            self.end
+        );
+        let share = self.share(*time);
+        if share > 0.0 && share < 1.0 {
+            let left = self.began.elapsed().as_secs_f64() * (1.0 - share) / share;
+            text += &format!("  {} left", duration(left));
+        }
+        if !note.is_empty() {
+            text += &format!("  {note}");
+        }
+        text
+    }
+}
+
+/// Progress is a courtesy: a closed pipe must not end a run.
+fn say(writer: &mut dyn Write, text: &str) {
+    let _ = writeln!(writer, "{text}").and_then(|()| writer.flush());
+}
+
+/// `42 s`, `3 min 05 s`, `2 h 07 min`.
+fn duration(seconds: f64) -> String {
+    let seconds = crate::num::whole(seconds);
+    let (hours, minutes) = (seconds / 3600, seconds / 60);
+    if hours > 0 {
+        format!("{hours} h {:02} min", minutes % 60)
+    } else if minutes > 0 {
+        format!("{minutes} min {:02} s", seconds % 60)
+    } else {
+        format!("{seconds} s")
+    }
+}

@@ -1,0 +1,135 @@
+//! Where a result came from, so that a figure can be traced to its scene, mesh and plugin.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::{OutputError, ResultDirectory, atomic, clock};
+use crate::Vec3;
+
+/// A file that took part, with the hash of its bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FileRecord {
+    /// Where it was read from, absolute if it could be resolved.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+impl FileRecord {
+    /// Hashes the file `path`.
+    ///
+    /// # Errors
+    /// [`OutputError::Read`] if it cannot be read.
+    pub fn of(path: &Path) -> Result<Self, OutputError> {
+        let mut file = fs::File::open(path).map_err(OutputError::read(path))?;
+        let mut hasher = Sha256::new();
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut buffer).map_err(OutputError::read(path))? {
+                0 => break,
+                n => hasher.update(&buffer[..n]),
+            }
+        }
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        Ok(Self { path, sha256: hexadecimal(&hasher.finalize()) })
+    }
+}
+
+/// The mesh of the rest state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct MeshRecord {
+    /// Number of vertices.
+    pub vertices: usize,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// SHA-256 of the rest positions (x, y, z of each vertex as little-endian doubles) followed by
+    /// the triangles (three little-endian 32-bit vertex numbers each), in hexadecimal.
+    pub sha256: String,
+}
+
+impl MeshRecord {
+    /// Hashes a mesh.
+    #[must_use]
+    pub fn of(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+        let mut hasher = Sha256::new();
+        for x in positions.iter().flat_map(|p| [p.x, p.y, p.z]) {
+            hasher.update(x.to_le_bytes());
+        }
+        for v in triangles.iter().flatten() {
+            hasher.update(v.to_le_bytes());
+        }
+        Self {
+            vertices: positions.len(),
+            triangles: triangles.len(),
+            sha256: hexadecimal(&hasher.finalize()),
+        }
+    }
+}
+
+/// Everything that is recorded beside the results of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Provenance {
+    /// Name and version of this crate.
+    pub version: String,
+    /// The command line.
+    pub command: Vec<String>,
+    /// When the run was started, in UTC.
+    pub started: String,
+    /// Name of the machine.
+    pub host: String,
+    /// Number of threads of the run.
+    pub threads: usize,
+    /// The scene file as the user gave it.
+    pub scene: Option<FileRecord>,
+    /// The mesh of the rest state.
+    pub mesh: MeshRecord,
+    /// The plugins that were loaded.
+    pub plugins: Vec<FileRecord>,
+}
+
+impl Provenance {
+    /// Collects the record at the start of a run, from the current process, clock and host.
+    #[must_use]
+    pub fn new(mesh: MeshRecord) -> Self {
+        Self {
+            version: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+            command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
+            started: clock::iso(SystemTime::now()),
+            host: host(),
+            threads: rayon::current_num_threads(),
+            scene: None,
+            mesh,
+            plugins: Vec::new(),
+        }
+    }
+
+    /// Writes the record and `resolved`, the text of the scene with every default written out.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if the operating system refuses.
+    pub fn write(&self, directory: &ResultDirectory, resolved: &str) -> Result<(), OutputError> {
+        atomic::replace(&directory.resolved(), |writer| writer.write_all(resolved.as_bytes()))?;
+        atomic::replace(&directory.provenance(), |writer: &mut dyn Write| {
+            serde_json::to_writer_pretty(&mut *writer, self)?;
+            writer.write_all(b"\n")
+        })
+    }
+}
+
+/// The name of the machine, as far as it is told without a system call of our own.
+fn host() -> String {
+    ["/proc/sys/kernel/hostname", "/etc/hostname"]
+        .iter()
+        .find_map(|path| fs::read_to_string(path).ok())
+        .or_else(|| std::env::var("HOSTNAME").or_else(|_| std::env::var("COMPUTERNAME")).ok())
+        .map_or_else(|| "unknown".to_owned(), |name| name.trim().to_owned())
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}

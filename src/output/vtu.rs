@@ -1,0 +1,174 @@
+//! Frames as VTK XML unstructured grids (`.vtu`), the format that ParaView opens.
+//!
+//! Arrays are inline base64 with 64-bit headers, compressed in blocks by zlib. Raw appended data
+//! would save the third that base64 adds, but it is not XML, and `vtkio` has no reader for it in
+//! the version used here, while every state must be readable again as a start of a run. Positions
+//! and fields are Float64 and come back to the last bit; connectivity is Int32.
+
+use std::io::Write;
+
+use rayon::prelude::*;
+
+use serde::{Deserialize, Serialize};
+
+use super::encode::{data_array, decimal};
+use super::{Field, Frame, OutputError};
+
+/// How arrays are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Compression {
+    /// zlib at a level that favours speed; positions keep their full precision, so higher levels
+    /// gain little.
+    #[default]
+    Zlib,
+    /// No compression.
+    None,
+}
+
+impl Compression {
+    /// zlib's level, or nothing for uncompressed arrays.
+    pub(super) fn level(self) -> Option<u32> {
+        match self {
+            Self::Zlib => Some(1),
+            Self::None => None,
+        }
+    }
+
+    fn attribute(self) -> &'static str {
+        match self {
+            Self::Zlib => " compressor=\"vtkZLibDataCompressor\"",
+            Self::None => "",
+        }
+    }
+}
+
+/// VTK's number for a triangle.
+const TRIANGLE: u8 = 5;
+
+/// An array ready to be encoded: its attributes in XML and its bytes, little-endian.
+struct Array {
+    attributes: String,
+    bytes: Vec<u8>,
+}
+
+impl Array {
+    fn new(kind: &str, name: &str, components: usize, bytes: Vec<u8>) -> Self {
+        let name = escape(name);
+        let attributes =
+            format!("type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
+        Self { attributes, bytes }
+    }
+
+    fn field(field: &Field) -> Self {
+        let bytes = field.data.iter().flat_map(|x| x.to_le_bytes()).collect();
+        Self::new("Float64", &field.name, field.components, bytes)
+    }
+
+    fn number(name: &str, value: f64) -> Self {
+        let mut array = Self::new("Float64", name, 1, value.to_le_bytes().to_vec());
+        array.attributes += " NumberOfTuples=\"1\"";
+        array
+    }
+}
+
+/// Escapes what XML gives a meaning, and control characters, which it has no way to hold.
+fn escape(name: &str) -> String {
+    let mut text = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
+            '"' => text.push_str("&quot;"),
+            c if c.is_control() => text.push(' '),
+            c => text.push(c),
+        }
+    }
+    text
+}
+
+/// The file for `frame` as bytes.
+///
+/// Time is the field array `TimeValue`, where VTK's reader looks for it.
+///
+/// # Errors
+/// [`OutputError::Frame`] if [`Frame::check`] refuses the frame.
+pub fn encode(frame: &Frame<'_>, compression: Compression) -> Result<Vec<u8>, OutputError> {
+    frame.check()?;
+    let connectivity =
+        frame.triangles.iter().flatten().flat_map(|&v| v.to_le_bytes()).collect::<Vec<_>>();
+    let offsets = (1..=crate::num::index(frame.triangles.len()))
+        .flat_map(|t| (3 * t).to_le_bytes())
+        .collect::<Vec<_>>();
+    // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.
+    let sections: [(&str, Vec<Array>); 5] = [
+        ("FieldData", frame.field_data.iter().map(|(n, x)| Array::number(n, *x)).collect()),
+        ("PointData", frame.point.iter().map(Array::field).collect()),
+        ("CellData", frame.cell.iter().map(Array::field).collect()),
+        ("Points", vec![Array::field(&Field::vector("Points", frame.points))]),
+        (
+            "Cells",
+            vec![
+                Array::new("Int32", "connectivity", 1, connectivity),
+                Array::new("Int32", "offsets", 1, offsets),
+                Array::new("UInt8", "types", 1, vec![TRIANGLE; frame.triangles.len()]),
+            ],
+        ),
+    ];
+    let encoded = sections
+        .par_iter()
+        .map(|(_, arrays)| {
+            arrays.par_iter().map(|array| data_array(&array.bytes, compression)).collect()
+        })
+        .collect::<std::io::Result<Vec<Vec<_>>>>()
+        .map_err(|e| OutputError::Frame { step: frame.step, message: e.to_string() })?;
+
+    let mut file = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\"{}>\n<UnstructuredGrid>\n",
+        compression.attribute()
+    )
+    .into_bytes();
+    for ((section, arrays), contents) in sections.iter().zip(&encoded) {
+        if *section == "PointData" {
+            let (points, cells) = (frame.points.len(), frame.triangles.len());
+            file.extend(
+                format!("<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">\n").bytes(),
+            );
+        }
+        file.extend(format!("<{section}>\n").bytes());
+        if *section == "FieldData" {
+            file.extend(
+                format!(
+                    "<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
+                     format=\"ascii\">{}</DataArray>\n",
+                    decimal(frame.time)
+                )
+                .bytes(),
+            );
+        }
+        for (array, content) in arrays.iter().zip(contents) {
+            file.extend(format!("<DataArray {} format=\"binary\">", array.attributes).bytes());
+            file.extend(content);
+            file.extend(b"</DataArray>\n");
+        }
+        file.extend(format!("</{section}>\n").bytes());
+    }
+    file.extend(b"</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+    Ok(file)
+}
+
+/// Writes `frame` as the file `path`, whole or not at all.
+///
+/// # Errors
+/// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] if the
+/// operating system refuses.
+pub fn write(
+    path: &std::path::Path,
+    frame: &Frame<'_>,
+    compression: Compression,
+) -> Result<(), OutputError> {
+    let file = encode(frame, compression)?;
+    super::atomic::replace(path, |writer: &mut dyn Write| writer.write_all(&file))
+}

@@ -1,0 +1,391 @@
+//! What can be wrong with a triangle soup, each fault with its place.
+//!
+//! A sheet is one connected, oriented manifold: every edge has one or two triangles, the triangles
+//! around a vertex form one fan, and every vertex has a triangle. Orientation is repaired, anything
+//! else is fatal: a guess about what was meant would change the physics silently.
+
+mod graph;
+
+use std::collections::HashMap;
+use std::fmt;
+
+use serde::Serialize;
+
+use super::quality::triangle_quality;
+use super::surface::Surface;
+use graph::{Edges, Union};
+
+/// Quality below which a triangle counts as one without area; rounding alone leaves about 1e-16.
+const ZERO_QUALITY: f64 = 1e-12;
+
+/// Places that are kept of one kind of fault.
+const SHOWN: usize = 5;
+
+/// The kinds of faults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Fault {
+    /// There are no points or no triangles.
+    Empty,
+    /// A coordinate is infinite or not a number.
+    NonFinite,
+    /// A triangle names a vertex that does not exist.
+    IndexOutOfRange,
+    /// A triangle names a vertex twice.
+    RepeatedVertex,
+    /// Two triangles have the same three vertices.
+    DuplicateTriangle,
+    /// Two vertices are at the same point.
+    CoincidentVertices,
+    /// A vertex belongs to no triangle.
+    UnreferencedVertex,
+    /// A triangle has no area.
+    ZeroArea,
+    /// An edge belongs to more than two triangles.
+    NonManifoldEdge,
+    /// The triangles around a vertex form several fans that meet only there.
+    NonManifoldVertex,
+    /// Triangles faced against their neighbours and were turned.
+    Orientation,
+    /// No orientation suits all triangles (a Möbius strip).
+    NotOrientable,
+    /// The mesh falls into pieces that share no vertex.
+    SeveralComponents,
+}
+
+/// One kind of fault with the places where it was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// What is wrong.
+    pub fault: Fault,
+    /// Whether the mesh cannot be used.
+    pub fatal: bool,
+    /// How often it was found.
+    pub count: usize,
+    /// What is wrong, in words.
+    pub message: String,
+    /// The first few places: vertex and triangle numbers from 0, with the line of a text file.
+    pub places: Vec<String>,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.message)?;
+        if !self.places.is_empty() {
+            write!(f, ": {}", self.places.join("; "))?;
+        }
+        if self.count > self.places.len() && !self.places.is_empty() {
+            write!(f, "; and {} more", self.count - self.places.len())?;
+        }
+        Ok(())
+    }
+}
+
+/// Finds everything that is wrong with a soup, fatal faults first, and turns its triangles so that
+/// neighbours agree (the majority of every piece keeps its side).
+///
+/// Faults that hide others end the search: edges are not looked at while triangles name vertices
+/// that do not exist.
+#[must_use]
+pub fn examine(surface: &Surface) -> (Vec<Finding>, Vec<[u32; 3]>) {
+    let mut found = Findings { surface, list: Vec::new() };
+    let mut triangles = surface.triangles.clone();
+    if surface.points.is_empty() || triangles.is_empty() {
+        found.report(Fault::Empty, "the mesh has no points or no triangles", 1, std::iter::empty());
+        return (found.list, triangles);
+    }
+    found.points();
+    if found.indices() {
+        found.shapes();
+        let edges = Edges::new(&triangles);
+        if found.edges(&edges) {
+            found.fans(&edges);
+            found.orient(&edges, &mut triangles);
+        }
+        found.pieces();
+    }
+    found.list.sort_by_key(|f| !f.fatal);
+    (found.list, triangles)
+}
+
+struct Findings<'a> {
+    surface: &'a Surface,
+    list: Vec<Finding>,
+}
+
+impl Findings<'_> {
+    fn vertex(&self, v: usize) -> String {
+        match self.surface.point_lines.get(v) {
+            Some(line) => format!("vertex {v} (line {line})"),
+            None => format!("vertex {v}"),
+        }
+    }
+
+    fn triangle(&self, t: usize) -> String {
+        match self.surface.triangle_lines.get(t) {
+            Some(line) => format!("triangle {t} (line {line})"),
+            None => format!("triangle {t}"),
+        }
+    }
+
+    /// Keeps a finding if there is anything in it.
+    fn report(
+        &mut self,
+        fault: Fault,
+        message: &str,
+        count: usize,
+        places: impl Iterator<Item = String>,
+    ) {
+        if count > 0 {
+            let fatal = fault != Fault::Orientation;
+            let places = places.take(SHOWN).collect();
+            self.list.push(Finding { fault, fatal, count, message: message.to_owned(), places });
+        }
+    }
+
+    fn vertices(&mut self, fault: Fault, message: &str, at: &[usize]) {
+        let places: Vec<_> = at.iter().take(SHOWN).map(|&v| self.vertex(v)).collect();
+        self.report(fault, message, at.len(), places.into_iter());
+    }
+
+    fn triangles(&mut self, fault: Fault, message: &str, at: &[usize]) {
+        let places: Vec<_> = at.iter().take(SHOWN).map(|&t| self.triangle(t)).collect();
+        self.report(fault, message, at.len(), places.into_iter());
+    }
+
+    /// Non-finite numbers and vertices in the same place.
+    fn points(&mut self) {
+        let points = &self.surface.points;
+        let wrong: Vec<_> =
+            (0..points.len()).filter(|&v| !points[v].iter().all(|x| x.is_finite())).collect();
+        self.vertices(Fault::NonFinite, "a coordinate is not a finite number", &wrong);
+        let mut first: HashMap<[u64; 3], usize> = HashMap::with_capacity(points.len());
+        let mut twice = Vec::new();
+        for (v, p) in points.iter().enumerate() {
+            // Adding zero turns -0 into +0, which is the same place.
+            let key = [0, 1, 2].map(|k| (p[k] + 0.0).to_bits());
+            let known = *first.entry(key).or_insert(v);
+            if known != v {
+                twice.push((known, v));
+            }
+        }
+        let places: Vec<_> = twice
+            .iter()
+            .take(SHOWN)
+            .map(|&(a, b)| format!("{} and {}", self.vertex(a), self.vertex(b)))
+            .collect();
+        self.report(
+            Fault::CoincidentVertices,
+            "vertices lie at the same point (merge them, or the sheet is cut there)",
+            twice.len(),
+            places.into_iter(),
+        );
+    }
+
+    /// Vertex numbers of the triangles; false if edges cannot be made of them.
+    fn indices(&mut self) -> bool {
+        let triangles = &self.surface.triangles;
+        let n = self.surface.points.len();
+        let all = || 0..triangles.len();
+        let outside: Vec<_> =
+            all().filter(|&t| triangles[t].iter().any(|&v| v as usize >= n)).collect();
+        let message = format!("a triangle names a vertex beyond the last one, {}", n - 1);
+        self.triangles(Fault::IndexOutOfRange, &message, &outside);
+        let repeated: Vec<_> = all()
+            .filter(|&t| {
+                let [a, b, c] = triangles[t];
+                a == b || b == c || c == a
+            })
+            .collect();
+        self.triangles(Fault::RepeatedVertex, "a triangle names a vertex twice", &repeated);
+        outside.is_empty() && repeated.is_empty()
+    }
+
+    /// Duplicates, areas and vertices without a triangle.
+    fn shapes(&mut self) {
+        let Surface { points, triangles, .. } = self.surface;
+        let mut first: HashMap<[u32; 3], usize> = HashMap::with_capacity(triangles.len());
+        let mut twice = Vec::new();
+        for (t, tri) in triangles.iter().enumerate() {
+            let mut key = *tri;
+            key.sort_unstable();
+            let known = *first.entry(key).or_insert(t);
+            if known != t {
+                twice.push((known, t));
+            }
+        }
+        let places: Vec<_> = twice
+            .iter()
+            .take(SHOWN)
+            .map(|&(a, b)| format!("{} and {}", self.triangle(a), self.triangle(b)))
+            .collect();
+        self.report(
+            Fault::DuplicateTriangle,
+            "triangles have the same three vertices",
+            twice.len(),
+            places.into_iter(),
+        );
+        let flat: Vec<_> = (0..triangles.len())
+            .filter(|&t| {
+                let q = triangle_quality(triangles[t].map(|v| points[v as usize]));
+                // Not q <= …, so that corners that are not numbers count as well.
+                q.is_nan() || q <= ZERO_QUALITY
+            })
+            .collect();
+        self.triangles(Fault::ZeroArea, "a triangle has no area", &flat);
+        let mut used = vec![false; points.len()];
+        for &v in triangles.iter().flatten() {
+            used[v as usize] = true;
+        }
+        let loose: Vec<_> = (0..points.len()).filter(|&v| !used[v]).collect();
+        self.vertices(
+            Fault::UnreferencedVertex,
+            "a vertex belongs to no triangle, so nothing would hold it",
+            &loose,
+        );
+    }
+
+    /// Edges with more than two triangles; false if there are any.
+    fn edges(&mut self, edges: &Edges) -> bool {
+        let bad: Vec<_> = edges.groups().filter(|group| group.len() > 2).collect();
+        let places: Vec<_> = bad
+            .iter()
+            .take(SHOWN)
+            .map(|group| {
+                let (a, b) = (group[0].low as usize, group[0].high as usize);
+                let sharing: Vec<_> =
+                    group.iter().take(SHOWN).map(|h| self.triangle(h.triangle)).collect();
+                format!(
+                    "between {} and {} in {}",
+                    self.vertex(a),
+                    self.vertex(b),
+                    sharing.join(", ")
+                )
+            })
+            .collect();
+        self.report(
+            Fault::NonManifoldEdge,
+            "an edge belongs to more than two triangles",
+            bad.len(),
+            places.into_iter(),
+        );
+        bad.is_empty()
+    }
+
+    /// Vertices where several fans of triangles meet.
+    fn fans(&mut self, edges: &Edges) {
+        let triangles = &self.surface.triangles;
+        let corner = |t: usize, v: u32| {
+            3 * t + triangles[t].iter().position(|&w| w == v).unwrap_or_default()
+        };
+        let mut fan = Union::new(3 * triangles.len());
+        for group in edges.groups() {
+            if let [one, other] = group {
+                for v in [one.low, one.high] {
+                    fan.join(corner(one.triangle, v), corner(other.triangle, v));
+                }
+            }
+        }
+        let mut fans = vec![0usize; self.surface.points.len()];
+        for (t, tri) in triangles.iter().enumerate() {
+            for (k, &v) in tri.iter().enumerate() {
+                fans[v as usize] += usize::from(fan.root(3 * t + k) == 3 * t + k);
+            }
+        }
+        let bow_ties: Vec<_> = (0..fans.len()).filter(|&v| fans[v] > 1).collect();
+        self.vertices(
+            Fault::NonManifoldVertex,
+            "parts of the mesh meet in a single vertex only (bow tie)",
+            &bow_ties,
+        );
+    }
+
+    /// Turns triangles until neighbours agree.
+    fn orient(&mut self, edges: &Edges, triangles: &mut [[u32; 3]]) {
+        let mut neighbours: Vec<[Option<(usize, bool)>; 3]> = vec![[None; 3]; triangles.len()];
+        for group in edges.groups() {
+            if let [one, other] = group {
+                let agree = one.forward != other.forward;
+                neighbours[one.triangle][one.side] = Some((other.triangle, agree));
+                neighbours[other.triangle][other.side] = Some((one.triangle, agree));
+            }
+        }
+        let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
+        let mut twisted = Vec::new();
+        for start in 0..triangles.len() {
+            if turned[start].is_some() {
+                continue;
+            }
+            turned[start] = Some(false);
+            let mut piece = vec![start];
+            let mut next = 0;
+            while next < piece.len() {
+                let t = piece[next];
+                next += 1;
+                let own = turned[t] == Some(true);
+                for (other, agree) in neighbours[t].into_iter().flatten() {
+                    match turned[other] {
+                        None => {
+                            turned[other] = Some(own == agree);
+                            piece.push(other);
+                        }
+                        Some(side) if side != (own == agree) => twisted.push(t.max(other)),
+                        Some(_) => {}
+                    }
+                }
+            }
+            let many = piece.iter().filter(|&&t| turned[t] == Some(true)).count();
+            if 2 * many > piece.len() {
+                for &t in &piece {
+                    turned[t] = turned[t].map(|side| !side);
+                }
+            }
+        }
+        twisted.sort_unstable();
+        twisted.dedup();
+        if !twisted.is_empty() {
+            self.triangles(
+                Fault::NotOrientable,
+                "the surface has only one side (Möbius strip), seen at",
+                &twisted,
+            );
+            return;
+        }
+        let against: Vec<_> = (0..turned.len()).filter(|&t| turned[t] == Some(true)).collect();
+        for &t in &against {
+            triangles[t].swap(1, 2);
+        }
+        self.triangles(
+            Fault::Orientation,
+            "triangles facing against their neighbours were turned",
+            &against,
+        );
+    }
+
+    /// Pieces that hang together by no vertex.
+    fn pieces(&mut self) {
+        let n = self.surface.points.len();
+        let mut piece = Union::new(n);
+        for &[a, b, c] in &self.surface.triangles {
+            piece.join(a as usize, b as usize);
+            piece.join(b as usize, c as usize);
+        }
+        let mut first: Vec<usize> = Vec::new();
+        let mut seen = vec![false; n];
+        for (t, tri) in self.surface.triangles.iter().enumerate() {
+            let root = piece.root(tri[0] as usize);
+            if !std::mem::replace(&mut seen[root], true) {
+                first.push(t);
+            }
+        }
+        if first.len() > 1 {
+            let message = format!(
+                "the mesh falls into {} pieces that share no vertex (one sheet is wanted); the \
+                 pieces begin at",
+                first.len()
+            );
+            self.triangles(Fault::SeveralComponents, &message, &first);
+        }
+    }
+}

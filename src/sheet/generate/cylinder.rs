@@ -1,0 +1,127 @@
+//! The open cylinder: a strip that is periodic along x, relaxed flat and then rolled up.
+
+use std::f64::consts::TAU;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::density::edge_length;
+use super::domain::{Domain, delaunay};
+use super::too_narrow;
+use crate::Vec3;
+use crate::num::{index, real, whole};
+use crate::sheet::SheetError;
+
+/// Fewest edges around: a rolled triangle must stay nearly flat, and a strip must not meet itself.
+const FEWEST_AROUND: usize = 8;
+
+/// Fewest edges along the axis.
+const FEWEST_ACROSS: usize = 4;
+
+/// Least distance of free vertices from the rim in edge lengths, as for flat outlines.
+const RIM_MARGIN: f64 = 0.5;
+
+/// Width of the copies on both sides of the strip in edge lengths; a Delaunay circle of the random
+/// start is at most a few edges wide.
+const COPIED: f64 = 4.0;
+
+/// The unrolled cylinder: x in [0, 2πR), y in [-height/2, height/2].
+pub(super) struct Strip {
+    radius: f64,
+    around: f64,
+    half: f64,
+    fixed: Vec<Vec3>,
+    edge: f64,
+}
+
+impl Strip {
+    pub(super) fn new(radius: f64, height: f64, vertices: usize) -> Result<Self, SheetError> {
+        let around = TAU * radius;
+        let half = 0.5 * height;
+        let edge = edge_length(around * height, 2.0 * around, 0.0, vertices);
+        let count = whole(around / edge);
+        if count < FEWEST_AROUND {
+            return Err(too_narrow("the circumference", around / edge, FEWEST_AROUND, vertices));
+        }
+        if height < real(FEWEST_ACROSS) * edge {
+            return Err(too_narrow("the height", height / edge, FEWEST_ACROSS, vertices));
+        }
+        let rim = |turn: f64, y: f64| {
+            (0..count).map(move |i| Vec3::new(around * (real(i) + turn) / real(count), y, 0.0))
+        };
+        let fixed = rim(0.0, -half).chain(rim(0.5, half)).collect();
+        Ok(Self { radius, around, half, fixed, edge })
+    }
+}
+
+impl Domain for Strip {
+    fn fixed(&self) -> &[Vec3] {
+        &self.fixed
+    }
+
+    fn edge(&self) -> f64 {
+        self.edge
+    }
+
+    fn euler_characteristic(&self) -> i64 {
+        0
+    }
+
+    fn bounds(&self) -> [Vec3; 2] {
+        [Vec3::new(0.0, -self.half, 0.0), Vec3::new(self.around, self.half, 0.0)]
+    }
+
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
+        let reach = self.half - RIM_MARGIN * self.edge;
+        let y = reach * (2.0 * rng.random::<f64>() - 1.0);
+        Some(Vec3::new(self.around * rng.random::<f64>(), y, 0.0))
+    }
+
+    fn image(&self, point: Vec3) -> Option<Vec3> {
+        let shift = if point.x < 0.5 * self.around { self.around } else { -self.around };
+        Some(point + Vec3::x() * shift)
+    }
+
+    fn nearest(&self, point: Vec3, to: Vec3) -> Vec3 {
+        let turns = ((to.x - point.x) / self.around).round();
+        Vec3::new(point.x + turns * self.around, point.y, 0.0)
+    }
+
+    fn settle(&self, point: Vec3) -> Vec3 {
+        let reach = self.half - RIM_MARGIN * self.edge;
+        let mut x = point.x.rem_euclid(self.around);
+        if x >= self.around {
+            x = 0.0;
+        }
+        Vec3::new(x, point.y.clamp(-reach, reach), 0.0)
+    }
+
+    /// Of the strip with copies on both sides, the triangles whose smallest vertex is an original:
+    /// every triangle of the rolled mesh has exactly one such copy.
+    fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
+        let margin = (COPIED * self.edge).min(0.5 * self.around);
+        let mut all = points.to_vec();
+        let mut original: Vec<u32> = (0..index(points.len())).collect();
+        for (v, p) in points.iter().enumerate() {
+            let near_start = p.x < margin;
+            if near_start || p.x > self.around - margin {
+                let shift = if near_start { self.around } else { -self.around };
+                all.push(p + Vec3::x() * shift);
+                original.push(index(v));
+            }
+        }
+        delaunay(&all)
+            .into_iter()
+            .filter(|t| {
+                let smallest = t.iter().min_by_key(|&&v| original[v as usize]);
+                smallest.is_some_and(|&v| (v as usize) < points.len())
+            })
+            .map(|t| t.map(|v| original[v as usize]))
+            .collect()
+    }
+
+    fn place(&self, point: Vec3) -> Vec3 {
+        let angle = point.x / self.radius;
+        Vec3::new(self.radius * angle.cos(), self.radius * angle.sin(), point.y)
+    }
+}

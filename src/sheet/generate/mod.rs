@@ -1,0 +1,185 @@
+//! Sheets made by formula: irregular meshes of simple shapes, and the icosphere.
+//!
+//! Irregular meshes start from blue noise (random points that keep their distance), so defects of
+//! the lattice lie anywhere and no direction is preferred, and are then relaxed until the edges
+//! push equally from all sides (`relax`). Rims carry evenly spaced vertices at the edge length of
+//! the interior. Vertices are numbered along a Hilbert curve and triangles follow them, so
+//! neighbours are near one another in memory.
+
+mod cylinder;
+mod density;
+mod domain;
+mod noise;
+mod order;
+mod planar;
+mod relax;
+mod sphere;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Sheet, SheetError};
+use crate::num::real;
+use domain::Domain;
+
+/// Smallest quality that a generated triangle may have; below it another random start is tried.
+///
+/// Relaxed meshes come out at 0.7-0.8, so this rejects accidents only.
+const MIN_QUALITY: f64 = 0.6;
+
+/// Random starts before a shape is declared impossible at the asked number of vertices.
+const ATTEMPTS: u64 = 8;
+
+/// Most vertices a generator makes: indices have 32 bits, and relaxation is serial.
+const MAX_VERTICES: usize = 20_000_000;
+
+/// A shape to be meshed; all sizes are in units of length and must be positive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Shape {
+    /// A flat disc around the origin in the plane z = 0, normal +z.
+    Disc {
+        /// Radius of the rim; rim vertices lie on the circle.
+        radius: f64,
+    },
+    /// A flat rectangle around the origin in the plane z = 0, normal +z.
+    Rectangle {
+        /// Extent along x.
+        width: f64,
+        /// Extent along y.
+        height: f64,
+    },
+    /// A flat ring around the origin in the plane z = 0, normal +z.
+    Annulus {
+        /// Radius of the hole.
+        inner: f64,
+        /// Radius of the outer rim.
+        outer: f64,
+    },
+    /// A closed sphere around the origin, normals outward.
+    Sphere {
+        /// Distance of every vertex from the origin.
+        radius: f64,
+        /// Random and relaxed, with exactly the asked number of vertices; otherwise an icosphere,
+        /// which has the number 10n² + 2 that is nearest and does not depend on the seed.
+        #[serde(default)]
+        irregular: bool,
+    },
+    /// An open cylinder around the z axis, from -height/2 to height/2, normals outward.
+    Cylinder {
+        /// Distance of every vertex from the axis.
+        radius: f64,
+        /// Extent along z.
+        height: f64,
+    },
+}
+
+impl Shape {
+    /// The sizes by name, as they are called in a scene.
+    fn sizes(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            Self::Disc { radius } | Self::Sphere { radius, .. } => vec![("radius", radius)],
+            Self::Rectangle { width, height } => vec![("width", width), ("height", height)],
+            Self::Annulus { inner, outer } => vec![("inner", inner), ("outer", outer)],
+            Self::Cylinder { radius, height } => vec![("radius", radius), ("height", height)],
+        }
+    }
+}
+
+/// Makes a sheet of about equal edge lengths with `vertices` vertices.
+///
+/// The number of vertices is met exactly by every shape but the icosphere, which takes the nearest
+/// possible one. The same `seed` gives the same bits on the same machine; different seeds give
+/// different meshes (but for the icosphere).
+///
+/// # Errors
+/// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, and
+/// numbers of vertices too small for the shape or too large for 32-bit indices.
+pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
+    for (name, size) in shape.sizes() {
+        // The bounds keep areas and squared lengths far from overflow and underflow.
+        if !(1e-100..=1e100).contains(&size) {
+            return Err(SheetError::Unusable(format!(
+                "{name} = {size} of the shape must be a positive number between 1e-100 and 1e100"
+            )));
+        }
+    }
+    if vertices > MAX_VERTICES {
+        return Err(SheetError::Unusable(format!(
+            "{vertices} vertices are too many for a generator; at most {MAX_VERTICES} are made"
+        )));
+    }
+    match *shape {
+        Shape::Disc { radius } => irregular(&planar::disc(radius, vertices)?, vertices, seed),
+        Shape::Rectangle { width, height } => {
+            irregular(&planar::rectangle(width, height, vertices)?, vertices, seed)
+        }
+        Shape::Annulus { inner, outer } => {
+            irregular(&planar::annulus(inner, outer, vertices)?, vertices, seed)
+        }
+        Shape::Sphere { radius, irregular: true } => {
+            irregular(&sphere::Ball::new(radius, vertices)?, vertices, seed)
+        }
+        Shape::Sphere { radius, irregular: false } => {
+            let (points, triangles) = sphere::icosphere(radius, vertices)?;
+            let (points, triangles) = order::numbered(&points, &points, &triangles);
+            Sheet::new(points, triangles)
+        }
+        Shape::Cylinder { radius, height } => {
+            irregular(&cylinder::Strip::new(radius, height, vertices)?, vertices, seed)
+        }
+    }
+}
+
+/// Fills a domain with random points, relaxes them, and accepts the mesh if it is a good one.
+fn irregular(domain: &impl Domain, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
+    let mut refused = String::new();
+    for attempt in 0..ATTEMPTS {
+        let start = noise::points(domain, vertices, seed, attempt);
+        let (points, triangles) = relax::relax(domain, start);
+        let placed: Vec<_> = points.iter().map(|&p| domain.place(p)).collect();
+        let (placed, triangles) = order::numbered(&points, &placed, &triangles);
+        let sheet = Sheet::new(placed, triangles);
+        match sheet.map_err(|e| e.to_string()).and_then(|s| accept(s, domain)) {
+            Ok(sheet) => return Ok(sheet),
+            Err(why) => refused = why,
+        }
+    }
+    Err(SheetError::Unusable(format!(
+        "no good mesh of this shape with {vertices} vertices was found in {ATTEMPTS} random \
+         starts (the last one: {refused}); more vertices will help"
+    )))
+}
+
+/// The promises of a generator, checked on its result.
+fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
+    let chi = domain.euler_characteristic();
+    if sheet.euler_characteristic() != chi {
+        return Err(format!(
+            "Euler characteristic {} instead of {chi}",
+            sheet.euler_characteristic()
+        ));
+    }
+    let on_rim = sheet.rim().iter().filter(|&&r| r).count();
+    if on_rim != domain.fixed_rim() {
+        return Err(format!("{on_rim} rim vertices instead of {}", domain.fixed_rim()));
+    }
+    for (t, tri) in sheet.triangles().iter().enumerate() {
+        if tri.iter().all(|&v| sheet.rim()[v as usize]) {
+            return Err(format!("triangle {t} has all its vertices on the rim"));
+        }
+        let q = super::quality::triangle_quality(tri.map(|v| sheet.rest()[v as usize]));
+        if q < MIN_QUALITY {
+            return Err(format!("triangle {t} has quality {q:.3}, below {MIN_QUALITY}"));
+        }
+    }
+    Ok(sheet)
+}
+
+/// The refusal of a shape whose narrowest place is only a few edges wide.
+fn too_narrow(what: &str, edges: f64, least: usize, vertices: usize) -> SheetError {
+    SheetError::Unusable(format!(
+        "with {vertices} vertices {what} is only {edges:.1} edges long, but at least {} are \
+         needed: give more vertices",
+        real(least)
+    ))
+}

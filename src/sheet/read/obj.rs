@@ -1,0 +1,88 @@
+//! Wavefront OBJ: `v x y z` and `f a b c` lines; the rest describes looks and is left aside.
+
+use std::collections::BTreeMap;
+
+use crate::Vec3;
+use crate::num::index;
+use crate::sheet::Surface;
+
+/// Statements about looks, groups and names: no part of the geometry of a sheet.
+const LEFT_ASIDE: [&str; 11] =
+    ["vn", "vt", "vp", "g", "o", "s", "usemtl", "mtllib", "l", "p", "maplib"];
+
+/// Reads the text of an OBJ file.
+///
+/// Vertex numbers are checked here against 32 bits only; whether the vertex exists is for the mesh
+/// checks to say, but negative numbers (counted back from the last vertex) must exist at once.
+pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
+    let mut surface = Surface::default();
+    let mut aside: BTreeMap<&str, usize> = BTreeMap::new();
+    for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
+        let number = number + 1;
+        let text = std::str::from_utf8(line)
+            .map_err(|_| format!("line {number} is not text: this is no OBJ file"))?;
+        let mut words = text.split('#').next().unwrap_or_default().split_ascii_whitespace();
+        match words.next() {
+            None => {}
+            Some("v") => {
+                let point = point(words).map_err(|why| format!("line {number}: {why}"))?;
+                surface.points.push(point);
+                surface.point_lines.push(index(number));
+            }
+            Some("f") => {
+                let triangle = face(words, surface.points.len())
+                    .map_err(|why| format!("line {number}: {why}"))?;
+                surface.triangles.push(triangle);
+                surface.triangle_lines.push(index(number));
+            }
+            Some(word) => match LEFT_ASIDE.iter().find(|&&known| known == word) {
+                Some(known) => *aside.entry(known).or_default() += 1,
+                None => {
+                    let short: String = word.chars().take(20).collect();
+                    return Err(format!(
+                        "line {number}: \"{short}\" is no statement of an OBJ file (v, f, {}, \
+                         or # are known)",
+                        LEFT_ASIDE.join(", ")
+                    ));
+                }
+            },
+        }
+    }
+    for (word, count) in aside {
+        surface.notes.push(format!("{count} lines \"{word}\" were left aside"));
+    }
+    Ok(surface)
+}
+
+/// The numbers of a `v` line; a fourth one (weight) and colours are left aside.
+fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<Vec3, String> {
+    let mut point = Vec3::zeros();
+    for (x, axis) in point.iter_mut().zip(["x", "y", "z"]) {
+        let word =
+            words.next().ok_or_else(|| format!("a vertex needs x y z; {axis} is missing"))?;
+        *x = word.parse().map_err(|_| format!("\"{word}\" is no number for {axis}"))?;
+    }
+    Ok(point)
+}
+
+/// The vertex numbers of an `f` line, from 0.
+fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<[u32; 3], String> {
+    let mut corners = Vec::with_capacity(3);
+    for word in words {
+        // v, v/vt, v//vn and v/vt/vn
+        let first = word.split('/').next().unwrap_or_default();
+        let given: i64 =
+            first.parse().map_err(|_| format!("\"{word}\" is no vertex number of a face"))?;
+        let last = i64::try_from(points).unwrap_or(i64::MAX);
+        let vertex = match given {
+            1.. => given - 1,
+            0 => return Err("vertex number 0: OBJ counts from 1".into()),
+            _ => last.saturating_add(given),
+        };
+        corners.push(u32::try_from(vertex).map_err(|_| {
+            format!("vertex number {given} does not exist; {points} vertices came before")
+        })?);
+    }
+    <[u32; 3]>::try_from(corners)
+        .map_err(|c| format!("a face of {} vertices; only triangles are read", c.len()))
+}

@@ -1,0 +1,79 @@
+//! A triangle soup as a file gives it, before anything is known about it.
+
+use std::path::{Path, PathBuf};
+
+use super::check::{Finding, examine};
+use super::{Sheet, SheetError};
+use crate::Vec3;
+
+/// A named array of a file: `values[components * i + k]` is component k at vertex or triangle i.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// Name in the file.
+    pub name: String,
+    /// Numbers per vertex or triangle, at least 1.
+    pub components: usize,
+    /// All values, `components` × (vertices or triangles) of them.
+    pub values: Vec<f64>,
+}
+
+/// Points, triangles and arrays in the order of the file they came from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surface {
+    /// The file, if there is one; named in errors.
+    pub path: Option<PathBuf>,
+    /// Positions.
+    pub points: Vec<Vec3>,
+    /// Vertex numbers of the triangles, from 0; not checked.
+    pub triangles: Vec<[u32; 3]>,
+    /// Arrays with one entry per point.
+    pub point_arrays: Vec<Array>,
+    /// Arrays with one entry per triangle.
+    pub cell_arrays: Vec<Array>,
+    /// Line of every point in a text file; empty where lines mean nothing.
+    pub point_lines: Vec<u32>,
+    /// Line of every triangle in a text file; empty where lines mean nothing.
+    pub triangle_lines: Vec<u32>,
+    /// What was met and left aside while reading, for people.
+    pub notes: Vec<String>,
+}
+
+impl Surface {
+    /// The point array of this name.
+    #[must_use]
+    pub fn point_array(&self, name: &str) -> Option<&Array> {
+        self.point_arrays.iter().find(|a| a.name == name)
+    }
+
+    /// The cell array of this name.
+    #[must_use]
+    pub fn cell_array(&self, name: &str) -> Option<&Array> {
+        self.cell_arrays.iter().find(|a| a.name == name)
+    }
+
+    /// Checks the soup and makes it a sheet, vertices and triangles in the same order.
+    ///
+    /// Triangles that face against their neighbours are turned; the findings say which. Only
+    /// findings that are not fatal are returned.
+    ///
+    /// # Errors
+    /// The first fatal finding of [`examine`], with the file's name where there is one.
+    pub fn into_sheet(self) -> Result<(Sheet, Vec<Finding>), SheetError> {
+        let (findings, triangles) = examine(&self);
+        let path = self.path;
+        if let Some(fatal) = findings.iter().find(|f| f.fatal) {
+            return Err(refusal(path.as_deref(), fatal.to_string()));
+        }
+        let sheet = Sheet::new(self.points, triangles)
+            .map_err(|e| refusal(path.as_deref(), e.to_string()))?;
+        Ok((sheet, findings))
+    }
+}
+
+/// An error that names the file if there is one.
+fn refusal(path: Option<&Path>, message: String) -> SheetError {
+    match path {
+        Some(path) => SheetError::File { path: path.to_owned(), message },
+        None => SheetError::Unusable(message),
+    }
+}

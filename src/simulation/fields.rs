@@ -1,0 +1,177 @@
+//! The fields of a frame: what a scene can ask for, by name, and how it is evaluated.
+
+use crate::effects::Material;
+use crate::geometry::{Curvature, VertexArea};
+use crate::kinetics::{Location, Signal};
+use crate::output::{Field, Frame};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+use crate::sheet::quality::triangle_quality;
+use crate::state::State;
+use crate::system::{Chemistry, Signals, System, TensionReading};
+use crate::{Result, Vec3};
+
+/// Fields besides species and signals: name, unit, and what they are.
+const OTHERS: [(&str, &str); 5] = [
+    ("vertex_area", "length^2"),
+    ("force", "force"),
+    ("length_factor", "1"),
+    ("quality", "1"),
+    ("rest_position", "length"),
+];
+
+/// The fields that a scene wants in its frames.
+pub struct Fields {
+    names: Vec<String>,
+    area: VertexArea,
+    signals: Signals,
+}
+
+/// `name [unit]`, or the bare name of a number without unit.
+#[must_use]
+pub fn titled(name: &str, unit: &str) -> String {
+    if unit == "1" || unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+impl Fields {
+    /// The fields of `scene.output.fields`; without any, the species and the mean curvature.
+    ///
+    /// # Errors
+    /// A name that nothing has, with its place.
+    pub fn new(
+        scene: &Scene,
+        chemistry: Option<&Chemistry>,
+        area: VertexArea,
+        rest_area: Vec<f64>,
+        material: &Material,
+    ) -> Result<Self> {
+        let species: Vec<&str> = chemistry
+            .map(|c| c.descriptor().species.iter().map(|s| s.name.as_str()).collect())
+            .unwrap_or_default();
+        let mut allowed = species.clone();
+        allowed.extend(Signal::ALL.iter().filter(|s| **s != Signal::Time).map(|s| s.name()));
+        allowed.extend(OTHERS.map(|(name, _)| name));
+        for (k, name) in scene.output.fields.iter().enumerate() {
+            if !allowed.contains(&name.as_str()) {
+                let path = format!("output.fields[{k}]");
+                return Err(scene.unknown_name(&path, "field", name, &allowed).into());
+            }
+        }
+        let names: Vec<String> = if scene.output.fields.is_empty() {
+            species.iter().copied().chain(["mean_curvature"]).map(str::to_owned).collect()
+        } else {
+            scene.output.fields.clone()
+        };
+        let wanted =
+            Signal::ALL.into_iter().filter(|s| names.iter().any(|n| n == s.name())).collect();
+        let reading: TensionReading =
+            scene.kinetics.as_ref().map(|k| k.tension).unwrap_or_default();
+        let signals =
+            Signals::new(wanted, Location::Vertex, area.clone(), material, reading, rest_area);
+        Ok(Self { names, area, signals })
+    }
+
+    /// The frame of `state`: current positions, displacement, and the chosen fields.
+    ///
+    /// Species on faces appear as cell fields, and carried to the vertices as point fields.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn frame<'a>(
+        &self,
+        system: &mut System,
+        sheet: &'a Sheet,
+        state: &'a State,
+    ) -> Result<Frame<'a>> {
+        let displacement: Vec<Vec3> =
+            sheet.rest().iter().zip(&state.x).map(|(r, x)| x - r).collect();
+        let mut point = vec![Field::vector("displacement [length]", &displacement)];
+        let mut cell = Vec::new();
+        if let Some(chemistry) = system.chemistry() {
+            let at_vertices = chemistry.at_vertices(sheet, &state.species);
+            for (s, species) in chemistry.descriptor().species.iter().enumerate() {
+                if self.names.iter().any(|n| *n == species.name) {
+                    let title = titled(&species.name, &species.unit);
+                    point.push(Field::scalar(title.clone(), at_vertices[s].clone()));
+                    if chemistry.location() == Location::Face {
+                        cell.push(Field::scalar(title, state.species[s].clone()));
+                    }
+                }
+            }
+        }
+        let columns =
+            system.mechanics().with_shape(&state.x, |s| self.signals.evaluate(s, state.time));
+        let mut next = columns.into_iter();
+        for signal in self.signals.wanted() {
+            let parts: Vec<Vec<f64>> = next.by_ref().take(signal.columns().len()).collect();
+            point.push(interleaved(titled(signal.name(), signal.unit()), &parts));
+        }
+        for (name, unit) in OTHERS {
+            if self.names.iter().any(|n| n == name) {
+                let title = titled(name, unit);
+                match name {
+                    "vertex_area" => {
+                        let curvature = system
+                            .mechanics()
+                            .with_shape(&state.x, |s| Curvature::of(s, &self.area));
+                        point.push(Field::scalar(title, curvature.area));
+                    }
+                    "force" => {
+                        let mut gradient = vec![Vec3::zeros(); state.x.len()];
+                        system.mechanics().energy_gradient(&state.x, &mut gradient);
+                        let force: Vec<Vec3> = gradient.iter().map(|g| -g).collect();
+                        point.push(Field::vector(title, &force));
+                    }
+                    "length_factor" => point.push(Field::scalar(title, vertex_factor(system, sheet))),
+                    "quality" => cell.push(Field::scalar(title, qualities(sheet, &state.x))),
+                    _ => point.push(Field::vector(title, sheet.rest())),
+                }
+            }
+        }
+        let mut field_data = Vec::new();
+        let energies = system.mechanics().energies(&state.x);
+        for (name, value) in system.mechanics().names().zip(&energies) {
+            field_data.push((format!("energy of {name} [energy]"), *value));
+        }
+        Ok(Frame {
+            time: state.time,
+            step: state.step,
+            points: &state.x,
+            triangles: sheet.triangles(),
+            point,
+            cell,
+            field_data,
+        })
+    }
+}
+
+/// One field from one column a component.
+fn interleaved(name: String, parts: &[Vec<f64>]) -> Field {
+    match parts {
+        [single] => Field::scalar(name, single.clone()),
+        _ => {
+            let count = parts.first().map_or(0, Vec::len);
+            let data = (0..count).flat_map(|i| parts.iter().map(move |p| p[i])).collect();
+            Field { name, components: parts.len(), data }
+        }
+    }
+}
+
+/// Quality 4√3 A/Σl² of every triangle.
+pub(super) fn qualities(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
+    sheet.triangles().iter().map(|t| triangle_quality(t.map(|v| x[v as usize]))).collect()
+}
+
+/// Mean over its edges of `l̄/l⁰` at every vertex.
+pub(super) fn vertex_factor(system: &mut System, sheet: &Sheet) -> Vec<f64> {
+    let metric = system.mechanics().metric();
+    let (length, reference) = (metric.length(), metric.reference_length());
+    (0..sheet.vertex_count())
+        .map(|i| {
+            let around = sheet.vertex_edges().of(i);
+            let sum: f64 =
+                around.iter().map(|&(e, _)| length[e as usize] / reference[e as usize]).sum();
+            sum / crate::num::real(around.len())
+        })
+        .collect()
+}

@@ -1,0 +1,143 @@
+//! Looking at one state without running: energies, forces, curvatures, signals, rates.
+
+use serde_json::{Map, Value, json};
+
+use super::Setup;
+use super::fields::vertex_factor;
+use crate::effects::Bending;
+use crate::geometry::{Curvature, VertexArea};
+use crate::kinetics::Location;
+use crate::sheet::{Surface, SheetError};
+use crate::{Error, Result, Vec3};
+
+/// Puts the positions and species of `surface` into the state of `setup`.
+///
+/// Points are current positions; species are point arrays (cell arrays for species on faces) by
+/// name, with or without a unit in brackets. Species without an array keep the scene's start.
+///
+/// # Errors
+/// A surface with another number of vertices or other triangles, or arrays of the wrong length.
+pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
+    let refuse = |message: String| Error::Sheet(SheetError::Unusable(message));
+    let n = setup.sheet.vertex_count();
+    if surface.points.len() != n {
+        return Err(refuse(format!(
+            "the state has {} points, but the scene's sheet has {n} vertices",
+            surface.points.len()
+        )));
+    }
+    if !surface.triangles.is_empty() && surface.triangles.len() != setup.sheet.triangle_count() {
+        return Err(refuse(format!(
+            "the state has {} triangles, but the scene's sheet has {}",
+            surface.triangles.len(),
+            setup.sheet.triangle_count()
+        )));
+    }
+    setup.state.x.copy_from_slice(&surface.points);
+    let Some(chemistry) = setup.system.chemistry() else { return Ok(()) };
+    let arrays = match chemistry.location() {
+        Location::Vertex => &surface.point_arrays,
+        _ => &surface.cell_arrays,
+    };
+    for (s, species) in chemistry.descriptor().species.iter().enumerate() {
+        let prefix = format!("{} [", species.name);
+        let named = |name: &str| name == species.name || name.starts_with(&prefix);
+        if let Some(array) = arrays.iter().find(|a| named(&a.name)) {
+            let place = &mut setup.state.species[s];
+            if array.components != 1 || array.values.len() != place.len() {
+                return Err(refuse(format!(
+                    "array `{}` of the state has {} numbers, expected {}",
+                    array.name,
+                    array.values.len(),
+                    place.len()
+                )));
+            }
+            place.copy_from_slice(&array.values);
+        }
+    }
+    Ok(())
+}
+
+fn vectors(v: &[Vec3]) -> Value {
+    v.iter().map(|v| json!([v.x, v.y, v.z])).collect()
+}
+
+/// Evaluates the state of `setup` as it is.
+///
+/// Keys: `time`; `energy` by effect and `total`; `force` by effect and `total` (`-∂U/∂x`, before
+/// pins); `mean_curvature`, `gaussian_curvature`, `vertex_area` by vertex; `bond` with `vertices`,
+/// `length`, `rest_length`, `optimal_length`; `species`, `signals`, `reaction`, `diffusion` by name
+/// at the points where species live (vector signals as three columns); `length_factor` by vertex,
+/// the mean of `l̄/l⁰` over its bonds.
+///
+/// # Errors
+/// If the plugin fails, or optimal lengths make no triangle.
+pub fn inspect(setup: &mut Setup) -> Result<Value> {
+    let sheet = setup.sheet.clone();
+    let state = setup.state.clone();
+    setup.system.follow(&state)?;
+    let mechanics = setup.system.mechanics();
+    let names: Vec<String> = mechanics.names().map(str::to_owned).collect();
+    let energies = mechanics.energies(&state.x);
+    let mut energy = Map::new();
+    let mut force = Map::new();
+    let mut total = vec![Vec3::zeros(); state.x.len()];
+    for (which, name) in names.iter().enumerate() {
+        let mine = mechanics.force_of(which, &state.x);
+        for (t, f) in total.iter_mut().zip(&mine) {
+            *t += f;
+        }
+        energy.insert(name.clone(), json!(energies[which]));
+        force.insert(name.clone(), vectors(&mine));
+    }
+    energy.insert("total".into(), json!(energies.iter().sum::<f64>()));
+    force.insert("total".into(), vectors(&total));
+    let area = VertexArea::new(&sheet, Bending::default().area);
+    let curvature = mechanics.with_shape(&state.x, |s| Curvature::of(s, &area));
+    let length: Vec<f64> = sheet
+        .edges()
+        .iter()
+        .map(|e| (state.x[e.vertices[0] as usize] - state.x[e.vertices[1] as usize]).norm())
+        .collect();
+    let mut result = json!({
+        "time": state.time,
+        "energy": energy,
+        "force": force,
+        "mean_curvature": curvature.mean,
+        "gaussian_curvature": curvature.gaussian,
+        "vertex_area": curvature.area,
+        "bond": {
+            "vertices": sheet.edges().iter().map(|e| e.vertices).collect::<Vec<_>>(),
+            "length": length,
+            "rest_length": mechanics.metric().reference_length(),
+            "optimal_length": mechanics.metric().length(),
+        },
+    });
+    let factor = vertex_factor(&mut setup.system, &sheet);
+    let columns = setup.system.signals(&state);
+    if let Some(chemistry) = setup.system.chemistry() {
+        let descriptor = chemistry.descriptor();
+        let by_name = |columns: &[Vec<f64>]| -> Map<String, Value> {
+            let named = descriptor.species.iter().zip(columns);
+            named.map(|(s, values)| (s.name.clone(), json!(values))).collect()
+        };
+        let titles = chemistry.signals().wanted().iter().flat_map(|s| s.columns());
+        let signals: Map<String, Value> =
+            titles.zip(&columns).map(|(name, values)| ((*name).to_owned(), json!(values))).collect();
+        let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+        let zeros: Vec<Vec<f64>> = c.iter().map(|c| vec![0.0; c.len()]).collect();
+        let (mut reaction, mut diffusion) = (zeros.clone(), zeros);
+        let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
+        chemistry.reaction(&c, &columns, &mut out)?;
+        let mut out: Vec<&mut [f64]> = diffusion.iter_mut().map(Vec::as_mut_slice).collect();
+        chemistry.add_transport(&sheet, &c, &mut out);
+        if let Value::Object(all) = &mut result {
+            all.insert("species".into(), by_name(&state.species).into());
+            all.insert("signals".into(), signals.into());
+            all.insert("reaction".into(), by_name(&reaction).into());
+            all.insert("diffusion".into(), by_name(&diffusion).into());
+            all.insert("length_factor".into(), json!(factor));
+        }
+    }
+    Ok(result)
+}

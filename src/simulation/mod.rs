@@ -1,0 +1,177 @@
+//! From a scene to a system and a start, and from there to results.
+//!
+//! [`prepare`] reads or generates the sheet, loads the plugin and binds every listed effect;
+//! [`run`](run::run) advances the state and shows it to the observers; [`inspect`](inspect::inspect)
+//! looks at one state without running.
+
+mod fields;
+pub mod inspect;
+mod report;
+pub mod run;
+mod start;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::effects::{Bending, Effect, EffectContext, Material};
+use crate::geometry::{Faces, VertexArea};
+use crate::kinetics::{Kinetics, KineticsError, Library, Location, Search};
+use crate::scene::{Scene, SheetSource};
+use crate::sheet::{self, Sheet};
+use crate::solve::Integrator;
+use crate::state::State;
+use crate::system::{Chemistry, Mechanics, Signals, System};
+use crate::{Error, Result};
+
+pub use fields::Fields;
+
+/// A scene made ready.
+pub struct Setup {
+    /// The sheet.
+    pub sheet: Arc<Sheet>,
+    /// Its system.
+    pub system: System,
+    /// Its start, not yet relaxed.
+    pub state: State,
+    /// How it advances.
+    pub integrator: Box<dyn Integrator>,
+    /// The plugin's file, if the scene has kinetics.
+    pub plugin: Option<PathBuf>,
+    /// What is written in frames.
+    pub fields: Fields,
+    /// What a person should know: odd things about the mesh, the scene or the plugin.
+    pub notes: Vec<String>,
+}
+
+/// The material of a scene in plain numbers.
+#[must_use]
+pub fn material(scene: &Scene) -> Material {
+    Material {
+        young: scene.material.young.get(),
+        poisson: scene.material.poisson.get(),
+        thickness: scene.material.thickness.get(),
+    }
+}
+
+/// Makes `scene` ready to run.
+///
+/// # Errors
+/// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
+pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
+    let mut notes = Vec::new();
+    let sheet = Arc::new(read_sheet(scene, &mut notes)?);
+    let material = material(scene);
+    let (kinetics, plugin) = load_kinetics(scene, search)?.unzip();
+    let kinetics: Option<Arc<dyn Kinetics>> = kinetics;
+    let location = location(scene, kinetics.as_deref());
+
+    let context = EffectContext {
+        sheet: &sheet,
+        material: &material,
+        kinetics: kinetics.as_ref().map(|k| (k.descriptor(), location)),
+        measure: scene.kinetics.as_ref().map(|k| k.measure).unwrap_or_default(),
+    };
+    let (mut energies, mut transport) = (Vec::new(), Vec::new());
+    let mut pins = vec![[false; 3]; sheet.vertex_count()];
+    for (number, spec) in scene.effects.iter().enumerate() {
+        let effect = spec.build(&context).map_err(|e| {
+            let path = format!("effect[{number}].{}", e.key);
+            scene.error_at(&path, &e.message, e.help.as_deref())
+        })?;
+        match effect {
+            Effect::Energy(energy) => energies.push(energy),
+            Effect::Transport(t) => transport.push(t),
+            Effect::Pins(held) => {
+                for (all, more) in pins.iter_mut().zip(held) {
+                    for a in 0..3 {
+                        all[a] |= more[a];
+                    }
+                }
+            }
+        }
+    }
+    let mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins)?;
+    let equilibrium = if mechanics.is_empty() {
+        None
+    } else if mechanics.force_scale() > 0.0 {
+        Some(scene.equilibrium.build(&mechanics)?)
+    } else {
+        let message = "a sheet that bends must also resist stretching";
+        let help = "add [[effect]] kind = \"stretching\"";
+        return Err(scene.error_at("effect", message, Some(help)).into());
+    };
+    let area = VertexArea::new(&sheet, Bending::default().area);
+    let rest_area = rest_areas(&sheet);
+    let chemistry = kinetics.map(|kinetics| {
+        let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
+        let reading = scene.kinetics.as_ref().map(|k| k.tension).unwrap_or_default();
+        let signals =
+            Signals::new(wanted, location, area.clone(), &material, reading, rest_area.clone());
+        Chemistry::new(&sheet, kinetics, location, signals, transport)
+    });
+    let state = start::state(scene, &sheet, chemistry.as_ref())?;
+    let policy = scene.time.policy.storage();
+    let integrator = scene
+        .time
+        .integrator
+        .build(policy)
+        .map_err(|e| scene.error_at("time.integrator", &e.to_string(), None))?;
+    let fields = Fields::new(scene, chemistry.as_ref(), area, rest_area, &material)?;
+    let (tolerance, iterations) =
+        (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
+    let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations);
+    Ok(Setup { sheet, system, state, integrator, plugin, fields, notes })
+}
+
+fn rest_areas(sheet: &Sheet) -> Vec<f64> {
+    let mut faces = Faces::default();
+    faces.update(sheet, sheet.rest());
+    faces.all().iter().map(|f| f.area).collect()
+}
+
+fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet> {
+    let refuse = |key: &str, e: &sheet::SheetError| {
+        Error::Scene(scene.error_at(&format!("sheet.{key}"), &e.to_string(), None))
+    };
+    match &scene.sheet.source {
+        SheetSource::File { file } => {
+            let surface = sheet::read::surface(file).map_err(|e| refuse("file", &e))?;
+            let (sheet, findings) = surface.into_sheet().map_err(|e| refuse("file", &e))?;
+            notes.extend(findings.iter().map(ToString::to_string));
+            Ok(sheet)
+        }
+        SheetSource::Generated(shape) => {
+            let (shape, vertices, seed) = start::shape(shape);
+            sheet::generate(&shape, vertices, seed).map_err(|e| refuse("shape", &e))
+        }
+    }
+}
+
+fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {
+    let chosen = scene.kinetics.as_ref().and_then(|k| k.location);
+    let usual = || kinetics.and_then(|k| k.descriptor().species.first().map(|s| s.location));
+    chosen.or_else(usual).unwrap_or(Location::Vertex)
+}
+
+type Loaded = (Arc<dyn Kinetics>, PathBuf);
+
+fn load_kinetics(scene: &Scene, search: &Search) -> Result<Option<Loaded>> {
+    let Some(spec) = &scene.kinetics else { return Ok(None) };
+    let blame = |error: KineticsError| {
+        let path = match &error {
+            KineticsError::UnknownParameter { name, .. }
+            | KineticsError::ParameterOutOfBounds { name, .. } => {
+                format!("kinetics.parameters.{name}")
+            }
+            _ => "kinetics.plugin".to_owned(),
+        };
+        Error::Scene(scene.error_at(&path, &error.to_string(), None))
+    };
+    let file = search.resolve(&spec.plugin, Path::new("")).map_err(blame)?;
+    let library = Library::load(&file).map_err(blame)?;
+    let parameters: BTreeMap<String, f64> =
+        spec.parameters.iter().map(|(name, value)| (name.clone(), value.get())).collect();
+    let kinetics = library.instantiate(&parameters).map_err(blame)?;
+    Ok(Some((Arc::new(kinetics), file)))
+}

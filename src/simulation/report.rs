@@ -1,0 +1,71 @@
+//! The ledger's row: one line of numbers for every accepted step.
+
+use super::fields::qualities;
+use crate::kinetics::Location;
+use crate::num::real;
+use crate::sheet::Sheet;
+use crate::solve::StepReport;
+use crate::state::State;
+use crate::system::System;
+
+/// Titles of the ledger's columns, with units.
+pub(super) fn columns(system: &mut System) -> Vec<String> {
+    let mut all: Vec<String> = ["step", "time", "step size [time]", "error estimate", "rejected"]
+        .map(str::to_owned)
+        .to_vec();
+    all.extend(system.mechanics().names().map(|name| format!("energy of {name} [energy]")));
+    all.extend(
+        ["total energy [energy]", "iterations", "evaluations", "factorisations", "force residual"]
+            .map(str::to_owned),
+    );
+    if let Some(chemistry) = system.chemistry() {
+        for species in &chemistry.descriptor().species {
+            let name = &species.name;
+            all.extend([format!("total {name}"), format!("least {name}"), format!("largest {name}")]);
+        }
+    }
+    all.extend(["least quality", "wall time [s]"].map(str::to_owned));
+    all
+}
+
+/// The row of `state` after the step that `report` tells about.
+pub(super) fn row(
+    system: &mut System,
+    sheet: &Sheet,
+    state: &State,
+    report: &StepReport,
+    wall: f64,
+) -> Vec<f64> {
+    let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
+    let mut row = vec![step, state.time, report.step, report.error, real(report.rejected)];
+    let energies = system.mechanics().energies(&state.x);
+    let work = &report.relaxation;
+    row.extend(&energies);
+    row.push(energies.iter().sum());
+    row.extend([work.iterations, work.evaluations, work.factorisations].map(real));
+    row.push(work.residual);
+    let areas: Vec<f64> =
+        system.mechanics().with_shape(&state.x, |s| s.faces.all().iter().map(|f| f.area).collect());
+    if let Some(chemistry) = system.chemistry() {
+        let share: Vec<f64> = match chemistry.location() {
+            Location::Vertex => {
+                let mut share = vec![0.0; sheet.vertex_count()];
+                for (triangle, area) in sheet.triangles().iter().zip(&areas) {
+                    for v in triangle {
+                        share[*v as usize] += area / 3.0;
+                    }
+                }
+                share
+            }
+            _ => areas,
+        };
+        for c in &state.species {
+            row.push(c.iter().zip(&share).map(|(c, a)| c * a).sum());
+            row.push(c.iter().copied().fold(f64::INFINITY, f64::min));
+            row.push(c.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        }
+    }
+    row.push(qualities(sheet, &state.x).into_iter().fold(f64::INFINITY, f64::min));
+    row.push(wall);
+    row
+}

@@ -1,0 +1,190 @@
+//! The run: relax the start, then step until the end, showing every accepted state to the
+//! observers (frames, ledger, progress).
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::{Setup, report};
+use crate::num::real;
+use crate::output::{
+    Compression, Interrupt, Ledger, Progress, ProgressLine, ResultDirectory, Series, vtu,
+};
+use crate::scene::Scene;
+use crate::solve::{SolveError, StepReport};
+use crate::{Error, Result};
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The end time was reached.
+    Reached,
+    /// No species changed any more.
+    Steady,
+    /// The scene's number of steps was reached.
+    Steps,
+    /// The user asked to stop.
+    Interrupted,
+}
+
+/// What a run did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Why it ended.
+    pub ending: Ending,
+    /// Time reached.
+    pub time: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Frames written.
+    pub frames: usize,
+    /// All relaxation work.
+    pub iterations: usize,
+    /// Numeric factorisations.
+    pub factorisations: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Wall time of the whole run.
+    pub wall: Duration,
+    /// Wall time of the first relaxation.
+    pub start: Duration,
+    /// Wall time of writing.
+    pub output: Duration,
+}
+
+/// A run that failed, with the last good state on the disk.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in {}", state.display())]
+pub struct Failure {
+    /// What went wrong.
+    pub error: Box<Error>,
+    /// Time of the last good state.
+    pub time: f64,
+    /// Step of the last good state.
+    pub step: u64,
+    /// Where it was written.
+    pub state: PathBuf,
+}
+
+/// Runs `setup` and writes into `directory`.
+///
+/// Steady means: the largest |dc/dt| over all points, in units of each species' typical
+/// magnitude, is below `time.stop_when_steady`.
+///
+/// # Errors
+/// [`Error::Stopped`] if a step cannot be made; output that cannot be written.
+pub fn run(
+    scene: &Scene,
+    setup: &mut Setup,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+) -> Result<Summary> {
+    let began = Instant::now();
+    setup.system.set_interrupt(move || interrupt.requested());
+    let compression = scene.output.compression;
+    let mut series = Series::create(directory, compression)?;
+    let columns = report::columns(&mut setup.system);
+    let mut ledger = Ledger::create(&directory.ledger(), &columns)?;
+    let mut output = Duration::ZERO;
+
+    progress.message("relaxing the start");
+    let mut first = StepReport::default();
+    match setup.system.relax(&mut setup.state) {
+        Ok(done) => first.relaxation = done,
+        Err(Error::Solve(SolveError::Interrupted)) => {}
+        Err(error) => return Err(stopped(setup, directory, compression, error)),
+    }
+    let start = began.elapsed();
+    let mut summary = Summary {
+        ending: Ending::Reached,
+        time: 0.0,
+        steps: 0,
+        frames: 0,
+        iterations: first.relaxation.iterations,
+        factorisations: first.relaxation.factorisations,
+        rejected: 0,
+        wall: start,
+        start,
+        output,
+    };
+    let until = scene.time.span.until.get();
+    let every = scene.output.every.map_or(until, |e| e.get().min(until));
+    let mut written = 0usize;
+    let mut latest = first;
+    loop {
+        let watch = Instant::now();
+        let (state, system) = (&setup.state, &mut setup.system);
+        let wall = began.elapsed().as_secs_f64();
+        ledger.append(&report::row(system, &setup.sheet, state, &latest, wall))?;
+        summary.time = state.time;
+        summary.steps = state.step;
+        let ending = if interrupt.requested() {
+            Some(Ending::Interrupted)
+        } else if state.time >= until {
+            Some(Ending::Reached)
+        } else if scene.time.span.max_steps.is_some_and(|m| state.step >= m.get() as u64) {
+            Some(Ending::Steps)
+        } else if let Some(rate) = scene.time.span.stop_when_steady
+            && state.step > 0
+            && system.unrest(state)? < rate.get()
+        {
+            Some(Ending::Steady)
+        } else {
+            None
+        };
+        // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
+        let due = state.time >= real(written) * every;
+        if due || ending.is_some() {
+            series.push(&setup.fields.frame(system, &setup.sheet, state)?)?;
+            while real(written) * every <= state.time {
+                written += 1;
+            }
+        }
+        output += watch.elapsed();
+        if let Some(ending) = ending {
+            summary.ending = ending;
+            break;
+        }
+        let target = (real(written) * every).min(until);
+        match setup.integrator.advance(&mut setup.system, &mut setup.state, target) {
+            Ok(report) => latest = report,
+            Err(Error::Solve(SolveError::Interrupted)) => continue,
+            Err(error) => return Err(stopped(setup, directory, compression, error)),
+        }
+        summary.iterations += latest.relaxation.iterations;
+        summary.factorisations += latest.relaxation.factorisations;
+        summary.rejected += latest.rejected;
+        progress.update(&ProgressLine {
+            time: setup.state.time,
+            step: setup.state.step,
+            dt: latest.step,
+            residual: latest.relaxation.residual,
+            note: format!("{} iterations", latest.relaxation.iterations),
+        });
+    }
+    summary.frames = series.times().len();
+    summary.wall = began.elapsed();
+    summary.output = output;
+    Ok(summary)
+}
+
+/// Writes the last good state as `failed.vtu`, to be looked at.
+fn stopped(
+    setup: &mut Setup,
+    directory: &ResultDirectory,
+    compression: Compression,
+    error: Error,
+) -> Error {
+    let path = directory.root().join("failed.vtu");
+    let frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state);
+    let written = frame.and_then(|frame| Ok(vtu::write(&path, &frame, compression)?));
+    match written {
+        Err(_) => error,
+        Ok(()) => Error::Stopped(Failure {
+            error: Box::new(error),
+            time: setup.state.time,
+            step: setup.state.step,
+            state: path,
+        }),
+    }
+}

@@ -1,0 +1,171 @@
+//! The start of a run: sheet shapes of a scene, displaced positions, species.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::kinetics::Location;
+use crate::num::checked::Finite;
+use crate::scene::{self, Direction, FieldFile, Initial, Scene};
+use crate::sheet::{self, Sheet};
+use crate::state::State;
+use crate::system::Chemistry;
+use crate::{Result, Vec3};
+
+/// The generator's shape, vertex count and seed.
+pub(super) fn shape(shape: &scene::Shape) -> (sheet::Shape, usize, u64) {
+    use scene::Shape as S;
+    use sheet::Shape as G;
+    match shape {
+        S::Disc(d) => (G::Disc { radius: d.radius.get() }, d.vertices.get(), d.seed),
+        S::Rectangle(r) => (
+            G::Rectangle { width: r.width.get(), height: r.height.get() },
+            r.vertices.get(),
+            r.seed,
+        ),
+        S::Annulus(a) => {
+            (G::Annulus { inner: a.inner.get(), outer: a.outer.get() }, a.vertices.get(), a.seed)
+        }
+        S::Sphere(s) => (
+            G::Sphere { radius: s.radius.get(), irregular: s.irregular },
+            s.vertices.get(),
+            s.seed,
+        ),
+        S::Cylinder(c) => (
+            G::Cylinder { radius: c.radius.get(), height: c.height.get() },
+            c.vertices.get(),
+            c.seed,
+        ),
+    }
+}
+
+/// The start: rest positions with the imperfection and the bump, and the species' first values.
+pub(super) fn state(
+    scene: &Scene,
+    sheet: &Sheet,
+    chemistry: Option<&Chemistry>,
+) -> Result<State> {
+    let x = positions(scene, sheet);
+    let species = match chemistry {
+        None => Vec::new(),
+        Some(chemistry) => species(scene, sheet, chemistry)?,
+    };
+    Ok(State { time: 0.0, step: 0, x, species })
+}
+
+fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
+    let mut x = sheet.rest().to_vec();
+    let normals = vertex_normals(sheet);
+    let along = |direction: Direction, i: usize| match direction {
+        Direction::Z => Vec3::z(),
+        Direction::Normal => normals[i],
+    };
+    let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.rim()[i]).collect();
+    if let Some(imperfection) = &scene.sheet.imperfection {
+        let mut random = ChaCha8Rng::seed_from_u64(imperfection.seed);
+        for &i in &interior {
+            let share: f64 = random.random_range(-1.0..=1.0);
+            x[i] += imperfection.amplitude.get() * share * along(imperfection.direction, i);
+        }
+    }
+    if let Some(bump) = &scene.sheet.bump {
+        let centre = Vec3::from(bump.centre.map(Finite::get));
+        for &i in &interior {
+            let distance = (sheet.rest()[i] - centre).norm() / bump.width.get();
+            let height = bump.amplitude.get() * (-0.5 * distance * distance).exp();
+            x[i] += height * along(bump.direction, i);
+        }
+    }
+    x
+}
+
+fn vertex_normals(sheet: &Sheet) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::zeros(); sheet.vertex_count()];
+    for triangle in sheet.triangles() {
+        let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
+        let cross = (b - a).cross(&(c - a));
+        for v in triangle {
+            normals[*v as usize] += cross;
+        }
+    }
+    normals.into_iter().map(|n| n.normalize()).collect()
+}
+
+/// Rest positions of the points that carry species.
+fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
+    match location {
+        Location::Vertex => sheet.rest().to_vec(),
+        _ => sheet
+            .triangles()
+            .iter()
+            .map(|t| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0)
+            .collect(),
+    }
+}
+
+fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Vec<f64>>> {
+    let Some(spec) = &scene.kinetics else { return Ok(Vec::new()) };
+    let descriptor = chemistry.descriptor();
+    let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
+    for name in spec.initial.keys() {
+        if descriptor.species_index(name).is_none() {
+            return Err(scene.unknown_key("kinetics.initial", name, "species", &names).into());
+        }
+    }
+    let at = points(sheet, chemistry.location());
+    let mut all = Vec::new();
+    for species in &descriptor.species {
+        let path = format!("kinetics.initial.{}", species.name);
+        let values = match spec.initial.get(&species.name) {
+            None => vec![0.0; at.len()],
+            Some(Initial::File(file)) => from_file(scene, &path, file, sheet, chemistry)?,
+            Some(initial) => initial.values(&at).unwrap_or_default(),
+        };
+        let wrong = values.iter().position(|c| !(*c >= species.lower && *c <= species.upper));
+        if let Some(i) = wrong {
+            let message = format!(
+                "species `{}` starts with {} at {} {i}; it is valid from {} to {}",
+                species.name,
+                values[i],
+                chemistry.location().noun(),
+                species.lower,
+                species.upper
+            );
+            return Err(scene.error_at(&path, &message, None).into());
+        }
+        all.push(values);
+    }
+    Ok(all)
+}
+
+fn from_file(
+    scene: &Scene,
+    path: &str,
+    file: &FieldFile,
+    sheet: &Sheet,
+    chemistry: &Chemistry,
+) -> Result<Vec<f64>> {
+    let surface = sheet::read::surface(&file.file)
+        .map_err(|e| scene.error_at(&format!("{path}.file"), &e.to_string(), None))?;
+    let points = chemistry.points(sheet);
+    let arrays = match chemistry.location() {
+        Location::Vertex => &surface.point_arrays,
+        _ => &surface.cell_arrays,
+    };
+    match arrays.iter().find(|a| a.name == file.array) {
+        Some(a) if a.components == 1 && a.values.len() == points => Ok(a.values.clone()),
+        Some(a) => {
+            let found = a.values.len();
+            let message = format!(
+                "array `{}` has {found} numbers; {points} are needed, one a {}",
+                a.name,
+                chemistry.location().noun()
+            );
+            Err(scene.error_at(&format!("{path}.array"), &message, None).into())
+        }
+        None => {
+            let names: Vec<&str> = arrays.iter().map(|a| a.name.as_str()).collect();
+            let path = format!("{path}.array");
+            Err(scene.unknown_name(&path, "array", &file.array, &names).into())
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! Limited-memory BFGS preconditioned with a Cholesky factor of the Hessian's positive part.
+//!
+//! The factor carries the stiff directions (stretching, short bending waves), the memory learns
+//! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
+//! serves, across calls too. Steps are limited so that no triangle collapses: the energy of the
+//! cotangent curvature jumps there, and a long memory would not survive it.
+//!
+//! References: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4; approximate descent
+//! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Equilibrium, Goal, Relaxation};
+use crate::Vec3;
+use crate::effects::HessianPart;
+use crate::parallel;
+use crate::num::checked::{AtLeast, Fraction, Positive};
+use crate::solve::{EquilibriumSpec, SolveError};
+use crate::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use crate::system::Mechanics;
+
+/// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LbfgsSpec {
+    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
+    /// (Y times the edge length).
+    pub tolerance: Positive,
+    /// Iterations after which a relaxation has failed.
+    pub max_iterations: AtLeast<1>,
+    /// Pairs remembered. More learn the soft directions sooner, each costs two products.
+    pub memory: AtLeast<1>,
+    /// Iterations after which the factor is renewed. A factorisation costs as much as some ten to
+    /// twenty iterations at 20 000 vertices.
+    pub refresh: AtLeast<1>,
+    /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
+    /// overdamped path more closely.
+    pub largest_move: Positive,
+    /// No triangle's area may fall below this share in one step.
+    pub area_share: Fraction,
+}
+
+impl Default for LbfgsSpec {
+    fn default() -> Self {
+        let number = |n| AtLeast::new(n).unwrap_or(AtLeast::LEAST);
+        Self {
+            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
+            max_iterations: number(3000),
+            memory: number(20),
+            refresh: number(25),
+            largest_move: Positive::new(0.5).unwrap_or(Positive::ONE),
+            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+        }
+    }
+}
+
+#[typetag::serde(name = "lbfgs")]
+impl EquilibriumSpec for LbfgsSpec {
+    fn name(&self) -> String {
+        "L-BFGS, preconditioned by a Cholesky factor".into()
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance.get()
+    }
+
+    fn max_iterations(&self) -> usize {
+        self.max_iterations.get()
+    }
+
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        Ok(Box::new(Lbfgs::new(mechanics, *self)?))
+    }
+}
+
+crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);
+
+/// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless.
+const SHIFT: f64 = 1e-10;
+/// The whole Hessian is tried once the residual is below this; after a failure, below a tenth of
+/// the residual then.
+const NEARLY_AT_REST: f64 = 1e-2;
+/// Sufficient decrease.
+const ARMIJO: f64 = 1e-4;
+/// Energy differences below this share of the energy are round-off.
+const ROUND_OFF: f64 = 1e-12;
+/// Shortest step tried, as a share of the proposed one.
+const SHORTEST: f64 = 1e-8;
+
+struct Pair {
+    step: Vec<Vec3>,
+    change: Vec<Vec3>,
+    inverse: f64,
+}
+
+/// Preconditioned L-BFGS for one sheet.
+pub struct Lbfgs {
+    options: LbfgsSpec,
+    matrix: BlockMatrix,
+    cholesky: BlockCholesky,
+    factored: bool,
+    try_full_below: f64,
+    pairs: VecDeque<Pair>,
+}
+
+fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
+    parallel::sum(a.len(), |i| a[i].dot(&b[i]))
+}
+
+impl Lbfgs {
+    /// Prepares the sparse factorisation for the sheet of `mechanics`.
+    ///
+    /// # Errors
+    /// [`SolveError::Factorisation`] if the sheet is too large for one.
+    pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
+        let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
+        Ok(Self {
+            options,
+            matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
+            cholesky: BlockCholesky::new(pattern)?,
+            factored: false,
+            try_full_below: NEARLY_AT_REST,
+            pairs: VecDeque::new(),
+        })
+    }
+
+    /// Renews the factor: of the whole Hessian where it is positive and the shape nearly at rest,
+    /// of its positive part otherwise. Returns the number of factorisations tried.
+    ///
+    /// Far from equilibrium the positive part is the better metric even where the Hessian happens
+    /// to be positive: from a violent start it led to minima with a third less energy and in a
+    /// third of the time.
+    fn refactor(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &[Vec3],
+        residual: f64,
+    ) -> Result<usize, SolveError> {
+        let mut tried = 0;
+        for part in [HessianPart::Full, HessianPart::Positive] {
+            if part == HessianPart::Full && residual > self.try_full_below {
+                continue;
+            }
+            mechanics.hessian(x, part, &mut self.matrix);
+            self.matrix.add_diagonal(SHIFT * self.matrix.mean_diagonal());
+            tried += 1;
+            if self.cholesky.factorise(&self.matrix).is_ok() {
+                self.factored = true;
+                self.pairs.clear();
+                return Ok(tried);
+            }
+            self.try_full_below = 0.1 * residual;
+        }
+        Err(SolveError::Factorisation(
+            "the positive part of the Hessian is not positive: the shape has degenerate triangles"
+                .into(),
+        ))
+    }
+
+    /// The two-loop recursion: `-H g`.
+    fn direction(&mut self, gradient: &[Vec3], d: &mut Vec<Vec3>) {
+        d.clear();
+        d.extend(gradient.iter().map(|g| -g));
+        let mut alphas = Vec::with_capacity(self.pairs.len());
+        for pair in self.pairs.iter().rev() {
+            let alpha = pair.inverse * dot(&pair.step, d);
+            parallel::update(d, |i, v| *v -= alpha * pair.change[i]);
+            alphas.push(alpha);
+        }
+        self.cholesky.solve(d);
+        for (pair, alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
+            let beta = pair.inverse * dot(&pair.change, d);
+            parallel::update(d, |i, v| *v += (alpha - beta) * pair.step[i]);
+        }
+    }
+
+    fn remember(&mut self, step: Vec<Vec3>, change: Vec<Vec3>) {
+        let curvature = dot(&step, &change);
+        if curvature > 1e-14 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
+            if self.pairs.len() == self.options.memory.get() {
+                self.pairs.pop_front();
+            }
+            self.pairs.push_back(Pair { step, change, inverse: 1.0 / curvature });
+        }
+    }
+}
+
+impl Equilibrium for Lbfgs {
+    fn relax(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+    ) -> Result<Relaxation, SolveError> {
+        let n = x.len();
+        let mut done = Relaxation::default();
+        let mut gradient = vec![Vec3::zeros(); n];
+        let mut energy = mechanics.energy_gradient(x, &mut gradient);
+        done.evaluations += 1;
+        let (mut d, mut trial, mut trial_gradient) =
+            (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+        let longest = self.options.largest_move.get() * mechanics.metric().mean_edge();
+        let mut age = 0;
+        self.try_full_below = NEARLY_AT_REST;
+        // Pairs from another rest metric would mix two energies.
+        self.pairs.clear();
+        loop {
+            done.residual = mechanics.residual(&gradient);
+            done.energy = energy;
+            if done.residual <= goal.tolerance {
+                return Ok(done);
+            }
+            if !(energy.is_finite() && done.residual.is_finite()) {
+                return Err(SolveError::NotFinite);
+            }
+            if done.iterations >= goal.max_iterations {
+                return Err(SolveError::NotConverged {
+                    iterations: done.iterations,
+                    residual: done.residual,
+                    tolerance: goal.tolerance,
+                });
+            }
+            if (goal.interrupted)() {
+                return Err(SolveError::Interrupted);
+            }
+            if !self.factored || age >= self.options.refresh.get() {
+                done.factorisations += self.refactor(mechanics, x, done.residual)?;
+                age = 0;
+            }
+            self.direction(&gradient, &mut d);
+            let mut slope = dot(&gradient, &d);
+            if !(slope < 0.0) {
+                self.pairs.clear();
+                self.direction(&gradient, &mut d);
+                slope = dot(&gradient, &d);
+            }
+            let move_by = parallel::max(n, |i| d[i].norm_squared()).sqrt();
+            let mut length = (longest / move_by).min(1.0);
+            let accepted = loop {
+                if length < SHORTEST || !length.is_finite() {
+                    break None;
+                }
+                parallel::fill(&mut trial, |i| x[i] + length * d[i]);
+                if mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
+                    let e = mechanics.energy_gradient(&trial, &mut trial_gradient);
+                    done.evaluations += 1;
+                    let descends = e <= energy + ARMIJO * length * slope;
+                    let level = (e - energy).abs() <= ROUND_OFF * energy.abs()
+                        && dot(&trial_gradient, &d).abs() <= 0.9 * slope.abs();
+                    if e.is_finite() && (descends || level) {
+                        break Some(e);
+                    }
+                }
+                length *= 0.5;
+            };
+            let Some(e) = accepted else {
+                if age == 0 {
+                    return Err(SolveError::Stalled {
+                        iterations: done.iterations,
+                        residual: done.residual,
+                        tolerance: goal.tolerance,
+                    });
+                }
+                self.factored = false;
+                continue;
+            };
+            let mut step = vec![Vec3::zeros(); n];
+            let mut change = vec![Vec3::zeros(); n];
+            parallel::fill(&mut step, |i| trial[i] - x[i]);
+            parallel::fill(&mut change, |i| trial_gradient[i] - gradient[i]);
+            self.remember(step, change);
+            x.copy_from_slice(&trial);
+            std::mem::swap(&mut gradient, &mut trial_gradient);
+            energy = e;
+            done.iterations += 1;
+            age += 1;
+        }
+    }
+}

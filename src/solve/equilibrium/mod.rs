@@ -1,0 +1,63 @@
+//! Mechanical equilibrium: `0 = -∂U/∂x` at fixed chemistry.
+//!
+//! Which of several minima is found is physics, so every method goes downhill from the shape it is
+//! given by limited steps.
+
+mod lbfgs;
+
+pub use lbfgs::{Lbfgs, LbfgsSpec};
+
+use crate::Vec3;
+use crate::solve::SolveError;
+use crate::system::Mechanics;
+
+/// When a relaxation may stop.
+#[derive(Clone, Copy)]
+pub struct Goal<'a> {
+    /// Largest force on a vertex, in units of [`Mechanics::force_scale`].
+    pub tolerance: f64,
+    /// Most iterations before it counts as failed.
+    pub max_iterations: usize,
+    /// Asked now and then; `true` gives up with [`SolveError::Interrupted`].
+    pub interrupted: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// What a relaxation did.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Relaxation {
+    /// Steps taken.
+    pub iterations: usize,
+    /// Evaluations of energy and gradient.
+    pub evaluations: usize,
+    /// Numeric factorisations.
+    pub factorisations: usize,
+    /// Largest force left, in units of the force scale.
+    pub residual: f64,
+    /// Energy reached.
+    pub energy: f64,
+}
+
+impl Relaxation {
+    /// Adds the work of a later relaxation, and takes over what it reached.
+    pub fn add(&mut self, later: &Self) {
+        self.iterations += later.iterations;
+        self.evaluations += later.evaluations;
+        self.factorisations += later.factorisations;
+        self.residual = later.residual;
+        self.energy = later.energy;
+    }
+}
+
+/// A method that finds the equilibrium nearest downhill.
+pub trait Equilibrium: Send {
+    /// Relaxes `x` in place; on an error `x` is the last good shape.
+    ///
+    /// # Errors
+    /// [`SolveError`] if the goal is not reached.
+    fn relax(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+    ) -> Result<Relaxation, SolveError>;
+}

@@ -1,0 +1,167 @@
+//! A symmetric matrix of 3×3 blocks over the vertices of a sheet, in a fixed pattern.
+//!
+//! Only blocks (i, j) with j ≥ i are stored, row by row. The pattern couples vertices up to two
+//! edges apart, which is what bending needs.
+
+use std::sync::Arc;
+
+use crate::parallel::BLOCK;
+use crate::sheet::Sheet;
+
+/// One 3×3 block.
+pub type Block = nalgebra::Matrix3<f64>;
+
+/// Which blocks exist.
+#[derive(Debug, PartialEq, Eq)]
+pub struct BlockPattern {
+    start: Vec<usize>,
+    column: Vec<u32>,
+}
+
+impl BlockPattern {
+    /// Pairs of vertices up to two edges apart.
+    #[must_use]
+    pub fn two_rings(sheet: &Sheet) -> Self {
+        let neighbours = sheet.vertex_edges();
+        let mut start = vec![0];
+        let mut column = Vec::new();
+        let mut row = Vec::new();
+        for i in 0..sheet.vertex_count() {
+            row.clear();
+            row.push(crate::num::index(i));
+            for &(_, j) in neighbours.of(i) {
+                row.push(j);
+                row.extend(neighbours.of(j as usize).iter().map(|&(_, k)| k));
+            }
+            row.retain(|&j| j as usize >= i);
+            row.sort_unstable();
+            row.dedup();
+            column.extend_from_slice(&row);
+            start.push(column.len());
+        }
+        Self { start, column }
+    }
+
+    /// Number of block rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Columns of row `i`, ascending from `i` itself.
+    #[must_use]
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.column[self.start[i]..self.start[i + 1]]
+    }
+}
+
+/// The values in a pattern.
+#[derive(Debug, Clone)]
+pub struct BlockMatrix {
+    pattern: Arc<BlockPattern>,
+    value: Vec<Block>,
+}
+
+/// One row of a [`BlockMatrix`] being filled.
+pub struct RowMut<'a> {
+    column: &'a [u32],
+    value: &'a mut [Block],
+}
+
+impl RowMut<'_> {
+    /// Adds `block` at column `j`; a column outside the pattern is ignored, so that effects may
+    /// offer more than a pattern keeps.
+    pub fn add(&mut self, j: usize, block: &Block) {
+        if let Ok(place) = self.column.binary_search(&crate::num::index(j)) {
+            self.value[place] += block;
+        }
+    }
+}
+
+impl BlockMatrix {
+    /// A zero matrix.
+    #[must_use]
+    pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
+        let value = vec![Block::zeros(); pattern.column.len()];
+        Self { pattern, value }
+    }
+
+    /// The pattern.
+    #[must_use]
+    pub fn pattern(&self) -> &Arc<BlockPattern> {
+        &self.pattern
+    }
+
+    /// Sets all values to zero.
+    pub fn clear(&mut self) {
+        self.value.fill(Block::zeros());
+    }
+
+    /// The stored blocks of row `i`, in the order of [`BlockPattern::row`].
+    #[must_use]
+    pub fn row(&self, i: usize) -> &[Block] {
+        &self.value[self.pattern.start[i]..self.pattern.start[i + 1]]
+    }
+
+    /// Hands every row to `f`, in parallel.
+    pub fn update_rows(&mut self, f: impl Fn(usize, &mut RowMut<'_>) + Sync) {
+        split_rows(&self.pattern, 0, self.pattern.rows(), &mut self.value, &f);
+    }
+
+    /// Takes directions out of the problem: their rows and columns become those of `scale`·I.
+    pub fn pin(&mut self, pinned: &[[bool; 3]], scale: f64) {
+        let pattern = Arc::clone(&self.pattern);
+        self.update_rows(|i, row| {
+            for (place, &j) in pattern.row(i).iter().enumerate() {
+                let block = &mut row.value[place];
+                for a in 0..3 {
+                    for b in 0..3 {
+                        if pinned[i][a] || pinned[j as usize][b] {
+                            let diagonal = i == j as usize && a == b;
+                            block[(a, b)] = if diagonal { scale } else { 0.0 };
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Adds `shift` to the diagonal.
+    pub fn add_diagonal(&mut self, shift: f64) {
+        self.update_rows(|_, row| row.value[0] += Block::from_diagonal_element(shift));
+    }
+
+    /// Mean of the diagonal entries.
+    #[must_use]
+    pub fn mean_diagonal(&self) -> f64 {
+        let rows = self.pattern.rows();
+        let trace: f64 = (0..rows).map(|i| self.row(i)[0].trace()).sum();
+        trace / crate::num::real(3 * rows.max(1))
+    }
+}
+
+/// Hands out rows `first..last`, whose values are `value`, halving until blocks are small.
+fn split_rows<F: Fn(usize, &mut RowMut<'_>) + Sync>(
+    pattern: &BlockPattern,
+    first: usize,
+    last: usize,
+    value: &mut [Block],
+    f: &F,
+) {
+    if last - first <= BLOCK {
+        let mut rest = value;
+        for i in first..last {
+            let column = pattern.row(i);
+            let (mine, tail) = rest.split_at_mut(column.len());
+            f(i, &mut RowMut { column, value: mine });
+            rest = tail;
+        }
+        return;
+    }
+    let middle = first + (last - first) / 2;
+    let (low, high) = value.split_at_mut(pattern.start[middle] - pattern.start[first]);
+    rayon::join(
+        || split_rows(pattern, first, middle, low, f),
+        || split_rows(pattern, middle, last, high, f),
+    );
+}

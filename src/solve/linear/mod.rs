@@ -1,0 +1,7 @@
+//! Sparse symmetric matrices of 3×3 blocks and their Cholesky factors.
+
+mod block_matrix;
+mod cholesky;
+
+pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
+pub use cholesky::{BlockCholesky, NotPositive};

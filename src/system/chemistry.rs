@@ -1,0 +1,217 @@
+//! The chemical half of the system: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
+
+use std::sync::Arc;
+
+use super::signals::Signals;
+use crate::effects::Transport;
+use crate::geometry::Shape;
+use crate::kinetics::{Batch, Column, Descriptor, Kinetics, KineticsError, Location, field};
+use crate::parallel;
+use crate::sheet::Sheet;
+use crate::state::FaceVertexAverage;
+
+/// Kinetics on a sheet, with the transport of its species.
+pub struct Chemistry {
+    kinetics: Arc<dyn Kinetics>,
+    location: Location,
+    signals: Signals,
+    transport: Vec<Box<dyn Transport>>,
+    average: Option<FaceVertexAverage>,
+}
+
+/// The columns of the signals, in the order of the descriptor.
+pub type SignalColumns = Vec<Vec<f64>>;
+
+fn column(values: &[f64], count: usize) -> Column<'_> {
+    match values {
+        [single] if count != 1 => Column::uniform(single),
+        _ => values.into(),
+    }
+}
+
+impl Chemistry {
+    /// Puts `kinetics` on `sheet`.
+    #[must_use]
+    pub fn new(
+        sheet: &Sheet,
+        kinetics: Arc<dyn Kinetics>,
+        location: Location,
+        signals: Signals,
+        transport: Vec<Box<dyn Transport>>,
+    ) -> Self {
+        let average = (location == Location::Face).then(|| FaceVertexAverage::new(sheet));
+        Self { kinetics, location, signals, transport, average }
+    }
+
+    /// What the kinetics says about itself.
+    #[must_use]
+    pub fn descriptor(&self) -> &Descriptor {
+        self.kinetics.descriptor()
+    }
+
+    /// Where species live.
+    #[must_use]
+    pub fn location(&self) -> Location {
+        self.location
+    }
+
+    /// The signals in use.
+    #[must_use]
+    pub fn signals(&self) -> &Signals {
+        &self.signals
+    }
+
+    /// How many points carry species.
+    #[must_use]
+    pub fn points(&self, sheet: &Sheet) -> usize {
+        match self.location {
+            Location::Vertex => sheet.vertex_count(),
+            Location::Face => sheet.triangle_count(),
+            Location::Edge => sheet.edges().len(),
+        }
+    }
+
+    /// Takes notice of a new shape: transport and averages follow it.
+    pub fn set_shape(&mut self, shape: &Shape<'_>) {
+        for transport in &mut self.transport {
+            transport.update(shape.sheet, shape.x);
+        }
+        if let Some(average) = &mut self.average {
+            average.update(shape.sheet, shape.x);
+        }
+    }
+
+    /// The species carried to the vertices (as they are, if they live there).
+    #[must_use]
+    pub fn at_vertices(&self, sheet: &Sheet, species: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        match &self.average {
+            None => species.to_vec(),
+            Some(average) => species
+                .iter()
+                .map(|c| {
+                    let mut out = vec![0.0; sheet.vertex_count()];
+                    average.apply(sheet, c, &mut out);
+                    out
+                })
+                .collect(),
+        }
+    }
+
+    /// Length factor Φ at every edge, from the mean of the species at its two ends; `None` if the
+    /// kinetics gives none.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a factor that is no positive number.
+    pub fn length_factor(
+        &self,
+        sheet: &Sheet,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<f64>>, KineticsError> {
+        if !self.descriptor().capabilities.length_factor {
+            return Ok(None);
+        }
+        let edges = sheet.edges();
+        let at_edges: Vec<Vec<f64>> = self
+            .at_vertices(sheet, species)
+            .iter()
+            .map(|c| {
+                let mut mean = vec![0.0; edges.len()];
+                parallel::fill(&mut mean, |e| {
+                    let [a, b] = edges[e].vertices;
+                    0.5 * (c[a as usize] + c[b as usize])
+                });
+                mean
+            })
+            .collect();
+        let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
+        let batch = Batch {
+            location: Location::Edge,
+            first: 0,
+            count: edges.len(),
+            species: &columns,
+            signals: &[],
+        };
+        let mut factor = vec![1.0; edges.len()];
+        field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?;
+        Ok(Some(factor))
+    }
+
+    /// The signals at `shape`.
+    #[must_use]
+    pub fn read(&self, shape: &Shape<'_>, time: f64) -> SignalColumns {
+        self.signals.evaluate(shape, time)
+    }
+
+    fn batch<R>(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+        f: impl FnOnce(&Batch<'_>) -> R,
+    ) -> R {
+        let count = species.first().map_or(0, |c| c.len());
+        let species: Vec<Column<'_>> = species.iter().map(|c| (*c).into()).collect();
+        let signals: Vec<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
+        f(&Batch { location: self.location, first: 0, count, species: &species, signals: &signals })
+    }
+
+    /// Reaction rates R at every point, one column a species.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn reaction(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+        out: &mut [&mut [f64]],
+    ) -> Result<(), KineticsError> {
+        self.batch(species, signals, |batch| field::rates(self.kinetics.as_ref(), batch, out))?;
+        Ok(())
+    }
+
+    /// Adds D Δ_x c of every species that a scene lets diffuse.
+    pub fn add_transport(&self, sheet: &Sheet, species: &[&[f64]], out: &mut [&mut [f64]]) {
+        for transport in &self.transport {
+            let which = transport.species();
+            transport.add_rate(sheet, species[which], out[which]);
+        }
+    }
+
+    /// A bound on the spectral radius of the rates by the species: diffusion by its own bound,
+    /// reaction by the largest row sum of |∂R/∂c|.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn spectral_bound(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+    ) -> Result<f64, KineticsError> {
+        let count = species.first().map_or(0, |c| c.len());
+        let (n, inputs) = (species.len(), self.descriptor().inputs());
+        let mut rates = field::Columns::new(n, count);
+        let mut partials = field::Columns::new(n * inputs, count);
+        self.batch(species, signals, |batch| {
+            field::rate_partials(
+                self.kinetics.as_ref(),
+                batch,
+                &mut rates.slices_mut(),
+                &mut partials.slices_mut(),
+            )
+        })?;
+        let mut reaction: f64 = 0.0;
+        for s in 0..n {
+            let row = |p: usize| -> f64 {
+                (0..n).map(|j| partials.column(s * inputs + j)[p].abs()).sum()
+            };
+            reaction = reaction.max(parallel::max(count, row));
+        }
+        let diffusion = self.transport.iter().map(|t| t.spectral_bound()).fold(0.0, f64::max);
+        Ok(reaction.max(0.0) + diffusion)
+    }
+
+    /// The transport effects.
+    #[must_use]
+    pub fn transport(&self) -> &[Box<dyn Transport>] {
+        &self.transport
+    }
+}

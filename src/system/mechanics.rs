@@ -1,0 +1,175 @@
+//! The mechanical half of the system: `U(x; l̄)` of all listed effects, and what holds the sheet.
+
+use std::sync::Arc;
+
+use crate::Vec3;
+use crate::effects::{Energy, HessianPart};
+use crate::geometry::{Faces, RestMetric, Shape};
+use crate::parallel;
+use crate::sheet::{Sheet, SheetError};
+use crate::solve::linear::BlockMatrix;
+
+/// For every vertex the directions in which it is held.
+pub type Pins = Vec<[bool; 3]>;
+
+/// Energies, pins and the rest metric of one sheet.
+pub struct Mechanics {
+    sheet: Arc<Sheet>,
+    metric: RestMetric,
+    faces: Faces,
+    energies: Vec<Box<dyn Energy>>,
+    pins: Pins,
+    force_scale: f64,
+}
+
+impl Mechanics {
+    /// Puts `energies` on `sheet`, unstrained (Φ = 1).
+    ///
+    /// # Errors
+    /// A rest state with edges or triangles of no size.
+    pub fn new(
+        sheet: Arc<Sheet>,
+        energies: Vec<Box<dyn Energy>>,
+        pins: Pins,
+    ) -> Result<Self, SheetError> {
+        let metric = RestMetric::new(&sheet)?;
+        let mut mechanics =
+            Self { sheet, metric, faces: Faces::default(), energies, pins, force_scale: 0.0 };
+        mechanics.announce_metric();
+        Ok(mechanics)
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        &self.sheet
+    }
+
+    /// The rest metric in force.
+    #[must_use]
+    pub fn metric(&self) -> &RestMetric {
+        &self.metric
+    }
+
+    /// The held directions.
+    #[must_use]
+    pub fn pins(&self) -> &Pins {
+        &self.pins
+    }
+
+    /// Force on a vertex at unit strain: the unit of force tolerances. At least one listed effect
+    /// must define it for relaxation to make sense; otherwise it is 0.
+    #[must_use]
+    pub fn force_scale(&self) -> f64 {
+        self.force_scale
+    }
+
+    /// Whether no effect has an energy.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.energies.is_empty()
+    }
+
+    /// Names of the effects with an energy, in the scene's order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.energies.iter().map(|e| e.name())
+    }
+
+    /// Sets the length factor Φ of every edge.
+    ///
+    /// # Errors
+    /// Lengths that make no triangle; nothing is changed then.
+    pub fn set_length_factor(&mut self, factor: &[f64]) -> Result<(), SheetError> {
+        self.metric.set_length_factor(&self.sheet, factor)?;
+        self.announce_metric();
+        Ok(())
+    }
+
+    fn announce_metric(&mut self) {
+        for energy in &mut self.energies {
+            energy.set_rest_metric(&self.sheet, &self.metric);
+        }
+        self.force_scale = self.energies.iter().map(|e| e.force_scale()).fold(0.0, f64::max);
+    }
+
+    /// Calls `f` with the shape at `x`.
+    pub fn with_shape<R>(&mut self, x: &[Vec3], f: impl FnOnce(&Shape<'_>) -> R) -> R {
+        self.faces.update(&self.sheet, x);
+        f(&Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces })
+    }
+
+    /// Energy of every effect at `x`, by [`Mechanics::names`].
+    pub fn energies(&mut self, x: &[Vec3]) -> Vec<f64> {
+        self.faces.update(&self.sheet, x);
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        self.energies.iter_mut().map(|e| e.evaluate(&shape, None)).collect()
+    }
+
+    /// Force `-∂U/∂x` of effect number `which` at `x`, before pins.
+    pub fn force_of(&mut self, which: usize, x: &[Vec3]) -> Vec<Vec3> {
+        self.faces.update(&self.sheet, x);
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        self.energies[which].evaluate(&shape, Some(&mut gradient));
+        gradient.iter().map(|g| -g).collect()
+    }
+
+    /// Total energy at `x`.
+    pub fn energy(&mut self, x: &[Vec3]) -> f64 {
+        self.energies(x).iter().sum()
+    }
+
+    /// Total energy at `x`, and its gradient with the held directions set to zero.
+    pub fn energy_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        self.faces.update(&self.sheet, x);
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        gradient.fill(Vec3::zeros());
+        let mut energy = 0.0;
+        for effect in &mut self.energies {
+            energy += effect.evaluate(&shape, Some(gradient));
+        }
+        let pins = &self.pins;
+        parallel::update(gradient, |i, g| {
+            for a in 0..3 {
+                if pins[i][a] {
+                    g[a] = 0.0;
+                }
+            }
+        });
+        energy
+    }
+
+    /// Largest force on a vertex in units of [`Mechanics::force_scale`], and that vertex.
+    #[must_use]
+    pub fn residual(&self, gradient: &[Vec3]) -> f64 {
+        let largest = parallel::max(gradient.len(), |i| gradient[i].norm_squared()).sqrt();
+        if largest == 0.0 { 0.0 } else { largest / self.force_scale }
+    }
+
+    /// Second derivatives at `x`, with the held directions replaced by the mean stiffness.
+    pub fn hessian(&mut self, x: &[Vec3], part: HessianPart, into: &mut BlockMatrix) {
+        self.faces.update(&self.sheet, x);
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        into.clear();
+        for effect in &mut self.energies {
+            effect.add_hessian(&shape, part, into);
+        }
+        let scale = into.mean_diagonal();
+        into.pin(&self.pins, scale);
+    }
+
+    /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
+    /// `share` of what it was, and it does not turn over.
+    pub fn keeps_triangles(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
+        let triangles = self.sheet.triangles();
+        let cross = |x: &[Vec3], t: usize| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            (b - a).cross(&(c - a))
+        };
+        let worst = parallel::max(triangles.len(), |t| {
+            let (old, new) = (cross(from, t), cross(to, t));
+            if new.norm() >= share * old.norm() && old.dot(&new) > 0.0 { 0.0 } else { 1.0 }
+        });
+        worst <= 0.0
+    }
+}

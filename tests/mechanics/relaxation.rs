@@ -1,0 +1,83 @@
+//! Relaxation: reaches its tolerance, finds flat growth stress-free, refuses what it cannot do.
+
+use std::sync::Arc;
+
+use rumple::Vec3;
+use rumple::effects::Material;
+use rumple::solve::SolveError;
+use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
+
+use super::both;
+use crate::common::{Noise, irregular};
+
+fn goal(tolerance: f64) -> Goal<'static> {
+    Goal { tolerance, max_iterations: 2000, interrupted: &|| false }
+}
+
+/// B2 of the truths: with z held at the rim and free in the plane, uniform growth has no stress.
+#[test]
+fn uniform_growth_with_a_free_rim_is_free_of_stress() {
+    let sheet = Arc::new(irregular(14, 13, 0.2));
+    let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
+    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let mut mechanics = both(&sheet, &material, pins);
+    mechanics.set_length_factor(&vec![1.0 / 0.65; sheet.edges().len()]).unwrap();
+    let mut x = sheet.rest().to_vec();
+    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let done = solver.relax(&mut mechanics, &mut x, &goal(1e-10)).unwrap();
+    let y = material.stretching_modulus();
+    assert!(done.energy < 1e-16 * y * sheet.vertex_count() as f64, "{done:?}");
+    assert!(x.iter().all(|x| x.z.abs() < 1e-9));
+}
+
+#[test]
+fn a_grown_spot_buckles_and_comes_to_rest() {
+    let sheet = Arc::new(irregular(30, 34, 0.2));
+    let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
+    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let mut mechanics = both(&sheet, &material, pins);
+    let centre = Vec3::new(15.0, 15.0, 0.0);
+    let inside = |v: u32| (sheet.rest()[v as usize] - centre).norm() < 6.0;
+    let factor: Vec<f64> = sheet
+        .edges()
+        .iter()
+        .map(|e| if inside(e.vertices[0]) && inside(e.vertices[1]) { 1.1 } else { 1.0 })
+        .collect();
+    mechanics.set_length_factor(&factor).unwrap();
+    let mut noise = Noise::new(3);
+    let mut x: Vec<Vec3> = sheet.rest().to_vec();
+    for (x, rim) in x.iter_mut().zip(sheet.rim()) {
+        let z = noise.number();
+        x.z = if *rim { 0.0 } else { 1e-3 * z };
+    }
+    let flat = mechanics.energy(&x);
+    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let done = solver.relax(&mut mechanics, &mut x, &goal(1e-9)).unwrap();
+    assert!(done.residual <= 1e-9);
+    assert!(done.energy < 0.5 * flat, "{} {}", done.energy, flat);
+    let height = x.iter().map(|x| x.z.abs()).fold(0.0, f64::max);
+    assert!(height > 1.0, "{height}");
+    // Again from there: nothing left to do.
+    let again = solver.relax(&mut mechanics, &mut x, &goal(1e-9)).unwrap();
+    assert_eq!(again.iterations, 0);
+}
+
+#[test]
+fn hopeless_relaxations_are_reported() {
+    let sheet = Arc::new(irregular(8, 8, 0.1));
+    let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.1 };
+    let mut mechanics = both(&sheet, &material, vec![[false; 3]; sheet.vertex_count()]);
+    mechanics.set_length_factor(&vec![1.2; sheet.edges().len()]).unwrap();
+    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let mut x = sheet.rest().to_vec();
+    let one = Goal { tolerance: 1e-9, max_iterations: 1, interrupted: &|| false };
+    let error = solver.relax(&mut mechanics, &mut x, &one).unwrap_err();
+    assert!(matches!(error, SolveError::NotConverged { iterations: 1, .. }), "{error}");
+    let stop = Goal { tolerance: 1e-9, max_iterations: 100, interrupted: &|| true };
+    let error = solver.relax(&mut mechanics, &mut x, &stop).unwrap_err();
+    assert!(matches!(error, SolveError::Interrupted));
+    x[20] = x[21];
+    x[20].x = f64::NAN;
+    let error = solver.relax(&mut mechanics, &mut x, &goal(1e-9)).unwrap_err();
+    assert!(matches!(error, SolveError::NotFinite), "{error}");
+}

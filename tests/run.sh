@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# Passes everything: format, lints, documentation, tests, and a small run that the real VTK and
+# ParaView must read. Installs what is missing first (Debian packages only as root or with sudo).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+scene=models/model-i/small.toml
+result=target/check/small
+array=c
+venv=target/venv
+
+heading() { printf '\n=== %s ===\n' "$*"; }
+
+heading "what is missing"
+packages=()
+command -v pvpython >/dev/null || packages+=(paraview python3-paraview)
+command -v xvfb-run >/dev/null || packages+=(xvfb)
+command -v xauth >/dev/null || packages+=(xauth)
+command -v python3 >/dev/null && python3 -c 'import venv, ensurepip' 2>/dev/null \
+    || packages+=(python3 python3-venv)
+if ((${#packages[@]})); then
+    root=()
+    if ((EUID != 0)); then
+        command -v sudo >/dev/null || {
+            echo "please install: ${packages[*]}" >&2
+            exit 1
+        }
+        root=(sudo)
+    fi
+    echo "installing ${packages[*]}"
+    "${root[@]}" apt-get update -qq
+    "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
+fi
+if ! "$venv/bin/python" -c 'import vtk, numpy' 2>/dev/null; then
+    echo "making $venv with vtk and numpy"
+    rm -rf "$venv"
+    python3 -m venv "$venv"
+    "$venv/bin/pip" install --quiet --disable-pip-version-check vtk numpy
+fi
+"$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
+
+heading "format"
+cargo fmt --all --check
+
+heading "build, plugins included"
+cargo build --release --workspace
+
+heading "lints"
+cargo clippy --release --workspace --all-targets -- -D warnings
+
+heading "documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
+
+heading "tests"
+cargo test --release --workspace
+
+heading "tests with the real VTK"
+RUMPLE_PYTHON="$PWD/$venv/bin/python" \
+    cargo test --release --test integration real_vtk -- --ignored
+
+heading "a small run: $scene"
+target/release/rumple run "$scene" --out "$result" --force
+
+heading "read by VTK"
+"$venv/bin/python" tests/scripts/check_vtk.py "$result"
+
+heading "rendered by ParaView"
+tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique
+
+heading "all passed"
