@@ -21,11 +21,7 @@ pub(super) fn columns(system: &mut System) -> Vec<String> {
     if let Some(chemistry) = system.chemistry() {
         for species in &chemistry.descriptor().species {
             let name = &species.name;
-            all.extend([
-                format!("total {name}"),
-                format!("least {name}"),
-                format!("largest {name}"),
-            ]);
+            all.extend([format!("total {name}"), format!("least {name}"), format!("largest {name}")]);
         }
     }
     all.extend(["least quality", "wall time [s]"].map(str::to_owned));
