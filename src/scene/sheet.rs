@@ -119,7 +119,7 @@ shape!(
     }
 );
 
-/// Every interior vertex is displaced by `amplitude · u`, u uniform in [-1, 1).
+/// Every interior vertex is displaced by `amplitude · u`, u uniform in [-1, 1].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Imperfection {

@@ -1,9 +1,10 @@
 //! What a right scene becomes.
 
 use rumple::Vec3;
-use rumple::scene::{
-    Compression, Direction, Initial, Measure, Scene, Shape, SheetSource, Tension, registry,
-};
+use rumple::effects::Measure;
+use rumple::output::Compression;
+use rumple::scene::{Direction, Initial, Scene, Shape, SheetSource, registry};
+use rumple::system::TensionReading;
 
 use super::SCENE;
 
@@ -29,13 +30,13 @@ fn a_scene_with_every_table() {
     let kinetics = scene.kinetics.as_ref().unwrap();
     assert_eq!(kinetics.parameters["b"].get(), 100.0);
     assert_eq!((kinetics.location, kinetics.measure), (None, Measure::Concentration));
-    assert_eq!(kinetics.tension, Tension::Trace);
+    assert_eq!(kinetics.tension, TensionReading::Trace);
     assert_eq!(scene.time.policy.name(), "still");
     assert_eq!(scene.time.integrator.name(), "leap");
     assert_eq!(scene.time.span.until.get(), 500.0);
     assert_eq!(scene.equilibrium.name(), "descent");
     assert_eq!(scene.output.fields, ["c", "mean_curvature"]);
-    assert_eq!(scene.output.compression, Compression::Lz4);
+    assert_eq!(scene.output.compression, Compression::None);
 }
 
 #[test]
@@ -103,6 +104,30 @@ fn paths_count_from_the_scene() {
     assert!(missing.to_string().contains("b.toml: cannot read the scene: "), "{missing}");
     std::fs::write(&path, [0xff, 0xfe, b'a']).unwrap();
     assert!(Scene::load(&path, &[]).unwrap_err().to_string().contains("UTF-8"));
+}
+
+/// The names under which a kind is read and written are given apart; they must be the same.
+#[test]
+fn what_the_engine_registers_reads_back() {
+    let effects = [
+        "kind = \"stretching\"",
+        "kind = \"bending\"",
+        "kind = \"pin\"\nwhere = \"rim\"\naxes = \"z\"",
+        "kind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1.0",
+    ];
+    let (head, rest) = SCENE.split_once("[[effect]]").unwrap();
+    let rest = &rest[rest.find("[kinetics]").unwrap()..rest.find("[equilibrium]").unwrap()];
+    let rest = rest.replacen("policy = \"test-still\"\n", "", 1);
+    let integrator = "integrator = { kind = \"test-leap\", rtol = 1e-3 }\n";
+    let rest = rest.replacen(integrator, "", 1);
+    let listed: String = effects.iter().map(|e| format!("[[effect]]\n{e}\n")).collect();
+    let first = scene(&format!("{head}{listed}{rest}"));
+    assert_eq!(first.time.policy.name(), "quasi-static");
+    let resolved = first.resolved().unwrap();
+    for kind in ["stretching", "bending", "pin", "diffusion", "quasi-static", "staggered"] {
+        assert!(resolved.contains(&format!("kind = \"{kind}\"")), "{resolved}");
+    }
+    assert_eq!(scene(&resolved).resolved().unwrap(), resolved);
 }
 
 #[test]

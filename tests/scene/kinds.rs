@@ -1,10 +1,12 @@
-//! Kinds registered from outside the engine, as any crate could.
+//! Kinds registered from outside the engine, as any crate could. They are read, never run.
 
-use rumple::effects::EffectSpec;
+use rumple::effects::{Effect, EffectContext, EffectError, EffectSpec};
 use rumple::num::checked::{AtLeast, Finite, Fraction, Positive};
 use rumple::register_kind;
-use rumple::solve::{EquilibriumSpec, IntegratorSpec};
-use rumple::timescale::PolicySpec;
+use rumple::solve::equilibrium::Equilibrium;
+use rumple::solve::{EquilibriumSpec, Integrator, IntegratorSpec, SolveError};
+use rumple::system::Mechanics;
+use rumple::timescale::{PolicySpec, Storage};
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
@@ -31,6 +33,10 @@ impl EffectSpec for Spring {
     fn name(&self) -> String {
         format!("spring {}", self.stiffness.get())
     }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        Ok(Effect::Pins(vec![[false; 3]; context.sheet.vertex_count()]))
+    }
 }
 register_kind!(dyn EffectSpec, "test-spring", Spring);
 
@@ -42,6 +48,10 @@ impl EffectSpec for Weightless {
     fn name(&self) -> String {
         "weightless".to_owned()
     }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        Ok(Effect::Pins(vec![[false; 3]; context.sheet.vertex_count()]))
+    }
 }
 register_kind!(dyn EffectSpec, "test-weightless", Weightless);
 
@@ -52,6 +62,10 @@ pub struct Still;
 impl PolicySpec for Still {
     fn name(&self) -> String {
         "still".to_owned()
+    }
+
+    fn storage(&self) -> Storage {
+        Storage { mechanics: 0.0, chemistry: 0.0 }
     }
 }
 register_kind!(dyn PolicySpec, "test-still", Still);
@@ -68,6 +82,10 @@ pub struct Leap {
 impl IntegratorSpec for Leap {
     fn name(&self) -> String {
         "leap".to_owned()
+    }
+
+    fn build(&self, _policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
+        Err(SolveError::Pairing("only read".to_owned()))
     }
 }
 register_kind!(dyn IntegratorSpec, "test-leap", Leap);
@@ -87,6 +105,18 @@ fn default_tolerance() -> Positive {
 impl EquilibriumSpec for Descent {
     fn name(&self) -> String {
         "descent".to_owned()
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance.get()
+    }
+
+    fn max_iterations(&self) -> usize {
+        1
+    }
+
+    fn build(&self, _mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        Err(SolveError::Pairing("only read".to_owned()))
     }
 }
 register_kind!(dyn EquilibriumSpec, "test-descent", Descent);

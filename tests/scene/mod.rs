@@ -48,7 +48,7 @@ method = "test-descent"
 [output]
 every = 5.0
 fields = ["c", "mean_curvature"]
-compression = "lz4"
+compression = "none"
 "#;
 
 /// Parses a scene that must be wrong.
