@@ -221,7 +221,8 @@ impl Transport for Cotan {
         let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());
         self.bound = 2.0
             * parallel::max(area.len(), |i| {
-                let row: f64 = neighbours.of(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
+                let row: f64 =
+                    neighbours.of(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
                 row / area[i]
             });
     }
