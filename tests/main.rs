@@ -2,6 +2,7 @@
 //!
 //! * `chebyshev`: the stabilised explicit integrator.
 //! * `diffusion`: decay of known modes, conservation, convergence, the Green-Gauss scheme.
+//! * `examples`: the numbered examples.
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
 //! * `output`: frames, series, ledger, provenance, result directories, progress.
@@ -13,6 +14,7 @@
 #![allow(missing_docs, clippy::cast_precision_loss)]
 
 mod common;
+mod examples;
 mod house;
 mod mechanics;
 mod output;
