@@ -160,7 +160,8 @@ impl Chebyshev {
         stiffness: f64,
         rate: &mut impl FnMut(f64, &[f64], &mut [f64]) -> Result<()>,
     ) -> Result<()> {
-        let stages = whole((1.5 * stiffness / (1.0 - 2.0 * DAMPING / 15.0) + 1.0).sqrt().ceil()).max(2);
+        let stages =
+            whole((1.5 * stiffness / (1.0 - 2.0 * DAMPING / 15.0) + 1.0).sqrt().ceil()).max(2);
         let s = real(stages);
         let w0 = 1.0 + DAMPING / (s * s);
         let root = (w0 * w0 - 1.0).sqrt();
@@ -191,7 +192,9 @@ impl Chebyshev {
             self.work.evaluations += 1;
             let (f, recent) = (&self.f, &*last);
             parallel::update(before, |i, old| {
-                *old = mu * recent[i] + nu * *old + (1.0 - mu - nu) * y0[i]
+                *old = mu * recent[i]
+                    + nu * *old
+                    + (1.0 - mu - nu) * y0[i]
                     + h * mu_rate * (f[i] - a_last * f0[i]);
             });
             let time = mu * time_last + nu * time_before + mu_rate - gamma;

@@ -49,9 +49,8 @@ impl FaceVertexAverage {
         let (weight, total, incident) = (&self.weight, &self.total, sheet.vertex_triangles());
         parallel::fill(vertices, |i| {
             let around = incident.of(i).iter();
-            let sum: T = around
-                .map(|&(t, k)| faces[t as usize] * weight[t as usize][k as usize])
-                .sum();
+            let sum: T =
+                around.map(|&(t, k)| faces[t as usize] * weight[t as usize][k as usize]).sum();
             sum * (1.0 / total[i])
         });
     }
