@@ -2,8 +2,12 @@
 //!
 //! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
+//! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
 //! * `output`: frames, series, ledger, provenance, result directories, progress.
+//! * `plugins`: the C boundary with good and faulty plugins; the shipped models.
+//! * `run`: coupled runs, `inspect`, and the program from the outside.
+//! * `scene`: what is accepted, what is refused and how that is said.
 //! * `sheet`: generated meshes, their quality and topology; readers; checks.
 
 #![allow(missing_docs, clippy::cast_precision_loss)]
@@ -11,6 +15,10 @@
 mod chebyshev;
 mod common;
 mod diffusion;
+mod house;
 mod mechanics;
 mod output;
+mod plugins;
+mod run;
+mod scene;
 mod sheet;

@@ -5,6 +5,7 @@ mod inspect;
 pub mod mesh;
 mod run;
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -77,7 +78,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let text = match &error {
-                Error::Scene(scene) => scene.rendered(),
+                Error::Scene(scene) => scene.rendered(std::io::stderr().is_terminal()),
                 other => format!("error: {other}"),
             };
             eprintln!("{}", text.trim_end());

@@ -40,7 +40,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
     let mut provenance = Provenance::new(mesh);
     provenance.scene = Some(FileRecord::of(&args.scene.scene)?);
-    for plugin in &setup.plugin {
+    if let Some(plugin) = &setup.plugin {
         provenance.plugins.push(FileRecord::of(plugin)?);
     }
     provenance.write(&directory, &resolved)?;

@@ -46,6 +46,16 @@ impl<'a> Column<'a> {
         }
     }
 
+    /// Whether the values at the first `count` points are finite.
+    pub(super) fn is_finite(&self, count: usize) -> bool {
+        let all = |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
+        match self.stride {
+            0 => all(&self.data[..self.data.len().min(1)]),
+            1 => all(&self.data[..count]),
+            _ => (0..count).all(|point| self.at(point).is_finite()),
+        }
+    }
+
     pub(super) fn parts(&self) -> (&'a [f64], usize) {
         (self.data, self.stride)
     }

@@ -236,6 +236,9 @@ fn check_shapes(
 }
 
 fn check_inputs(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {
+    if batch.inputs().all(|column| column.is_finite(batch.count)) {
+        return Ok(());
+    }
     for point in 0..batch.count {
         if let Some((input, column)) =
             batch.inputs().enumerate().find(|(_, column)| !column.at(point).is_finite())
@@ -259,20 +262,22 @@ fn check_outputs(
     values: &[&mut [f64]],
     partials: &[&mut [f64]],
 ) -> Result<(), KineticsError> {
-    let good = |value: f64| value.is_finite() && (quantity.is_rate() || value > 0.0);
-    let first = |columns: &[&mut [f64]], good: &dyn Fn(f64) -> bool| {
+    let least = if quantity.is_rate() { f64::MIN } else { f64::MIN_POSITIVE };
+    if all_within(values, least) && all_within(partials, f64::MIN) {
+        return Ok(());
+    }
+    let first = |columns: &[&mut [f64]], least: f64| {
         columns
             .iter()
             .enumerate()
             .filter_map(|(at, column)| {
-                let point = column.iter().position(|value| !good(*value))?;
+                let point = column.iter().position(|value| !(least..=f64::MAX).contains(value))?;
                 Some((point, at, column[point]))
             })
             .min_by_key(|(point, at, _)| (*point, *at))
     };
-    let value = first(values, &good).map(|(point, at, value)| (point, None, at, value));
-    let partial = first(partials, &|value: f64| value.is_finite())
-        .map(|(point, at, value)| (point, Some(at), at, value));
+    let value = first(values, least).map(|(point, at, value)| (point, None, at, value));
+    let partial = first(partials, f64::MIN).map(|(point, at, value)| (point, Some(at), at, value));
     let Some((point, partial, column, value)) =
         value.into_iter().chain(partial).min_by_key(|(point, partial, ..)| (*point, *partial))
     else {
@@ -291,4 +296,12 @@ fn check_outputs(
             .zip(batch.inputs().map(|column| column.at(point)))
             .collect(),
     })))
+}
+
+/// Whether no value is less than `least`, infinite or NaN. It looks at all of a column without
+/// short cuts, so that the common case is a few vector instructions.
+fn all_within(columns: &[&mut [f64]], least: f64) -> bool {
+    columns.iter().all(|column| {
+        column.iter().fold(true, |all, value| all & (least..=f64::MAX).contains(value))
+    })
 }

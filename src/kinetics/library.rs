@@ -1,14 +1,16 @@
-//! Kinetics from a shared library: the only file that knows dynamic loading, and the only unsafe
-//! code of the engine.
+//! Kinetics from a shared library: the only file that knows dynamic loading; with its part
+//! `read`, the only unsafe code of the engine.
 //!
 //! Everything that a library says is checked before it is believed, as far as it can be: a table
 //! or pointer that lies about its own length cannot be told from an honest one. A library is never
 //! unloaded.
 #![allow(unsafe_code)]
 
+mod call;
+mod read;
+
 use std::collections::BTreeMap;
 use std::ffi::c_void;
-use std::mem::MaybeUninit;
 use std::path::{Path, PathBuf};
 use std::ptr;
 use std::sync::Arc;
@@ -16,19 +18,10 @@ use std::sync::Arc;
 use rumple_plugin_abi as abi;
 
 use super::batch::{Batch, Column};
-use super::descriptor::{
-    Capabilities, Default, Descriptor, Location, Parameter, SignalRead, Species,
-};
+use super::descriptor::{Descriptor, Location};
 use super::error::KineticsError;
-use super::metadata::{self, Problem};
-use super::{Kinetics, Outcome, Unreliable, differences, parameters};
-
-/// More elements than this in an array of a descriptor are taken for garbage.
-const MOST_ELEMENTS: usize = 256;
-/// More bytes than this in a text of a descriptor are taken for garbage.
-const LONGEST_TEXT: usize = 1 << 16;
-/// Bytes that a plugin has for a message.
-const MESSAGE_CAPACITY: usize = 1024;
+use super::{Kinetics, Outcome, differences, parameters};
+use call::Call;
 
 /// A loaded plugin: its description and its functions.
 #[derive(Debug)]
@@ -69,10 +62,12 @@ impl Library {
         // Function pointers are kept from here on: the library must stay mapped for good.
         std::mem::forget(library);
 
-        let table = read_table(entry, &path)?;
+        // SAFETY: the object that the library exports as its table, never unloaded.
+        let table = unsafe { read::table(entry, &path) }?;
         let bad =
             |(place, problem)| KineticsError::BadDescriptor { path: path.clone(), place, problem };
-        let descriptor = read_descriptor(&table).map_err(bad)?;
+        // SAFETY: of the table just read.
+        let descriptor = unsafe { read::descriptor(&table) }.map_err(bad)?;
         let null = |name: &str| bad((format!("function `{name}`"), "is null".to_owned()));
         let given = descriptor.capabilities;
         Ok(Arc::new(Self {
@@ -118,7 +113,12 @@ impl Library {
     ) -> Result<PluginKinetics, KineticsError> {
         let parameters = parameters::resolve(&self.descriptor, given)?;
         let mut instance = ptr::null_mut();
-        let call = Call { library: self, name: "create", location: Location::Vertex, first: 0 };
+        let call = Call {
+            plugin: &self.descriptor.name,
+            name: "create",
+            location: Location::Vertex,
+            first: 0,
+        };
         call.run(|report| {
             // SAFETY: as many parameters as the descriptor has; `instance` is ours to be written.
             unsafe {
@@ -157,7 +157,12 @@ impl PluginKinetics {
     }
 
     fn call(&self, name: &'static str, batch: &Batch<'_>) -> Call<'_> {
-        Call { library: &self.library, name, location: batch.location, first: batch.first }
+        Call {
+            plugin: &self.library.descriptor.name,
+            name,
+            location: batch.location,
+            first: batch.first,
+        }
     }
 
     fn check(
@@ -305,250 +310,5 @@ impl Inputs {
             signals: self.signals.as_ptr(),
             signal_count: self.signals.len(),
         }
-    }
-}
-
-/// One call into a plugin: what to say if it fails.
-struct Call<'a> {
-    library: &'a Library,
-    name: &'static str,
-    location: Location,
-    first: usize,
-}
-
-impl Call<'_> {
-    fn run(&self, function: impl FnOnce(*mut abi::Report) -> abi::Status) -> Outcome {
-        // Without an answer to a retry, halve the step: what adaptive integrators do as well.
-        const DEFAULT_FACTOR: f64 = 0.5;
-        let mut buffer = [0_u8; MESSAGE_CAPACITY];
-        let mut report = abi::Report {
-            size: size_of::<abi::Report>(),
-            message: buffer.as_mut_ptr(),
-            capacity: buffer.len(),
-            length: 0,
-            point: abi::NO_POINT,
-            factor: DEFAULT_FACTOR,
-        };
-        let status = function(&raw mut report);
-        let (length, point, factor) = (report.length, report.point, report.factor);
-        if status == abi::Status::OK {
-            return Ok(None);
-        }
-
-        let text = String::from_utf8_lossy(&buffer[..length.min(buffer.len())]).trim().to_owned();
-        let message = if text.is_empty() { "it gives no reason".to_owned() } else { text };
-        let number = (point != abi::NO_POINT).then(|| self.first.saturating_add(point));
-        let plugin = self.library.descriptor.name.clone();
-        let point = number.map(|number| (self.location.noun(), number));
-        let call = self.name;
-        match status {
-            abi::Status::UNRELIABLE => Ok(Some(Unreliable { message, point: number })),
-            abi::Status::RETRY => {
-                let usable = factor > 0.0 && factor < 1.0;
-                let factor = if usable { factor } else { DEFAULT_FACTOR };
-                Err(KineticsError::Retry { plugin, call, point, factor, message })
-            }
-            abi::Status::FATAL => Err(KineticsError::Failed { plugin, call, point, message }),
-            abi::Status(other) => {
-                let message = format!("it returned the unknown status {other} ({message})");
-                Err(KineticsError::Failed { plugin, call, point, message })
-            }
-        }
-    }
-}
-
-/// Copies the table, fields beyond its own size as null.
-fn read_table(
-    entry: *const abi::PluginTable,
-    path: &Path,
-) -> Result<abi::PluginTable, KineticsError> {
-    let path = || path.to_owned();
-    // SAFETY: an exported object; a plugin's begins with at least magic, versions and size. Read
-    // without regard to alignment, since what else may lie there is not known yet.
-    let (found, major, minor, size) = unsafe {
-        (
-            (&raw const (*entry).magic).read_unaligned(),
-            (&raw const (*entry).abi_major).read_unaligned(),
-            (&raw const (*entry).abi_minor).read_unaligned(),
-            (&raw const (*entry).size).read_unaligned(),
-        )
-    };
-    if found != abi::MAGIC {
-        return Err(KineticsError::WrongMagic { path: path(), found });
-    }
-    if major != abi::ABI_MAJOR {
-        return Err(KineticsError::WrongVersion { path: path(), major, minor });
-    }
-    if size < abi::MINIMUM_TABLE_SIZE {
-        return Err(KineticsError::TruncatedTable { path: path(), size });
-    }
-    let mut table = MaybeUninit::<abi::PluginTable>::zeroed();
-    // SAFETY: no more bytes than either side has; all zeros are valid for every field.
-    unsafe {
-        let bytes = size.min(size_of::<abi::PluginTable>());
-        ptr::copy_nonoverlapping(entry.cast::<u8>(), table.as_mut_ptr().cast::<u8>(), bytes);
-        Ok(table.assume_init())
-    }
-}
-
-fn read_descriptor(table: &abi::PluginTable) -> Result<Descriptor, Problem> {
-    let problem = |place: &str, problem: &str| (place.to_owned(), problem.to_owned());
-    if table.descriptor.is_null() || !table.descriptor.is_aligned() {
-        return Err(problem("descriptor", "is null or not aligned"));
-    }
-    // SAFETY: the table is of our version, and its descriptor begins with its size.
-    if unsafe { (*table.descriptor).size } < size_of::<abi::Descriptor>() {
-        return Err(problem("descriptor", "is truncated"));
-    }
-    // SAFETY: not null, aligned, and of at least this size.
-    let raw = unsafe { *table.descriptor };
-
-    let given = raw.capabilities;
-    if !given.contains(abi::Capabilities::RATES) {
-        return Err(problem("capabilities", "do not include rates"));
-    }
-    if given.0 >> 32 != 0 {
-        return Err(problem(
-            "capabilities",
-            "include something that this version of the engine cannot do (spontaneous curvature, \
-             state of instances, or newer)",
-        ));
-    }
-    let parameters =
-        elements("parameters", raw.parameters, raw.parameter_count, raw.parameter_stride)?;
-    let names = parameters
-        .iter()
-        .map(|parameter| text("name of a parameter", parameter.name))
-        .collect::<Result<Vec<_>, _>>()?;
-    let descriptor = Descriptor {
-        id: text("id", raw.id)?,
-        name: text("name", raw.name)?,
-        version: text("version", raw.version)?,
-        author: text("author", raw.author)?,
-        licence: text("licence", raw.licence)?,
-        doc: text("doc", raw.doc)?,
-        species: elements("species", raw.species, raw.species_count, raw.species_stride)?
-            .iter()
-            .map(read_species)
-            .collect::<Result<_, _>>()?,
-        parameters: parameters
-            .iter()
-            .enumerate()
-            .map(|(position, parameter)| read_parameter(parameter, position, &names))
-            .collect::<Result<_, _>>()?,
-        signals: elements("signals", raw.signals, raw.signal_count, raw.signal_stride)?
-            .iter()
-            .map(|signal| {
-                let signal_read = text("name of a signal", signal.name)?
-                    .parse()
-                    .map_err(|unknown: String| problem("signals", &unknown))?;
-                Ok(SignalRead { signal: signal_read, typical: signal.typical })
-            })
-            .collect::<Result<_, Problem>>()?,
-        capabilities: Capabilities {
-            rate_partials: given.contains(abi::Capabilities::RATE_PARTIALS),
-            length_factor: given.contains(abi::Capabilities::LENGTH_FACTOR),
-            length_factor_partials: given.contains(abi::Capabilities::LENGTH_FACTOR_PARTIALS),
-        },
-    };
-    metadata::check(&descriptor)?;
-    Ok(descriptor)
-}
-
-fn read_species(raw: &abi::Species) -> Result<Species, Problem> {
-    let name = text("name of a species", raw.name)?;
-    let location = match raw.location {
-        abi::Location::VERTEX => Location::Vertex,
-        abi::Location::FACE => Location::Face,
-        abi::Location(other) => {
-            let problem = format!("location is {other}; expected 0 (vertex) or 1 (face)");
-            return Err((format!("species `{name}`"), problem));
-        }
-    };
-    Ok(Species {
-        unit: text(&format!("unit of species `{name}`"), raw.unit)?,
-        doc: text(&format!("doc of species `{name}`"), raw.doc)?,
-        name,
-        typical: raw.typical,
-        lower: raw.lower,
-        upper: raw.upper,
-        diffusion: raw.diffusion,
-        location,
-    })
-}
-
-fn read_parameter(
-    raw: &abi::Parameter,
-    position: usize,
-    names: &[String],
-) -> Result<Parameter, Problem> {
-    let name = &names[position];
-    let default_of = text(&format!("default of parameter `{name}`"), raw.default_of)?;
-    let default = if default_of.is_empty() {
-        Default::Value(raw.default)
-    } else {
-        let earlier = names[..position].iter().position(|known| *known == default_of);
-        Default::SameAs(earlier.ok_or_else(|| {
-            let problem = format!("defaults to `{default_of}`, which is no earlier parameter");
-            (format!("parameter `{name}`"), problem)
-        })?)
-    };
-    Ok(Parameter {
-        name: name.clone(),
-        unit: text(&format!("unit of parameter `{name}`"), raw.unit)?,
-        doc: text(&format!("doc of parameter `{name}`"), raw.doc)?,
-        default,
-        lower: raw.lower,
-        lower_open: raw.open & abi::Parameter::LOWER_OPEN != 0,
-        upper: raw.upper,
-        upper_open: raw.open & abi::Parameter::UPPER_OPEN != 0,
-    })
-}
-
-/// Copies an array of a descriptor.
-fn elements<T: Copy>(
-    place: &str,
-    first: *const T,
-    count: usize,
-    stride: usize,
-) -> Result<Vec<T>, Problem> {
-    let problem = |problem: String| Err((place.to_owned(), problem));
-    if count == 0 {
-        return Ok(Vec::new());
-    }
-    if count > MOST_ELEMENTS {
-        return problem(format!("there are {count}; expected at most {MOST_ELEMENTS}"));
-    }
-    if first.is_null() || !first.is_aligned() {
-        return problem("the array is null or not aligned".to_owned());
-    }
-    if stride < size_of::<T>() || !stride.is_multiple_of(align_of::<T>()) || stride > LONGEST_TEXT {
-        return problem(format!(
-            "elements are {stride} bytes apart; expected {} or more",
-            size_of::<T>()
-        ));
-    }
-    // SAFETY: the plugin says that there are `count` elements, `stride` bytes apart; each is
-    // aligned and at least as long as ours.
-    Ok((0..count).map(|at| unsafe { *first.byte_add(at * stride) }).collect())
-}
-
-/// Copies a text of a descriptor.
-fn text(place: &str, raw: abi::Str) -> Result<String, Problem> {
-    let problem = |problem: String| Err((place.to_owned(), problem));
-    if raw.length == 0 {
-        return Ok(String::new());
-    }
-    if raw.data.is_null() {
-        return problem("the text is null".to_owned());
-    }
-    if raw.length > LONGEST_TEXT {
-        return problem(format!("{} bytes long; expected at most {LONGEST_TEXT}", raw.length));
-    }
-    // SAFETY: the plugin says that there are `length` bytes.
-    let bytes = unsafe { std::slice::from_raw_parts(raw.data, raw.length) };
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Ok(text.to_owned()),
-        Err(_) => problem("the text is not UTF-8".to_owned()),
     }
 }

@@ -177,7 +177,8 @@ impl<'de> MapAccess<'de> for Table {
         let Some((key, value)) = self.value.take() else {
             return Err(Problem::custom("a value was asked for before its key"));
         };
-        seed.deserialize(value).map_err(|problem| problem.placed(&key.place).under(&key.name))
+        let place = value.place.clone();
+        seed.deserialize(value).map_err(|problem| problem.placed(&place).under(&key.name))
     }
 
     fn size_hint(&self) -> Option<usize> {

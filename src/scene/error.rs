@@ -10,15 +10,17 @@ use super::problem::{Explanation, Problem};
 
 /// What is wrong with a scene and where.
 ///
-/// Shown on one line it reads `models/x.toml:12:3: message`; through [`miette`] it shows the line
-/// itself, with help. Everything wrong that was found at once is reported together.
+/// Shown on one line it reads `models/x.toml:12:3: message`; [`SceneError::rendered`] shows the
+/// line of the scene itself, with help. Everything wrong that was found at once is reported
+/// together.
 #[derive(Debug, Clone, thiserror::Error, Diagnostic)]
-#[error(transparent)]
+#[error("{}{}", prefix(&.0.origin, .0.position), .0.message)]
 #[diagnostic(transparent)]
 pub struct SceneError(Box<Report>);
 
+/// The same for the report, whose head already shows the place.
 #[derive(Debug, Clone, thiserror::Error, Diagnostic)]
-#[error("{}{message}", prefix(origin, *position))]
+#[error("{}{message}", if span.is_some() { String::new() } else { prefix(origin, None) })]
 struct Report {
     message: String,
     origin: String,
@@ -31,7 +33,7 @@ struct Report {
     #[help]
     help: Option<String>,
     #[related]
-    others: Vec<SceneError>,
+    others: Vec<Report>,
 }
 
 fn prefix(origin: &str, position: Option<(usize, usize)>) -> String {
@@ -75,17 +77,19 @@ impl SceneError {
     }
 
     /// What else is wrong, found at the same time.
-    #[must_use]
-    pub fn others(&self) -> &[SceneError] {
-        &self.0.others
+    pub fn others(&self) -> impl Iterator<Item = SceneError> {
+        self.0.others.iter().map(|report| SceneError(Box::new(report.clone())))
     }
 
-    /// The error with its lines of the scene and help, without colours, for a plain terminal.
+    /// The error with its lines of the scene and help, in colours or without, for a terminal.
     #[must_use]
-    pub fn rendered(&self) -> String {
+    pub fn rendered(&self, colours: bool) -> String {
         let mut out = String::new();
-        let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
-        match handler.render_report(&mut out, self) {
+        let theme = match colours {
+            true => GraphicalTheme::unicode(),
+            false => GraphicalTheme::unicode_nocolor(),
+        };
+        match GraphicalReportHandler::new_themed(theme).render_report(&mut out, &*self.0) {
             Ok(()) => out,
             Err(_) => self.to_string(),
         }
@@ -106,7 +110,7 @@ impl Origin {
     pub(crate) fn report(&self, problems: &[Problem]) -> Option<SceneError> {
         let mut errors = problems.iter().map(|problem| self.error(problem));
         let mut first = errors.next()?;
-        first.0.others = errors.collect();
+        first.0.others = errors.map(|error| *error.0).collect();
         Some(first)
     }
 

@@ -51,7 +51,6 @@ pub enum Pattern {
     /// A round spot.
     Gaussian(Gaussian),
     /// A rectangular spot in x and y.
-    #[serde(alias = "box")]
     Rectangle(RectangularSpot),
     /// A band.
     Stripe(Stripe),

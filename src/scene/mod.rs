@@ -39,7 +39,7 @@ pub use self::sheet::{
 pub use self::time::{Span, TimeSpec};
 
 use self::deserialize::read;
-use self::document::{Index, Value};
+use self::document::{Index, Segment, Value};
 use self::error::Origin;
 
 /// Tables of a scene.
@@ -137,15 +137,14 @@ impl Scene {
         self.error_placed(place, Problem::plain(format!("{path}: {message}")), help)
     }
 
-    /// An error about the last key of `path`: it is none of the names `allowed`.
+    /// An error about the key `key` of the table at `table`: it is none of the names `allowed`.
     ///
     /// `noun` says what it should name ("species", "parameter"). Help lists the allowed names and
     /// the nearest one.
     #[must_use]
-    pub fn unknown_key(&self, path: &str, noun: &str, allowed: &[&str]) -> SceneError {
-        let place = self.origin.index.find(path).map(|(key, _)| key);
-        let name = path.rsplit('.').next().unwrap_or(path).trim_matches('"');
-        self.error_placed(place, Problem::unknown_name(noun, name, allowed), None)
+    pub fn unknown_key(&self, table: &str, key: &str, noun: &str, allowed: &[&str]) -> SceneError {
+        let place = self.origin.index.find(&path_to(table, key)).map(|(key, _)| key);
+        self.error_placed(place, Problem::unknown_name(noun, key, allowed), None)
     }
 
     /// An error about the text at `path`: it is none of the names `allowed`.
@@ -187,6 +186,13 @@ impl Scene {
             }
         }
     }
+}
+
+/// The key path of the entry `key` of the table at `table`, for [`Scene::error_at`]; a key that
+/// is no bare word gets quotes.
+#[must_use]
+pub fn path_to(table: &str, key: &str) -> String {
+    format!("{table}.{}", document::key_path(&[Segment::Key(key.to_owned())]))
 }
 
 /// Reads every table; the first problem of each is reported.

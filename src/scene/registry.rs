@@ -3,7 +3,7 @@
 //! A *family* is a trait whose implementations a scene chooses by a tag (`kind = "stretching"`).
 //! The file of an implementation ends with
 //!
-//! ```ignore
+//! ```text
 //! #[typetag::serde(name = "stretching")]          // for resolved scenes and checkpoints
 //! impl EffectSpec for Stretching { … }
 //! rumple::register_kind!(dyn EffectSpec, "stretching", Stretching);   // for scene files

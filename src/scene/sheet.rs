@@ -119,7 +119,7 @@ shape!(
     }
 );
 
-/// Every interior vertex is displaced by `amplitude · u`, u uniform in [-1, 1).
+/// Every interior vertex is displaced by `amplitude · u`, u uniform in [-1, 1].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Imperfection {
@@ -180,8 +180,8 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
     let bump = optional(&mut node, "bump")?;
     let place = node.place.clone();
     let source = match (node.take("shape"), node.take("file")) {
-        (Some(_), Some((file, _))) => {
-            Err(Problem::at(file.place, "shape and file exclude each other").help(
+        (Some(_), Some((key, _))) => {
+            Err(Problem::at(key.place, "shape and file exclude each other").help(
                 "give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file",
             ))
         }

@@ -108,8 +108,7 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
     let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
     for name in spec.initial.keys() {
         if descriptor.species_index(name).is_none() {
-            let path = format!("kinetics.initial.{name}");
-            return Err(scene.unknown_key(&path, "species", &names).into());
+            return Err(scene.unknown_key("kinetics.initial", name, "species", &names).into());
         }
     }
     let at = points(sheet, chemistry.location());

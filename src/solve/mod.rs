@@ -143,6 +143,24 @@ pub enum SolveError {
         /// Steps taken.
         steps: usize,
     },
+    /// A species left its valid range by more than the tolerance.
+    #[error(
+        "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
+         {}: the step is too long for its kinetics",
+        range.0, range.1
+    )]
+    OutOfRange {
+        /// The species.
+        species: String,
+        /// Kind and number of the point.
+        place: String,
+        /// The value there.
+        value: f64,
+        /// Valid range.
+        range: (f64, f64),
+        /// End time of the step.
+        time: f64,
+    },
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! where φ integrates the chemistry over Δt by the stabilised explicit method of
-//! [`chebyshev`](super::chebyshev), to a tenth of the coupling tolerance, so that diffusion does
+//! [`chebyshev`](super::chebyshev), to a fiftieth of the coupling tolerance, so that diffusion does
 //! not limit Δt. `c_{n+1} - c*` estimates the error that lagging signals cause; heun keeps the
 //! better value and so is of second order in the coupling. The step follows from
 //!
@@ -42,8 +42,11 @@ const SAFETY: f64 = 0.9;
 const SHORTEST: f64 = 1e-7;
 /// Points that change by less than this share of the tolerance do not count in the mean.
 const QUIET: f64 = 0.1;
+/// How far a fixed step may leave a species' valid range and be brought back, relative to its size
+/// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
+const EULER_SLACK: f64 = 1e-2;
 /// Tolerance of the chemistry within a step, relative to that of the coupling.
-const INNER: f64 = 0.1;
+const INNER: f64 = 0.02;
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -148,6 +151,7 @@ impl Staggered {
         }
         next.time = time;
         next.step += 1;
+        system.keep_in_range(&mut next.species, time, (EULER_SLACK, EULER_SLACK))?;
         let relaxation = system.relax(&mut next)?;
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
@@ -210,10 +214,12 @@ impl Staggered {
         next.time = time;
         next.step += 1;
         next.species = system.advance_chemistry(state, time, now, now, inner)?;
+        system.keep_in_range(&mut next.species, time, (rtol, atol))?;
         let predicted = next.species.clone();
         report.relaxation.add(&system.relax(&mut next)?);
         let then = system.signals(&next);
         next.species = system.advance_chemistry(state, time, now, &then, inner)?;
+        system.keep_in_range(&mut next.species, time, (rtol, atol))?;
         let error = system.coupling_error(state, &predicted, &next.species, (rtol, atol), QUIET);
         if error <= 1.0 {
             report.relaxation.add(&system.relax(&mut next)?);

@@ -16,9 +16,10 @@ pub use chemistry::{Chemistry, SignalColumns};
 pub use mechanics::{Mechanics, Pins};
 pub use signals::{Signals, TensionReading};
 
-use crate::Result;
+use crate::{Error, Result};
 use crate::num::real;
 use crate::parallel;
+use crate::solve::SolveError;
 use crate::solve::chebyshev::{Chebyshev, Tolerance};
 use crate::solve::equilibrium::{Equilibrium, Goal, Relaxation};
 use crate::state::State;
@@ -176,6 +177,38 @@ impl System {
         let tolerance = Tolerance { relative: rtol, absolute: &absolute };
         self.chebyshev.integrate(state.time, until, &mut y, &tolerance, bound, rate)?;
         Ok(y.chunks(count).map(<[f64]>::to_vec).collect())
+    }
+
+    /// Brings values that left a species' valid range by less than the tolerance
+    /// `atol·typical + rtol·max|c|` back to its edge.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfRange`] for a value further out, or none at all (NaN).
+    pub fn keep_in_range(
+        &self,
+        values: &mut [Vec<f64>],
+        time: f64,
+        (rtol, atol): (f64, f64),
+    ) -> Result<()> {
+        let Some(chemistry) = &self.chemistry else { return Ok(()) };
+        for (species, c) in chemistry.descriptor().species.iter().zip(values) {
+            let largest = c.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+            let slack = atol * species.typical + rtol * largest;
+            let (least, greatest) = (species.lower - slack, species.upper + slack);
+            for (point, c) in c.iter_mut().enumerate() {
+                if !(*c >= least && *c <= greatest) {
+                    return Err(Error::Solve(SolveError::OutOfRange {
+                        species: species.name.clone(),
+                        place: format!("{} {point}", chemistry.location().noun()),
+                        value: *c,
+                        range: (species.lower, species.upper),
+                        time,
+                    }));
+                }
+                *c = c.clamp(species.lower, species.upper);
+            }
+        }
+        Ok(())
     }
 
     /// RMS of `|b - a| / (atol·typical + rtol·max|c|)` over the points that changed by more than

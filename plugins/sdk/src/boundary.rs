@@ -88,7 +88,7 @@ pub(crate) unsafe extern "C" fn rates<M: Model>(
         };
         let mut scratch = Scratch::new::<M>(f64::from);
         over_points(inputs.points, at, |point| {
-            scratch.load(&inputs, point, |value, _| value);
+            scratch.load(&inputs, point, |number, value| *number = value);
             let outcome = scratch.rates(model);
             for (column, rate) in scratch.rate.iter().enumerate() {
                 values.set(column, point, *rate);
@@ -142,25 +142,31 @@ fn differentiate_rates<M: Model, const N: usize>(
 ) -> Result<(), Failure> {
     let mut scratch = Scratch::new::<M>(Dual::<N>::from);
     let width = scratch.species.len() + scratch.signals.len();
-    over_points(inputs.points, at, |point| {
-        let mut outcome = Ok(());
-        for start in (0..width).step_by(N) {
-            scratch.load(inputs, point, |value, input| {
-                Dual::variable(value, input.wrapping_sub(start))
-            });
-            outcome = scratch.rates(model);
-            if !matches!(outcome, Ok(()) | Err(Failure::Unreliable(_))) {
-                return outcome;
-            }
+    let mut unreliable = None;
+    for start in (0..width).step_by(N) {
+        for (input, number) in scratch.species.iter_mut().chain(&mut scratch.signals).enumerate() {
+            *number = Dual::variable(0.0, input.wrapping_sub(start));
+        }
+        let outcome = over_points(inputs.points, at, |point| {
+            scratch.load(inputs, point, |number, value| number.value = value);
+            let outcome = scratch.rates(model);
             for (row, rate) in scratch.rate.iter().enumerate() {
                 values.set(row, point, rate.value);
                 for (input, derivative) in (start..width).zip(rate.derivatives) {
                     partials.set(row * width + input, point, derivative);
                 }
             }
+            outcome
+        });
+        match outcome {
+            Ok(()) => {}
+            Err(failure @ Failure::Unreliable(_)) => {
+                unreliable.get_or_insert((at.get(), failure));
+            }
+            Err(failure) => return Err(failure),
         }
-        outcome
-    })
+    }
+    finish(unreliable, at)
 }
 
 /// # Safety
@@ -251,13 +257,15 @@ fn over_points(
             Err(failure) => return Err(failure),
         }
     }
-    match unreliable {
-        None => Ok(()),
-        Some((point, failure)) => {
-            at.set(point);
-            Err(failure)
-        }
-    }
+    finish(unreliable, at)
+}
+
+/// The first unreliable point, if any, as the outcome.
+fn finish(unreliable: Option<(usize, Failure)>, at: &Cell<usize>) -> Result<(), Failure> {
+    unreliable.map_or(Ok(()), |(point, failure)| {
+        at.set(point);
+        Err(failure)
+    })
 }
 
 /// Inputs and outputs of the law at one point, allocated once a call.
@@ -276,13 +284,12 @@ impl<S: Scalar> Scratch<S> {
         }
     }
 
-    fn load(&mut self, inputs: &Inputs<'_>, point: usize, number: impl Fn(f64, usize) -> S) {
-        let first_signal = self.species.len();
-        for (input, value) in inputs.species(point).enumerate() {
-            self.species[input] = number(value, input);
+    fn load(&mut self, inputs: &Inputs<'_>, point: usize, set: impl Fn(&mut S, f64)) {
+        for (number, value) in self.species.iter_mut().zip(inputs.species(point)) {
+            set(number, value);
         }
-        for (signal, value) in inputs.signals(point).enumerate() {
-            self.signals[signal] = number(value, first_signal + signal);
+        for (number, value) in self.signals.iter_mut().zip(inputs.signals(point)) {
+            set(number, value);
         }
     }
 

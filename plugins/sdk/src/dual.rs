@@ -19,6 +19,7 @@ pub struct Dual<const N: usize> {
 impl<const N: usize> Dual<N> {
     /// A constant, or the independent variable of one direction if `direction < N`.
     #[must_use]
+    #[inline]
     pub fn variable(value: f64, direction: usize) -> Self {
         let mut derivatives = [0.0; N];
         if let Some(derivative) = derivatives.get_mut(direction) {
@@ -89,6 +90,7 @@ impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
 
     #[inline]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
     fn mul(self, other: Self) -> Self {
         self.join(other, self.value * other.value, |a, b| a * other.value + self.value * b)
     }

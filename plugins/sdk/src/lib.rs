@@ -70,3 +70,8 @@ pub mod prelude {
         Signal, Species, about, export_plugin,
     };
 }
+
+/// Compiles the plugin of the project's front page.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

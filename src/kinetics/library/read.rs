@@ -57,6 +57,11 @@ pub(super) unsafe fn table(
     }
 }
 
+/// Copies the descriptor and checks it.
+///
+/// # Safety
+/// The table was read by [`table`]; its descriptor, if not null, and all that this points to have
+/// the lengths that they say, and are unchanged for good.
 pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, Problem> {
     let problem = |place: &str, problem: &str| (place.to_owned(), problem.to_owned());
     if table.descriptor.is_null() || !table.descriptor.is_aligned() {
@@ -68,6 +73,8 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
     }
     // SAFETY: not null, aligned, and of at least this size.
     let raw = unsafe { *table.descriptor };
+    // SAFETY: as promised for all texts of the descriptor.
+    let text = |place: &str, raw| unsafe { text(place, raw) };
 
     let given = raw.capabilities;
     if !given.contains(abi::Capabilities::RATES) {
@@ -80,8 +87,14 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
              state of instances, or newer)",
         ));
     }
-    let parameters =
-        elements("parameters", raw.parameters, raw.parameter_count, raw.parameter_stride)?;
+    // SAFETY: as promised for all arrays of the descriptor.
+    let (species, parameters, signals) = unsafe {
+        (
+            elements("species", raw.species, raw.species_count, raw.species_stride)?,
+            elements("parameters", raw.parameters, raw.parameter_count, raw.parameter_stride)?,
+            elements("signals", raw.signals, raw.signal_count, raw.signal_stride)?,
+        )
+    };
     let names = parameters
         .iter()
         .map(|parameter| text("name of a parameter", parameter.name))
@@ -93,16 +106,18 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
         author: text("author", raw.author)?,
         licence: text("licence", raw.licence)?,
         doc: text("doc", raw.doc)?,
-        species: elements("species", raw.species, raw.species_count, raw.species_stride)?
+        species: species
             .iter()
-            .map(read_species)
+            // SAFETY: an element of the descriptor.
+            .map(|raw| unsafe { read_species(raw) })
             .collect::<Result<_, _>>()?,
         parameters: parameters
             .iter()
             .enumerate()
-            .map(|(position, parameter)| read_parameter(parameter, position, &names))
+            // SAFETY: an element of the descriptor.
+            .map(|(position, raw)| unsafe { read_parameter(raw, position, &names) })
             .collect::<Result<_, _>>()?,
-        signals: elements("signals", raw.signals, raw.signal_count, raw.signal_stride)?
+        signals: signals
             .iter()
             .map(|signal| {
                 let signal_read = text("name of a signal", signal.name)?
@@ -121,7 +136,11 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
     Ok(descriptor)
 }
 
-fn read_species(raw: &abi::Species) -> Result<Species, Problem> {
+/// # Safety
+/// The texts of `raw` have the lengths that they say, and are unchanged for good.
+unsafe fn read_species(raw: &abi::Species) -> Result<Species, Problem> {
+    // SAFETY: as promised.
+    let text = |place: &str, raw| unsafe { text(place, raw) };
     let name = text("name of a species", raw.name)?;
     let location = match raw.location {
         abi::Location::VERTEX => Location::Vertex,
@@ -143,11 +162,15 @@ fn read_species(raw: &abi::Species) -> Result<Species, Problem> {
     })
 }
 
-fn read_parameter(
+/// # Safety
+/// The texts of `raw` have the lengths that they say, and are unchanged for good.
+unsafe fn read_parameter(
     raw: &abi::Parameter,
     position: usize,
     names: &[String],
 ) -> Result<Parameter, Problem> {
+    // SAFETY: as promised.
+    let text = |place: &str, raw| unsafe { text(place, raw) };
     let name = &names[position];
     let default_of = text(&format!("default of parameter `{name}`"), raw.default_of)?;
     let default = if default_of.is_empty() {
@@ -172,7 +195,10 @@ fn read_parameter(
 }
 
 /// Copies an array of a descriptor.
-fn elements<T: Copy>(
+///
+/// # Safety
+/// `first`, if not null, is the start of `count` elements, `stride` bytes apart.
+unsafe fn elements<T: Copy>(
     place: &str,
     first: *const T,
     count: usize,
@@ -200,7 +226,10 @@ fn elements<T: Copy>(
 }
 
 /// Copies a text of a descriptor.
-fn text(place: &str, raw: abi::Str) -> Result<String, Problem> {
+///
+/// # Safety
+/// `raw.data`, if not null, is the start of `raw.length` bytes.
+unsafe fn text(place: &str, raw: abi::Str) -> Result<String, Problem> {
     let problem = |problem: String| Err((place.to_owned(), problem));
     if raw.length == 0 {
         return Ok(String::new());

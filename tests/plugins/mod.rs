@@ -1,0 +1,7 @@
+//! Plugins through the real boundary: the shipped models, one in C, and broken ones.
+
+mod build;
+mod faults;
+mod models;
+mod parameters;
+mod search;

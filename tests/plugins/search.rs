@@ -1,0 +1,54 @@
+//! Plugins by path and by name.
+
+use std::fs;
+use std::path::Path;
+
+use rumple::kinetics::{KineticsError, Search, search};
+
+use super::build::directory;
+
+#[test]
+fn a_name_is_looked_up_in_order_with_either_spelling() {
+    let first = tempfile::tempdir().unwrap();
+    let directories = vec![first.path().to_owned(), directory().to_owned()];
+    let search = Search::in_directories(directories);
+    let file = search::file_name("curvature-feedback");
+    for name in ["curvature-feedback", "curvature_feedback"] {
+        assert_eq!(search.resolve(name, Path::new("/")).unwrap(), directory().join(&file));
+    }
+    fs::copy(directory().join(&file), first.path().join(&file)).unwrap();
+    assert_eq!(
+        search.resolve("curvature-feedback", Path::new("/")).unwrap(),
+        first.path().join(&file)
+    );
+}
+
+#[test]
+fn a_path_is_relative_to_the_scene() {
+    let search = Search::in_directories(vec![]);
+    let file = search::file_name("tension-feedback");
+    let below = directory().file_name().unwrap().to_str().unwrap().to_owned() + "/" + &file;
+    let scene = directory().parent().unwrap();
+    assert_eq!(search.resolve(&below, scene).unwrap(), scene.join(&below));
+    assert_eq!(search.resolve(&file, directory()).unwrap(), directory().join(&file));
+    let error = search.resolve("./none.so", scene).unwrap_err();
+    assert!(matches!(error, KineticsError::MissingFile { .. }), "{error}");
+}
+
+#[test]
+fn an_unknown_name_lists_what_there_is_and_where() {
+    let place = tempfile::tempdir().unwrap();
+    for plugin in ["curvature-feedback", "tension-feedback"] {
+        let file = search::file_name(plugin);
+        fs::copy(directory().join(&file), place.path().join(&file)).unwrap();
+    }
+    fs::write(place.path().join(search::file_name("other")), "no plugin").unwrap();
+    let missing = place.path().join("missing");
+    let search = Search::in_directories(vec![missing.clone(), place.path().to_owned()]);
+    let text = search.resolve("curvature-fedback", Path::new("/")).unwrap_err().to_string();
+    assert!(text.contains("there is no plugin `curvature-fedback`"), "{text}");
+    assert!(text.contains("did you mean `curvature-feedback`?"), "{text}");
+    assert!(text.contains("found: curvature-feedback, tension-feedback\n"), "{text}");
+    assert!(text.contains(&missing.display().to_string()), "{text}");
+    assert!(text.contains(&place.path().display().to_string()), "{text}");
+}

@@ -1,0 +1,81 @@
+//! `inspect` against the same quantities computed here from their definitions.
+
+use rumple::simulation::inspect;
+use serde_json::Value;
+
+use super::prepare;
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn numbers_are_those_of_the_definitions() {
+    let (_, mut setup) = prepare(&["effect[3]={kind=\"diffusion\",species=\"c\",coefficient=2.0}"]);
+    setup.system.relax(&mut setup.state).unwrap();
+    let result = inspect::inspect(&mut setup).unwrap();
+    let (sheet, state) = (&setup.sheet, &setup.state);
+
+    // Bonds: lengths, and optimal lengths by the logistic of Model I.
+    let c = &state.species[0];
+    let modulus = 1e6 * 0.5 / (1.0 - 1.0 / 9.0);
+    let (mut stretching, mut checked) = (0.0, 0);
+    let length = numbers(&result["bond"]["length"]);
+    let optimal = numbers(&result["bond"]["optimal_length"]);
+    let heron = |t: u32| {
+        let [a, b, c] = sheet.triangle_edges()[t as usize].map(|e| optimal[e as usize]);
+        let s = 0.5 * (a + b + c);
+        (s * (s - a) * (s - b) * (s - c)).sqrt()
+    };
+    for (e, edge) in sheet.edges().iter().enumerate() {
+        let [a, b] = edge.vertices.map(|v| v as usize);
+        let now = (state.x[a] - state.x[b]).norm();
+        assert!((now - length[e]).abs() < 1e-14);
+        let mean = 0.5 * (c[a] + c[b]);
+        let lambda = 0.65 + 0.35 / (1.0 + (20.0 * (mean - 0.1)).exp());
+        let rest = (sheet.rest()[a] - sheet.rest()[b]).norm();
+        assert!((optimal[e] - rest / lambda).abs() < 1e-12, "{e}");
+        let area = heron(edge.triangles[0])
+            + if edge.is_rim() { 0.0 } else { heron(edge.triangles[1]) };
+        stretching += 0.5 * modulus * area * (now / optimal[e] - 1.0).powi(2);
+        checked += 1;
+    }
+    assert_eq!(checked, sheet.edges().len());
+    let told = result["energy"]["stretching"].as_f64().unwrap();
+    assert!((told / stretching - 1.0).abs() < 1e-9, "{told} {stretching}");
+    let total = result["energy"]["total"].as_f64().unwrap();
+    let bending = result["energy"]["bending"].as_f64().unwrap();
+    assert!((total - told - bending).abs() < 1e-9 * total.abs());
+
+    // Reaction of Model I from the mean curvature; curvature as signal and at vertices agree.
+    let h = numbers(&result["mean_curvature"]);
+    assert_eq!(numbers(&result["signals"]["mean_curvature"]), h);
+    let reaction = numbers(&result["reaction"]["c"]);
+    for i in 0..h.len() {
+        let up = h[i].max(0.0);
+        let expected = 15.0 * up / (1.0 + up / 0.05) - c[i];
+        assert!((reaction[i] - expected).abs() < 1e-12);
+    }
+
+    // Diffusion neither makes nor loses anything: thirds of the triangle areas.
+    let diffusion = numbers(&result["diffusion"]["c"]);
+    let mut third = vec![0.0; h.len()];
+    for t in sheet.triangles() {
+        let [a, b, c] = t.map(|v| state.x[v as usize]);
+        for v in t {
+            third[*v as usize] += (b - a).cross(&(c - a)).norm() / 6.0;
+        }
+    }
+    let sum: f64 = diffusion.iter().zip(&third).map(|(d, a)| d * a).sum();
+    let size: f64 = diffusion.iter().zip(&third).map(|(d, a)| (d * a).abs()).sum();
+    assert!(size > 0.0 && sum.abs() < 1e-12 * size, "{sum:e} of {size:e}");
+
+    // Forces: in equilibrium what is left is held by the pins (z on the rim).
+    let force = result["force"]["total"].as_array().unwrap();
+    let unit = modulus * setup.system.mechanics().metric().mean_edge();
+    for (i, f) in force.iter().enumerate() {
+        let f = numbers(f);
+        let free = if setup.sheet.rim()[i] { 2 } else { 3 };
+        assert!(f[..free].iter().all(|f| f.abs() < 2e-6 * unit), "vertex {i}: {f:?}");
+    }
+}

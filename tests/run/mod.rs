@@ -1,0 +1,76 @@
+//! The main job: scenes through the library and through the program.
+
+mod coupling;
+mod inspect;
+mod program;
+
+use std::path::PathBuf;
+
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::simulation::{self, Setup};
+
+use crate::plugins::build;
+
+/// A disc of 400 vertices with Model I, seeded in the centre.
+pub const SMALL: &str = r#"
+[sheet]
+shape = "disc"
+radius = 14.0
+vertices = 400
+imperfection = { amplitude = 1e-3, seed = 7 }
+bump = { amplitude = 0.3, width = 4.0 }
+
+[material]
+young = 1e6
+poisson = 0.3333333333333333
+thickness = 0.5
+
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+
+[kinetics]
+plugin = "curvature-feedback"
+parameters = { c_star = 0.1, b = 20.0 }
+initial.c = { gaussian = { width = 4.0, amplitude = 0.08 } }
+
+[time]
+integrator = { kind = "staggered", step = 0.01, rtol = 0.02, atol = 0.02 }
+until = 0.5
+
+[output]
+every = 0.25
+"#;
+
+pub fn scene(overrides: &[&str]) -> Scene {
+    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+    Scene::parse(SMALL, "small.toml", &overrides).unwrap()
+}
+
+pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {
+    let scene = scene(overrides);
+    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
+    (scene, setup)
+}
+
+/// The state at the end time, by steps alone.
+pub fn final_state(overrides: &[&str]) -> rumple::state::State {
+    let (scene, mut setup) = prepare(overrides);
+    setup.system.relax(&mut setup.state).unwrap();
+    let until = scene.time.span.until.get();
+    while setup.state.time < until {
+        setup.integrator.advance(&mut setup.system, &mut setup.state, until).unwrap();
+    }
+    setup.state
+}
+
+pub fn program() -> PathBuf {
+    env!("CARGO_BIN_EXE_rumple").into()
+}

@@ -1,0 +1,176 @@
+//! The program: results on the disk, exit codes, messages, interruption.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use super::{SMALL, program};
+use crate::plugins::build;
+
+fn rumple(directory: &Path, args: &[&str]) -> Output {
+    let plugins = build::directory();
+    Command::new(program())
+        .current_dir(directory)
+        .env("RUMPLE_PLUGIN_PATH", plugins)
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+fn folder(scene: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    folder
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_run_writes_what_it_promises() {
+    let folder = folder(SMALL);
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let result = folder.path().join("result");
+    let pvd = fs::read_to_string(result.join("sheet.pvd")).unwrap();
+    for time in ["timestep=\"0\"", "timestep=\"0.25\"", "timestep=\"0.5\""] {
+        assert!(pvd.contains(time), "{time} in {pvd}");
+    }
+    let ledger = fs::read_to_string(result.join("ledger.csv")).unwrap();
+    let mut rows = ledger.lines();
+    let columns: Vec<&str> = rows.next().unwrap().split(',').collect();
+    for column in ["step", "time", "energy of bending [energy]", "force residual", "total c"] {
+        assert!(columns.contains(&column), "{column} in {columns:?}");
+    }
+    let residual = columns.iter().position(|c| *c == "force residual").unwrap();
+    for row in rows {
+        let value: f64 = row.split(',').nth(residual).unwrap().parse().unwrap();
+        assert!(value <= 1e-6, "{row}");
+    }
+    let provenance = fs::read_to_string(result.join("provenance.json")).unwrap();
+    assert!(provenance.contains("libcurvature_feedback"), "{provenance}");
+    // The resolved scene runs again, to the same last frame.
+    let again = rumple(folder.path(), &["run", "result/resolved.toml", "--out", "again"]);
+    assert!(again.status.success(), "{}", text(&again.stderr));
+    let frame = |name: &str| fs::read(folder.path().join(name).join("frames/frame_000002.vtu"));
+    assert_eq!(frame("result").unwrap(), frame("again").unwrap());
+    // A frame is a state: inspecting it gives an equilibrium.
+    let inspected = rumple(
+        folder.path(),
+        &["inspect", "scene.toml", "--state", "result/frames/frame_000002.vtu", "--json", "o.json"],
+    );
+    assert!(inspected.status.success(), "{}", text(&inspected.stderr));
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("o.json")).unwrap()).unwrap();
+    let last: Vec<f64> =
+        ledger.lines().last().unwrap().split(',').map(|v| v.parse().unwrap()).collect();
+    let total = columns.iter().position(|c| *c == "total energy [energy]").unwrap();
+    let told = json["energy"]["total"].as_f64().unwrap();
+    assert!((told / last[total] - 1.0).abs() < 1e-12, "{told} {}", last[total]);
+}
+
+#[test]
+fn an_existing_result_is_not_overwritten_without_force() {
+    let folder = folder(&SMALL.replace("until = 0.5", "until = 0.02"));
+    let first = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--quiet"]);
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    assert!(first.stdout.is_empty());
+    let second = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    assert_eq!(second.status.code(), Some(2));
+    assert!(text(&second.stderr).contains("--force"), "{}", text(&second.stderr));
+    let third = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--force"]);
+    assert!(third.status.success());
+}
+
+#[test]
+fn mistakes_are_told_with_their_line_and_exit_code_two() {
+    let cases: [(&str, &str, &[&str]); 9] = [
+        ("kind = \"bending\"", "kind = \"bendig\"", &["scene.toml:18", "bending"]),
+        ("young = 1e6", "yuong = 1e6", &["scene.toml:10", "young"]),
+        ("thickness = 0.5", "thickness = -0.5", &["scene.toml:12", "above 0"]),
+        ("plugin = \"curvature-feedback\"", "plugin = \"curvature-fedback\"", &[
+            "scene.toml:26",
+            "curvature-feedback",
+            "looked in",
+        ]),
+        ("c_star = 0.1", "c_stat = 0.1", &["scene.toml:27", "c_star"]),
+        ("b = 20.0", "b = -20.0", &["scene.toml:27", "b"]),
+        ("initial.c", "initial.d", &["scene.toml:28", "species"]),
+        ("until = 0.5", "until = ", &["scene.toml:32"]),
+        ("every = 0.25", "fields = [\"curvature\"]", &["scene.toml:35", "mean_curvature"]),
+    ];
+    for (right, wrong, expected) in cases {
+        assert!(SMALL.contains(right), "{right}");
+        let folder = folder(&SMALL.replacen(right, wrong, 1));
+        let out = rumple(folder.path(), &["check", "scene.toml"]);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{wrong}: {message}");
+        for part in expected {
+            assert!(message.contains(part), "{wrong}: no `{part}` in\n{message}");
+        }
+    }
+}
+
+#[test]
+fn bad_files_end_with_exit_code_two() {
+    let folder = folder(SMALL);
+    fs::write(folder.path().join("cut.obj"), "v 0 0 0\nv 1 0 0\nf 1 2 3\n").unwrap();
+    fs::write(folder.path().join("cut.vtu"), "<VTKFile type=\"Unstr").unwrap();
+    fs::write(folder.path().join("noise.so"), [7u8; 300]).unwrap();
+    let set = |assignment: &str| format!("--set={assignment}");
+    let cases: [(Vec<String>, &str); 5] = [
+        (vec!["check".into(), "missing.toml".into()], "missing.toml"),
+        (
+            vec!["check".into(), "scene.toml".into(), set("sheet={file=\"cut.obj\"}")],
+            "cut.obj",
+        ),
+        (
+            vec!["inspect".into(), "scene.toml".into(), "--state".into(), "cut.vtu".into()],
+            "cut.vtu",
+        ),
+        (
+            vec!["check".into(), "scene.toml".into(), set("kinetics.plugin=\"./noise.so\"")],
+            "noise.so",
+        ),
+        (vec!["mesh".into(), "check".into(), "cut.obj".into()], "cut.obj"),
+    ];
+    for (args, part) in cases {
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        let out = rumple(folder.path(), &args);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{args:?}: {message}");
+        assert!(message.contains(part), "{args:?}: {message}");
+        assert!(!message.contains("panicked"), "{args:?}: {message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_whole_files() {
+    let folder = folder(&SMALL.replace("until = 0.5", "until = 500.0"));
+    let mut child = Command::new(program())
+        .current_dir(folder.path())
+        .env("RUMPLE_PLUGIN_PATH", build::directory())
+        .args(["run", "scene.toml", "--out", "result"])
+        .stderr(std::process::Stdio::null())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let ledger = folder.path().join("result/ledger.csv");
+    let patience = Instant::now();
+    while fs::read_to_string(&ledger).map_or(0, |t| t.lines().count()) < 4 {
+        assert!(patience.elapsed() < Duration::from_secs(60), "no step was made");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let status = child.wait().unwrap();
+    assert!(status.success(), "{status}");
+    let pvd = fs::read_to_string(folder.path().join("result/sheet.pvd")).unwrap();
+    assert!(pvd.trim_end().ends_with("</VTKFile>"));
+    let frames = pvd.matches("<DataSet").count();
+    assert_eq!(fs::read_dir(folder.path().join("result/frames")).unwrap().count(), frames);
+    assert!(fs::read_to_string(&ledger).unwrap().ends_with('\n'));
+}

@@ -1,0 +1,410 @@
+//! Every class of mistake: message, exact place, help.
+
+use super::{SCENE, position, refused};
+
+/// Replaces `from` by `to` in the scene; the error must point to the first `needle` and read
+/// `message`, with `help`.
+fn wrong(from: &str, to: &str, needle: &str, message: &str, help: Option<&str>) {
+    let text = SCENE.replacen(from, to, 1);
+    assert_ne!(text, SCENE, "{from}");
+    let error = refused(&text, &[]);
+    assert_eq!(error.message(), message);
+    assert_eq!(error.position(), Some(position(&text, needle)), "{message}");
+    assert_eq!(error.advice(), help, "{message}");
+    assert_eq!(error.others().count(), 0, "{message}");
+    let (line, column) = position(&text, needle);
+    assert_eq!(error.to_string(), format!("s.toml:{line}:{column}: {message}"));
+    let rendered = error.rendered(false);
+    assert!(rendered.contains(&format!("[s.toml:{line}:{column}]")), "{rendered}");
+}
+
+#[test]
+fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
+    wrong(
+        "young = 1e6",
+        "yung = 1e6",
+        "yung",
+        "unknown key yung in [material]",
+        Some("did you mean young? allowed: young, poisson, thickness, drag"),
+    );
+    wrong(
+        "weight = \"paper\"",
+        "wight = \"paper\"",
+        "wight",
+        "unknown key wight in effect[0]",
+        Some("did you mean weight? allowed: kind, stiffness, weight, share, anchors"),
+    );
+    wrong(
+        "vertices = 20000",
+        "vertices = 20000\nheight = 3",
+        "height",
+        "unknown key height in [sheet]",
+        Some("allowed: shape, file, imperfection, bump, radius, vertices, seed"),
+    );
+    wrong(
+        "amplitude = 0.5",
+        "height = 0.5",
+        "height",
+        "unknown key height in [kinetics.initial.c.gaussian]",
+        Some("allowed: centre, width, amplitude, background"),
+    );
+    wrong(
+        "rtol = 1e-3",
+        "rtl = 1e-3",
+        "rtl",
+        "unknown key rtl in [time.integrator]",
+        Some("did you mean rtol? allowed: kind, rtol, stages"),
+    );
+    wrong(
+        "kind = \"test-weightless\"",
+        "kind = \"test-weightless\"\nstrength = 1",
+        "strength",
+        "unknown key strength in effect[1]",
+        Some("allowed: kind"),
+    );
+    wrong(
+        "[output]",
+        "[outputs]",
+        "outputs",
+        "unknown key outputs",
+        Some(
+            "did you mean output? \
+             allowed: sheet, material, effect, kinetics, time, equilibrium, output",
+        ),
+    );
+    wrong(
+        "shape = \"disc\"",
+        "shap = \"disc\"",
+        "shap",
+        "unknown key shap in [sheet]",
+        Some(
+            "did you mean shape? allowed: shape, file, imperfection, bump, vertices, seed, \
+             radius, width, height, inner, outer, irregular",
+        ),
+    );
+    wrong(
+        "shape = \"disc\"",
+        "file = \"disc.obj\"",
+        "radius",
+        "unknown key radius in [sheet]",
+        Some("allowed: file, imperfection, bump"),
+    );
+}
+
+#[test]
+fn unknown_names_show_the_allowed_ones_and_the_nearest() {
+    wrong(
+        "\"disc\"",
+        "\"disk\"",
+        "\"disk\"",
+        "sheet: unknown shape \"disk\"",
+        Some("did you mean disc? allowed: disc, rectangle, annulus, sphere, cylinder"),
+    );
+    wrong(
+        "\"none\"",
+        "\"zlip\"",
+        "\"zlip\"",
+        "output.compression: unknown name \"zlip\"",
+        Some("did you mean zlib? allowed: zlib, none"),
+    );
+    wrong(
+        "\"paper\"",
+        "\"papr\"",
+        "\"papr\"",
+        "effect[0].weight: unknown name \"papr\"",
+        Some("did you mean paper? allowed: optimal-area, paper"),
+    );
+    wrong(
+        "gaussian",
+        "gausian",
+        "gausian",
+        "kinetics.initial.c: unknown name \"gausian\"",
+        Some("did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random"),
+    );
+}
+
+/// The registries grow with the engine, so only the beginning and the nearest word are fixed.
+#[test]
+fn unknown_kinds_of_a_registry() {
+    for (from, to, message, meant) in [
+        (
+            "\"test-still\"",
+            "\"test-stil\"",
+            "time.policy: unknown timescale policy \"test-stil\"",
+            "test-still",
+        ),
+        (
+            "\"test-leap\"",
+            "\"test-lep\"",
+            "time.integrator: unknown integrator \"test-lep\"",
+            "test-leap",
+        ),
+        (
+            "\"test-descent\"",
+            "\"test-decent\"",
+            "equilibrium: unknown equilibrium method \"test-decent\"",
+            "test-descent",
+        ),
+        (
+            "\"test-spring\"",
+            "\"test-sprig\"",
+            "effect[0]: unknown effect \"test-sprig\"",
+            "test-spring",
+        ),
+    ] {
+        let text = SCENE.replacen(from, to, 1);
+        let error = refused(&text, &[]);
+        assert_eq!(error.message(), message);
+        assert_eq!(error.position(), Some(position(&text, to)));
+        let help = error.advice().unwrap();
+        assert!(help.starts_with(&format!("did you mean {meant}? allowed: ")), "{help}");
+    }
+}
+
+#[test]
+fn values_out_of_range_or_of_the_wrong_type() {
+    let range = |from: &str, to: &str, needle: &str, message: &str| {
+        wrong(from, to, needle, message, None);
+    };
+    range("radius = 100.0", "radius = -7", "-7", "sheet.radius must be a number above 0, not -7.0");
+    range(
+        "thickness = 0.5",
+        "thickness = 0",
+        "0\n\n[[",
+        "material.thickness must be a number above 0, not 0.0",
+    );
+    range(
+        "poisson = 0.3333333333333333",
+        "poisson = 0.51",
+        "0.51",
+        "material.poisson must be a number above -1 and up to 0.5, not 0.51",
+    );
+    range(
+        "poisson = 0.3333333333333333",
+        "poisson = -1",
+        "-1\n",
+        "material.poisson must be a number above -1 and up to 0.5, not -1.0",
+    );
+    range("young = 1e6", "young = nan", "nan", "material.young must be a number above 0, not NaN");
+    range("young = 1e6", "young = inf", "inf", "material.young must be a number above 0, not inf");
+    range("young = 1e6", "young = true", "true", "material.young must be a number, not true");
+    range(
+        "young = 1e6",
+        "young = 1979-05-27",
+        "1979",
+        "material.young must be a number, not a date",
+    );
+    range(
+        "vertices = 20000",
+        "vertices = 3",
+        "3\nimp",
+        "sheet.vertices must be a whole number from 4, not 3",
+    );
+    range(
+        "vertices = 20000",
+        "vertices = 2e4",
+        "2e4",
+        "sheet.vertices must be a whole number, not 20000.0",
+    );
+    range(
+        "seed = 7",
+        "seed = -7",
+        "-7",
+        "sheet.imperfection.seed must be a whole number from 0, not -7",
+    );
+    range(
+        "amplitude = 1e-3",
+        "amplitude = -1e-3",
+        "-1e-3",
+        "sheet.imperfection.amplitude must be a number from 0, not -0.001",
+    );
+    range(
+        "centre = [1, 2, 0]",
+        "centre = [1, 2]",
+        "[1, 2]",
+        "sheet.bump.centre must be a list of 3 values, not a list of 2",
+    );
+    range(
+        "centre = [1, 2, 0]",
+        "centre = [1, 2, 0, 4]",
+        "[1, 2, 0, 4]",
+        "sheet.bump.centre must be a list of 3 values, not a list of 4",
+    );
+    range(
+        "[1.5, -2, 3]",
+        "[1.5, -2, nan]",
+        "nan",
+        "effect[0].anchors[1][2] must be a finite number, not NaN",
+    );
+    range(
+        "width = 5.0",
+        "width = \"x\"",
+        "\"x\"",
+        "kinetics.initial.c.gaussian.width must be a number, not the text \"x\"",
+    );
+    range(
+        "c_star = 0.1",
+        "c_star = -inf",
+        "-inf",
+        "kinetics.parameters.c_star must be a finite number, not -inf",
+    );
+    range("\"c\", ", "3, ", "3, \"mean", "output.fields[0] must be a text in quotes, not 3");
+    range(
+        "stiffness = 2",
+        "stiffness = []",
+        "[]",
+        "effect[0].stiffness must be a number, not a list",
+    );
+    range(
+        "shape = \"disc\"\nradius = 100.0",
+        "shape = \"annulus\"\ninner = 3\nouter = 2",
+        "3\nouter",
+        "sheet.inner must be a number below outer = 2.0, not 3.0",
+    );
+    range(
+        "rtol = 1e-3",
+        "rtol = 0.0",
+        "0.0 }",
+        "time.integrator.rtol must be a number above 0, not 0.0",
+    );
+    let integrator = "integrator = { kind = \"test-leap\", rtol = 1e-3 }";
+    range(
+        integrator,
+        "integrator = 5",
+        "5\nuntil",
+        "time.integrator must be a table with a kind, not 5",
+    );
+}
+
+#[test]
+fn numbers_that_no_float_holds() {
+    wrong(
+        "until = 500.0",
+        "until = 1e999",
+        "1e999",
+        "this number is too large",
+        Some("the largest number is 1.797e308"),
+    );
+    wrong(
+        "until = 500.0",
+        "until = 99999999999999999999",
+        "99999999999999999999",
+        "this whole number needs more than 64 bits",
+        Some("write a large real number with a point or exponent, as in 1e20"),
+    );
+}
+
+#[test]
+fn missing_keys_name_table_and_key() {
+    wrong("radius = 100.0\n", "", "[sheet]", "missing key radius in [sheet]", None);
+    wrong("young = 1e6\n", "", "[material]", "missing key young in [material]", None);
+    wrong("until = 500.0\n", "", "[time]", "missing key until in [time]", None);
+    wrong("stiffness = 2\n", "", "[[effect]]", "missing key stiffness in effect[0]", None);
+    wrong(
+        "width = 5.0, ",
+        "",
+        "{ amplitude = 0.5 }",
+        "missing key width in [kinetics.initial.c.gaussian]",
+        None,
+    );
+    wrong(
+        "shape = \"disc\"\n",
+        "",
+        "[sheet]",
+        "missing key shape in [sheet]",
+        Some(
+            "shape is one of: disc, rectangle, annulus, sphere, cylinder; \
+             or give file = \"…\"",
+        ),
+    );
+    let text = SCENE.replacen("kind = \"test-leap\", ", "", 1);
+    let error = refused(&text, &[]);
+    assert_eq!(error.message(), "missing key kind in [time.integrator]");
+    assert_eq!(error.position(), Some(position(&text, "{ rtol")));
+    assert!(error.advice().unwrap().starts_with("the integrator is one of: "));
+}
+
+#[test]
+fn tables_of_the_wrong_shape() {
+    wrong(
+        "[[effect]]\nkind = \"test-spring\"\nstiffness = 2\nweight = \"paper\"\n\
+         anchors = [[0, 0, 0], [1.5, -2, 3]]\n\n[[effect]]",
+        "[effect]",
+        "[effect]",
+        "effect must be a list of tables, not a table",
+        Some("write [[effect]] before every effect"),
+    );
+    wrong(
+        "shape = \"disc\"",
+        "shape = \"disc\"\nfile = \"a.obj\"",
+        "file",
+        "sheet: shape and file exclude each other",
+        Some("give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file"),
+    );
+    let expected = "a number or a table such as { gaussian = { … } }";
+    wrong(
+        "initial.m = 0.25",
+        "initial.m = \"high\"",
+        "\"high\"",
+        &format!("kinetics.initial.m must be {expected}, not the text \"high\""),
+        Some("allowed: gaussian, rectangle, stripe, spots, random, file"),
+    );
+    wrong(
+        "initial.m = 0.25",
+        "initial.m = { stripe = { width = 1, value = 1, normal = [0, 0, 0] } }",
+        "{ stripe",
+        "kinetics.initial.m.stripe.normal must be a direction that is not 0, not 0",
+        None,
+    );
+}
+
+#[test]
+fn a_missing_table_is_named() {
+    let text = SCENE.replacen("[material]\nyoung", "[kinetics.parameters]\nyoung", 1);
+    let text = text.replacen("parameters = { c_star = 0.1, b = 100 }\n", "", 1);
+    let text = text.replacen("[kinetics]\n", "[kinetics.x]\n", 1);
+    let error = refused(&text, &[]);
+    assert_eq!(error.to_string(), "s.toml: missing table [material]");
+    assert_eq!(error.position(), None);
+}
+
+#[test]
+fn what_is_not_toml_is_shown_with_its_line() {
+    for (from, to, needle) in [
+        ("until = 500.0", "until = ", "\nstop_when"),
+        ("until = 500.0", "until 500.0", "500.0"),
+        ("radius = 100.0", "radius = 100.0\nradius = 2", "radius = 2"),
+        ("[material]", "[material", "\nyoung"),
+    ] {
+        let text = SCENE.replacen(from, to, 1);
+        let error = refused(&text, &[]);
+        assert!(error.message().starts_with("not valid TOML: "), "{error}");
+        assert_eq!(error.position(), Some(position(&text, needle)), "{error}");
+    }
+}
+
+#[test]
+fn several_mistakes_are_reported_together() {
+    let text = SCENE.replacen("young = 1e6", "young = -1", 1).replacen("\"none\"", "\"lz\"", 1);
+    let text = text.replacen("stiffness = 2", "stiffness = 0", 1);
+    let error = refused(&text, &[]);
+    let mut all = vec![error.message().to_owned()];
+    all.extend(error.others().map(|other| other.message().to_owned()));
+    assert_eq!(
+        all,
+        [
+            "material.young must be a number above 0, not -1.0",
+            "effect[0].stiffness must be a number above 0, not 0.0",
+            "output.compression: unknown name \"lz\"",
+        ]
+    );
+    let rendered = error.rendered(false);
+    assert!(all.iter().all(|message| rendered.contains(message)), "{rendered}");
+}
+
+#[test]
+fn columns_count_characters() {
+    let text = SCENE.replacen("c_star = 0.1", "\"γ\" = 1, c_star = nan", 1);
+    let error = refused(&text, &[]);
+    assert_eq!(error.position(), Some(position(&text, "nan")));
+}
