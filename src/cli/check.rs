@@ -56,12 +56,14 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     }
     println!("policy     {}", scene.time.policy.name());
     println!("integrator {}", scene.time.integrator.name());
-    println!("relaxation {}, tolerance {:e}", scene.equilibrium.name(), scene.equilibrium.tolerance());
-    let held: usize = setup.system.mechanics().pins().iter().flatten().filter(|held| **held).count();
     println!(
-        "unknowns   {} positions free, {held} held",
-        3 * setup.sheet.vertex_count() - held
+        "relaxation {}, tolerance {:e}",
+        scene.equilibrium.name(),
+        scene.equilibrium.tolerance()
     );
+    let held: usize =
+        setup.system.mechanics().pins().iter().flatten().filter(|held| **held).count();
+    println!("unknowns   {} positions free, {held} held", 3 * setup.sheet.vertex_count() - held);
     let flat = setup.state.x.iter().all(|x| x.z == setup.state.x[0].z);
     if flat && !setup.system.mechanics().is_empty() {
         println!(

@@ -59,7 +59,11 @@ impl TryFrom<String> for Axes {
         for letter in word.chars() {
             match "xyz".find(letter) {
                 Some(axis) if !held[axis] => held[axis] = true,
-                _ => return Err(format!("`{word}` is not made of the letters x, y and z, once each")),
+                _ => {
+                    return Err(format!(
+                        "`{word}` is not made of the letters x, y and z, once each"
+                    ));
+                }
             }
         }
         if held == [false; 3] {
@@ -84,9 +88,7 @@ impl Region {
             match self {
                 Self::Rim => sheet.rim()[i],
                 Self::All => true,
-                Self::Cuboid { min, max } => {
-                    (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a])
-                }
+                Self::Cuboid { min, max } => (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]),
                 Self::Ball { centre, radius } => (x - crate::Vec3::from(*centre)).norm() <= *radius,
                 Self::Vertices(list) => list.contains(&crate::num::index(i)),
             }

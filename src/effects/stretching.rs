@@ -8,6 +8,7 @@
 //! * `weight = "optimal-area"`: `w_ij` is the sum of the optimal areas of the triangles that share
 //!   the bond. On an equilateral mesh this is exactly a continuum with two-dimensional Young's
 //!   modulus Y and ν = 1/3, and a grown region keeps its modulus.
+//!   (Where optimal lengths make no triangle, see [`RestMetric::weight_area`].)
 //! * `weight = "paper"`: `w_ij = 1`, as printed. Energies and forces then depend on the mesh.
 //!
 //! The Hessian block of a bond is `k (1 - l̄/l) (I - d dᵀ) + k d dᵀ` with the unit bond vector d;
@@ -104,7 +105,7 @@ impl Energy for BondStretching {
 
     fn set_rest_metric(&mut self, sheet: &Sheet, metric: &RestMetric) {
         let edges = sheet.edges();
-        let (length, area) = (metric.length(), metric.area());
+        let (length, area) = (metric.length(), metric.weight_area());
         let share = |t: u32| if t == Edge::NONE { 0.0 } else { area[t as usize] };
         let weight = |e: usize| match self.weight {
             StretchingWeight::OptimalArea => {

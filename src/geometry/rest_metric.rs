@@ -2,9 +2,23 @@
 //!
 //! Active strain enters mechanics here and nowhere else: kinetics return the length factor Φ at
 //! the bonds, and stretching, tension and areas read the lengths.
+//!
+//! Where Φ jumps from one vertex to the next (Model I: by 1.54 across a front one edge wide), three
+//! optimal lengths need not make a triangle. Bonds do not mind, but their weight does: it must not
+//! vanish. So there are two areas of a triangle,
+//!
+//! ```text
+//! Ā_T  area of the triangle with sides l̄, by Heron's formula; 0 if there is none
+//! max(Ā_T, ⅒ Φ_T² A⁰_T)  for weights, Φ_T the mean length factor of its edges
+//! ```
+//!
+//! which are the same wherever the optimal triangle is not ten times flatter than the rest one.
 
 use crate::parallel;
 use crate::sheet::{Sheet, SheetError};
+
+/// Least share of `Φ² A⁰` that counts as a triangle's area in the weights of its bonds.
+const LEAST_AREA: f64 = 0.1;
 
 /// Optimal lengths of the edges and optimal areas of the triangles.
 #[derive(Debug, Clone)]
@@ -12,6 +26,8 @@ pub struct RestMetric {
     reference_length: Vec<f64>,
     length: Vec<f64>,
     area: Vec<f64>,
+    reference_area: Vec<f64>,
+    weight_area: Vec<f64>,
     mean_edge: f64,
 }
 
@@ -39,28 +55,24 @@ impl RestMetric {
             reference_length: length.clone(),
             length,
             area: vec![0.0; sheet.triangle_count()],
+            reference_area: Vec::new(),
+            weight_area: vec![0.0; sheet.triangle_count()],
             mean_edge,
         };
-        metric.update_areas(sheet)?;
+        metric.update_areas(sheet);
+        metric.reference_area = metric.area.clone();
+        metric.update_areas(sheet);
+        if let Some(t) = metric.impossible_triangle() {
+            return Err(SheetError::Unusable(metric.describe_impossible(sheet, t)));
+        }
         Ok(metric)
     }
 
     /// Sets `l̄ = Φ l⁰` from the length factor at every edge.
-    ///
-    /// # Errors
-    /// Lengths that violate the triangle inequality, with the triangle and its three lengths; the
-    /// metric is unchanged then.
-    pub fn set_length_factor(&mut self, sheet: &Sheet, factor: &[f64]) -> Result<(), SheetError> {
+    pub fn set_length_factor(&mut self, sheet: &Sheet, factor: &[f64]) {
         let reference = &self.reference_length;
-        let mut length: Vec<f64> = vec![0.0; factor.len()];
-        parallel::fill(&mut length, |e| factor[e] * reference[e]);
-        std::mem::swap(&mut self.length, &mut length);
-        let result = self.update_areas(sheet);
-        if result.is_err() {
-            self.length = length;
-            self.update_areas(sheet)?;
-        }
-        result
+        parallel::fill(&mut self.length, |e| factor[e] * reference[e]);
+        self.update_areas(sheet);
     }
 
     /// Optimal lengths `l̄`, one per edge.
@@ -75,7 +87,7 @@ impl RestMetric {
         &self.reference_length
     }
 
-    /// Optimal areas `Ā`, one per triangle, from the optimal lengths.
+    /// Optimal areas `Ā`, one per triangle, from the optimal lengths; 0 where these make none.
     #[must_use]
     pub fn area(&self) -> &[f64] {
         &self.area
@@ -87,20 +99,47 @@ impl RestMetric {
         self.mean_edge
     }
 
-    fn update_areas(&mut self, sheet: &Sheet) -> Result<(), SheetError> {
-        let length = &self.length;
+    /// Areas for weights: `max(Ā, ⅒ Φ² A⁰)`, one per triangle, never 0.
+    #[must_use]
+    pub fn weight_area(&self) -> &[f64] {
+        &self.weight_area
+    }
+
+    /// The first triangle whose optimal lengths violate the triangle inequality.
+    #[must_use]
+    pub fn impossible_triangle(&self) -> Option<usize> {
+        self.area.iter().position(|a| !(*a > 0.0))
+    }
+
+    /// How many triangles have optimal lengths that violate the triangle inequality.
+    #[must_use]
+    pub fn impossible_triangles(&self) -> usize {
+        self.area.iter().filter(|a| !(**a > 0.0)).count()
+    }
+
+    /// What is wrong with triangle `t`, in words.
+    #[must_use]
+    pub fn describe_impossible(&self, sheet: &Sheet, t: usize) -> String {
+        format!(
+            "the optimal lengths {:?} of triangle {t} (vertices {:?}) do not make a triangle: \
+             the active strain changes too much from one vertex to the next; use a finer mesh \
+             or a smoother length factor",
+            sheet.triangle_edges()[t].map(|e| self.length[e as usize]),
+            sheet.triangles()[t]
+        )
+    }
+
+    fn update_areas(&mut self, sheet: &Sheet) {
+        let (length, reference) = (&self.length, &self.reference_length);
         let edges = sheet.triangle_edges();
         parallel::fill(&mut self.area, |t| heron_area(edges[t].map(|e| length[e as usize])));
-        match self.area.iter().position(|a| !(*a > 0.0)) {
-            None => Ok(()),
-            Some(t) => Err(SheetError::Unusable(format!(
-                "the optimal lengths {:?} of triangle {t} (vertices {:?}) do not make a triangle: \
-                 the active strain changes too much from one vertex to the next; use a finer mesh \
-                 or a smoother length factor",
-                edges[t].map(|e| length[e as usize]),
-                sheet.triangles()[t]
-            ))),
-        }
+        let (area, reference_area) = (&self.area, &self.reference_area);
+        parallel::fill(&mut self.weight_area, |t| {
+            let factor = edges[t].map(|e| length[e as usize] / reference[e as usize]);
+            let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
+            let rest = reference_area.get(t).copied().unwrap_or(0.0);
+            area[t].max(LEAST_AREA * mean * mean * rest)
+        });
     }
 }
 

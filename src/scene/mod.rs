@@ -262,7 +262,7 @@ impl Sections<'_> {
             None => {}
             Some((_, Node { value: Value::Array(items), .. })) => {
                 for (i, item) in items.into_iter().enumerate() {
-                    match registry::choose(item) {
+                    match registry::choose(item, None) {
                         Ok(effect) => effects.push(effect),
                         Err(p) => self.problems.push(p.under_index(i).under("effect")),
                     }
@@ -280,9 +280,9 @@ impl Sections<'_> {
 
     fn equilibrium(&mut self) -> Option<Box<dyn EquilibriumSpec>> {
         if self.root.get("equilibrium").is_some() {
-            return self.optional("equilibrium", registry::choose);
+            return self.optional("equilibrium", |node| registry::choose(node, Some(DEFAULT_EQUILIBRIUM)));
         }
         let default = Node::text(DEFAULT_EQUILIBRIUM, self.root.place.clone());
-        registry::choose(default).map_err(|problem| self.problems.push(problem)).ok()
+        registry::choose(default, None).map_err(|problem| self.problems.push(problem)).ok()
     }
 }

@@ -106,7 +106,12 @@ pub fn names<T: ?Sized + Family>() -> Vec<&'static str> {
 }
 
 /// Reads a table with a tag, or a name alone, which stands for a table with nothing else.
-pub(crate) fn choose<T: ?Sized + Family>(mut node: Node) -> Result<Box<T>, Problem> {
+///
+/// A table without a tag is the `default` kind, if there is one.
+pub(crate) fn choose<T: ?Sized + Family>(
+    mut node: Node,
+    default: Option<&str>,
+) -> Result<Box<T>, Problem> {
     let whole = node.place.clone();
     let (name, place) = match node.value {
         Value::String(name) => {
@@ -119,7 +124,10 @@ pub(crate) fn choose<T: ?Sized + Family>(mut node: Node) -> Result<Box<T>, Probl
                 let problem = Problem::mismatch("a text in quotes", value.describe());
                 return Err(problem.placed(&place).under(T::TAG));
             }
-            None => return Err(untagged::<T>(&whole)),
+            None => match default {
+                Some(name) => (name.to_owned(), whole.clone()),
+                None => return Err(untagged::<T>(&whole)),
+            },
         },
         other => {
             let expected = format!("a table with a {}", T::TAG);

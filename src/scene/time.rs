@@ -55,5 +55,5 @@ fn chosen<T: ?Sized + Family>(
         Some((_, choice)) => choice,
         None => Node::text(default, node.place.clone()),
     };
-    choose(choice).map_err(|problem| problem.under(key))
+    choose(choice, Some(default)).map_err(|problem| problem.under(key))
 }

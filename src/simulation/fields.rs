@@ -122,7 +122,9 @@ impl Fields {
                         let force: Vec<Vec3> = gradient.iter().map(|g| -g).collect();
                         point.push(Field::vector(title, &force));
                     }
-                    "length_factor" => point.push(Field::scalar(title, vertex_factor(system, sheet))),
+                    "length_factor" => {
+                        point.push(Field::scalar(title, vertex_factor(system, sheet)))
+                    }
                     "quality" => cell.push(Field::scalar(title, qualities(sheet, &state.x))),
                     _ => point.push(Field::vector(title, sheet.rest())),
                 }

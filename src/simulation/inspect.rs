@@ -7,7 +7,7 @@ use super::fields::vertex_factor;
 use crate::effects::Bending;
 use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::Location;
-use crate::sheet::{Surface, SheetError};
+use crate::sheet::{SheetError, Surface};
 use crate::{Error, Result, Vec3};
 
 /// Puts the positions and species of `surface` into the state of `setup`.
@@ -122,8 +122,10 @@ pub fn inspect(setup: &mut Setup) -> Result<Value> {
             named.map(|(s, values)| (s.name.clone(), json!(values))).collect()
         };
         let titles = chemistry.signals().wanted().iter().flat_map(|s| s.columns());
-        let signals: Map<String, Value> =
-            titles.zip(&columns).map(|(name, values)| ((*name).to_owned(), json!(values))).collect();
+        let signals: Map<String, Value> = titles
+            .zip(&columns)
+            .map(|(name, values)| ((*name).to_owned(), json!(values)))
+            .collect();
         let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
         let zeros: Vec<Vec<f64>> = c.iter().map(|c| vec![0.0; c.len()]).collect();
         let (mut reaction, mut diffusion) = (zeros.clone(), zeros);

@@ -21,10 +21,14 @@ pub(super) fn columns(system: &mut System) -> Vec<String> {
     if let Some(chemistry) = system.chemistry() {
         for species in &chemistry.descriptor().species {
             let name = &species.name;
-            all.extend([format!("total {name}"), format!("least {name}"), format!("largest {name}")]);
+            all.extend([
+                format!("total {name}"),
+                format!("least {name}"),
+                format!("largest {name}"),
+            ]);
         }
     }
-    all.extend(["least quality", "wall time [s]"].map(str::to_owned));
+    all.extend(["least quality", "impossible rest triangles", "wall time [s]"].map(str::to_owned));
     all
 }
 
@@ -66,6 +70,7 @@ pub(super) fn row(
         }
     }
     row.push(qualities(sheet, &state.x).into_iter().fold(f64::INFINITY, f64::min));
+    row.push(real(system.mechanics().metric().impossible_triangles()));
     row.push(wall);
     row
 }

@@ -25,11 +25,9 @@ pub(super) fn shape(shape: &scene::Shape) -> (sheet::Shape, usize, u64) {
         S::Annulus(a) => {
             (G::Annulus { inner: a.inner.get(), outer: a.outer.get() }, a.vertices.get(), a.seed)
         }
-        S::Sphere(s) => (
-            G::Sphere { radius: s.radius.get(), irregular: s.irregular },
-            s.vertices.get(),
-            s.seed,
-        ),
+        S::Sphere(s) => {
+            (G::Sphere { radius: s.radius.get(), irregular: s.irregular }, s.vertices.get(), s.seed)
+        }
         S::Cylinder(c) => (
             G::Cylinder { radius: c.radius.get(), height: c.height.get() },
             c.vertices.get(),
@@ -39,11 +37,7 @@ pub(super) fn shape(shape: &scene::Shape) -> (sheet::Shape, usize, u64) {
 }
 
 /// The start: rest positions with the imperfection and the bump, and the species' first values.
-pub(super) fn state(
-    scene: &Scene,
-    sheet: &Sheet,
-    chemistry: Option<&Chemistry>,
-) -> Result<State> {
+pub(super) fn state(scene: &Scene, sheet: &Sheet, chemistry: Option<&Chemistry>) -> Result<State> {
     let x = positions(scene, sheet);
     let species = match chemistry {
         None => Vec::new(),

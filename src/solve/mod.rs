@@ -56,12 +56,8 @@ pub trait Integrator: Send {
     ///
     /// # Errors
     /// Whatever no shorter step cures; `state` is as before then, bit for bit.
-    fn advance(
-        &mut self,
-        system: &mut System,
-        state: &mut State,
-        until: f64,
-    ) -> Result<StepReport>;
+    fn advance(&mut self, system: &mut System, state: &mut State, until: f64)
+    -> Result<StepReport>;
 }
 
 /// What one accepted step did.

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use super::signals::Signals;
 use crate::effects::Transport;
 use crate::geometry::Shape;
-use crate::kinetics::{Batch, Column, Descriptor, Kinetics, KineticsError, Location, field};
+use crate::kinetics::{
+    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
+};
 use crate::parallel;
 use crate::sheet::Sheet;
 use crate::state::FaceVertexAverage;
@@ -59,6 +61,13 @@ impl Chemistry {
     #[must_use]
     pub fn signals(&self) -> &Signals {
         &self.signals
+    }
+
+    /// Whether the kinetics reads strains, which compare areas with optimal ones.
+    #[must_use]
+    pub fn reads_strain(&self) -> bool {
+        let wanted = self.signals.wanted();
+        wanted.contains(&Signal::AreaStrain) || wanted.contains(&Signal::Tension)
     }
 
     /// How many points carry species.

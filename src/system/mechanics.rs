@@ -76,13 +76,9 @@ impl Mechanics {
     }
 
     /// Sets the length factor Φ of every edge.
-    ///
-    /// # Errors
-    /// Lengths that make no triangle; nothing is changed then.
-    pub fn set_length_factor(&mut self, factor: &[f64]) -> Result<(), SheetError> {
-        self.metric.set_length_factor(&self.sheet, factor)?;
+    pub fn set_length_factor(&mut self, factor: &[f64]) {
+        self.metric.set_length_factor(&self.sheet, factor);
         self.announce_metric();
-        Ok(())
     }
 
     fn announce_metric(&mut self) {

@@ -16,13 +16,14 @@ pub use chemistry::{Chemistry, SignalColumns};
 pub use mechanics::{Mechanics, Pins};
 pub use signals::{Signals, TensionReading};
 
-use crate::{Error, Result};
 use crate::num::real;
 use crate::parallel;
+use crate::sheet::SheetError;
 use crate::solve::SolveError;
 use crate::solve::chebyshev::{Chebyshev, Tolerance};
 use crate::solve::equilibrium::{Equilibrium, Goal, Relaxation};
 use crate::state::State;
+use crate::{Error, Result};
 
 /// A sheet with its mechanics, its chemistry if the scene has kinetics, and how it is relaxed.
 pub struct System {
@@ -76,13 +77,20 @@ impl System {
     /// shape.
     ///
     /// # Errors
-    /// If the plugin fails, or if lengths make no triangle.
+    /// If the plugin fails, or reads strains where optimal lengths make no triangle.
     pub fn follow(&mut self, state: &State) -> Result<()> {
         let Some(chemistry) = &mut self.chemistry else { return Ok(()) };
         self.mechanics.with_shape(&state.x, |shape| chemistry.set_shape(shape));
         let sheet = self.mechanics.sheet().clone();
         if let Some(factor) = chemistry.length_factor(&sheet, &state.species)? {
-            self.mechanics.set_length_factor(&factor)?;
+            self.mechanics.set_length_factor(&factor);
+            let metric = self.mechanics.metric();
+            if chemistry.reads_strain()
+                && let Some(t) = metric.impossible_triangle()
+            {
+                let message = metric.describe_impossible(&sheet, t);
+                return Err(SheetError::Unusable(message).into());
+            }
         }
         Ok(())
     }
@@ -156,9 +164,8 @@ impl System {
             .flat_map(|s| std::iter::repeat_n(atol * s.typical, count))
             .collect();
         let views: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        let bound = chemistry
-            .spectral_bound(&views, now)?
-            .max(chemistry.spectral_bound(&views, then)?);
+        let bound =
+            chemistry.spectral_bound(&views, now)?.max(chemistry.spectral_bound(&views, then)?);
         let frozen = std::ptr::eq(now, then);
         let mut between = now.clone();
         let rate = |t: f64, y: &[f64], out: &mut [f64]| -> Result<()> {

@@ -88,7 +88,9 @@ impl Signals {
         let mut columns = Vec::new();
         for signal in &self.wanted {
             match (signal, &curvature) {
-                (Signal::MeanCurvature, Some(c)) => columns.push(self.from_vertices(shape, &c.mean)),
+                (Signal::MeanCurvature, Some(c)) => {
+                    columns.push(self.from_vertices(shape, &c.mean))
+                }
                 (Signal::GaussianCurvature, Some(c)) => {
                     columns.push(self.from_vertices(shape, &c.gaussian));
                 }

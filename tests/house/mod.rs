@@ -45,7 +45,8 @@ fn effects_know_no_policy_no_system_no_output_and_no_scene() {
 
 #[test]
 fn the_sheet_knows_no_field_and_no_physics() {
-    let words = ["crate::effects", "crate::kinetics", "crate::state", "crate::system", "crate::solve"];
+    let words =
+        ["crate::effects", "crate::kinetics", "crate::state", "crate::system", "crate::solve"];
     assert_eq!(offenders("sheet", &words, &[]), Vec::<String>::new());
 }
 

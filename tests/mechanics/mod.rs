@@ -40,7 +40,7 @@ pub fn alone(sheet: &Arc<Sheet>, energy: Box<dyn Energy>) -> Mechanics {
     let mut mechanics = Mechanics::new(Arc::clone(sheet), vec![energy], pins).unwrap();
     let factor: Vec<f64> =
         (0..sheet.edges().len()).map(|e| 1.0 + 0.05 * (e as f64).sin()).collect();
-    mechanics.set_length_factor(&factor).unwrap();
+    mechanics.set_length_factor(&factor);
     mechanics
 }
 

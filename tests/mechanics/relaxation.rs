@@ -21,7 +21,7 @@ fn uniform_growth_with_a_free_rim_is_free_of_stress() {
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
     let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
     let mut mechanics = both(&sheet, &material, pins);
-    mechanics.set_length_factor(&vec![1.0 / 0.65; sheet.edges().len()]).unwrap();
+    mechanics.set_length_factor(&vec![1.0 / 0.65; sheet.edges().len()]);
     let mut x = sheet.rest().to_vec();
     let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let done = solver.relax(&mut mechanics, &mut x, &goal(1e-10)).unwrap();
@@ -43,7 +43,7 @@ fn a_grown_spot_buckles_and_comes_to_rest() {
         .iter()
         .map(|e| if inside(e.vertices[0]) && inside(e.vertices[1]) { 1.1 } else { 1.0 })
         .collect();
-    mechanics.set_length_factor(&factor).unwrap();
+    mechanics.set_length_factor(&factor);
     let mut noise = Noise::new(3);
     let mut x: Vec<Vec3> = sheet.rest().to_vec();
     for (x, rim) in x.iter_mut().zip(sheet.rim()) {
@@ -67,7 +67,7 @@ fn hopeless_relaxations_are_reported() {
     let sheet = Arc::new(irregular(8, 8, 0.1));
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.1 };
     let mut mechanics = both(&sheet, &material, vec![[false; 3]; sheet.vertex_count()]);
-    mechanics.set_length_factor(&vec![1.2; sheet.edges().len()]).unwrap();
+    mechanics.set_length_factor(&vec![1.2; sheet.edges().len()]);
     let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let mut x = sheet.rest().to_vec();
     let one = Goal { tolerance: 1e-9, max_iterations: 1, interrupted: &|| false };

@@ -35,6 +35,8 @@ kind = "pin"
 where = "rim"
 axes = "z"
 
+# more effects
+
 [kinetics]
 plugin = "curvature-feedback"
 parameters = { c_star = 0.1, b = 20.0 }
@@ -48,9 +50,13 @@ until = 0.5
 every = 0.25
 "#;
 
+/// The small scene; an override that starts with `[[effect]]` is one more effect.
 pub fn scene(overrides: &[&str]) -> Scene {
-    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-    Scene::parse(SMALL, "small.toml", &overrides).unwrap()
+    let (effects, keys): (Vec<&str>, Vec<&str>) =
+        overrides.iter().partition(|o| o.starts_with("[[effect]]"));
+    let keys: Vec<String> = keys.iter().map(|o| (*o).to_owned()).collect();
+    let text = SMALL.replace("# more effects", &effects.join("\n"));
+    Scene::parse(&text, "small.toml", &keys).unwrap_or_else(|e| panic!("{e}"))
 }
 
 pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {

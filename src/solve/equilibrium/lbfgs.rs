@@ -16,10 +16,10 @@ use serde::{Deserialize, Serialize};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
-use crate::parallel;
 use crate::num::checked::{AtLeast, Fraction, Positive};
-use crate::solve::{EquilibriumSpec, SolveError};
+use crate::parallel;
 use crate::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use crate::solve::{EquilibriumSpec, SolveError};
 use crate::system::Mechanics;
 
 /// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
