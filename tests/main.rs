@@ -1,7 +1,7 @@
 //! Integration tests, one binary.
 //!
-//! * `chebyshev`: the stabilised explicit integrator.
-//! * `diffusion`: decay of known modes, conservation, convergence, the Green-Gauss scheme.
+//! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
+//! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
 //! * `examples`: the numbered examples.
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
@@ -13,7 +13,9 @@
 
 #![allow(missing_docs, clippy::cast_precision_loss)]
 
+mod chebyshev;
 mod common;
+mod diffusion;
 mod examples;
 mod house;
 mod mechanics;

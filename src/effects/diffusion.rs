@@ -131,6 +131,15 @@ impl EffectSpec for Diffusion {
 
 crate::register_kind!(dyn EffectSpec, "diffusion", Diffusion);
 
+/// What a triangle adds to its edges and vertices.
+#[derive(Debug, Clone, Copy, Default)]
+struct Corners {
+    /// Cotangents of its angles.
+    cot: [f64; 3],
+    /// A third of its area.
+    third: f64,
+}
+
 /// Cotangent diffusion of one species.
 #[derive(Debug)]
 pub struct Cotan {
@@ -140,6 +149,7 @@ pub struct Cotan {
     frozen: bool,
     rest_area: Vec<f64>,
     area: Vec<f64>,
+    corner: Vec<Corners>,
     weight: Vec<f64>,
     bound: f64,
 }
@@ -161,6 +171,7 @@ impl Cotan {
             frozen: false,
             rest_area: Vec::new(),
             area: vec![0.0; sheet.vertex_count()],
+            corner: vec![Corners::default(); sheet.triangle_count()],
             weight: vec![0.0; sheet.edges().len()],
             bound: 0.0,
         };
@@ -193,29 +204,29 @@ impl Transport for Cotan {
         if self.frozen {
             return;
         }
-        let (triangles, opposite) = (sheet.triangles(), sheet.triangle_edges());
-        let cot = |t: u32, e: usize| {
-            if t == Edge::NONE {
-                return 0.0;
-            }
-            let t = t as usize;
-            let k = opposite[t].iter().position(|&edge| edge as usize == e).unwrap_or(0);
-            let corner = |m: usize| x[triangles[t][(k + m) % 3] as usize];
-            let (u, v) = (corner(1) - corner(0), corner(2) - corner(0));
-            u.dot(&v) / u.cross(&v).norm()
-        };
-        let edges = sheet.edges();
+        let triangles = sheet.triangles();
+        parallel::fill(&mut self.corner, |t| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            let (ab, bc, ca) = (b - a, c - b, a - c);
+            let double = ab.cross(&bc).norm();
+            let cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            Corners { cot, third: double / 6.0 }
+        });
+        let (corner, edges, opposite) = (&self.corner, sheet.edges(), sheet.triangle_edges());
         parallel::fill(&mut self.weight, |e| {
-            0.5 * (cot(edges[e].triangles[0], e) + cot(edges[e].triangles[1], e))
+            let cot = |t: u32| -> f64 {
+                if t == Edge::NONE {
+                    return 0.0;
+                }
+                let t = t as usize;
+                (0..3).filter(|&k| opposite[t][k] as usize == e).map(|k| corner[t].cot[k]).sum()
+            };
+            let [left, right] = edges[e].triangles;
+            0.5 * (cot(left) + cot(right))
         });
         let incident = sheet.vertex_triangles();
         parallel::fill(&mut self.area, |i| {
-            let around = incident.of(i).iter().map(|&(t, _)| triangles[t as usize]);
-            let double: f64 = around
-                .map(|t| t.map(|v| x[v as usize]))
-                .map(|[a, b, c]| (b - a).cross(&(c - a)).norm())
-                .sum();
-            double / 6.0
+            incident.of(i).iter().map(|&(t, _)| corner[t as usize].third).sum()
         });
         // Gershgorin: twice the largest row sum of |w|/A.
         let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());

@@ -8,8 +8,11 @@
 //! At the rim the conormal part of the averaged gradient is removed at the vertices (no flux).
 //! Setting the flux of the rim edges to zero instead leaves modes at the rim that grow.
 //!
-//! Known faults, kept because this is here for comparison: half of the face modes are hardly
-//! damped, it does not converge on random meshes, and it conserves only on flat sheets.
+//! Known faults, kept because this is here for comparison: as many modes as there are more faces
+//! than vertices (half of the faces, about) are never damped; it does not converge on random
+//! meshes, where a few modes inside the sheet even grow, if slowly (at 0.4 % of the fastest decay
+//! on a lattice jittered by a fifth of its edges; none on generated meshes); and it conserves only
+//! on flat sheets.
 //!
 //! Source: Zakharov & Dasbiswas (2021), section on numerical methods; Ferziger & Perić,
 //! Computational Methods for Fluid Dynamics (2002).
