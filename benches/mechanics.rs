@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rumple::Vec3;
-use rumple::effects::{BendingWeight, BondStretching, Energy, HessianPart, Material, MeyerBending};
 use rumple::effects::StretchingWeight;
+use rumple::effects::{BendingWeight, BondStretching, Energy, HessianPart, Material, MeyerBending};
 use rumple::geometry::AreaRule;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};

@@ -28,8 +28,7 @@ pub fn main() -> rumple::Result<()> {
     // Active strain: the length factor of every bond.
     let inside = |v: u32| sheet.rest()[v as usize].norm() < 6.0;
     let grows = |e: &rumple::sheet::Edge| e.vertices.iter().all(|v| inside(*v));
-    let factor: Vec<f64> =
-        sheet.edges().iter().map(|e| if grows(e) { 1.1 } else { 1.0 }).collect();
+    let factor: Vec<f64> = sheet.edges().iter().map(|e| if grows(e) { 1.1 } else { 1.0 }).collect();
     mechanics.set_length_factor(&factor);
 
     // A flat sheet is a saddle; a slight dome says which way to buckle.

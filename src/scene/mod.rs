@@ -280,7 +280,8 @@ impl Sections<'_> {
 
     fn equilibrium(&mut self) -> Option<Box<dyn EquilibriumSpec>> {
         if self.root.get("equilibrium").is_some() {
-            return self.optional("equilibrium", |node| registry::choose(node, Some(DEFAULT_EQUILIBRIUM)));
+            return self
+                .optional("equilibrium", |node| registry::choose(node, Some(DEFAULT_EQUILIBRIUM)));
         }
         let default = Node::text(DEFAULT_EQUILIBRIUM, self.root.place.clone());
         registry::choose(default, None).map_err(|problem| self.problems.push(problem)).ok()

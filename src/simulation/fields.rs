@@ -90,7 +90,7 @@ impl Fields {
         if let Some(chemistry) = system.chemistry() {
             let at_vertices = chemistry.at_vertices(sheet, &state.species);
             for (s, species) in chemistry.descriptor().species.iter().enumerate() {
-                if self.names.iter().any(|n| *n == species.name) {
+                if self.names.contains(&species.name) {
                     let title = titled(&species.name, &species.unit);
                     point.push(Field::scalar(title.clone(), at_vertices[s].clone()));
                     if chemistry.location() == Location::Face {

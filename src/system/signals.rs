@@ -89,19 +89,19 @@ impl Signals {
         for signal in &self.wanted {
             match (signal, &curvature) {
                 (Signal::MeanCurvature, Some(c)) => {
-                    columns.push(self.from_vertices(shape, &c.mean))
+                    columns.push(self.carry_vertices(shape, &c.mean))
                 }
                 (Signal::GaussianCurvature, Some(c)) => {
-                    columns.push(self.from_vertices(shape, &c.gaussian));
+                    columns.push(self.carry_vertices(shape, &c.gaussian));
                 }
                 (Signal::Time, _) => columns.push(vec![time]),
                 (Signal::Position, _) => columns.extend(self.positions(shape)),
                 (Signal::Normal, _) => columns.extend(self.normals(shape)),
                 (Signal::AreaRatio, _) => {
                     let ratio = |t: usize| shape.faces.all()[t].area / self.rest_area[t];
-                    columns.push(self.from_faces(shape, ratio));
+                    columns.push(self.carry_faces(shape, ratio));
                 }
-                (Signal::AreaStrain, _) => columns.push(self.from_faces(shape, strain(shape))),
+                (Signal::AreaStrain, _) => columns.push(self.carry_faces(shape, strain(shape))),
                 (Signal::Tension, _) => columns.push(self.tension(shape)),
                 // Curvature is evaluated whenever it is wanted.
                 (_, None) => columns.push(vec![0.0; self.points(shape)]),
@@ -123,7 +123,7 @@ impl Signals {
         column
     }
 
-    fn from_vertices(&self, shape: &Shape<'_>, value: &[f64]) -> Vec<f64> {
+    fn carry_vertices(&self, shape: &Shape<'_>, value: &[f64]) -> Vec<f64> {
         match self.location {
             Location::Vertex => value.to_vec(),
             Location::Face | Location::Edge => {
@@ -136,7 +136,7 @@ impl Signals {
         }
     }
 
-    fn from_faces(&self, shape: &Shape<'_>, value: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    fn carry_faces(&self, shape: &Shape<'_>, value: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         match self.location {
             Location::Face | Location::Edge => self.filled(shape, value),
             Location::Vertex => {
@@ -155,9 +155,9 @@ impl Signals {
         match (self.reading, self.location) {
             (TensionReading::Trace, _) => {
                 let factor = self.modulus / (1.0 - self.poisson);
-                self.from_faces(shape, |t| factor * strain(t))
+                self.carry_faces(shape, |t| factor * strain(t))
             }
-            (TensionReading::Mean, _) => self.from_faces(shape, |t| self.modulus * strain(t)),
+            (TensionReading::Mean, _) => self.carry_faces(shape, |t| self.modulus * strain(t)),
             (TensionReading::Paper, Location::Face | Location::Edge) => {
                 self.filled(shape, |t| 2.0 * self.modulus * strain(t))
             }
@@ -174,7 +174,7 @@ impl Signals {
     fn positions(&self, shape: &Shape<'_>) -> [Vec<f64>; 3] {
         std::array::from_fn(|axis| {
             let at: Vec<f64> = shape.x.iter().map(|x| x[axis]).collect();
-            self.from_vertices(shape, &at)
+            self.carry_vertices(shape, &at)
         })
     }
 
