@@ -39,8 +39,11 @@ fn disc_modes_decay_at_their_rates() {
     }
 }
 
+/// Decay rate over D and shape of a mode.
+type Mode = (f64, fn(&Vec3) -> f64);
+
 /// Real spherical harmonics of degree 1, 2, 3 up to factors.
-fn harmonics() -> Vec<(f64, fn(&Vec3) -> f64)> {
+fn harmonics() -> Vec<Mode> {
     vec![
         (2.0, |p| p.x),
         (2.0, |p| p.y),
