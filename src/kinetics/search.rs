@@ -106,7 +106,9 @@ pub fn file_name(plugin: &str) -> String {
     format!("{}{stem}{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX)
 }
 
-fn is_path(plugin: &str) -> bool {
+/// Whether `plugin` is the path of a library, not a name to look up.
+#[must_use]
+pub fn is_path(plugin: &str) -> bool {
     plugin.contains(['/', '\\']) || plugin.ends_with(env::consts::DLL_SUFFIX)
 }
 

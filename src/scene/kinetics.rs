@@ -1,12 +1,11 @@
 //! `[kinetics]`: which plugin, its parameters, and how the species start.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path};
 
 use serde::{Deserialize, Serialize};
 
 use crate::effects::Measure;
-use crate::kinetics::Location;
+use crate::kinetics::{Location, search};
 use crate::num::checked::Finite;
 use crate::system::TensionReading;
 
@@ -42,11 +41,7 @@ impl KineticsSpec {
     /// Whether `plugin` is the path of a library, not a name to look up.
     #[must_use]
     pub fn plugin_is_path(&self) -> bool {
-        let path = Path::new(&self.plugin);
-        let library = path.extension().is_some_and(|e| e == "so" || e == "dylib" || e == "dll");
-        library
-            || path.components().count() > 1
-            || path.components().any(|c| c == Component::CurDir)
+        search::is_path(&self.plugin)
     }
 }
 

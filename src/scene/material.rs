@@ -33,17 +33,3 @@ pub struct Material {
 fn default_drag() -> Positive {
     Positive::ONE
 }
-
-impl Material {
-    /// 2-D Young's modulus Y = E h/(1-ν²), force per length.
-    #[must_use]
-    pub fn stretching_modulus(&self) -> f64 {
-        self.young.get() * self.thickness.get() / (1.0 - self.poisson.get().powi(2))
-    }
-
-    /// Bending rigidity B = E h³/(12(1-ν²)), energy.
-    #[must_use]
-    pub fn bending_rigidity(&self) -> f64 {
-        self.stretching_modulus() * self.thickness.get().powi(2) / 12.0
-    }
-}
