@@ -42,7 +42,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         let d = chemistry.descriptor();
         println!("kinetics   {} {} ({})", d.name, d.version, d.id);
         for species in &d.species {
-            println!("species    {} on {}s", species.name, chemistry.location().noun());
+            println!("species    {} on {}", species.name, chemistry.location().nouns());
         }
         for signal in chemistry.signals().wanted() {
             println!("signal     {} [{}]", signal.name(), signal.unit());

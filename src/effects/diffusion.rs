@@ -104,7 +104,7 @@ impl EffectSpec for Diffusion {
         if self.scheme.is_some_and(|scheme| scheme != fitting) {
             return refuse(
                 "scheme",
-                format!("this scheme does not fit species on {}s", location.noun()),
+                format!("this scheme does not fit species on {}", location.nouns()),
                 "`cotan` is for species on vertices, `green-gauss` for species on faces; \
                  kinetics.location says where they are"
                     .into(),

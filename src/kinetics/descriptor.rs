@@ -16,6 +16,16 @@ pub enum Location {
 }
 
 impl Location {
+    /// What several points are called in messages.
+    #[must_use]
+    pub fn nouns(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertices",
+            Self::Face => "faces",
+            Self::Edge => "edges",
+        }
+    }
+
     /// What one point is called in messages.
     #[must_use]
     pub fn noun(self) -> &'static str {

@@ -3,7 +3,6 @@
 use serde_json::{Map, Value, json};
 
 use super::Setup;
-use super::fields::vertex_factor;
 use crate::effects::Bending;
 use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::Location;
@@ -13,10 +12,11 @@ use crate::{Error, Result, Vec3};
 /// Puts the positions and species of `surface` into the state of `setup`.
 ///
 /// Points are current positions; species are point arrays (cell arrays for species on faces) by
-/// name, with or without a unit in brackets. Species without an array keep the scene's start.
+/// name, with or without a unit in brackets.
 ///
 /// # Errors
-/// A surface with another number of vertices or other triangles, or arrays of the wrong length.
+/// A surface with another number of vertices or other triangles, a species without an array, or
+/// arrays of the wrong length.
 pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
     let refuse = |message: String| Error::Sheet(SheetError::Unusable(message));
     let n = setup.sheet.vertex_count();
@@ -42,18 +42,25 @@ pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
     for (s, species) in chemistry.descriptor().species.iter().enumerate() {
         let prefix = format!("{} [", species.name);
         let named = |name: &str| name == species.name || name.starts_with(&prefix);
-        if let Some(array) = arrays.iter().find(|a| named(&a.name)) {
-            let place = &mut setup.state.species[s];
-            if array.components != 1 || array.values.len() != place.len() {
-                return Err(refuse(format!(
-                    "array `{}` of the state has {} numbers, expected {}",
-                    array.name,
-                    array.values.len(),
-                    place.len()
-                )));
-            }
-            place.copy_from_slice(&array.values);
+        let Some(array) = arrays.iter().find(|a| named(&a.name)) else {
+            let names: Vec<&str> = arrays.iter().map(|a| a.name.as_str()).collect();
+            return Err(refuse(format!(
+                "the state has no {} array for species `{}`; it has: {}",
+                if chemistry.location() == Location::Vertex { "point" } else { "cell" },
+                species.name,
+                names.join(", ")
+            )));
+        };
+        let place = &mut setup.state.species[s];
+        if array.components != 1 || array.values.len() != place.len() {
+            return Err(refuse(format!(
+                "array `{}` of the state has {} numbers, expected {}",
+                array.name,
+                array.values.len(),
+                place.len()
+            )));
         }
+        place.copy_from_slice(&array.values);
     }
     Ok(())
 }
@@ -67,8 +74,7 @@ fn vectors(v: &[Vec3]) -> Value {
 /// Keys: `time`; `energy` by effect and `total`; `force` by effect and `total` (`-∂U/∂x`, before
 /// pins); `mean_curvature`, `gaussian_curvature`, `vertex_area` by vertex; `bond` with `vertices`,
 /// `length`, `rest_length`, `optimal_length`; `species`, `signals`, `reaction`, `diffusion` by name
-/// at the points where species live (vector signals as three columns); `length_factor` by vertex,
-/// the mean of `l̄/l⁰` over its bonds.
+/// at the points where species live (vector signals as three columns); `length_factor`, Φ there.
 ///
 /// # Errors
 /// If the plugin fails, or optimal lengths make no triangle.
@@ -113,7 +119,6 @@ pub fn inspect(setup: &mut Setup) -> Result<Value> {
             "optimal_length": mechanics.metric().length(),
         },
     });
-    let factor = vertex_factor(&mut setup.system, &sheet);
     let columns = setup.system.signals(&state);
     if let Some(chemistry) = setup.system.chemistry() {
         let descriptor = chemistry.descriptor();
@@ -138,7 +143,10 @@ pub fn inspect(setup: &mut Setup) -> Result<Value> {
             all.insert("signals".into(), signals.into());
             all.insert("reaction".into(), by_name(&reaction).into());
             all.insert("diffusion".into(), by_name(&diffusion).into());
-            all.insert("length_factor".into(), json!(factor));
+            all.insert(
+                "length_factor".into(),
+                json!(chemistry.point_length_factor(&state.species)?),
+            );
         }
     }
     Ok(result)

@@ -66,11 +66,12 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let kinetics: Option<Arc<dyn Kinetics>> = kinetics;
     let location = location(scene, kinetics.as_deref());
 
+    let measure = scene.kinetics.as_ref().map(|k| k.measure).unwrap_or_default();
     let context = EffectContext {
         sheet: &sheet,
         material: &material,
         kinetics: kinetics.as_ref().map(|k| (k.descriptor(), location)),
-        measure: scene.kinetics.as_ref().map(|k| k.measure).unwrap_or_default(),
+        measure,
     };
     let (mut energies, mut transport) = (Vec::new(), Vec::new());
     let mut pins = vec![[false; 3]; sheet.vertex_count()];
@@ -108,7 +109,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
         let reading = scene.kinetics.as_ref().map(|k| k.tension).unwrap_or_default();
         let signals =
             Signals::new(wanted, location, area.clone(), &material, reading, rest_area.clone());
-        Chemistry::new(&sheet, kinetics, location, signals, transport)
+        Chemistry::new(&sheet, kinetics, location, signals, transport, measure)
     });
     let state = start::state(scene, &sheet, chemistry.as_ref())?;
     let policy = scene.time.policy.storage();

@@ -1,6 +1,7 @@
 //! The ledger's row: one line of numbers for every accepted step.
 
 use super::fields::qualities;
+use crate::effects::Measure;
 use crate::kinetics::Location;
 use crate::num::real;
 use crate::sheet::Sheet;
@@ -48,8 +49,11 @@ pub(super) fn row(
     row.push(energies.iter().sum());
     row.extend([work.iterations, work.evaluations, work.factorisations].map(real));
     row.push(work.residual);
+    // An amount is per rest area, a concentration per current area.
+    let amount = system.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
+    let x = if amount { sheet.rest() } else { &state.x };
     let areas: Vec<f64> =
-        system.mechanics().with_shape(&state.x, |s| s.faces.all().iter().map(|f| f.area).collect());
+        system.mechanics().with_shape(x, |s| s.faces.all().iter().map(|f| f.area).collect());
     if let Some(chemistry) = system.chemistry() {
         let share: Vec<f64> = match chemistry.location() {
             Location::Vertex => {

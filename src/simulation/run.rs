@@ -111,11 +111,16 @@ pub fn run(
     let every = scene.output.every.map_or(until, |e| e.get().min(until));
     let mut written = 0usize;
     let mut latest = first;
+    let mut shown = None;
     loop {
         let watch = Instant::now();
         let (state, system) = (&setup.state, &mut setup.system);
         let wall = began.elapsed().as_secs_f64();
-        ledger.append(&report::row(system, &setup.sheet, state, &latest, wall))?;
+        // After an interrupted try the state is the one shown before.
+        if shown != Some(state.step) {
+            ledger.append(&report::row(system, &setup.sheet, state, &latest, wall))?;
+        }
+        shown = Some(state.step);
         summary.time = state.time;
         summary.steps = state.step;
         let ending = if interrupt.requested() {
@@ -134,7 +139,8 @@ pub fn run(
         };
         // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
         let due = state.time >= real(written) * every;
-        if due || ending.is_some() {
+        let framed = series.times().last() == Some(&state.time);
+        if (due || ending.is_some()) && !framed {
             series.push(&setup.fields.frame(system, &setup.sheet, state)?)?;
             while real(written) * every <= state.time {
                 written += 1;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::signals::Signals;
-use crate::effects::Transport;
+use crate::effects::{Measure, Transport};
 use crate::geometry::Shape;
 use crate::kinetics::{
     Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
@@ -19,6 +19,7 @@ pub struct Chemistry {
     signals: Signals,
     transport: Vec<Box<dyn Transport>>,
     average: Option<FaceVertexAverage>,
+    measure: Measure,
 }
 
 /// The columns of the signals, in the order of the descriptor.
@@ -40,15 +41,22 @@ impl Chemistry {
         location: Location,
         signals: Signals,
         transport: Vec<Box<dyn Transport>>,
+        measure: Measure,
     ) -> Self {
         let average = (location == Location::Face).then(|| FaceVertexAverage::new(sheet));
-        Self { kinetics, location, signals, transport, average }
+        Self { kinetics, location, signals, transport, average, measure }
     }
 
     /// What the kinetics says about itself.
     #[must_use]
     pub fn descriptor(&self) -> &Descriptor {
         self.kinetics.descriptor()
+    }
+
+    /// What the values of species are per.
+    #[must_use]
+    pub fn measure(&self) -> Measure {
+        self.measure
     }
 
     /// Where species live.
@@ -132,17 +140,30 @@ impl Chemistry {
                 mean
             })
             .collect();
-        let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
-        let batch = Batch {
-            location: Location::Edge,
-            first: 0,
-            count: edges.len(),
-            species: &columns,
-            signals: &[],
-        };
-        let mut factor = vec![1.0; edges.len()];
-        field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?;
-        Ok(Some(factor))
+        self.factor_at(Location::Edge, &at_edges).map(Some)
+    }
+
+    /// Length factor Φ where the species live.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a factor that is no positive number.
+    pub fn point_length_factor(&self, species: &[Vec<f64>]) -> Result<Vec<f64>, KineticsError> {
+        self.factor_at(self.location, species)
+    }
+
+    fn factor_at(
+        &self,
+        location: Location,
+        species: &[Vec<f64>],
+    ) -> Result<Vec<f64>, KineticsError> {
+        let columns: Vec<Column<'_>> = species.iter().map(Into::into).collect();
+        let count = species.first().map_or(0, Vec::len);
+        let batch = Batch { location, first: 0, count, species: &columns, signals: &[] };
+        let mut factor = vec![1.0; count];
+        if self.descriptor().capabilities.length_factor {
+            field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?;
+        }
+        Ok(factor)
     }
 
     /// The signals at `shape`.
