@@ -12,6 +12,13 @@ venv=target/venv
 heading() { printf '\n=== %s ===\n' "$*"; }
 
 heading "what is missing"
+if [[ ! -c /dev/null ]]; then
+    # The compiler's probes read /dev/null; a file in its place, full of other programs' messages,
+    # makes them fail in strange ways.
+    echo "/dev/null is not a device: restoring it"
+    mknod -m 666 /dev/null.new c 1 3 && mv -f /dev/null.new /dev/null \
+        || { echo "please restore it: rm /dev/null; mknod -m 666 /dev/null c 1 3" >&2; exit 1; }
+fi
 packages=()
 command -v pvpython >/dev/null || packages+=(paraview python3-paraview)
 command -v xvfb-run >/dev/null || packages+=(xvfb)

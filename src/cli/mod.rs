@@ -89,8 +89,7 @@ pub fn main() -> ExitCode {
 
 fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::Scene(_) | Error::Sheet(_) | Error::Kinetics(_) => 2,
-        Error::Output(_) => 2,
+        Error::Scene(_) | Error::Sheet(_) | Error::Kinetics(_) | Error::Output(_) => 2,
         Error::Solve(_) | Error::Stopped(_) => 1,
     }
 }

@@ -2,10 +2,11 @@
 //!
 //! The text goes to a hidden file in the same directory, is forced to the disk, and takes the
 //! name by a rename, which the file system does in one go. A reader, a killed run or a full disk
-//! thus sees the old file or the new one, never a part of one.
+//! thus sees the old file or the new one, never a part of one. A device or a pipe (`/dev/stdout`)
+//! cannot be replaced in this way, and must not be: it is written to directly.
 
 use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -31,6 +32,17 @@ pub fn replace(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
+    if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return OpenOptions::new()
+            .write(true)
+            .open(path)
+            .and_then(|file| {
+                let mut writer = BufWriter::new(file);
+                fill(&mut writer)?;
+                writer.flush()
+            })
+            .map_err(OutputError::write(path));
+    }
     let part = part_of(path);
     let built = File::create(&part)
         .and_then(|file| {

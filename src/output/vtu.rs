@@ -1,9 +1,8 @@
 //! Frames as VTK XML unstructured grids (`.vtu`), the format that ParaView opens.
 //!
 //! Arrays are inline base64 with 64-bit headers, compressed in blocks by zlib. Raw appended data
-//! would save the third that base64 adds, but it is not XML, and `vtkio` has no reader for it in
-//! the version used here, while every state must be readable again as a start of a run. Positions
-//! and fields are Float64 and come back to the last bit; connectivity is Int32.
+//! would save the third that base64 adds, but the file would no longer be XML, and some readers
+//! refuse it. Positions and fields are Float64 and come back to the last bit; connectivity is Int32.
 
 use std::io::Write;
 

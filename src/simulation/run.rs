@@ -91,7 +91,8 @@ pub fn run(
     let mut first = StepReport::default();
     match setup.system.relax(&mut setup.state) {
         Ok(done) => first.relaxation = done,
-        Err(Error::Solve(SolveError::Interrupted)) => {}
+        // The start is then shown as far as it got, not as an equilibrium.
+        Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
         Err(error) => return Err(stopped(setup, directory, compression, error)),
     }
     let start = began.elapsed();
@@ -154,7 +155,11 @@ pub fn run(
         let target = (real(written) * every).min(until);
         match setup.integrator.advance(&mut setup.system, &mut setup.state, target) {
             Ok(report) => latest = report,
-            Err(Error::Solve(SolveError::Interrupted)) => continue,
+            Err(Error::Solve(SolveError::Interrupted)) => {
+                // The system still holds the rest metric of the unfinished try.
+                setup.system.follow(&setup.state)?;
+                continue;
+            }
             Err(error) => return Err(stopped(setup, directory, compression, error)),
         }
         summary.iterations += latest.relaxation.iterations;
@@ -182,7 +187,10 @@ fn stopped(
     error: Error,
 ) -> Error {
     let path = directory.root().join("failed.vtu");
-    let frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state);
+    // The system still holds the rest metric of the failed try.
+    let followed = setup.system.follow(&setup.state);
+    let frame =
+        followed.and_then(|()| setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state));
     let written = frame.and_then(|frame| Ok(vtu::write(&path, &frame, compression)?));
     match written {
         Err(_) => error,

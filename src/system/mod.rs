@@ -164,9 +164,11 @@ impl System {
             .flat_map(|s| std::iter::repeat_n(atol * s.typical, count))
             .collect();
         let views: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        let bound =
-            chemistry.spectral_bound(&views, now)?.max(chemistry.spectral_bound(&views, then)?);
         let frozen = std::ptr::eq(now, then);
+        let mut bound = chemistry.spectral_bound(&views, now)?;
+        if !frozen {
+            bound = bound.max(chemistry.spectral_bound(&views, then)?);
+        }
         let mut between = now.clone();
         let rate = |t: f64, y: &[f64], out: &mut [f64]| -> Result<()> {
             if !frozen {

@@ -50,6 +50,19 @@ fn a_failing_writer_leaves_the_old_file_and_nothing_else() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+/// A device keeps its place: a rename would put a file there, for every program on the machine.
+#[cfg(unix)]
+#[test]
+fn a_device_is_written_to_and_not_replaced() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("device");
+    std::os::unix::fs::symlink("/dev/null", &path).unwrap();
+    atomic::replace(&path, |w| w.write_all(b"text")).unwrap();
+    assert!(fs::symlink_metadata(&path).unwrap().is_symlink());
+    assert!(fs::metadata(&path).unwrap().file_type().is_char_device());
+}
+
 /// A directory in the place of a file refuses the rename, whoever runs the test.
 #[test]
 fn a_series_survives_a_frame_that_cannot_be_written() {

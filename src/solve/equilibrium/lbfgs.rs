@@ -203,7 +203,9 @@ impl Equilibrium for Lbfgs {
         let (mut d, mut trial, mut trial_gradient) =
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let longest = self.options.largest_move.get() * mechanics.metric().mean_edge();
-        let mut age = 0;
+        // A factor kept from an earlier relaxation is not fresh: if no step is found with it, it is
+        // renewed before giving up.
+        let mut age = 1;
         self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
         self.pairs.clear();
