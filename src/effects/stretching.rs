@@ -23,6 +23,8 @@ use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
 use crate::Vec3;
 use crate::geometry::{RestMetric, Shape};
 use crate::parallel;
+use crate::parallel::patches::{Group, Kernel};
+use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::{Edge, Sheet};
 use crate::solve::linear::{Block, BlockMatrix};
 
@@ -80,7 +82,6 @@ pub struct BondStretching {
     length: Vec<f64>,
     stiffness: Vec<f64>,
     force_scale: f64,
-    pull: Vec<f64>,
 }
 
 impl BondStretching {
@@ -93,8 +94,45 @@ impl BondStretching {
             length: Vec::new(),
             stiffness: Vec::new(),
             force_scale: 0.0,
-            pull: Vec::new(),
         }
+    }
+}
+
+/// Energy of four bonds, and its derivatives by their ends.
+struct Bonds<'a> {
+    x: &'a [Vec3],
+    length: &'a [f64],
+    stiffness: &'a [f64],
+}
+
+impl Bonds<'_> {
+    /// Energy, bond vector and pull per length.
+    #[inline(always)]
+    fn bond<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Lanes3<S::Lanes>, S::Lanes) {
+        let length = simd.gather(self.length, group.element);
+        let stiffness = simd.gather(self.stiffness, group.element);
+        let d = Lanes3::gather(simd, self.x, group.vertex[0])
+            - Lanes3::gather(simd, self.x, group.vertex[1]);
+        let l = d.dot(d).sqrt();
+        let stretch = l - length;
+        let tension = stiffness * stretch;
+        (simd.splat(0.5) * tension * stretch, d, tension / l)
+    }
+}
+
+impl Kernel<2, 3> for Bonds<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, [[S::Lanes; 3]; 2]) {
+        let (energy, d, pull) = self.bond(simd, group);
+        let force = d.scale(pull);
+        (energy, [force.components(), (-force).components()])
+    }
+}
+
+impl Kernel<2, 0> for Bonds<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, [[S::Lanes; 0]; 2]) {
+        (self.bond(simd, group).0, [[]; 2])
     }
 }
 
@@ -116,7 +154,6 @@ impl Energy for BondStretching {
         self.length.resize(edges.len(), 0.0);
         self.length.copy_from_slice(length);
         self.stiffness.resize(edges.len(), 0.0);
-        self.pull.resize(edges.len(), 0.0);
         let modulus = self.modulus;
         parallel::fill(&mut self.stiffness, |e| modulus * weight(e) / (length[e] * length[e]));
         // Y·(edge length) for area weights, Y/(edge length) for the printed ones.
@@ -128,23 +165,14 @@ impl Energy for BondStretching {
     }
 
     fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
-        let (edges, x) = (shape.sheet.edges(), shape.x);
-        let (length, stiffness) = (&self.length, &self.stiffness);
-        let energy = parallel::fill_and_sum(&mut self.pull, |e| {
-            let [a, b] = edges[e].vertices;
-            let l = (x[a as usize] - x[b as usize]).norm();
-            let stretch = l - length[e];
-            (stiffness[e] * stretch / l, 0.5 * stiffness[e] * stretch * stretch)
-        });
-        if let Some(gradient) = gradient {
-            let (pull, incident) = (&self.pull, shape.sheet.vertex_edges());
-            parallel::update(gradient, |i, g| {
-                for &(e, j) in incident.of(i) {
-                    *g += pull[e as usize] * (x[i] - x[j as usize]);
-                }
-            });
+        let kernel = Bonds { x: shape.x, length: &self.length, stiffness: &self.stiffness };
+        let patches = shape.sheet.edge_patches();
+        match gradient {
+            None => patches.total(&kernel),
+            Some(gradient) => patches.accumulate(&kernel, gradient, |g, sum: &[f64; 3]| {
+                *g += Vec3::from(*sum);
+            }),
         }
-        energy
     }
 
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {

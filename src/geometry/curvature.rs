@@ -51,7 +51,7 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
     let mut deficit = 2.0 * PI;
     for &(t, k) in shape.sheet.vertex_triangles().of(i) {
         let (t, k) = (t as usize, k as usize);
-        let face = shape.faces.all()[t];
+        let face = shape.face(t);
         area += rule.corners(shape, t)[k];
         l += face.normal.cross(&shape.edge_vectors(t)[k]);
         normal += face.area * face.normal;
@@ -69,5 +69,5 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
 pub fn angle_at(shape: &Shape<'_>, t: usize, k: usize) -> f64 {
     let e = shape.edge_vectors(t);
     let (u, v) = (e[(k + 2) % 3], -e[(k + 1) % 3]);
-    (2.0 * shape.faces.all()[t].area).atan2(u.dot(&v))
+    (2.0 * shape.face(t).area).atan2(u.dot(&v))
 }

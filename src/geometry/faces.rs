@@ -16,6 +16,16 @@ pub struct Face {
     pub area: f64,
 }
 
+impl Face {
+    /// Of a triangle with these corners.
+    #[must_use]
+    pub fn of([a, b, c]: &[Vec3; 3]) -> Self {
+        let cross = (b - a).cross(&(c - a));
+        let double_area = cross.norm();
+        Self { normal: cross / double_area, area: 0.5 * double_area }
+    }
+}
+
 /// All triangles of the current shape.
 #[derive(Debug, Clone, Default)]
 pub struct Faces {
@@ -27,12 +37,7 @@ impl Faces {
     pub fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
         self.face.resize(sheet.triangle_count(), Face::default());
         let triangles = sheet.triangles();
-        parallel::fill(&mut self.face, |t| {
-            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
-            let cross = (b - a).cross(&(c - a));
-            let double_area = cross.norm();
-            Face { normal: cross / double_area, area: 0.5 * double_area }
-        });
+        parallel::fill(&mut self.face, |t| Face::of(&triangles[t].map(|v| x[v as usize])));
     }
 
     /// The faces, in the order of the sheet's triangles.

@@ -24,15 +24,25 @@ pub struct Shape<'a> {
     pub metric: &'a RestMetric,
     /// Current positions `x_i`.
     pub x: &'a [Vec3],
-    /// Normals and areas of the current triangles.
-    pub faces: &'a Faces,
 }
 
 impl Shape<'_> {
+    /// Corners of triangle `t`.
+    #[must_use]
+    pub fn corners(&self, t: usize) -> [Vec3; 3] {
+        self.sheet.triangles()[t].map(|v| self.x[v as usize])
+    }
+
+    /// Normal and area of triangle `t`.
+    #[must_use]
+    pub fn face(&self, t: usize) -> Face {
+        Face::of(&self.corners(t))
+    }
+
     /// Edge vectors of triangle `t`, `e_k` opposite corner `k`, oriented with the triangle.
     #[must_use]
     pub fn edge_vectors(&self, t: usize) -> [Vec3; 3] {
-        let [a, b, c] = self.sheet.triangles()[t].map(|v| self.x[v as usize]);
+        let [a, b, c] = self.corners(t);
         [c - b, a - c, b - a]
     }
 }

@@ -15,7 +15,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Faces, Shape};
+use super::{Face, Shape};
 use crate::Vec3;
 use crate::sheet::Sheet;
 
@@ -44,17 +44,13 @@ impl VertexArea {
     #[must_use]
     pub fn new(sheet: &Sheet, rule: AreaRule) -> Self {
         let fraction = match rule {
-            AreaRule::FrozenVoronoi => {
-                let mut faces = Faces::default();
-                faces.update(sheet, sheet.rest());
-                (0..sheet.triangle_count())
-                    .map(|t| {
-                        let corner = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
-                        let area = faces.all()[t].area;
-                        mixed_voronoi(&corner, area).map(|share| share / area)
-                    })
-                    .collect()
-            }
+            AreaRule::FrozenVoronoi => (0..sheet.triangle_count())
+                .map(|t| {
+                    let corner = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
+                    let area = Face::of(&corner).area;
+                    mixed_voronoi(&corner, area).map(|share| share / area)
+                })
+                .collect(),
             AreaRule::Barycentric => vec![[1.0 / 3.0; 3]; sheet.triangle_count()],
             AreaRule::MixedVoronoi => Vec::new(),
         };
@@ -67,10 +63,16 @@ impl VertexArea {
         self.rule
     }
 
+    /// For the rules that freeze them, the fractions ω of every triangle; empty otherwise.
+    #[must_use]
+    pub fn fractions(&self) -> &[[f64; 3]] {
+        &self.fraction
+    }
+
     /// Areas of the three corners of triangle `t`.
     #[must_use]
     pub fn corners(&self, shape: &Shape<'_>, t: usize) -> [f64; 3] {
-        let area = shape.faces.all()[t].area;
+        let area = shape.face(t).area;
         match self.rule {
             AreaRule::MixedVoronoi => {
                 let corner = shape.sheet.triangles()[t].map(|v| shape.x[v as usize]);
@@ -98,7 +100,7 @@ impl VertexArea {
         weight: [f64; 3],
         gradient: &mut [Vec3; 3],
     ) {
-        let face = shape.faces.all()[t];
+        let face = shape.face(t);
         let e = shape.edge_vectors(t);
         if self.rule != AreaRule::MixedVoronoi {
             let factor = 0.5 * self.area_factor(t, weight);

@@ -1,9 +1,11 @@
 //! Rest positions, triangles and everything that follows from them once and for all.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use crate::Vec3;
 use crate::num::index;
+use crate::parallel::patches::Patches;
 
 /// Why a sheet was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -116,6 +118,9 @@ pub struct Sheet {
     vertex_triangles: Incidence,
     vertex_edges: Incidence,
     rim: Vec<bool>,
+    // Only the effects that need them have them made.
+    edge_patches: OnceLock<Patches<2>>,
+    triangle_patches: OnceLock<Patches<3>>,
 }
 
 impl Sheet {
@@ -168,7 +173,17 @@ impl Sheet {
             rim[edge.vertices[0] as usize] = true;
             rim[edge.vertices[1] as usize] = true;
         }
-        Ok(Self { rest, triangles, edges, triangle_edges, vertex_triangles, vertex_edges, rim })
+        Ok(Self {
+            rest,
+            triangles,
+            edges,
+            triangle_edges,
+            vertex_triangles,
+            vertex_edges,
+            rim,
+            edge_patches: OnceLock::new(),
+            triangle_patches: OnceLock::new(),
+        })
     }
 
     /// Number of vertices.
@@ -223,6 +238,21 @@ impl Sheet {
     #[must_use]
     pub fn rim(&self) -> &[bool] {
         &self.rim
+    }
+
+    /// The edges, for sums over edges that end up at vertices.
+    #[must_use]
+    pub fn edge_patches(&self) -> &Patches<2> {
+        self.edge_patches.get_or_init(|| {
+            let ends: Vec<_> = self.edges.iter().map(|e| e.vertices).collect();
+            Patches::new(self.vertex_count(), &ends)
+        })
+    }
+
+    /// The triangles, for sums over triangles that end up at vertices.
+    #[must_use]
+    pub fn triangle_patches(&self) -> &Patches<3> {
+        self.triangle_patches.get_or_init(|| Patches::new(self.vertex_count(), &self.triangles))
     }
 
     /// Euler characteristic χ = vertices - edges + triangles.

@@ -52,8 +52,9 @@ pub(super) fn row(
     // An amount is per rest area, a concentration per current area.
     let amount = system.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
     let x = if amount { sheet.rest() } else { &state.x };
-    let areas: Vec<f64> =
-        system.mechanics().with_shape(x, |s| s.faces.all().iter().map(|f| f.area).collect());
+    let areas: Vec<f64> = system
+        .mechanics()
+        .with_shape(x, |s| (0..sheet.triangle_count()).map(|t| s.face(t).area).collect());
     if let Some(chemistry) = system.chemistry() {
         let share: Vec<f64> = match chemistry.location() {
             Location::Vertex => {

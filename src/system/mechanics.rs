@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::Vec3;
 use crate::effects::{Energy, HessianPart};
-use crate::geometry::{Faces, RestMetric, Shape};
+use crate::geometry::{RestMetric, Shape};
 use crate::parallel;
 use crate::sheet::{Sheet, SheetError};
 use crate::solve::linear::BlockMatrix;
@@ -16,7 +16,6 @@ pub type Pins = Vec<[bool; 3]>;
 pub struct Mechanics {
     sheet: Arc<Sheet>,
     metric: RestMetric,
-    faces: Faces,
     energies: Vec<Box<dyn Energy>>,
     pins: Pins,
     force_scale: f64,
@@ -33,8 +32,7 @@ impl Mechanics {
         pins: Pins,
     ) -> Result<Self, SheetError> {
         let metric = RestMetric::new(&sheet)?;
-        let mut mechanics =
-            Self { sheet, metric, faces: Faces::default(), energies, pins, force_scale: 0.0 };
+        let mut mechanics = Self { sheet, metric, energies, pins, force_scale: 0.0 };
         mechanics.announce_metric();
         Ok(mechanics)
     }
@@ -90,21 +88,18 @@ impl Mechanics {
 
     /// Calls `f` with the shape at `x`.
     pub fn with_shape<R>(&mut self, x: &[Vec3], f: impl FnOnce(&Shape<'_>) -> R) -> R {
-        self.faces.update(&self.sheet, x);
-        f(&Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces })
+        f(&Shape { sheet: &self.sheet, metric: &self.metric, x })
     }
 
     /// Energy of every effect at `x`, by [`Mechanics::names`].
     pub fn energies(&mut self, x: &[Vec3]) -> Vec<f64> {
-        self.faces.update(&self.sheet, x);
-        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x };
         self.energies.iter_mut().map(|e| e.evaluate(&shape, None)).collect()
     }
 
     /// Force `-∂U/∂x` of effect number `which` at `x`, before pins.
     pub fn force_of(&mut self, which: usize, x: &[Vec3]) -> Vec<Vec3> {
-        self.faces.update(&self.sheet, x);
-        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x };
         let mut gradient = vec![Vec3::zeros(); x.len()];
         self.energies[which].evaluate(&shape, Some(&mut gradient));
         gradient.iter().map(|g| -g).collect()
@@ -117,8 +112,7 @@ impl Mechanics {
 
     /// Total energy at `x`, and its gradient with the held directions set to zero.
     pub fn energy_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
-        self.faces.update(&self.sheet, x);
-        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x };
         gradient.fill(Vec3::zeros());
         let mut energy = 0.0;
         for effect in &mut self.energies {
@@ -144,8 +138,7 @@ impl Mechanics {
 
     /// Second derivatives at `x`, with the held directions replaced by the mean stiffness.
     pub fn hessian(&mut self, x: &[Vec3], part: HessianPart, into: &mut BlockMatrix) {
-        self.faces.update(&self.sheet, x);
-        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x, faces: &self.faces };
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x };
         into.clear();
         for effect in &mut self.energies {
             effect.add_hessian(&shape, part, into);

@@ -98,7 +98,7 @@ impl Signals {
                 (Signal::Position, _) => columns.extend(self.positions(shape)),
                 (Signal::Normal, _) => columns.extend(self.normals(shape)),
                 (Signal::AreaRatio, _) => {
-                    let ratio = |t: usize| shape.faces.all()[t].area / self.rest_area[t];
+                    let ratio = |t: usize| shape.face(t).area / self.rest_area[t];
                     columns.push(self.carry_faces(shape, ratio));
                 }
                 (Signal::AreaStrain, _) => columns.push(self.carry_faces(shape, strain(shape))),
@@ -181,10 +181,10 @@ impl Signals {
     fn normals(&self, shape: &Shape<'_>) -> [Vec<f64>; 3] {
         let mut normal = vec![Vec3::zeros(); self.points(shape)];
         parallel::fill(&mut normal, |i| match self.location {
-            Location::Face | Location::Edge => shape.faces.all()[i].normal,
+            Location::Face | Location::Edge => shape.face(i).normal,
             Location::Vertex => {
                 let around = shape.sheet.vertex_triangles().of(i).iter();
-                let faces = around.map(|&(t, _)| shape.faces.all()[t as usize]);
+                let faces = around.map(|&(t, _)| shape.face(t as usize));
                 faces.map(|f| f.area * f.normal).sum::<Vec3>().normalize()
             }
         });
@@ -194,5 +194,5 @@ impl Signals {
 
 /// `A/Ā - 1` of every triangle.
 fn strain<'a>(shape: &'a Shape<'_>) -> impl Fn(usize) -> f64 + Sync + 'a {
-    |t| shape.faces.all()[t].area / shape.metric.area()[t] - 1.0
+    |t| shape.face(t).area / shape.metric.area()[t] - 1.0
 }

@@ -26,8 +26,11 @@
 //! et al. (2003), doi:10.1007/978-3-662-05105-4_2. Not covered: spontaneous curvature.
 
 mod hessian;
+mod kernels;
 
 use std::f64::consts::PI;
+
+use kernels::{Gather, Gradient};
 
 use super::BendingWeight;
 use crate::Vec3;
@@ -57,8 +60,10 @@ pub struct MeyerBending {
     gaussian: f64,
     weight: BendingWeight,
     area: VertexArea,
+    /// `L_i`, `A_i` and `Σθ` of every vertex.
+    gathered: Vec<[f64; 5]>,
     vertex: Vec<VertexDerivatives>,
-    corner: Vec<[Vec3; 3]>,
+    has_rim: bool,
 }
 
 impl MeyerBending {
@@ -72,28 +77,41 @@ impl MeyerBending {
             weight,
             area: VertexArea::new(sheet, area),
             vertex: vec![VertexDerivatives::default(); sheet.vertex_count()],
-            corner: vec![[Vec3::zeros(); 3]; sheet.triangle_count()],
+            gathered: vec![[0.0; 5]; sheet.vertex_count()],
+            has_rim: sheet.rim().contains(&true),
         }
     }
 
-    /// Energy of vertex `i` and its derivatives.
+    /// Fills [`MeyerBending::gathered`] at the shape.
+    fn gather(&mut self, shape: &Shape<'_>) {
+        let mut gathered = std::mem::take(&mut self.gathered);
+        let patches = shape.sheet.triangle_patches();
+        let write = |place: &mut [f64; 5], sum: &[f64; 5]| *place = *sum;
+        if self.weight == BendingWeight::Paper {
+            let kernel = Gather::<true> { bending: self, shape: *shape };
+            patches.accumulate(&kernel, &mut gathered, write);
+        } else {
+            let kernel = Gather::<false> { bending: self, shape: *shape };
+            patches.accumulate(&kernel, &mut gathered, write);
+        }
+        self.gathered = gathered;
+    }
+
+    /// Energy of vertex `i` and its derivatives, from what it has gathered.
     fn at_vertex(&self, shape: &Shape<'_>, i: usize) -> (VertexDerivatives, f64) {
         let rim = shape.sheet.rim()[i];
-        let angles_count = rim || self.weight == BendingWeight::Paper;
-        let (mut l, mut area, mut angles) = (Vec3::zeros(), 0.0, 0.0);
-        for &(t, k) in shape.sheet.vertex_triangles().of(i) {
-            let (t, k) = (t as usize, k as usize);
-            l += shape.faces.all()[t].normal.cross(&shape.edge_vectors(t)[k]);
-            area += self.area.corners(shape, t)[k];
-            if angles_count {
-                angles += angle_at(shape, t, k);
-            }
-        }
+        let [x, y, z, area, angles] = self.gathered[i];
+        let l = Vec3::new(x, y, z);
         match (self.weight, rim) {
-            (BendingWeight::Area, true) => (
-                VertexDerivatives { by_angle: -self.gaussian, ..Default::default() },
-                self.gaussian * (PI - angles),
-            ),
+            (BendingWeight::Area, true) => {
+                let incident = shape.sheet.vertex_triangles().of(i);
+                let angles: f64 =
+                    incident.iter().map(|&(t, k)| angle_at(shape, t as usize, k as usize)).sum();
+                (
+                    VertexDerivatives { by_angle: -self.gaussian, ..Default::default() },
+                    self.gaussian * (PI - angles),
+                )
+            }
             (BendingWeight::Paper, true) => Default::default(),
             (BendingWeight::Area, false) => {
                 let density = self.rigidity * l.norm_squared() / (8.0 * area);
@@ -120,31 +138,6 @@ impl MeyerBending {
             }
         }
     }
-
-    /// `∂U/∂x` of the three corners through triangle `t`.
-    fn at_triangle(&self, shape: &Shape<'_>, t: usize) -> [Vec3; 3] {
-        let d = shape.sheet.triangles()[t].map(|v| self.vertex[v as usize]);
-        let face = shape.faces.all()[t];
-        let (n, e) = (face.normal, shape.edge_vectors(t));
-        let v =
-            e[0].cross(&d[0].by_vector) + e[1].cross(&d[1].by_vector) + e[2].cross(&d[2].by_vector);
-        let by_area = d.map(|d| d.by_area);
-        let frozen = self.area.rule() != AreaRule::MixedVoronoi;
-        let a = if frozen { 0.5 * self.area.area_factor(t, by_area) } else { 0.0 };
-        let q = (v - n.dot(&v) * n) / (2.0 * face.area) + a * n;
-        let mut gradient: [Vec3; 3] = std::array::from_fn(|k| {
-            q.cross(&e[k]) + (d[(k + 1) % 3].by_vector - d[(k + 2) % 3].by_vector).cross(&n)
-        });
-        if !frozen {
-            self.area.add_gradient(shape, t, by_area, &mut gradient);
-        }
-        for k in 0..3 {
-            if d[k].by_angle != 0.0 {
-                hessian::angle_gradient(&e, &n, k, d[k].by_angle, &mut gradient);
-            }
-        }
-        gradient
-    }
 }
 
 impl Energy for MeyerBending {
@@ -155,6 +148,7 @@ impl Energy for MeyerBending {
     fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
 
     fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
+        self.gather(shape);
         let mut vertex = std::mem::take(&mut self.vertex);
         let mut energy = parallel::fill_and_sum(&mut vertex, |i| self.at_vertex(shape, i));
         self.vertex = vertex;
@@ -168,21 +162,22 @@ impl Energy for MeyerBending {
             energy -= self.gaussian * 2.0 * PI * turns;
         }
         if let Some(gradient) = gradient {
-            let mut corner = std::mem::take(&mut self.corner);
-            parallel::fill(&mut corner, |t| self.at_triangle(shape, t));
-            self.corner = corner;
-            let (corner, incident) = (&self.corner, shape.sheet.vertex_triangles());
-            parallel::update(gradient, |i, g| {
-                for &(t, k) in incident.of(i) {
-                    *g += corner[t as usize][k as usize];
-                }
-            });
+            let patches = shape.sheet.triangle_patches();
+            let write = |g: &mut Vec3, sum: &[f64; 3]| *g += Vec3::from(*sum);
+            if self.weight == BendingWeight::Paper || self.has_rim {
+                let kernel = Gradient::<true> { bending: self, shape: *shape };
+                patches.accumulate(&kernel, gradient, write);
+            } else {
+                let kernel = Gradient::<false> { bending: self, shape: *shape };
+                patches.accumulate(&kernel, gradient, write);
+            }
         }
         energy
     }
 
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
         if part == HessianPart::Full {
+            self.gather(shape);
             let mut vertex = std::mem::take(&mut self.vertex);
             parallel::fill(&mut vertex, |i| self.at_vertex(shape, i).0);
             self.vertex = vertex;

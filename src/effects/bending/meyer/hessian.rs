@@ -118,7 +118,7 @@ fn ring(bending: &MeyerBending, shape: &Shape<'_>, part: HessianPart, vertex: us
     let (mut l, mut area, mut angles) = (Vec3::zeros(), 0.0, 0.0);
     for &(t, k) in incident {
         let (t, k) = (t as usize, k as usize);
-        l += shape.faces.all()[t].normal.cross(&shape.edge_vectors(t)[k]);
+        l += shape.face(t).normal.cross(&shape.edge_vectors(t)[k]);
         area += bending.area.corners(shape, t)[k];
         if second_order {
             angles += angle_at(shape, t, k);
@@ -127,7 +127,7 @@ fn ring(bending: &MeyerBending, shape: &Shape<'_>, part: HessianPart, vertex: us
     let ratio = l / area;
     for &(t, k) in incident {
         let (t, k) = (t as usize, k as usize);
-        let face = shape.faces.all()[t];
+        let face = shape.face(t);
         let (n, e) = (face.normal, shape.edge_vectors(t));
         let mut by_area = [Vec3::zeros(); 3];
         let mut unit = [0.0; 3];
@@ -192,7 +192,7 @@ pub(super) fn angle_gradient(
 /// Inner part: blocks (k, m), m = 0, 1, 2, of triangle `t`.
 fn triangle_blocks(bending: &MeyerBending, shape: &Shape<'_>, t: usize, k: usize) -> [Block; 3] {
     let d = shape.sheet.triangles()[t].map(|v| bending.vertex[v as usize]);
-    let face = shape.faces.all()[t];
+    let face = shape.face(t);
     let (n, e) = (face.normal, shape.edge_vectors(t));
     let double_area = 2.0 * face.area;
     let g = d.map(|d| d.by_vector);
