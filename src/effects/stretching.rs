@@ -26,7 +26,7 @@ use crate::parallel;
 use crate::parallel::patches::{Group, Kernel};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::{Edge, Sheet};
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::{BlockMatrix, LazyStencils};
 
 /// Parameters of stretching in a scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -82,6 +82,7 @@ pub struct BondStretching {
     length: Vec<f64>,
     stiffness: Vec<f64>,
     force_scale: f64,
+    stencils: LazyStencils,
 }
 
 impl BondStretching {
@@ -94,6 +95,7 @@ impl BondStretching {
             length: Vec::new(),
             stiffness: Vec::new(),
             force_scale: 0.0,
+            stencils: LazyStencils::default(),
         }
     }
 }
@@ -178,7 +180,11 @@ impl Energy for BondStretching {
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
         let x = shape.x;
         let (length, stiffness) = (&self.length, &self.stiffness);
-        let block = |e: usize, i: usize, j: usize| -> Block {
+        let edges = shape.sheet.edges();
+        let ends = || edges.iter().map(|e| e.vertices);
+        let stencils = self.stencils.for_pattern(into.pattern(), ends);
+        stencils.assemble(into, |e, sink| {
+            let [i, j] = edges[e].vertices.map(|v| v as usize);
             let d = x[i] - x[j];
             let l = d.norm();
             let d = d / l;
@@ -187,18 +193,13 @@ impl Energy for BondStretching {
                 HessianPart::Positive => geometric.max(0.0),
                 HessianPart::Full => geometric,
             };
-            let along = d * d.transpose();
-            geometric * (Block::identity() - along) + stiffness[e] * along
-        };
-        let incident = shape.sheet.vertex_edges();
-        into.update_rows(|i, row| {
-            for &(e, j) in incident.of(i) {
-                let b = block(e as usize, i, j as usize);
-                row.add(i, &b);
-                if j as usize > i {
-                    row.add(j as usize, &-b);
-                }
+            let mut block = (stiffness[e] - geometric) * d * d.transpose();
+            for a in 0..3 {
+                block[(a, a)] += geometric;
             }
+            sink.add(0, 0, &block);
+            sink.add(1, 1, &block);
+            sink.add(0, 1, &-block);
         });
     }
 

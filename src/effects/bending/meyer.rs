@@ -64,6 +64,7 @@ pub struct MeyerBending {
     gathered: Vec<[f64; 5]>,
     vertex: Vec<VertexDerivatives>,
     has_rim: bool,
+    places: hessian::Places,
 }
 
 impl MeyerBending {
@@ -79,6 +80,7 @@ impl MeyerBending {
             vertex: vec![VertexDerivatives::default(); sheet.vertex_count()],
             gathered: vec![[0.0; 5]; sheet.vertex_count()],
             has_rim: sheet.rim().contains(&true),
+            places: hessian::Places::default(),
         }
     }
 
@@ -176,12 +178,14 @@ impl Energy for MeyerBending {
     }
 
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
+        self.gather(shape);
         if part == HessianPart::Full {
-            self.gather(shape);
             let mut vertex = std::mem::take(&mut self.vertex);
             parallel::fill(&mut vertex, |i| self.at_vertex(shape, i).0);
             self.vertex = vertex;
         }
-        hessian::add(self, shape, part, into);
+        let mut places = std::mem::take(&mut self.places);
+        hessian::add(self, &mut places, shape, part, into);
+        self.places = places;
     }
 }

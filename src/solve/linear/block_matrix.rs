@@ -48,6 +48,13 @@ impl BlockPattern {
         self.start.len() - 1
     }
 
+    /// Place of the first block of row `i`, its diagonal, among all blocks; for `i` = rows, how many
+    /// blocks there are.
+    #[must_use]
+    pub fn start(&self, i: usize) -> usize {
+        self.start[i]
+    }
+
     /// Columns of row `i`, ascending from `i` itself.
     #[must_use]
     pub fn row(&self, i: usize) -> &[u32] {
@@ -94,7 +101,12 @@ impl BlockMatrix {
 
     /// Sets all values to zero.
     pub fn clear(&mut self) {
-        self.value.fill(Block::zeros());
+        crate::parallel::update(&mut self.value, |_, block| *block = Block::zeros());
+    }
+
+    /// All stored blocks, row by row.
+    pub(super) fn values_mut(&mut self) -> &mut [Block] {
+        &mut self.value
     }
 
     /// The stored blocks of row `i`, in the order of [`BlockPattern::row`].
@@ -111,8 +123,12 @@ impl BlockMatrix {
     /// Takes directions out of the problem: their rows and columns become those of `scale`·I.
     pub fn pin(&mut self, pinned: &[[bool; 3]], scale: f64) {
         let pattern = Arc::clone(&self.pattern);
+        let free = [false; 3];
         self.update_rows(|i, row| {
             for (place, &j) in pattern.row(i).iter().enumerate() {
+                if pinned[i] == free && pinned[j as usize] == free {
+                    continue;
+                }
                 let block = &mut row.value[place];
                 for a in 0..3 {
                     for b in 0..3 {

@@ -2,6 +2,8 @@
 
 mod block_matrix;
 mod cholesky;
+mod stencils;
 
 pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
 pub use cholesky::{BlockCholesky, NotPositive};
+pub use stencils::{LazyStencils, Sink, Stencils};

@@ -20,18 +20,21 @@
 //! Exact for frozen-Voronoi and barycentric areas; for `area = "mixed-voronoi"` the second
 //! derivatives of the area fractions are left out.
 
+use smallvec::SmallVec;
+
 use super::{BendingWeight, MeyerBending};
 use crate::Vec3;
 use crate::effects::HessianPart;
-use crate::geometry::{Shape, angle_at};
+use crate::geometry::{AreaRule, Face, Shape};
 use crate::num::index;
-use crate::parallel;
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::{Block, BlockMatrix, LazyStencils, Sink};
+
+/// Ring sizes up to which nothing is allocated.
+const RING: usize = 12;
 
 /// First derivatives of one vertex's gathered quantities by one vertex of its ring.
 #[derive(Clone, Copy)]
 struct RingEntry {
-    vertex: u32,
     /// `J = ∂L - (L/A) ⊗ ∂A`.
     curvature: Block,
     /// `∂A`.
@@ -42,134 +45,150 @@ struct RingEntry {
     along: Vec3,
 }
 
-/// A vertex with its ring and the coefficients of the outer part.
-#[derive(Clone, Default)]
-struct Ring {
-    entry: Vec<RingEntry>,
-    square: f64,
-    cross: f64,
-    area: f64,
-    angle: f64,
+impl RingEntry {
+    const ZERO: Self = Self {
+        curvature: Block::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        area: Vec3::new(0.0, 0.0, 0.0),
+        angle: Vec3::new(0.0, 0.0, 0.0),
+        along: Vec3::new(0.0, 0.0, 0.0),
+    };
 }
 
-/// Adds the wanted part of the Hessian.
+/// Where the blocks of the two parts go.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    rings: LazyStencils,
+    triangles: LazyStencils,
+}
+
+/// Adds the wanted part of the Hessian; `places` belong to the sheet.
 pub(super) fn add(
     bending: &MeyerBending,
+    places: &mut Places,
     shape: &Shape<'_>,
     part: HessianPart,
     into: &mut BlockMatrix,
 ) {
-    let mut rings = vec![Ring::default(); shape.sheet.vertex_count()];
-    parallel::fill(&mut rings, |i| ring(bending, shape, part, i));
-    let neighbours = shape.sheet.vertex_edges();
-    into.update_rows(|i, row| {
-        let around = neighbours.of(i).iter().map(|&(_, j)| j as usize);
-        for k in std::iter::once(i).chain(around) {
-            let ring = &rings[k];
-            let Some(mine) = ring.entry.iter().find(|entry| entry.vertex as usize == i) else {
-                continue;
-            };
-            let left = ring.square * mine.curvature.transpose();
-            for other in ring.entry.iter().filter(|entry| entry.vertex as usize >= i) {
-                let mut block = left * other.curvature;
-                if ring.cross != 0.0 {
-                    block += ring.cross
-                        * (mine.along * other.area.transpose()
-                            + mine.area * other.along.transpose())
-                        + ring.area * mine.area * other.area.transpose()
-                        + ring.angle
-                            * (mine.angle * other.area.transpose()
-                                + mine.area * other.angle.transpose());
-                }
-                row.add(other.vertex as usize, &block);
+    let sheet = shape.sheet;
+    let rings = places.rings.for_pattern(into.pattern(), || {
+        (0..sheet.vertex_count()).map(|i| {
+            // Vertices on the rim have no outer part.
+            let mut vertices = SmallVec::<[u32; RING]>::new();
+            if !sheet.rim()[i] {
+                vertices.push(index(i));
+                vertices.extend(sheet.vertex_edges().of(i).iter().map(|&(_, j)| j));
+                vertices.sort_unstable();
             }
-        }
-        if part == HessianPart::Full {
-            for &(t, k) in shape.sheet.vertex_triangles().of(i) {
-                let blocks = triangle_blocks(bending, shape, t as usize, k as usize);
-                let corners = shape.sheet.triangles()[t as usize];
-                for (&j, block) in corners.iter().zip(&blocks) {
-                    if j as usize >= i {
-                        row.add(j as usize, block);
-                    }
-                }
-            }
-        }
+            vertices
+        })
     });
+    rings.assemble(into, |i, sink| add_ring(bending, shape, part, i, sink));
+    if part == HessianPart::Full {
+        let triangles = places.triangles.for_pattern(into.pattern(), || {
+            sheet.triangles().iter().map(|t| {
+                let mut t = *t;
+                t.sort_unstable();
+                t
+            })
+        });
+        triangles.assemble(into, |t, sink| add_triangle(bending, shape, t, sink));
+    }
 }
 
-/// The ring of an interior vertex; empty on the rim, where `f''` is zero.
-fn ring(bending: &MeyerBending, shape: &Shape<'_>, part: HessianPart, vertex: usize) -> Ring {
-    if shape.sheet.rim()[vertex] {
-        return Ring::default();
-    }
+/// Outer part of an interior vertex.
+fn add_ring(
+    bending: &MeyerBending,
+    shape: &Shape<'_>,
+    part: HessianPart,
+    vertex: usize,
+    sink: &mut Sink<'_>,
+) {
     let printed = bending.weight == BendingWeight::Paper;
     let second_order = printed && part == HessianPart::Full;
-    let empty = |vertex| RingEntry {
-        vertex,
-        curvature: Block::zeros(),
-        area: Vec3::zeros(),
-        angle: Vec3::zeros(),
-        along: Vec3::zeros(),
-    };
-    let mut entry = vec![empty(index(vertex))];
-    entry.extend(shape.sheet.vertex_edges().of(vertex).iter().map(|&(_, j)| empty(j)));
+    let vertices = sink.vertices();
+    let mut entry: SmallVec<[RingEntry; RING]> =
+        SmallVec::from_elem(RingEntry::ZERO, vertices.len());
     let incident = shape.sheet.vertex_triangles().of(vertex);
-    let (mut l, mut area, mut angles) = (Vec3::zeros(), 0.0, 0.0);
-    for &(t, k) in incident {
-        let (t, k) = (t as usize, k as usize);
-        l += shape.face(t).normal.cross(&shape.edge_vectors(t)[k]);
-        area += bending.area.corners(shape, t)[k];
-        if second_order {
-            angles += angle_at(shape, t, k);
-        }
-    }
+    let [x, y, z, area, angles] = bending.gathered[vertex];
+    let l = Vec3::new(x, y, z);
     let ratio = l / area;
     for &(t, k) in incident {
         let (t, k) = (t as usize, k as usize);
-        let face = shape.face(t);
-        let (n, e) = (face.normal, shape.edge_vectors(t));
+        let corners = shape.corners(t);
+        let face = Face::of(&corners);
+        let (n, e) = (face.normal, edges_of(&corners));
         let mut by_area = [Vec3::zeros(); 3];
-        let mut unit = [0.0; 3];
-        unit[k] = 1.0;
-        bending.area.add_gradient(shape, t, unit, &mut by_area);
+        if bending.area.rule() == AreaRule::MixedVoronoi {
+            let mut unit = [0.0; 3];
+            unit[k] = 1.0;
+            bending.area.add_gradient(shape, t, unit, &mut by_area);
+        } else {
+            let half = 0.5 * bending.area.fractions()[t][k];
+            for m in 0..3 {
+                by_area[m] = half * n.cross(&e[m]);
+            }
+        }
         let mut by_angle = [Vec3::zeros(); 3];
         if second_order {
             angle_gradient(&e, &n, k, 1.0, &mut by_angle);
         }
-        let along = n * n.transpose() / (2.0 * face.area);
+        let along = n * (n / (2.0 * face.area)).transpose();
         for m in 0..3 {
             let mut block = e[k].dot(&e[m]) * along - ratio * by_area[m].transpose();
             if m == (k + 2) % 3 {
-                block += n.cross_matrix();
+                add_cross(&mut block, &n, 1.0);
             } else if m == (k + 1) % 3 {
-                block -= n.cross_matrix();
+                add_cross(&mut block, &n, -1.0);
             }
             let target = shape.sheet.triangles()[t][m];
-            if let Some(place) = entry.iter_mut().find(|place| place.vertex == target) {
+            if let Some(p) = vertices.iter().position(|v| *v == target) {
+                let place = &mut entry[p];
                 place.curvature += block;
                 place.area += by_area[m];
-                place.angle += by_angle[m];
-                place.along += block.tr_mul(&l);
+                if second_order {
+                    place.angle += by_angle[m];
+                    place.along += block.tr_mul(&l);
+                }
             }
         }
     }
     let quarter = 0.25 * bending.rigidity;
-    if !printed {
-        return Ring { entry, square: quarter / area, ..Ring::default() };
+    let square = if printed { quarter / (area * area) } else { quarter / area };
+    let cross = -square / area;
+    let by_area = -2.0 * bending.gaussian * (2.0 * std::f64::consts::PI - angles) / area.powi(3);
+    let by_angle = -bending.gaussian / (area * area);
+    for p in 0..entry.len() {
+        if !sink.wants(p) {
+            continue;
+        }
+        let mine = entry[p];
+        let left = square * mine.curvature.transpose();
+        for (q, other) in entry.iter().enumerate().skip(p) {
+            let mut block = left * other.curvature;
+            if second_order {
+                block += (cross * mine.along + by_area * mine.area + by_angle * mine.angle)
+                    * other.area.transpose()
+                    + mine.area * (cross * other.along + by_angle * other.angle).transpose();
+            }
+            sink.add(p, q, &block);
+        }
     }
-    let square = quarter / (area * area);
-    if !second_order {
-        return Ring { entry, square, ..Ring::default() };
-    }
-    let deficit = 2.0 * std::f64::consts::PI - angles;
-    Ring {
-        entry,
-        square,
-        cross: -square / area,
-        area: -2.0 * bending.gaussian * deficit / (area * area * area),
-        angle: -bending.gaussian / (area * area),
-    }
+}
+
+/// Adds `sign · [n]×`.
+fn add_cross(block: &mut Block, n: &Vec3, sign: f64) {
+    let n = sign * n;
+    block[(0, 1)] -= n.z;
+    block[(0, 2)] += n.y;
+    block[(1, 0)] += n.z;
+    block[(1, 2)] -= n.x;
+    block[(2, 0)] -= n.y;
+    block[(2, 1)] += n.x;
+}
+
+/// Edge vectors `e_k` opposite corner k.
+fn edges_of([a, b, c]: &[Vec3; 3]) -> [Vec3; 3] {
+    [c - b, a - c, b - a]
 }
 
 /// Adds `weight · ∂θ_k/∂x` to the corners of a triangle.
@@ -189,56 +208,85 @@ pub(super) fn angle_gradient(
     gradient[k] -= by_next + by_last;
 }
 
-/// Inner part: blocks (k, m), m = 0, 1, 2, of triangle `t`.
-fn triangle_blocks(bending: &MeyerBending, shape: &Shape<'_>, t: usize, k: usize) -> [Block; 3] {
-    let d = shape.sheet.triangles()[t].map(|v| bending.vertex[v as usize]);
-    let face = shape.face(t);
-    let (n, e) = (face.normal, shape.edge_vectors(t));
-    let double_area = 2.0 * face.area;
+/// Inner part of triangle `t`.
+fn add_triangle(bending: &MeyerBending, shape: &Shape<'_>, t: usize, sink: &mut Sink<'_>) {
+    let corners = shape.sheet.triangles()[t];
+    let d = corners.map(|v| bending.vertex[v as usize]);
+    let positions = shape.corners(t);
+    let face = Face::of(&positions);
+    let (n, e) = (face.normal, edges_of(&positions));
+    let inverse = 0.5 / face.area;
     let g = d.map(|d| d.by_vector);
-    let h: [Vec3; 3] = std::array::from_fn(|m| g[(m + 1) % 3] - g[(m + 2) % 3]);
+    let h = [g[1] - g[2], g[2] - g[0], g[0] - g[1]];
     let v = e[0].cross(&g[0]) + e[1].cross(&g[1]) + e[2].cross(&g[2]);
     let by_area = 0.5 * bending.area.area_factor(t, d.map(|d| d.by_area));
-    let w = (v - n.dot(&v) * n) / double_area;
+    let along = n.dot(&v);
+    let w = (v - along * n) * inverse;
     let q = w + by_area * n;
-    let tangent = Block::identity() - n * n.transpose();
-    let turn: [Block; 3] = std::array::from_fn(|m| tangent * e[m].cross_matrix() / double_area);
-    let mut blocks: [Block; 3] = std::array::from_fn(|m| {
-        let dn = turn[m];
-        let growth = e[m].cross_matrix().tr_mul(&n).transpose() / double_area;
-        let dw =
-            (-n.dot(&v) * dn - n * (dn.tr_mul(&v)).transpose() - tangent * h[m].cross_matrix())
-                / double_area
-                - w * growth;
-        let dq = dw + by_area * dn;
-        let mut block = h[k].cross_matrix() * dn - e[k].cross_matrix() * dq;
-        if m == (k + 2) % 3 {
-            block += q.cross_matrix();
-        } else if m == (k + 1) % 3 {
-            block -= q.cross_matrix();
+    let angles = d.iter().any(|d| d.by_angle != 0.0);
+    // Sorted position of every corner, as the sink counts.
+    let rank: [usize; 3] =
+        std::array::from_fn(|k| corners.iter().filter(|other| **other < corners[k]).count());
+    // ∂n/∂x_m = P [e_m]×/2A, and ∂Q/∂x_m.
+    let mut turn = [Block::zeros(); 3];
+    let mut change = [Block::zeros(); 3];
+    for m in 0..3 {
+        // n·(e_m × δ) = (n × e_m)·δ, and P [e]× = [e]× - n (n × e)ᵀ.
+        let growth = n.cross(&e[m]);
+        let mut dn = -n * growth.transpose();
+        add_cross(&mut dn, &e[m], 1.0);
+        dn *= inverse;
+        // P [h]× = [h]× - n (n × h)ᵀ.
+        let mut dw = (by_area - along * inverse) * dn
+            - n * ((dn.tr_mul(&v) - n.cross(&h[m])) * inverse).transpose()
+            - w * (growth * inverse).transpose();
+        add_cross(&mut dw, &h[m], -inverse);
+        turn[m] = dn;
+        change[m] = dw;
+    }
+    for k in 0..3 {
+        if !sink.wants(rank[k]) {
+            continue;
         }
-        block
-    });
-    for (corner, derivatives) in d.iter().enumerate() {
-        if derivatives.by_angle != 0.0 {
-            add_angle_blocks(&e, &n, &turn, corner, derivatives.by_angle, k, &mut blocks);
+        for m in 0..3 {
+            if rank[m] < rank[k] {
+                continue;
+            }
+            let mut block = Block::zeros();
+            for axis in 0..3 {
+                let (dn, dq) = (turn[m].column(axis), change[m].column(axis));
+                block.set_column(axis, &(h[k].cross(&dn) - e[k].cross(&dq)));
+            }
+            if m == (k + 2) % 3 {
+                add_cross(&mut block, &q, 1.0);
+            } else if m == (k + 1) % 3 {
+                add_cross(&mut block, &q, -1.0);
+            }
+            if angles {
+                for (corner, derivatives) in d.iter().enumerate() {
+                    if derivatives.by_angle != 0.0 {
+                        let weight = derivatives.by_angle;
+                        add_angle_block(&e, &n, &turn[m], corner, weight, (k, m), &mut block);
+                    }
+                }
+            }
+            sink.add(rank[k], rank[m], &block);
         }
     }
-    blocks
 }
 
-/// Adds row `k` of `weight · ∂²θ_corner`.
+/// Adds block `(k, m)` of `weight · ∂²θ_corner`.
 ///
 /// `∂θ/∂x_next = -y(u)`, `∂θ/∂x_last = y(w)` with `y(u) = n × u/|u|²`, so
 /// `∂y = ∂n × u/|u|² + n × ∂u/|u|² - 2 y (u·∂u)/|u|²`.
-fn add_angle_blocks(
+fn add_angle_block(
     e: &[Vec3; 3],
     n: &Vec3,
-    turn: &[Block; 3],
+    turn: &Block,
     corner: usize,
     weight: f64,
-    k: usize,
-    blocks: &mut [Block; 3],
+    (k, m): (usize, usize),
+    block: &mut Block,
 ) {
     let (next, last) = ((corner + 1) % 3, (corner + 2) % 3);
     for (end, arm, sign) in [(next, e[last], -weight), (last, -e[next], weight)] {
@@ -250,17 +298,21 @@ fn add_angle_blocks(
         } else {
             continue;
         };
-        let square = arm.norm_squared();
-        let y = n.cross(&arm) / square;
-        let by_arm = n.cross_matrix() / square - 2.0 * y * arm.transpose() / square;
-        for m in 0..3 {
-            let mut block = -arm.cross_matrix() * turn[m] / square;
-            if m == end {
-                block += by_arm;
-            } else if m == corner {
-                block -= by_arm;
-            }
-            blocks[m] += side * block;
+        let side = side / arm.norm_squared();
+        for axis in 0..3 {
+            let column = -side * arm.cross(&turn.column(axis));
+            block.set_column(axis, &(block.column(axis) + column));
         }
+        // ∂arm/∂x_m is 1 for its end, -1 for the corner.
+        let side = if m == end {
+            side
+        } else if m == corner {
+            -side
+        } else {
+            continue;
+        };
+        add_cross(block, n, side);
+        let y = n.cross(&arm) / arm.norm_squared();
+        *block -= (2.0 * side) * y * arm.transpose();
     }
 }
