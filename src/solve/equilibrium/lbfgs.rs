@@ -18,7 +18,7 @@ use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
-use crate::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use crate::solve::linear::{BlockMatrix, BlockPattern, FrugalCholesky};
 use crate::solve::{EquilibriumSpec, SolveError};
 use crate::system::Mechanics;
 
@@ -33,8 +33,8 @@ pub struct LbfgsSpec {
     pub max_iterations: AtLeast<1>,
     /// Pairs remembered. More learn the soft directions sooner, each costs two products.
     pub memory: AtLeast<1>,
-    /// Iterations after which the factor is renewed. A factorisation costs as much as some ten to
-    /// twenty iterations at 20 000 vertices.
+    /// Iterations after which the factor is renewed. A factorisation costs as much as some ten
+    /// iterations at 20 000 vertices.
     pub refresh: AtLeast<1>,
     /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
     /// overdamped path more closely.
@@ -50,8 +50,8 @@ impl Default for LbfgsSpec {
             tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
             max_iterations: number(3000),
             memory: number(20),
-            refresh: number(25),
-            largest_move: Positive::new(0.5).unwrap_or(Positive::ONE),
+            refresh: number(15),
+            largest_move: Positive::ONE,
             area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
         }
     }
@@ -78,8 +78,9 @@ impl EquilibriumSpec for LbfgsSpec {
 
 crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);
 
-/// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless.
-const SHIFT: f64 = 1e-10;
+/// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless and is small
+/// against the softest bending of the sheets in use.
+const SHIFT: f64 = 1e-9;
 /// The whole Hessian is tried once the residual is below this; after a failure, below a tenth of
 /// the residual then.
 const NEARLY_AT_REST: f64 = 1e-2;
@@ -100,7 +101,7 @@ struct Pair {
 pub struct Lbfgs {
     options: LbfgsSpec,
     matrix: BlockMatrix,
-    cholesky: BlockCholesky,
+    cholesky: FrugalCholesky,
     factored: bool,
     try_full_below: f64,
     pairs: VecDeque<Pair>,
@@ -120,7 +121,7 @@ impl Lbfgs {
         Ok(Self {
             options,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            cholesky: BlockCholesky::new(pattern)?,
+            cholesky: FrugalCholesky::new(pattern)?,
             factored: false,
             try_full_below: NEARLY_AT_REST,
             pairs: VecDeque::new(),
@@ -147,7 +148,7 @@ impl Lbfgs {
             mechanics.hessian(x, part, &mut self.matrix);
             self.matrix.add_diagonal(SHIFT * self.matrix.mean_diagonal());
             tried += 1;
-            if self.cholesky.factorise(&self.matrix).is_ok() {
+            if self.cholesky.factorise(&self.matrix, part == HessianPart::Positive).is_ok() {
                 self.factored = true;
                 self.pairs.clear();
                 return Ok(tried);

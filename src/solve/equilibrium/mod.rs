@@ -4,8 +4,10 @@
 //! given by limited steps.
 
 mod lbfgs;
+mod newton;
 
 pub use lbfgs::{Lbfgs, LbfgsSpec};
+pub use newton::{Newton, NewtonSpec};
 
 use crate::Vec3;
 use crate::solve::SolveError;

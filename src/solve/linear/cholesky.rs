@@ -22,24 +22,56 @@ use crate::Vec3;
 use crate::num::index;
 use crate::solve::SolveError;
 
+/// Numbers of a factor.
+pub trait Precision: faer::traits::RealField + Copy {
+    /// Rounded from double precision.
+    fn of(value: f64) -> Self;
+
+    /// In double precision.
+    fn number(self) -> f64;
+}
+
+impl Precision for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    fn number(self) -> f64 {
+        self
+    }
+}
+
+impl Precision for f32 {
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is wanted")]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+
+    fn number(self) -> f64 {
+        self.into()
+    }
+}
+
 /// The matrix is not positive definite: information for the caller, not a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotPositive;
 
 /// Symbolic and numeric factorisation of matrices of one pattern.
-pub struct BlockCholesky {
+pub struct BlockCholesky<T: Precision = f64> {
     pattern: Arc<BlockPattern>,
     symbolic: SymbolicCholesky<u32>,
     column_start: Vec<u32>,
     row_index: Vec<u32>,
-    value: Vec<f64>,
-    factor: Vec<f64>,
-    rhs: Vec<f64>,
+    value: Vec<T>,
+    factor: Vec<T>,
+    rhs: Vec<T>,
+    /// What the matrix was divided by.
+    unit: f64,
     factor_memory: MemBuffer,
     solve_memory: MemBuffer,
 }
 
-impl BlockCholesky {
+impl<T: Precision> BlockCholesky<T> {
     /// Orders and analyses `pattern`.
     ///
     /// # Errors
@@ -66,15 +98,16 @@ impl BlockCholesky {
         )
         .map_err(|e| failed(format!("symbolic factorisation of {n} unknowns: {e:?}")))?;
         let factor_memory = MemBuffer::try_new(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
+            symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default()),
         )
         .map_err(|_| failed(format!("no memory to factorise {n} unknowns")))?;
-        let solve_memory = MemBuffer::try_new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
+        let solve_memory = MemBuffer::try_new(symbolic.solve_in_place_scratch::<T>(1, Par::Seq))
             .map_err(|_| failed(format!("no memory to solve for {n} unknowns")))?;
         Ok(Self {
-            value: vec![0.0; row_index.len()],
-            factor: vec![0.0; symbolic.len_val()],
-            rhs: vec![0.0; n],
+            value: vec![T::of(0.0); row_index.len()],
+            factor: vec![T::of(0.0); symbolic.len_val()],
+            rhs: vec![T::of(0.0); n],
+            unit: 1.0,
             pattern,
             symbolic,
             column_start,
@@ -96,16 +129,22 @@ impl BlockCholesky {
     /// [`NotPositive`] if it is not positive definite (or not finite); the factor is unusable then.
     pub fn factorise(&mut self, matrix: &BlockMatrix) -> Result<(), NotPositive> {
         let mut next = 0;
+        // Entries are of order one in the factor, whatever the units.
+        self.unit = matrix.mean_diagonal();
+        if !(self.unit > 0.0 && self.unit.is_finite()) {
+            return Err(NotPositive);
+        }
+        let scale = self.unit.recip();
         for i in 0..self.pattern.rows() {
             let row = matrix.row(i);
             for a in 0..3 {
                 for b in a..3 {
-                    self.value[next] = row[0][(a, b)];
+                    self.value[next] = T::of(scale * row[0][(a, b)]);
                     next += 1;
                 }
                 for block in &row[1..] {
                     for b in 0..3 {
-                        self.value[next] = block[(a, b)];
+                        self.value[next] = T::of(scale * block[(a, b)]);
                         next += 1;
                     }
                 }
@@ -130,8 +169,16 @@ impl BlockCholesky {
 
     /// Replaces `rhs` by the solution for the last matrix factorised.
     pub fn solve(&mut self, rhs: &mut [Vec3]) {
+        // Single precision has a narrow range.
+        let largest = rhs.iter().map(nalgebra::Vector3::amax).fold(0.0, f64::max);
+        if !(largest > 0.0 && largest.is_finite()) {
+            return;
+        }
+        let (scale, back) = (largest.recip(), largest / self.unit);
         for (place, v) in self.rhs.chunks_exact_mut(3).zip(rhs.iter()) {
-            place.copy_from_slice(v.as_slice());
+            for (place, v) in place.iter_mut().zip(v.as_slice()) {
+                *place = T::of(scale * v);
+            }
         }
         let n = self.rhs.len();
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
@@ -141,8 +188,70 @@ impl BlockCholesky {
             MemStack::new(&mut self.solve_memory),
         );
         for (place, v) in self.rhs.chunks_exact(3).zip(rhs.iter_mut()) {
-            v.copy_from_slice(place);
+            for (v, place) in v.as_mut_slice().iter_mut().zip(place) {
+                *v = back * place.number();
+            }
         }
+    }
+}
+
+/// A factor in single precision for as long as that does, in double precision afterwards.
+///
+/// Single precision halves the time of a factorisation and of a solve, which both wait for memory;
+/// to a method that corrects itself (quasi-Newton, conjugate gradients) the difference is nothing
+/// until the matrix is worse conditioned than single precision can hold.
+pub struct FrugalCholesky {
+    pattern: Arc<BlockPattern>,
+    single: Option<BlockCholesky<f32>>,
+    double: Option<BlockCholesky<f64>>,
+}
+
+impl FrugalCholesky {
+    /// Orders and analyses `pattern`.
+    ///
+    /// # Errors
+    /// As [`BlockCholesky::new`].
+    pub fn new(pattern: Arc<BlockPattern>) -> Result<Self, SolveError> {
+        let single = Some(BlockCholesky::new(Arc::clone(&pattern))?);
+        Ok(Self { pattern, single, double: None })
+    }
+
+    /// Factorises `matrix`; with `insist`, in double precision if single precision fails, and from
+    /// then on always.
+    ///
+    /// # Errors
+    /// [`NotPositive`] as [`BlockCholesky::factorise`], or if there is no memory for the larger
+    /// factor.
+    pub fn factorise(&mut self, matrix: &BlockMatrix, insist: bool) -> Result<(), NotPositive> {
+        if let Some(double) = &mut self.double {
+            return double.factorise(matrix);
+        }
+        if let Some(single) = &mut self.single {
+            match single.factorise(matrix) {
+                Err(_) if insist => self.single = None,
+                result => return result,
+            }
+        }
+        let mut double = BlockCholesky::new(Arc::clone(&self.pattern)).map_err(|_| NotPositive)?;
+        let result = double.factorise(matrix);
+        self.double = Some(double);
+        result
+    }
+
+    /// Replaces `rhs` by the solution for the last matrix factorised.
+    pub fn solve(&mut self, rhs: &mut [Vec3]) {
+        if let Some(double) = &mut self.double {
+            double.solve(rhs);
+        } else if let Some(single) = &mut self.single {
+            single.solve(rhs);
+        }
+    }
+
+    /// Bytes of the factor.
+    #[must_use]
+    pub fn factor_bytes(&self) -> usize {
+        self.single.as_ref().map_or(0, |f| 4 * f.factor_size())
+            + self.double.as_ref().map_or(0, |f| 8 * f.factor_size())
     }
 }
 

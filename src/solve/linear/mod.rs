@@ -5,5 +5,5 @@ mod cholesky;
 mod stencils;
 
 pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
-pub use cholesky::{BlockCholesky, NotPositive};
+pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive, Precision};
 pub use stencils::{LazyStencils, Sink, Stencils};
