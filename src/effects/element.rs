@@ -11,7 +11,7 @@ use super::HessianPart;
 use crate::Vec3;
 use crate::parallel;
 use crate::sheet::{Incidence, Sheet};
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// A term of an energy that depends on K vertices.
 pub(super) trait Element<const K: usize>: Sync {
@@ -67,21 +67,30 @@ pub(super) fn evaluate<'e, const K: usize, E: Element<K> + 'e>(
     energy
 }
 
-/// Adds the second derivatives of all elements at `x`, blocks (i, j) with j ≥ i.
+/// Adds the second derivatives of all elements at `x`; `places` belong to the mesh.
 pub(super) fn add_hessian<'e, const K: usize, E: Element<K> + 'e>(
     mesh: &Mesh<'_, K>,
     element: impl Fn(usize) -> &'e E + Sync,
     x: &[Vec3],
     part: HessianPart,
+    places: &mut LazyStencils,
     into: &mut BlockMatrix,
 ) {
-    into.update_rows(|i, row| {
-        for &(e, k) in mesh.incident.of(i) {
-            let (e, k) = (e as usize, k as usize);
-            let blocks = element(e).hessian(&mesh.positions(e, x), part);
-            for (&j, block) in mesh.corners[e].iter().zip(&blocks[k]) {
-                if j as usize >= i {
-                    row.add(j as usize, block);
+    let sorted = |corners: &[u32; K]| {
+        let mut corners = *corners;
+        corners.sort_unstable();
+        corners
+    };
+    let stencils = places.for_pattern(into.pattern(), || mesh.corners.iter().map(sorted));
+    stencils.assemble(into, |e, sink| {
+        let corners = &mesh.corners[e];
+        // Position of every corner in the ascending order of the sink.
+        let rank = corners.map(|v| corners.iter().filter(|other| **other < v).count());
+        let blocks = element(e).hessian(&mesh.positions(e, x), part);
+        for (row, &p) in blocks.iter().zip(&rank) {
+            for (block, &q) in row.iter().zip(&rank) {
+                if p <= q {
+                    sink.add(p, q, block);
                 }
             }
         }

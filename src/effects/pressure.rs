@@ -35,7 +35,7 @@ use crate::geometry::{RestMetric, Shape};
 use crate::num::checked::Finite;
 use crate::num::real;
 use crate::sheet::Sheet;
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// Parameters of a pressure in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -89,6 +89,7 @@ impl Element<3> for Cone {
 pub struct FollowerPressure {
     cone: Cone,
     pull: Vec<[Vec3; 3]>,
+    places: LazyStencils,
 }
 
 impl FollowerPressure {
@@ -100,7 +101,7 @@ impl FollowerPressure {
             0 => sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1)),
             n => rim().sum::<Vec3>() / real(n),
         };
-        Self { cone: Cone { pressure, apex }, pull: Vec::new() }
+        Self { cone: Cone { pressure, apex }, pull: Vec::new(), places: LazyStencils::default() }
     }
 }
 
@@ -123,6 +124,6 @@ impl Energy for FollowerPressure {
         }
         let cone = &self.cone;
         let mesh = Mesh::triangles(shape.sheet);
-        element::add_hessian(&mesh, |_| cone, shape.x, part, into);
+        element::add_hessian(&mesh, |_| cone, shape.x, part, &mut self.places, into);
     }
 }

@@ -49,7 +49,7 @@ use crate::geometry::{RestMetric, Shape};
 use crate::num::index;
 use crate::parallel;
 use crate::sheet::{Edge, Incidence, Sheet};
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// One hinge: corners 0 and 1 are the ends of the edge, 2 is opposite in the triangle in which the
 /// edge runs from 0 to 1, 3 in the other.
@@ -186,6 +186,7 @@ pub struct HingeBending {
     incident: Incidence,
     hinge: Vec<Hinge>,
     pull: Vec<[Vec3; 4]>,
+    places: LazyStencils,
 }
 
 impl HingeBending {
@@ -215,8 +216,15 @@ impl HingeBending {
             .flat_map(|(h, corner)| (0u32..4).map(move |k| (corner[k as usize], index(h), k)));
         let incident = Incidence::new(sheet.vertex_count(), triples);
         let hinge = vec![Hinge::default(); edge.len()];
-        let pull = Vec::new();
-        Self { rigidity: material.bending_rigidity(), edge, corners, incident, hinge, pull }
+        Self {
+            rigidity: material.bending_rigidity(),
+            edge,
+            corners,
+            incident,
+            hinge,
+            pull: Vec::new(),
+            places: LazyStencils::default(),
+        }
     }
 }
 
@@ -244,6 +252,6 @@ impl Energy for HingeBending {
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
         let hinge = &self.hinge;
         let mesh = Mesh { corners: &self.corners, incident: &self.incident };
-        element::add_hessian(&mesh, |h| &hinge[h], shape.x, part, into);
+        element::add_hessian(&mesh, |h| &hinge[h], shape.x, part, &mut self.places, into);
     }
 }

@@ -49,7 +49,7 @@ use crate::effects::{Energy, HessianPart, Material};
 use crate::geometry::{RestMetric, Shape};
 use crate::parallel;
 use crate::sheet::Sheet;
-use crate::solve::linear::{Block, BlockMatrix};
+use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// Least ratio of the principal values of the rest metric relative to the rest triangle: an optimal
 /// triangle is at most four times flatter than it. Jumps of Φ up to 1.5 within one triangle need
@@ -164,6 +164,7 @@ pub struct StvkStretching {
     membrane: Vec<Membrane>,
     force_scale: f64,
     pull: Vec<[Vec3; 3]>,
+    places: LazyStencils,
 }
 
 impl StvkStretching {
@@ -179,6 +180,7 @@ impl StvkStretching {
             membrane: Vec::new(),
             force_scale: 0.0,
             pull: Vec::new(),
+            places: LazyStencils::default(),
         }
     }
 }
@@ -210,7 +212,7 @@ impl Energy for StvkStretching {
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
         let membrane = &self.membrane;
         let mesh = Mesh::triangles(shape.sheet);
-        element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, into);
+        element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut self.places, into);
     }
 
     fn force_scale(&self) -> f64 {
