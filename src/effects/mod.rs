@@ -6,15 +6,25 @@
 
 mod bending;
 mod diffusion;
+mod element;
 mod green_gauss;
+mod load;
 mod pin;
+mod pressure;
+mod region;
 mod stretching;
 
-pub use bending::{Bending, BendingModel, BendingWeight, MeyerBending};
+pub use bending::{Bending, BendingModel, BendingWeight, HingeBending, MeyerBending};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
 pub use green_gauss::GreenGauss;
-pub use pin::{Axes, Pin, Region};
-pub use stretching::{BondStretching, Stretching, StretchingModel, StretchingWeight};
+pub use load::{DeadLoad, Load, LoadForce};
+pub use pin::{Axes, Pin};
+pub use pressure::{FollowerPressure, Pressure};
+pub use region::Region;
+pub use stretching::{
+    BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
+    StvkStretching,
+};
 
 use crate::Vec3;
 use crate::geometry::{RestMetric, Shape};
@@ -94,6 +104,15 @@ pub struct EffectError {
     pub message: String,
     /// What would be right.
     pub help: Option<String>,
+}
+
+/// The error for a key that `model` does not have, but `other` has.
+fn misplaced(key: &'static str, model: &str, reason: &str, other: &str) -> EffectError {
+    EffectError {
+        key,
+        message: format!("model = \"{model}\" has no {key}: it {reason}"),
+        help: Some(format!("leave {key} out, or choose model = \"{other}\"")),
+    }
 }
 
 /// An effect bound to a sheet, by its role.

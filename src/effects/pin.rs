@@ -5,8 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec};
-use crate::sheet::Sheet;
+use super::{Effect, EffectContext, EffectError, EffectSpec, Region};
 
 /// Parameters of a pin in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,33 +16,6 @@ pub struct Pin {
     pub region: Region,
     /// In which directions.
     pub axes: Axes,
-}
-
-/// A set of vertices, by their rest positions or numbers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Region {
-    /// All vertices on the rim.
-    Rim,
-    /// All vertices.
-    All,
-    /// Vertices inside a box, its faces included.
-    #[serde(rename = "box")]
-    Cuboid {
-        /// Least coordinates.
-        min: [f64; 3],
-        /// Greatest coordinates.
-        max: [f64; 3],
-    },
-    /// Vertices no further than `radius` from `centre`.
-    Ball {
-        /// Centre.
-        centre: [f64; 3],
-        /// Radius.
-        radius: f64,
-    },
-    /// Vertices by number, from 0.
-    Vertices(Vec<u32>),
 }
 
 /// Directions, as a word made of the letters x, y and z.
@@ -79,24 +51,6 @@ impl From<Axes> for String {
     }
 }
 
-impl Region {
-    /// The vertices of `sheet` that belong to it.
-    #[must_use]
-    pub fn vertices(&self, sheet: &Sheet) -> Vec<usize> {
-        let chosen = |i: usize| {
-            let x = sheet.rest()[i];
-            match self {
-                Self::Rim => sheet.rim()[i],
-                Self::All => true,
-                Self::Cuboid { min, max } => (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]),
-                Self::Ball { centre, radius } => (x - crate::Vec3::from(*centre)).norm() <= *radius,
-                Self::Vertices(list) => list.contains(&crate::num::index(i)),
-            }
-        };
-        (0..sheet.vertex_count()).filter(|&i| chosen(i)).collect()
-    }
-}
-
 #[typetag::serde(name = "pin")]
 impl EffectSpec for Pin {
     fn name(&self) -> String {
@@ -104,29 +58,9 @@ impl EffectSpec for Pin {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let chosen = self.region.vertices(context.sheet);
-        let refuse = |message: String, help: &str| {
-            Err(EffectError { key: "where", message, help: Some(help.into()) })
-        };
-        if let Region::Vertices(list) = &self.region
-            && let Some(v) = list.iter().find(|v| **v as usize >= context.sheet.vertex_count())
-        {
-            let n = context.sheet.vertex_count();
-            return refuse(
-                format!("there is no vertex {v}: the sheet has {n}"),
-                "vertices are numbered from 0",
-            );
-        }
-        if chosen.is_empty() {
-            return refuse(
-                "no vertex is chosen by this pin".into(),
-                "a closed surface has no rim; regions refer to rest positions",
-            );
-        }
-        let mut pins = vec![[false; 3]; context.sheet.vertex_count()];
-        for i in chosen {
-            pins[i] = self.axes.0;
-        }
+        let chosen = self.region.choose(context.sheet, "pin")?;
+        let held = |inside: bool| if inside { self.axes.0 } else { [false; 3] };
+        let pins = chosen.into_iter().map(held).collect();
         Ok(Effect::Pins(pins))
     }
 }

@@ -81,7 +81,10 @@ pub struct Incidence {
 
 impl Incidence {
     /// Collects `(vertex, entity, local)` triples; the entries of a vertex keep their order.
-    fn new(vertices: usize, triples: impl Iterator<Item = (u32, u32, u32)> + Clone) -> Self {
+    pub(crate) fn new(
+        vertices: usize,
+        triples: impl Iterator<Item = (u32, u32, u32)> + Clone,
+    ) -> Self {
         let mut start = vec![0u32; vertices + 1];
         for (v, _, _) in triples.clone() {
             start[v as usize + 1] += 1;

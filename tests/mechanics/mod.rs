@@ -1,14 +1,20 @@
 //! The mechanical energies: derivatives, invariants, known answers.
 
 mod derivatives;
+mod hinge;
 mod invariants;
 mod known;
+mod loads;
+mod membrane;
 mod relaxation;
 
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{Bending, BondStretching, Energy, Material, MeyerBending, Stretching};
+use rumple::effects::{
+    Bending, BondStretching, Energy, HingeBending, Material, MeyerBending, Stretching,
+    StvkStretching,
+};
 use rumple::sheet::Sheet;
 use rumple::system::Mechanics;
 
@@ -18,13 +24,20 @@ pub const MATERIAL: Material = Material { young: 10.0, poisson: 1.0 / 3.0, thick
 
 /// Every combination of options, with a name for messages.
 pub fn variants(sheet: &Sheet) -> Vec<(String, Box<dyn Energy>)> {
-    use rumple::effects::{BendingWeight, StretchingWeight};
+    use rumple::effects::{BendingWeight, StretchingModulus, StretchingWeight};
     use rumple::geometry::AreaRule;
     let mut all: Vec<(String, Box<dyn Energy>)> = Vec::new();
     for weight in [StretchingWeight::OptimalArea, StretchingWeight::Paper] {
         let energy = BondStretching::new(&MATERIAL, weight);
         all.push((format!("stretching {weight:?}"), Box::new(energy)));
     }
+    for modulus in [StretchingModulus::Paper, StretchingModulus::Plate] {
+        for poisson in [-0.2, 0.0, 1.0 / 3.0, 0.45] {
+            let energy = StvkStretching::new(&Material { poisson, ..MATERIAL }, modulus);
+            all.push((format!("stretching stvk {modulus:?} {poisson}"), Box::new(energy)));
+        }
+    }
+    all.push(("bending hinge".into(), Box::new(HingeBending::new(sheet, &MATERIAL))));
     for weight in [BendingWeight::Area, BendingWeight::Paper] {
         for area in [AreaRule::FrozenVoronoi, AreaRule::Barycentric, AreaRule::MixedVoronoi] {
             let energy = MeyerBending::new(sheet, &MATERIAL, weight, area);

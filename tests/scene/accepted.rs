@@ -116,6 +116,8 @@ fn what_the_engine_registers_reads_back() {
         "kind = \"stretching\"",
         "kind = \"bending\"",
         "kind = \"pin\"\nwhere = \"rim\"\naxes = \"z\"",
+        "kind = \"load\"\nwhere = \"rim\"\nforce = { total = [0, 0, 1] }",
+        "kind = \"pressure\"\nvalue = 1.5",
         "kind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1.0",
     ];
     let (head, rest) = SCENE.split_once("[[effect]]").unwrap();
@@ -127,7 +129,16 @@ fn what_the_engine_registers_reads_back() {
     let first = scene(&format!("{head}{listed}{rest}"));
     assert_eq!(first.time.policy.name(), "quasi-static");
     let resolved = first.resolved().unwrap();
-    for kind in ["stretching", "bending", "pin", "diffusion", "quasi-static", "staggered"] {
+    for kind in [
+        "stretching",
+        "bending",
+        "pin",
+        "load",
+        "pressure",
+        "diffusion",
+        "quasi-static",
+        "staggered",
+    ] {
         assert!(resolved.contains(&format!("kind = \"{kind}\"")), "{resolved}");
     }
     assert_eq!(scene(&resolved).resolved().unwrap(), resolved);

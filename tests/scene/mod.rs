@@ -1,6 +1,7 @@
 //! Scene files: what is accepted, and how wrong ones are answered.
 
 mod accepted;
+mod effects;
 mod errors;
 mod hostile;
 mod kinds;

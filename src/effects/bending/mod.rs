@@ -1,27 +1,64 @@
 //! Bending: parameters of the effect, and its discrete models.
 
+mod hinge;
 mod meyer;
 
+pub use hinge::HingeBending;
 pub use meyer::MeyerBending;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec};
+use super::{Effect, EffectContext, EffectError, EffectSpec, misplaced};
 use crate::geometry::AreaRule;
 
 /// Parameters of bending in a scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "Given", into = "Given")]
 pub struct Bending {
     /// The discrete model.
-    #[serde(default)]
     pub model: BendingModel,
-    /// Whether the sum over vertices carries their areas.
-    #[serde(default)]
+    /// Whether the sum over vertices carries their areas; only `model = "meyer"` has it.
     pub weight: BendingWeight,
-    /// The area of a vertex.
-    #[serde(default)]
+    /// The area of a vertex; only `model = "meyer"` has it.
     pub area: AreaRule,
+    #[serde(skip)]
+    misplaced: Option<&'static str>,
+}
+
+/// The keys as they are written.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Given {
+    #[serde(default)]
+    model: BendingModel,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    weight: Option<BendingWeight>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<AreaRule>,
+}
+
+impl From<Given> for Bending {
+    fn from(given: Given) -> Self {
+        let misplaced = match given.model {
+            BendingModel::Meyer => None,
+            BendingModel::Hinge => {
+                given.weight.map(|_| "weight").or_else(|| given.area.map(|_| "area"))
+            }
+        };
+        Self {
+            model: given.model,
+            weight: given.weight.unwrap_or_default(),
+            area: given.area.unwrap_or_default(),
+            misplaced,
+        }
+    }
+}
+
+impl From<Bending> for Given {
+    fn from(it: Bending) -> Self {
+        let meyer = it.model == BendingModel::Meyer;
+        Self { model: it.model, weight: meyer.then_some(it.weight), area: meyer.then_some(it.area) }
+    }
 }
 
 #[typetag::serde(name = "bending")]
@@ -31,9 +68,21 @@ impl EffectSpec for Bending {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let BendingModel::Meyer = self.model;
-        let energy = MeyerBending::new(context.sheet, context.material, self.weight, self.area);
-        Ok(Effect::Energy(Box::new(energy)))
+        if let Some(key) = self.misplaced {
+            return Err(misplaced(
+                key,
+                "hinge",
+                "weights its edges by optimal lengths and areas",
+                "meyer",
+            ));
+        }
+        let (sheet, material) = (context.sheet, context.material);
+        Ok(Effect::Energy(match self.model {
+            BendingModel::Meyer => {
+                Box::new(MeyerBending::new(sheet, material, self.weight, self.area))
+            }
+            BendingModel::Hinge => Box::new(HingeBending::new(sheet, material)),
+        }))
     }
 }
 
@@ -46,6 +95,8 @@ pub enum BendingModel {
     /// Cotangent mean curvature at the vertices (the paper's).
     #[default]
     Meyer,
+    /// Angles between neighbouring triangles.
+    Hinge,
 }
 
 /// Weight of a vertex in the bending energy.

@@ -17,60 +17,13 @@
 //! Source: Zakharov & Dasbiswas (2021), eq. for U_s; weight after Seung & Nelson,
 //! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005. Not covered: ν ≠ 1/3.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material};
+use super::StretchingWeight;
 use crate::Vec3;
+use crate::effects::{Energy, HessianPart, Material};
 use crate::geometry::{RestMetric, Shape};
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
 use crate::solve::linear::{Block, BlockMatrix};
-
-/// Parameters of stretching in a scene.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Stretching {
-    /// The discrete model.
-    #[serde(default)]
-    pub model: StretchingModel,
-    /// The weight of a bond.
-    #[serde(default)]
-    pub weight: StretchingWeight,
-}
-
-#[typetag::serde(name = "stretching")]
-impl EffectSpec for Stretching {
-    fn name(&self) -> String {
-        "stretching".into()
-    }
-
-    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let StretchingModel::Bond = self.model;
-        Ok(Effect::Energy(Box::new(BondStretching::new(context.material, self.weight))))
-    }
-}
-
-crate::register_kind!(dyn EffectSpec, "stretching", Stretching);
-
-/// Discrete models of stretching.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StretchingModel {
-    /// Springs along the edges.
-    #[default]
-    Bond,
-}
-
-/// Weight `w_ij` of a bond.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StretchingWeight {
-    /// Optimal areas of the sharing triangles.
-    #[default]
-    OptimalArea,
-    /// 1, as printed in the paper.
-    Paper,
-}
 
 /// Bond stretching of one sheet.
 #[derive(Debug)]

@@ -1,0 +1,170 @@
+//! Dead loads: forces that keep their size and direction however the sheet moves.
+//!
+//! ```text
+//! U = -Σ_i f_i·(x_i - X_i),     ∂U/∂x_i = -f_i,     ∂²U = 0
+//! ```
+//!
+//! with the forces f_i fixed by the rest state. `force` says what is given:
+//!
+//! * `{ total = F }`: F, shared equally among the chosen vertices;
+//! * `{ per-vertex = f }`: `f_i = f` at each of them;
+//! * `{ per-length = f }`, force/length: a rim edge whose two ends are chosen gives `f l⁰/2` to each;
+//! * `{ per-area = f }`, force/length²: a triangle whose three corners are chosen gives `f A⁰/3` to
+//!   each;
+//! * `{ along-normal = p }`, force/length²: the same with `f = p n⁰`, n⁰ the normal of the rest
+//!   triangle. For a pressure that follows the sheet see the effect `pressure`.
+//!
+//! U counts from the rest positions, so a large sheet far from the origin loses no digits.
+//! Not covered: dead moments, loads that depend on time.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Region};
+use crate::Vec3;
+use crate::geometry::{RestMetric, Shape};
+use crate::num::checked::Finite;
+use crate::num::real;
+use crate::parallel;
+use crate::sheet::{Edge, Sheet};
+use crate::solve::linear::BlockMatrix;
+
+/// Parameters of a dead load in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// Which vertices.
+    #[serde(rename = "where")]
+    pub region: Region,
+    /// The force.
+    pub force: LoadForce,
+}
+
+/// What the force of a load is per.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadForce {
+    /// Force on all chosen vertices together.
+    Total([Finite; 3]),
+    /// Force on each chosen vertex.
+    PerVertex([Finite; 3]),
+    /// Force per rest length of the rim between chosen vertices.
+    PerLength([Finite; 3]),
+    /// Force per rest area of the triangles between chosen vertices.
+    PerArea([Finite; 3]),
+    /// Force per rest area along the normal of the rest triangle.
+    AlongNormal(Finite),
+}
+
+#[typetag::serde(name = "load")]
+impl EffectSpec for Load {
+    fn name(&self) -> String {
+        "load".into()
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let chosen = self.region.choose(context.sheet, "load")?;
+        let load = DeadLoad::new(context.sheet, &chosen, self.force)?;
+        Ok(Effect::Energy(Box::new(load)))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "load", Load);
+
+/// Fixed forces on the vertices of one sheet.
+#[derive(Debug)]
+pub struct DeadLoad {
+    force: Vec<Vec3>,
+}
+
+impl DeadLoad {
+    /// Spreads `force` over the vertices of `sheet` that are `chosen`.
+    ///
+    /// # Errors
+    /// A force per length where no rim edge, or per area where no triangle, lies between chosen
+    /// vertices.
+    pub fn new(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> Result<Self, EffectError> {
+        let inside = |v: &u32| chosen[*v as usize];
+        let vector = |f: [Finite; 3]| Vec3::from(f.map(Finite::get));
+        let mut on = vec![Vec3::zeros(); sheet.vertex_count()];
+        let mut carriers = 0;
+        match force {
+            LoadForce::Total(f) | LoadForce::PerVertex(f) => {
+                carriers = chosen.iter().filter(|c| **c).count();
+                let share = match force {
+                    LoadForce::Total(_) => vector(f) / real(carriers.max(1)),
+                    _ => vector(f),
+                };
+                for (on, _) in on.iter_mut().zip(chosen).filter(|(_, chosen)| **chosen) {
+                    *on = share;
+                }
+            }
+            LoadForce::PerLength(f) => {
+                let rim = sheet.edges().iter().filter(|edge| edge.is_rim());
+                for Edge { vertices, .. } in rim.filter(|edge| edge.vertices.iter().all(inside)) {
+                    let [a, b] = vertices.map(|v| v as usize);
+                    let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
+                    on[a] += half * vector(f);
+                    on[b] += half * vector(f);
+                    carriers += 1;
+                }
+            }
+            LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => {
+                for triangle in sheet.triangles().iter().filter(|t| t.iter().all(inside)) {
+                    let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
+                    // N = 2 A n.
+                    let cross = (b - a).cross(&(c - a));
+                    let sixth = match force {
+                        LoadForce::AlongNormal(p) => p.get() * cross,
+                        LoadForce::PerArea(f) => cross.norm() * vector(f),
+                        _ => Vec3::zeros(),
+                    };
+                    for v in triangle {
+                        on[*v as usize] += sixth / 6.0;
+                    }
+                    carriers += 1;
+                }
+            }
+        }
+        if carriers > 0 {
+            return Ok(Self { force: on });
+        }
+        let (part, help) = match force {
+            LoadForce::PerLength(_) => (
+                "rim edge has both ends",
+                "a force per length acts on the rim; for a force on single vertices use total or \
+                 per-vertex",
+            ),
+            LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => (
+                "triangle has all corners",
+                "a force per area acts on triangles; for all of them write where = \"all\"",
+            ),
+            _ => ("vertex is", "choose at least one"),
+        };
+        let message = format!("no {part} in the region of this load");
+        Err(EffectError { key: "where", message, help: Some(help.into()) })
+    }
+
+    /// The force on every vertex.
+    #[must_use]
+    pub fn force(&self) -> &[Vec3] {
+        &self.force
+    }
+}
+
+impl Energy for DeadLoad {
+    fn name(&self) -> &'static str {
+        "load"
+    }
+
+    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
+
+    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
+        let (force, x, rest) = (&self.force, shape.x, shape.sheet.rest());
+        if let Some(gradient) = gradient {
+            parallel::update(gradient, |i, g| *g -= force[i]);
+        }
+        -parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
+    }
+
+    fn add_hessian(&mut self, _: &Shape<'_>, _: HessianPart, _: &mut BlockMatrix) {}
+}

@@ -1,0 +1,128 @@
+//! Pressure: a force along the current normals, which follows the sheet.
+//!
+//! ```text
+//! f_i = Σ_{T∋i} p A_T n_T/3,     U = -p V,     V = Σ_T ⅙ (x₀ - O)·[(x₁ - O) × (x₂ - O)]
+//! ```
+//!
+//! p is the pressure on the back of the sheet less that on its front, force/length²: **positive
+//! pushes along the normals** (triangles counter-clockwise seen from the side that the normal points
+//! to), so it inflates a closed sheet whose normals point outwards. V is then the enclosed volume.
+//! On an open sheet V is the volume between the sheet and the cone from its rim to O, the mean of
+//! the rim's rest positions.
+//!
+//! **When it is conservative.** Round an interior vertex `∂V/∂x_i = Σ_T A_T n_T/3` whatever O is, so
+//! there f is exactly the gradient of pV. At a rim vertex i between rim edges (k, i) and (i, j) the
+//! cone adds `(p/6) [(x_j - O) × (x_i - O) + (x_i - O) × (x_k - O)]`, which is no force of the
+//! pressure and left out. So f is conservative, and U its energy, where that term does no work: on closed sheets,
+//! where the rim is pinned, and where the rim stays in a plane through O (all rim vertices at one
+//! height, pinned along z: a lid that slides in its plane). Where the rim is free, the force is
+//! still right but has no energy: U is not one, and a solver that trusts it may stop early.
+//!
+//! **Hessian.** Of one triangle, block (k, m) of the derivative of the gradient is `-(p/6) [e_m]×`,
+//! e_m the edge opposite corner m; its symmetric part is `-(p/12) [e_m - e_k]×`. Summed over the
+//! ring of an interior vertex the two are the same, so the Hessian is exact away from the rim; at
+//! rim vertices it is the symmetric part. It is indefinite, and the positive part has nothing.
+//!
+//! Reference: e.g. Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis* (2008),
+//! section 8.5.2. Not covered: pressure that depends on the volume or time.
+
+use serde::{Deserialize, Serialize};
+
+use super::element::{self, Element, Mesh};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart};
+use crate::Vec3;
+use crate::geometry::{RestMetric, Shape};
+use crate::num::checked::Finite;
+use crate::num::real;
+use crate::sheet::Sheet;
+use crate::solve::linear::{Block, BlockMatrix};
+
+/// Parameters of a pressure in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pressure {
+    /// The pressure p, force per area; positive pushes along the normals.
+    pub value: Finite,
+}
+
+#[typetag::serde(name = "pressure")]
+impl EffectSpec for Pressure {
+    fn name(&self) -> String {
+        "pressure".into()
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        Ok(Effect::Energy(Box::new(FollowerPressure::new(context.sheet, self.value.get()))))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "pressure", Pressure);
+
+/// The tetrahedron between a triangle and O, under pressure.
+#[derive(Debug, Clone, Copy)]
+struct Cone {
+    pressure: f64,
+    apex: Vec3,
+}
+
+impl Element<3> for Cone {
+    fn gradient(&self, x: &[Vec3; 3]) -> (f64, [Vec3; 3]) {
+        let [a, b, c] = x.map(|x| x - self.apex);
+        let sixth = self.pressure / 6.0;
+        let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
+        (-sixth * a.dot(&b.cross(&c)), [-sixth * normal; 3])
+    }
+
+    fn hessian(&self, x: &[Vec3; 3], part: HessianPart) -> [[Block; 3]; 3] {
+        if part == HessianPart::Positive {
+            return [[Block::zeros(); 3]; 3];
+        }
+        let e = [x[2] - x[1], x[0] - x[2], x[1] - x[0]];
+        std::array::from_fn(|k| {
+            std::array::from_fn(|m| (-self.pressure / 12.0) * (e[m] - e[k]).cross_matrix())
+        })
+    }
+}
+
+/// Pressure on one sheet.
+#[derive(Debug)]
+pub struct FollowerPressure {
+    cone: Cone,
+    pull: Vec<[Vec3; 3]>,
+}
+
+impl FollowerPressure {
+    /// On `sheet`, of the given value.
+    #[must_use]
+    pub fn new(sheet: &Sheet, pressure: f64) -> Self {
+        let rim = || sheet.rest().iter().zip(sheet.rim()).filter(|(_, rim)| **rim).map(|(x, _)| x);
+        let apex = match rim().count() {
+            0 => sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1)),
+            n => rim().sum::<Vec3>() / real(n),
+        };
+        Self { cone: Cone { pressure, apex }, pull: Vec::new() }
+    }
+}
+
+impl Energy for FollowerPressure {
+    fn name(&self) -> &'static str {
+        "pressure"
+    }
+
+    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
+
+    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
+        let cone = &self.cone;
+        let mesh = Mesh::triangles(shape.sheet);
+        element::evaluate(&mesh, |_| cone, shape.x, &mut self.pull, gradient)
+    }
+
+    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
+        if part == HessianPart::Positive {
+            return;
+        }
+        let cone = &self.cone;
+        let mesh = Mesh::triangles(shape.sheet);
+        element::add_hessian(&mesh, |_| cone, shape.x, part, into);
+    }
+}

@@ -1,0 +1,174 @@
+//! Sets of vertices, by their rest positions or numbers, as pins and loads name them.
+
+use serde::{Deserialize, Serialize};
+
+use super::EffectError;
+use crate::Vec3;
+use crate::num::checked::{Finite, NonNegative};
+use crate::sheet::Sheet;
+
+/// A set of vertices, by their rest positions or numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Region {
+    /// All vertices on the rim.
+    Rim,
+    /// All vertices.
+    All,
+    /// Vertices inside a box, its faces included.
+    #[serde(rename = "box")]
+    Cuboid {
+        /// Least coordinates.
+        min: [f64; 3],
+        /// Greatest coordinates.
+        max: [f64; 3],
+    },
+    /// Vertices no further than `radius` from `centre`.
+    Ball {
+        /// Centre.
+        centre: [f64; 3],
+        /// Radius.
+        radius: f64,
+    },
+    /// Vertices X with `(X - point)·normal ≥ 0`.
+    HalfSpace {
+        /// A point of the bounding plane.
+        #[serde(default)]
+        point: [Finite; 3],
+        /// Its normal, into the half-space; the length does not matter.
+        normal: [Finite; 3],
+    },
+    /// Vertices whose distance from an axis lies between two radii, both included.
+    Ring {
+        /// A point of the axis.
+        #[serde(default)]
+        centre: [Finite; 3],
+        /// Direction of the axis; the length does not matter.
+        #[serde(default = "along_z")]
+        axis: [Finite; 3],
+        /// Least distance.
+        inner: NonNegative,
+        /// Greatest distance.
+        outer: NonNegative,
+    },
+    /// Vertices by number, from 0.
+    Vertices(Vec<u32>),
+    /// Vertices that belong to each of several regions.
+    AllOf(Vec<Region>),
+}
+
+fn along_z() -> [Finite; 3] {
+    [Finite::ZERO, Finite::ZERO, Finite::ONE]
+}
+
+fn vector(v: &[Finite; 3]) -> Vec3 {
+    Vec3::from(v.map(Finite::get))
+}
+
+impl Region {
+    /// For every vertex of `sheet` whether it belongs to the region.
+    #[must_use]
+    pub fn mask(&self, sheet: &Sheet) -> Vec<bool> {
+        let each = |inside: &dyn Fn(&Vec3) -> bool| sheet.rest().iter().map(inside).collect();
+        match self {
+            Self::Rim => sheet.rim().to_vec(),
+            Self::All => vec![true; sheet.vertex_count()],
+            Self::Cuboid { min, max } => {
+                each(&|x| (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]))
+            }
+            Self::Ball { centre, radius } => each(&|x| (x - Vec3::from(*centre)).norm() <= *radius),
+            Self::HalfSpace { point, normal } => {
+                each(&|x| (x - vector(point)).dot(&vector(normal)) >= 0.0)
+            }
+            Self::Ring { centre, axis, inner, outer } => {
+                let axis = vector(axis).normalize();
+                each(&|x| {
+                    let distance = (x - vector(centre)).cross(&axis).norm();
+                    distance >= inner.get() && distance <= outer.get()
+                })
+            }
+            Self::Vertices(list) => {
+                let mut mask = vec![false; sheet.vertex_count()];
+                for &v in list {
+                    if let Some(place) = mask.get_mut(v as usize) {
+                        *place = true;
+                    }
+                }
+                mask
+            }
+            Self::AllOf(parts) => {
+                let mut mask = vec![true; sheet.vertex_count()];
+                for part in parts {
+                    for (all, one) in mask.iter_mut().zip(part.mask(sheet)) {
+                        *all &= one;
+                    }
+                }
+                mask
+            }
+        }
+    }
+
+    /// The vertices of `sheet` that belong to it, ascending.
+    #[must_use]
+    pub fn vertices(&self, sheet: &Sheet) -> Vec<usize> {
+        let mask = self.mask(sheet);
+        (0..mask.len()).filter(|&i| mask[i]).collect()
+    }
+
+    /// Like [`Region::mask`], for the region that `effect` has under `where`.
+    ///
+    /// # Errors
+    /// A vertex that does not exist, a direction of length 0, a ring turned inside out, or no
+    /// vertex in the region.
+    pub(super) fn choose(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
+        let refuse = |message: String, help: &str| EffectError {
+            key: "where",
+            message,
+            help: Some(help.into()),
+        };
+        self.check(sheet).map_err(|(message, help)| refuse(message, help))?;
+        let mask = self.mask(sheet);
+        if mask.contains(&true) {
+            Ok(mask)
+        } else {
+            Err(refuse(
+                format!("no vertex is chosen by this {effect}"),
+                "a closed surface has no rim; regions refer to rest positions",
+            ))
+        }
+    }
+
+    fn check(&self, sheet: &Sheet) -> Result<(), (String, &'static str)> {
+        let n = sheet.vertex_count();
+        match self {
+            Self::Vertices(list) => match list.iter().find(|v| **v as usize >= n) {
+                Some(v) => Err((
+                    format!("there is no vertex {v}: the sheet has {n}"),
+                    "vertices are numbered from 0",
+                )),
+                None => Ok(()),
+            },
+            Self::HalfSpace { normal, .. } => direction("normal", normal),
+            Self::Ring { axis, inner, outer, .. } => {
+                direction("axis", axis)?;
+                if inner > outer {
+                    let (inner, outer) = (inner.get(), outer.get());
+                    let message = format!("the ring's inner = {inner} is above outer = {outer}");
+                    return Err((message, "inner and outer are distances from the axis"));
+                }
+                Ok(())
+            }
+            Self::AllOf(parts) => parts.iter().try_for_each(|part| part.check(sheet)),
+            Self::Rim | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
+        }
+    }
+}
+
+fn direction(name: &str, v: &[Finite; 3]) -> Result<(), (String, &'static str)> {
+    let length = vector(v).norm();
+    if length > 0.0 && length.is_finite() {
+        Ok(())
+    } else {
+        Err((format!("the {name} must be a direction that is not 0"), "for example [0, 0, 1]"))
+    }
+}

@@ -1,0 +1,235 @@
+//! Dead loads and pressure: resultants, derivatives, where pressure has an energy.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use rumple::Vec3;
+use rumple::effects::{DeadLoad, Energy, FollowerPressure, HessianPart, LoadForce, Region};
+use rumple::num::checked::Finite;
+use rumple::sheet::Sheet;
+use rumple::solve::linear::{BlockMatrix, BlockPattern};
+use rumple::system::{Mechanics, Pins};
+
+use super::crumpled;
+use crate::common::{Noise, icosphere, irregular, lattice};
+
+fn finite(v: [f64; 3]) -> [Finite; 3] {
+    v.map(|v| Finite::new(v).unwrap())
+}
+
+fn mechanics(sheet: &Arc<Sheet>, energy: impl Energy + 'static, pins: Pins) -> Mechanics {
+    Mechanics::new(Arc::clone(sheet), vec![Box::new(energy)], pins).unwrap()
+}
+
+fn free(sheet: &Sheet) -> Pins {
+    vec![[false; 3]; sheet.vertex_count()]
+}
+
+fn sum(load: &DeadLoad) -> Vec3 {
+    load.force().iter().sum()
+}
+
+#[test]
+fn dead_loads_have_the_resultant_that_is_asked_for() {
+    let sheet = irregular(11, 9, 0.2);
+    let all = Region::All.mask(&sheet);
+    let f = [1.0, -2.0, 0.5];
+    let vector = Vec3::from(f);
+    let load = |mask: &[bool], force| DeadLoad::new(&sheet, mask, force).unwrap();
+    let near = |a: Vec3, b: Vec3| assert!((a - b).norm() < 1e-12 * b.norm(), "{a} {b}");
+    near(sum(&load(&all, LoadForce::Total(finite(f)))), vector);
+    near(sum(&load(&all, LoadForce::PerVertex(finite(f)))), 99.0 * vector);
+    let few = Region::Vertices(vec![3, 50]);
+    let on = load(&few.mask(&sheet), LoadForce::Total(finite(f)));
+    near(on.force()[50], 0.5 * vector);
+    assert_eq!(on.force()[4], Vec3::zeros());
+    // The bottom row is straight, 10 long; its ends carry half of what its inner vertices do.
+    let bottom = Region::Cuboid { min: [-1.0, -0.1, -1.0], max: [99.0, 0.1, 1.0] };
+    let on = load(&bottom.mask(&sheet), LoadForce::PerLength(finite(f)));
+    near(sum(&on), 10.0 * vector);
+    near(on.force()[0], 0.5 * vector);
+    near(on.force()[1], vector);
+    let area = 10.0 * 8.0 * 0.75f64.sqrt();
+    near(sum(&load(&all, LoadForce::PerArea(finite(f)))), area * vector);
+    let up = load(&all, LoadForce::AlongNormal(Finite::new(3.0).unwrap()));
+    near(sum(&up), Vec3::new(0.0, 0.0, 3.0 * area));
+    let sphere = icosphere(2, 1.0);
+    let all = Region::All.mask(&sphere);
+    let force = LoadForce::AlongNormal(Finite::ONE);
+    let out = DeadLoad::new(&sphere, &all, force).unwrap();
+    assert!(sum(&out).norm() < 1e-13);
+    assert!(out.force().iter().zip(sphere.rest()).all(|(f, x)| f.dot(x) > 0.9 * f.norm()));
+    // A region in which nothing can carry the load.
+    let none = DeadLoad::new(&sphere, &all, LoadForce::PerLength(finite(f))).unwrap_err();
+    assert_eq!(none.to_string(), "no rim edge has both ends in the region of this load");
+    let one = Region::Vertices(vec![7]).mask(&sphere);
+    let none = DeadLoad::new(&sphere, &one, LoadForce::PerArea(finite(f))).unwrap_err();
+    assert_eq!(none.to_string(), "no triangle has all corners in the region of this load");
+}
+
+#[test]
+fn a_dead_load_does_not_change_with_the_shape() {
+    let sheet = Arc::new(irregular(6, 5, 0.2));
+    let force = LoadForce::PerArea(finite([0.3, 0.0, -1.0]));
+    let load = DeadLoad::new(&sheet, &Region::All.mask(&sheet), force).unwrap();
+    let forces = load.force().to_vec();
+    let mut mechanics = mechanics(&sheet, load, free(&sheet));
+    assert_eq!(mechanics.force_scale(), 0.0);
+    assert_eq!(mechanics.energy(sheet.rest()), 0.0);
+    let x = crumpled(&sheet, 0.3);
+    assert_eq!(mechanics.force_of(0, &x), forces);
+    let work: f64 =
+        forces.iter().zip(&x).zip(sheet.rest()).map(|((f, x), r)| f.dot(&(x - r))).sum();
+    assert!((mechanics.energy(&x) + work).abs() < 1e-14);
+    let mut hessian = BlockMatrix::zeros(Arc::new(BlockPattern::two_rings(&sheet)));
+    mechanics.hessian(&x, HessianPart::Full, &mut hessian);
+    assert_eq!(hessian.mean_diagonal(), 0.0);
+}
+
+#[test]
+fn regions_choose_by_rest_position() {
+    let sheet = lattice(11, 11);
+    let count = |region: &Region| region.vertices(&sheet).len();
+    let right =
+        Region::HalfSpace { point: finite([9.9, 0.0, 0.0]), normal: finite([2.0, 0.0, 0.0]) };
+    assert_eq!(count(&right), 6 + 5); // x = 10 in even rows, 10.5 in odd ones
+    let ring = |inner: f64, outer: f64| Region::Ring {
+        centre: finite([5.0, 6.0 * 0.75f64.sqrt(), 7.0]),
+        axis: finite([0.0, 0.0, -3.0]),
+        inner: rumple::num::checked::NonNegative::new(inner).unwrap(),
+        outer: rumple::num::checked::NonNegative::new(outer).unwrap(),
+    };
+    assert_eq!((count(&ring(0.0, 1.1)), count(&ring(0.9, 1.1))), (7, 6));
+    let corner = Region::AllOf(vec![Region::Rim, right.clone(), Region::Vertices(vec![10, 9, 0])]);
+    assert_eq!(corner.vertices(&sheet), [10]);
+    assert_eq!(count(&Region::AllOf(vec![Region::Rim, right])), 11);
+}
+
+/// Energy, gradient and Hessian against one another along random admissible directions.
+fn check_derivatives(mechanics: &mut Mechanics, x: &[Vec3]) {
+    let pins = mechanics.pins().clone();
+    let mut hessian = BlockMatrix::zeros(Arc::new(BlockPattern::two_rings(mechanics.sheet())));
+    mechanics.hessian(x, HessianPart::Full, &mut hessian);
+    let mut noise = Noise::new(21);
+    for _ in 0..4 {
+        let d: Vec<Vec3> = pins
+            .iter()
+            .map(|held| {
+                let v = noise.vector();
+                Vec3::from_fn(|a, _| if held[a] { 0.0 } else { v[a] })
+            })
+            .collect();
+        let at = |h: f64| -> Vec<Vec3> { x.iter().zip(&d).map(|(x, d)| x + h * d).collect() };
+        let mut gradient = |x: &[Vec3]| {
+            let mut g = vec![Vec3::zeros(); x.len()];
+            let energy = mechanics.energy_gradient(x, &mut g);
+            (energy, g)
+        };
+        let h = 1e-4;
+        let (_, here) = gradient(x);
+        let ((up, forward), (down, back)) = (gradient(&at(h)), gradient(&at(-h)));
+        let slope: f64 = here.iter().zip(&d).map(|(g, d)| g.dot(d)).sum();
+        let difference = (up - down) / (2.0 * h);
+        assert!((difference - slope).abs() < 1e-6 * slope.abs(), "{difference} {slope}");
+        let product =
+            dense(&hessian) * nalgebra::DVector::from_fn(3 * d.len(), |r, _| d[r / 3][r % 3]);
+        let mut error = 0.0f64;
+        for i in 0..d.len() {
+            for a in 0..3 {
+                let exact = (forward[i][a] - back[i][a]) / (2.0 * h);
+                error = error.max((product[3 * i + a] - exact).abs());
+            }
+        }
+        assert!(error < 1e-6 * product.amax(), "{error:e}");
+    }
+}
+
+fn dense(matrix: &BlockMatrix) -> DMatrix<f64> {
+    let n = matrix.pattern().rows();
+    let mut out = DMatrix::zeros(3 * n, 3 * n);
+    for i in 0..n {
+        for (&j, block) in matrix.pattern().row(i).iter().zip(matrix.row(i)) {
+            let j = j as usize;
+            out.view_mut((3 * i, 3 * j), (3, 3)).copy_from(block);
+            out.view_mut((3 * j, 3 * i), (3, 3)).copy_from(&block.transpose());
+        }
+    }
+    out
+}
+
+#[test]
+fn pressure_in_a_closed_sheet_has_the_energy_minus_p_v() {
+    let sheet = Arc::new(icosphere(2, 2.0));
+    let mut one = mechanics(&sheet, FollowerPressure::new(&sheet, 0.7), free(&sheet));
+    assert_eq!(one.force_scale(), 0.0);
+    let x = crumpled(&sheet, 0.1);
+    check_derivatives(&mut one, &x);
+    let force = one.force_of(0, &x);
+    let torque: Vec3 = force.iter().zip(&x).map(|(f, x)| x.cross(f)).sum();
+    assert!(force.iter().sum::<Vec3>().norm() < 1e-12 && torque.norm() < 1e-12);
+    let away: Vec<Vec3> = x.iter().map(|x| x + Vec3::new(3.0, -20.0, 1.0)).collect();
+    assert!((one.energy(&x) - one.energy(&away)).abs() < 1e-11);
+    let volume = 4.0 / 3.0 * PI * 8.0;
+    let error = |level: usize| {
+        let sheet = Arc::new(icosphere(level, 2.0));
+        let mut one = mechanics(&sheet, FollowerPressure::new(&sheet, 0.7), free(&sheet));
+        (one.energy(sheet.rest()) / (-0.7 * volume) - 1.0).abs()
+    };
+    assert!(error(4) < 0.003 && error(4) < 0.26 * error(3), "{} {}", error(3), error(4));
+    // Positive pressure pushes outwards.
+    let out = one.force_of(0, sheet.rest());
+    assert!(out.iter().zip(sheet.rest()).all(|(f, x)| f.dot(x) > 0.0));
+}
+
+#[test]
+fn pressure_on_an_open_sheet_has_an_energy_where_the_rim_is_held() {
+    let sheet = Arc::new(irregular(8, 7, 0.2));
+    let mut x = crumpled(&sheet, 0.2);
+    let pinned: Pins = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
+    check_derivatives(&mut mechanics(&sheet, FollowerPressure::new(&sheet, -1.3), pinned), &x);
+    // A rim that slides in the plane z = 0.
+    for (x, rim) in x.iter_mut().zip(sheet.rim()) {
+        if *rim {
+            x.z = 0.0;
+        }
+    }
+    let sliding: Pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    check_derivatives(&mut mechanics(&sheet, FollowerPressure::new(&sheet, -1.3), sliding), &x);
+}
+
+/// With a free rim there is no energy; the force is p ∫ n dA and the Hessian the symmetric part.
+#[test]
+fn pressure_with_a_free_rim_has_the_symmetric_part() {
+    let sheet = Arc::new(irregular(5, 4, 0.2));
+    let x = crumpled(&sheet, 0.2);
+    let p = 0.8;
+    let mut one = mechanics(&sheet, FollowerPressure::new(&sheet, p), free(&sheet));
+    let force = one.force_of(0, &x);
+    let total: Vec3 = (sheet.triangles().iter())
+        .map(|t| t.map(|v| x[v as usize]))
+        .map(|[a, b, c]| 0.5 * p * (b - a).cross(&(c - a)))
+        .sum();
+    assert!((force.iter().sum::<Vec3>() - total).norm() < 1e-13);
+    let n = x.len();
+    let h = 1e-5;
+    let mut jacobian = DMatrix::zeros(3 * n, 3 * n);
+    for column in 0..3 * n {
+        let mut gradient = |h: f64| {
+            let mut moved = x.clone();
+            moved[column / 3][column % 3] += h;
+            let mut g = vec![Vec3::zeros(); n];
+            one.energy_gradient(&moved, &mut g);
+            g
+        };
+        let (up, down) = (gradient(h), gradient(-h));
+        for row in 0..3 * n {
+            jacobian[(row, column)] = (up[row / 3] - down[row / 3])[row % 3] / (2.0 * h);
+        }
+    }
+    let symmetric = 0.5 * (&jacobian + jacobian.transpose());
+    let mut hessian = BlockMatrix::zeros(Arc::new(BlockPattern::two_rings(&sheet)));
+    one.hessian(&x, HessianPart::Full, &mut hessian);
+    assert!((dense(&hessian) - &symmetric).amax() < 1e-9);
+    assert!((jacobian - symmetric).amax() > 0.01, "a free rim should show");
+}

@@ -1,0 +1,148 @@
+//! Effects of the engine in scenes: options that belong to another model, regions, loads.
+
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::simulation;
+
+use super::{position, refused};
+
+const HEAD: &str = r#"
+[sheet]
+shape = "rectangle"
+width = 4.0
+height = 3.0
+vertices = 60
+
+[material]
+young = 1.0
+poisson = 0.3
+thickness = 0.1
+
+[time]
+until = 1.0
+
+[[effect]]
+kind = "stretching"
+model = "stvk"
+
+[[effect]]
+"#;
+
+fn build(effect: &str) -> Result<simulation::Setup, rumple::Error> {
+    let scene = Scene::parse(&format!("{HEAD}{effect}\n"), "s.toml", &[])?;
+    simulation::prepare(&scene, &Search::in_directories(Vec::new()))
+}
+
+/// Refused once the sheet is known: message, help, and the first `needle` as the place.
+fn wrong(effect: &str, needle: &str, message: &str, help: &str) {
+    let text = format!("{HEAD}{effect}\n");
+    let Err(rumple::Error::Scene(error)) = build(effect) else { panic!("{effect}") };
+    assert_eq!(error.message(), message);
+    let needle = &text[text.rfind(needle).unwrap()..];
+    assert_eq!(error.position(), Some(position(&text, needle)), "{effect}");
+    assert_eq!(error.advice(), Some(help), "{effect}");
+}
+
+#[test]
+fn every_model_and_load_is_accepted() {
+    for effect in [
+        "kind = \"bending\"\nmodel = \"hinge\"",
+        "kind = \"stretching\"\nmodel = \"stvk\"\nmodulus = \"plate\"",
+        "kind = \"pressure\"\nvalue = -2",
+        "kind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 1] }",
+        "kind = \"load\"\nwhere = { vertices = [1, 2] }\nforce = { per-vertex = [0, 0, 1] }",
+        "kind = \"load\"\nwhere = \"rim\"\nforce = { per-length = [0, 0, 1] }",
+        "kind = \"load\"\nwhere = \"all\"\nforce = { per-area = [0, 0, 1] }",
+        "kind = \"load\"\nwhere = \"all\"\nforce = { along-normal = 1 }",
+        "kind = \"pin\"\naxes = \"xyz\"\nwhere = { half-space = { normal = [1, 0, 0] } }",
+        "kind = \"pin\"\naxes = \"xyz\"\nwhere = { all-of = [\"rim\", { ring = { inner = 0, outer = 9 } }] }",
+    ] {
+        let mut setup = build(effect).unwrap_or_else(|e| panic!("{effect}: {e}"));
+        assert!(setup.system.mechanics().force_scale() > 0.0);
+        let scene = Scene::parse(&format!("{HEAD}{effect}\n"), "s.toml", &[]).unwrap();
+        let resolved = scene.resolved().unwrap();
+        let again = Scene::parse(&resolved, "r.toml", &[]).unwrap();
+        assert_eq!(again.resolved().unwrap(), resolved, "{effect}");
+        assert_eq!(format!("{:?}", again.effects), format!("{:?}", scene.effects), "{effect}");
+    }
+}
+
+#[test]
+fn options_of_another_model_are_refused() {
+    wrong(
+        "kind = \"stretching\"\nmodel = \"stvk\"\nweight = \"paper\"",
+        "\"paper\"",
+        "effect[1].weight: model = \"stvk\" has no weight: it is a constant-strain triangle, \
+         not a bond",
+        "leave weight out, or choose model = \"bond\"",
+    );
+    wrong(
+        "kind = \"stretching\"\nmodulus = \"plate\"",
+        "\"plate\"",
+        "effect[1].modulus: model = \"bond\" has no modulus: it always has Y = E h/(1-ν²)",
+        "leave modulus out, or choose model = \"stvk\"",
+    );
+    for (key, value) in [("weight", "\"area\""), ("area", "\"barycentric\"")] {
+        wrong(
+            &format!("kind = \"bending\"\nmodel = \"hinge\"\n{key} = {value}"),
+            value,
+            &format!(
+                "effect[1].{key}: model = \"hinge\" has no {key}: it weights its edges by \
+                 optimal lengths and areas"
+            ),
+            &format!("leave {key} out, or choose model = \"meyer\""),
+        );
+    }
+}
+
+#[test]
+fn regions_that_choose_nothing_or_make_no_sense() {
+    let force = "force = { total = [0, 0, 1] }";
+    let load = |region: &str| format!("kind = \"load\"\n{force}\nwhere = {region}");
+    let empty = "a closed surface has no rim; regions refer to rest positions";
+    let region = "{ ball = { centre = [99, 0, 0], radius = 1 } }";
+    wrong(&load(region), region, "effect[1].where: no vertex is chosen by this load", empty);
+    let region = "{ vertices = [0, 4000] }";
+    let n = build("kind = \"bending\"").unwrap().sheet.vertex_count();
+    let message = format!("effect[1].where: there is no vertex 4000: the sheet has {n}");
+    wrong(&load(region), region, &message, "vertices are numbered from 0");
+    let region = "{ half-space = { normal = [0, 0, 0] } }";
+    let message = "effect[1].where: the normal must be a direction that is not 0";
+    wrong(&load(region), region, message, "for example [0, 0, 1]");
+    let region = "{ all-of = [\"rim\", { ring = { inner = 2, outer = 1 } }] }";
+    let message = "effect[1].where: the ring's inner = 2 is above outer = 1";
+    wrong(&load(region), region, message, "inner and outer are distances from the axis");
+    wrong(
+        "kind = \"load\"\nforce = { per-length = [0, 0, 1] }\nwhere = { vertices = [0] }",
+        "{ vertices",
+        "effect[1].where: no rim edge has both ends in the region of this load",
+        "a force per length acts on the rim; for a force on single vertices use total or \
+         per-vertex",
+    );
+}
+
+#[test]
+fn misspelt_kinds_models_and_forces_are_answered_with_the_nearest() {
+    let refusal = |effect: &str| refused(&format!("{HEAD}{effect}\n"), &[]);
+    let error = refusal("kind = \"presure\"\nvalue = 1");
+    assert_eq!(error.message(), "effect[1]: unknown effect \"presure\"");
+    assert!(error.advice().unwrap().starts_with("did you mean pressure? allowed: "));
+    let error = refusal("kind = \"lod\"");
+    assert!(error.advice().unwrap().starts_with("did you mean load? "), "{:?}", error.advice());
+    let error = refusal("kind = \"bending\"\nmodel = \"hinges\"");
+    assert_eq!(error.message(), "effect[1].model: unknown name \"hinges\"");
+    assert_eq!(error.advice(), Some("did you mean hinge? allowed: meyer, hinge"));
+    let error = refusal("kind = \"stretching\"\nmodel = \"stkv\"");
+    assert_eq!(error.advice(), Some("did you mean stvk? allowed: bond, stvk"));
+    let error = refusal("kind = \"stretching\"\nwight = \"paper\"");
+    assert_eq!(error.advice(), Some("did you mean weight? allowed: kind, model, weight, modulus"));
+    let error = refusal("kind = \"load\"\nwhere = \"rim\"\nforce = { per-lenth = [0, 0, 1] }");
+    assert_eq!(error.message(), "effect[1].force: unknown name \"per-lenth\"");
+    assert!(error.advice().unwrap().starts_with("did you mean per-length? "));
+    let error = refusal("kind = \"load\"\nwhere = \"rim\"\nforce = { total = [0, nan, 1] }");
+    assert_eq!(error.message(), "effect[1].force.total[1] must be a finite number, not NaN");
+    let error = refusal("kind = \"pressure\"\nvalue = inf");
+    assert_eq!(error.message(), "effect[1].value must be a finite number, not inf");
+    let error = refusal("kind = \"pressure\"");
+    assert_eq!(error.message(), "missing key value in effect[1]");
+}
