@@ -13,6 +13,7 @@ pub fn main() -> Outcome<()> {
     let m = match what[1].as_str() {
         "bm" => BOND_MEYER,
         "sm" => STVK_MEYER,
+        "bh" => BOND_HINGE,
         _ => STVK_HINGE,
     };
     let sizes = what[2..].iter().map(|s| s.parse::<usize>().unwrap());
@@ -48,7 +49,7 @@ pub fn main() -> Outcome<()> {
             "cap" => {
                 for h in [0.2, 0.1, 0.05] {
                     let s = growth::cap(n, h, &m)?;
-                    println!("{h} {n} {} {:.4} {:.4}", s.vertices, s.edge, s.error());
+                    println!("{h} {n} {:.4} {:.4}", s.thin.error(), s.edge.error());
                 }
             }
             "fold" => {

@@ -1,9 +1,15 @@
 //! Growth and topology that bend a free sheet: the spherical cap (F2) and disclinations (F5).
 //!
 //! ```text
-//! cap            Φ(ρ) = 1/(1 + ρ²/(4 R_s²)) on a flat disc is the metric of a sphere of radius R_s
+//! cap            Φ(ρ) = 1/(1 + ρ²/(4 R_s²)) on a flat disc is the metric of a sphere of radius R_s;
+//!                height 2 R² R_s/(4 R_s² + R²) in the thin limit, lower by (1+ν) √(B/Y)
 //! disclination   flat → buckled at Y R²/B = 154 (five-fold), 192 (seven-fold), R centre to corner
 //! ```
+//!
+//! The correction is the bending of a spherical shell near its free edge: the spherical metric with
+//! flat rest curvature has the moment `M = B(1+ν)/R_s` everywhere but at the rim, and to take it
+//! away there moves the rim by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)` (Timoshenko & Woinowsky-Krieger,
+//! § 130). ν is that of bending.
 //!
 //! Seung & Nelson, Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005, for the second.
 
@@ -30,8 +36,17 @@ fn statically_determinate(sheet: &Sheet, [a, b, c]: [usize; 3]) -> Pins {
     pins
 }
 
+/// A cap's height beside two theories.
+#[derive(Debug, Clone, Copy)]
+pub struct Cap {
+    /// Beside the limit of no thickness.
+    pub thin: Sample,
+    /// Beside the theory that counts the free edge.
+    pub edge: Sample,
+}
+
 /// Height of the cap that a disc of thickness `thickness` becomes by growth.
-pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Sample> {
+pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Cap> {
     let sheet = Arc::new(generate(&Shape::Disc { radius: DISC }, vertices, 1)?);
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness };
     let free = vec![[false; 3]; vertices];
@@ -47,7 +62,13 @@ pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Sample> 
     }
     relax(&mut mechanics, &mut x, 1e-9)?;
     let exact = 2.0 * DISC * DISC * SPHERE / (4.0 * SPHERE * SPHERE + DISC * DISC);
-    Ok(Sample::new(&sheet, rise(&sheet, &x), exact))
+    let height = rise(&sheet, &x);
+    let ratio = material.bending_rigidity() / material.stretching_modulus();
+    let corrected = exact - (1.0 + models.bending_poisson(&material)) * ratio.sqrt();
+    Ok(Cap {
+        thin: Sample::new(&sheet, height, exact),
+        edge: Sample::new(&sheet, height, corrected),
+    })
 }
 
 /// Height of the middle over the mean of the rim, along the axis of the rim.

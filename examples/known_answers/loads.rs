@@ -1,33 +1,11 @@
-//! Loads of the problems, as energies of one's own: what it takes to add a term from outside.
+//! A moment on the end of a strip, as an energy of one's own: what it takes to add a term from
+//! outside the library.
 
 use rumple::Vec3;
 use rumple::effects::{Energy, HessianPart};
 use rumple::geometry::{RestMetric, Shape};
 use rumple::sheet::Sheet;
 use rumple::solve::linear::{Block, BlockMatrix};
-
-/// Forces that do not change: `U = -Σ f_i · (x_i - X_i)`.
-pub struct DeadForces(pub Vec<Vec3>);
-
-impl Energy for DeadForces {
-    fn name(&self) -> &'static str {
-        "dead forces"
-    }
-
-    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
-
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
-        if let Some(gradient) = gradient {
-            for (g, f) in gradient.iter_mut().zip(&self.0) {
-                *g -= f;
-            }
-        }
-        let moved = shape.x.iter().zip(shape.sheet.rest());
-        -moved.zip(&self.0).map(|((x, rest), f)| f.dot(&(x - rest))).sum::<f64>()
-    }
-
-    fn add_hessian(&mut self, _: &Shape<'_>, _: HessianPart, _: &mut BlockMatrix) {}
-}
 
 /// A lever of an [`EndMoment`]: from the mean of `base` to `tip`.
 pub struct Lever {

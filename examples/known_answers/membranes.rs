@@ -8,13 +8,10 @@
 
 use std::sync::Arc;
 
-use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::sheet::{Shape, generate};
 
-use super::loads::DeadForces;
-use super::{Models, Outcome, Sample, at_point, energy, relax};
-use rumple::system::Mechanics;
+use super::{Models, Outcome, Sample, area_load, at_point, mechanics, relax};
 
 /// κ for some Poisson's ratios, from `N'' + 3N'/r + 1/(8N²) = 0, N'(1) + (1-ν) N(1) = 0`.
 pub const HENCKY: [(f64, f64); 3] =
@@ -29,16 +26,8 @@ pub fn hencky(vertices: usize, (nu, kappa): (f64, f64), models: &Models) -> Outc
     let sheet = Arc::new(generate(&Shape::Disc { radius: 1.0 }, vertices, 1)?);
     let material = Material { young: 1.0 - nu * nu, poisson: nu, thickness: 1.0 };
     let pins = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
-    let stretching = energy(&sheet, &material, models.stretching)?;
-    let mut forces = vec![Vec3::zeros(); vertices];
-    let free = Mechanics::new(Arc::clone(&sheet), Vec::new(), vec![[false; 3]; vertices])?;
-    for (t, area) in sheet.triangles().iter().zip(free.metric().area()) {
-        for v in t {
-            forces[*v as usize].z += LOAD * area / 3.0;
-        }
-    }
-    let energies = vec![stretching, Box::new(DeadForces(forces))];
-    let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins)?;
+    let load = area_load(LOAD);
+    let mut mechanics = mechanics(&sheet, &material, &[models.stretching, &load], pins)?;
     let exact = kappa * LOAD.cbrt();
     // Flat, it has no stiffness at all.
     let mut x = sheet.rest().to_vec();

@@ -38,7 +38,7 @@ pub struct Models {
     pub bending: &'static str,
 }
 
-const BOND: &str = "kind = 'stretching'";
+const BOND: &str = "kind = 'stretching'\nmodel = 'bond'";
 const STVK: &str = "kind = 'stretching'\nmodel = 'stvk'";
 const MEYER: &str = "kind = 'bending'\nmodel = 'meyer'";
 const HINGE: &str = "kind = 'bending'\nmodel = 'hinge'";
@@ -47,8 +47,17 @@ const HINGE: &str = "kind = 'bending'\nmodel = 'hinge'";
 pub const BOND_MEYER: Models = Models { name: "bond + meyer", stretching: BOND, bending: MEYER };
 /// Triangles of constant strain with the paper's bending.
 pub const STVK_MEYER: Models = Models { name: "stvk + meyer", stretching: STVK, bending: MEYER };
+/// The models of Seung & Nelson.
+pub const BOND_HINGE: Models = Models { name: "bond + hinge", stretching: BOND, bending: HINGE };
 /// Triangles of constant strain with hinges.
 pub const STVK_HINGE: Models = Models { name: "stvk + hinge", stretching: STVK, bending: HINGE };
+
+impl Models {
+    /// Poisson's ratio that bending sees at free and supported rims: hinges have their own.
+    pub fn bending_poisson(&self, material: &Material) -> f64 {
+        if self.bending == HINGE { -1.0 / 3.0 } else { material.poisson }
+    }
+}
 
 /// One mesh's answer beside the exact one.
 #[derive(Debug, Clone, Copy)]
@@ -111,6 +120,11 @@ pub fn mechanics(
     let energies: Outcome<Vec<_>> =
         effects.iter().map(|table| energy(sheet, material, table)).collect();
     Ok(Mechanics::new(Arc::clone(sheet), energies?, pins)?)
+}
+
+/// A vertical dead load `value` per rest area on all of the sheet, as a scene lists it.
+pub fn area_load(value: f64) -> String {
+    format!("kind = 'load'\nwhere = 'all'\nforce = {{ per-area = [0.0, 0.0, {value:e}] }}")
 }
 
 /// Brings `x` to rest with the default method.
@@ -222,7 +236,6 @@ pub fn newton(mechanics: &mut Mechanics, x: &mut [Vec3], tolerance: f64) -> Outc
                 return Err(format!("no step lowers the energy (residual {residual:.1e})").into());
             }
         }
-        if std::env::var("SHOW").is_ok() { println!("{iteration} {energy:e} {residual:e} {shift:e} {length:e}"); }
     }
     Err("Newton's method does not come to rest".into())
 }

@@ -15,13 +15,12 @@
 
 use std::sync::Arc;
 
-use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::system::Pins;
 
-use super::{Models, Outcome, Sample, Stiffness, at_point, critical, mechanics, relax_flat};
+use super::{Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat};
 
 /// How the rim is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +33,8 @@ pub enum Rim {
 
 /// k for ν = 1/3: first root of x J₀(x) = (2/3) J₁(x), squared.
 const K_SUPPORTED: f64 = 4.282410148730029;
+/// The same for ν = -1/3, which hinges have.
+const K_SUPPORTED_HINGES: f64 = 2.387093841844885;
 /// k: first root of J₁, squared.
 const K_CLAMPED: f64 = 14.681970642123895;
 
@@ -69,7 +70,11 @@ fn plate(vertices: usize, rim: Rim) -> Outcome<Plate> {
 /// Critical expansion of a disc whose rim cannot move (B1), ν = 1/3.
 pub fn buckling(vertices: usize, rim: Rim, models: &Models) -> Outcome<Sample> {
     let Plate { sheet, pins, radius, material } = plate(vertices, rim)?;
-    let k = if rim == Rim::Clamped { K_CLAMPED } else { K_SUPPORTED };
+    let k = match rim {
+        Rim::Clamped => K_CLAMPED,
+        Rim::Supported if models.bending_poisson(&material) < 0.0 => K_SUPPORTED_HINGES,
+        Rim::Supported => K_SUPPORTED,
+    };
     let ratio = material.bending_rigidity() / material.stretching_modulus();
     let exact = k * (1.0 - material.poisson) * ratio / (radius * radius);
     let effects = [models.stretching, models.bending];
@@ -88,18 +93,14 @@ pub fn buckling(vertices: usize, rim: Rim, models: &Models) -> Outcome<Sample> {
 /// Deflection of the middle under a small uniform pressure (B5), ν = 1/3.
 pub fn deflection(vertices: usize, rim: Rim, models: &Models) -> Outcome<Sample> {
     let Plate { sheet, pins, radius, material } = plate(vertices, rim)?;
-    let nu = material.poisson;
+    let nu = models.bending_poisson(&material);
     let support = if rim == Rim::Clamped { 1.0 } else { (5.0 + nu) / (1.0 + nu) };
     let exact = support * radius.powi(4) / (64.0 * material.bending_rigidity());
-    let effects = [models.stretching, models.bending];
+    let load = area_load(1.0);
+    let effects = [models.stretching, models.bending, &load];
     let mut mechanics = mechanics(&sheet, &material, &effects, pins)?;
-    let mut forces = vec![Vec3::zeros(); sheet.vertex_count()];
-    for (t, area) in sheet.triangles().iter().zip(mechanics.metric().area()) {
-        for v in t {
-            forces[*v as usize].z += area / 3.0;
-        }
-    }
     let rest = sheet.rest().to_vec();
+    let forces = mechanics.force_of(2, &rest);
     let moved = Stiffness::new(&sheet)?.response(&mut mechanics, &rest, forces)?;
     Ok(Sample::new(&sheet, at_point(&sheet, &moved, 0.0, 0.0)?.z, exact))
 }

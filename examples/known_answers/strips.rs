@@ -35,7 +35,7 @@ pub enum Ends {
 }
 
 const LENGTH: f64 = 20.0;
-const WIDTH: f64 = 2.0;
+const WIDTH: f64 = 1.0;
 const MATERIAL: Material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.5 };
 
 /// Share of a strip's width that carries bending energy under `models`.
@@ -79,7 +79,7 @@ fn euler(rows: usize, ends: Ends, models: &Models) -> Outcome<Euler> {
     let held = |x: &Vec3| x.x < reach || x.x > last - reach;
     let mut pins: Pins = sheet.rest().iter().map(|x| [held(x), false, held(x)]).collect();
     pins[rows / 2][1] = true;
-    let nu = MATERIAL.poisson;
+    let nu = models.bending_poisson(&MATERIAL);
     let narrow = MATERIAL.bending_rigidity() * (1.0 - nu * nu) * bending_share(&sheet, models)?;
     let k = if ends == Ends::Clamped { 4.0 } else { 1.0 };
     let critical = k * PI * PI * narrow / (MATERIAL.stretching_modulus() * LENGTH * LENGTH);

@@ -11,12 +11,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::Material;
-use rumple::num::real;
+use rumple::effects::{Energy, Material};
+use rumple::num::{real, whole};
 use rumple::sheet::Sheet;
 use rumple::system::{Mechanics, Pins};
 
-use super::loads::{DeadForces, EndMoment, Lever};
+use super::loads::{EndMoment, Lever};
 use super::meshes::Strip;
 use super::strips::bending_share;
 use super::{Models, Outcome, Sample, energy, newton};
@@ -31,15 +31,16 @@ pub const SHEAR: [(f64, f64, f64); 5] = [
 ];
 
 const MATERIAL: Material = Material { young: 1.2e6, poisson: 0.0, thickness: 0.1 };
+/// Length of the strip that is rolled up.
+pub const ROLL_LENGTH: f64 = 12.0;
 const MOST_SHEAR: f64 = 4.0;
 const MOST_MOMENT: f64 = 50.0 * PI / 3.0;
 
-/// A cantilever with its columns of vertices at the tip.
+/// A cantilever and its clamp.
 struct Cantilever {
+    strip: Strip,
     sheet: Arc<Sheet>,
     pins: Pins,
-    last: Vec<usize>,
-    before: Vec<usize>,
 }
 
 impl Cantilever {
@@ -47,22 +48,24 @@ impl Cantilever {
         let mut strip = Strip { length, width: 1.0, rows, extra };
         strip.width /= bending_share(&strip.mesh()?, models)?;
         let sheet = Arc::new(strip.mesh()?);
-        let spacing = strip.spacing();
-        let column = |x: &Vec3| rumple::num::whole(x.x / spacing);
-        let of = |c: usize| (0..sheet.vertex_count()).filter(|&i| column(&sheet.rest()[i]) == c).collect();
-        let pins = sheet.rest().iter().map(|x| [column(x) < 2; 3]).collect();
-        let (last, before) = (of(strip.columns()), of(strip.columns() - 1));
-        Ok(Self { pins, last, before, sheet })
+        let mut cantilever = Self { strip, sheet, pins: Vec::new() };
+        cantilever.pins = vec![[false; 3]; cantilever.sheet.vertex_count()];
+        for column in 0..2 {
+            for i in cantilever.column(column) {
+                cantilever.pins[i] = [true; 3];
+            }
+        }
+        Ok(cantilever)
     }
 
-    /// Shares of the end's width that belong to the vertices of the last column.
-    fn shares(&self) -> Vec<f64> {
-        let n = self.last.len() - 1;
-        let share = |j: usize| if j == 0 || j == n { 0.5 } else { 1.0 };
-        (0..=n).map(|j| share(j) / real(n)).collect()
+    /// Vertices of a column, by ascending y.
+    fn column(&self, number: usize) -> Vec<usize> {
+        let spacing = self.strip.spacing();
+        let rest = self.sheet.rest();
+        (0..rest.len()).filter(|&i| whole(rest[i].x / spacing) == number).collect()
     }
 
-    fn mechanics(&self, models: &Models, load: Box<dyn rumple::effects::Energy>) -> Outcome<Mechanics> {
+    fn mechanics(&self, models: &Models, load: Box<dyn Energy>) -> Outcome<Mechanics> {
         let energies = vec![
             energy(&self.sheet, &MATERIAL, models.stretching)?,
             energy(&self.sheet, &MATERIAL, models.bending)?,
@@ -70,65 +73,69 @@ impl Cantilever {
         ];
         Ok(Mechanics::new(Arc::clone(&self.sheet), energies, self.pins.clone())?)
     }
-
-    fn mean(&self, column: &[usize], x: &[Vec3]) -> Vec3 {
-        column.iter().map(|&i| x[i]).sum::<Vec3>() / real(column.len())
-    }
 }
 
-/// -U and W of the tip at the five loads of [`SHEAR`].
+fn mean(vertices: &[usize], x: &[Vec3]) -> Vec3 {
+    vertices.iter().map(|&i| x[i]).sum::<Vec3>() / real(vertices.len())
+}
+
+/// -U and W of the tip at the five loads of [`SHEAR`], reached in ten steps.
 pub fn shear(rows: usize, models: &Models) -> Outcome<Vec<[Sample; 2]>> {
-    let strip = Cantilever::new(10.0, rows, 0.5, models)?;
-    let sheet = &strip.sheet;
+    let cantilever = Cantilever::new(10.0, rows, 0.5, models)?;
+    let (strip, sheet) = (&cantilever.strip, &cantilever.sheet);
+    let last = cantilever.column(strip.columns());
+    let edge = (real(strip.columns()) - 0.5) * strip.spacing();
     let mut x = sheet.rest().to_vec();
-    let start = strip.mean(&strip.last, &x);
+    let start = mean(&last, &x);
     let mut found = Vec::new();
-    for step in 1..=20u32 {
-        let load = f64::from(step) / 20.0;
-        let mut forces = vec![Vec3::zeros(); sheet.vertex_count()];
-        for (&i, share) in strip.last.iter().zip(strip.shares()) {
-            forces[i].z = MOST_SHEAR * load * share;
-        }
-        let mut mechanics = strip.mechanics(models, Box::new(DeadForces(forces)))?;
+    for step in 1..=10u32 {
+        let load = f64::from(step) / 10.0;
+        let density = MOST_SHEAR * load / strip.width;
+        let table = format!(
+            "kind = 'load'\nwhere = {{ box = {{ min = [{edge:e}, -1e9, -1e9], \
+             max = [1e9, 1e9, 1e9] }} }}\nforce = {{ per-length = [0.0, 0.0, {density:e}] }}"
+        );
+        let load_energy = energy(sheet, &MATERIAL, &table)?;
+        let mut mechanics = cantilever.mechanics(models, load_energy)?;
         newton(&mut mechanics, &mut x, 1e-10)?;
         if let Some((_, u, w)) = SHEAR.iter().find(|row| (row.0 - load).abs() < 1e-9) {
-            let moved = strip.mean(&strip.last, &x) - start;
+            let moved = mean(&last, &x) - start;
             found.push([Sample::new(sheet, -moved.x, *u), Sample::new(sheet, moved.z, *w)]);
         }
     }
     Ok(found)
 }
 
-/// -U and W of the tip at the moments `fractions` of the one that closes the strip to a ring.
+/// -U and W of the tip at `steps` moments up to the one that closes the strip to a ring.
 ///
-/// The moment acts on the last two columns; the tip lies midway between them.
+/// The moment acts on levers between the last two columns that bend, so the strip ends midway
+/// between these; beyond follows the rim, which carries nothing. (On the rim itself a moment finds
+/// displacements that the cotangent curvature does not see, and pulls triangles apart.)
 pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sample; 2])>> {
-    const LENGTH: f64 = 12.0;
-    let strip = Cantilever::new(LENGTH, rows, 1.0, models)?;
-    let sheet = &strip.sheet;
+    let cantilever = Cantilever::new(ROLL_LENGTH, rows, 2.0, models)?;
+    let (strip, sheet) = (&cantilever.strip, &cantilever.sheet);
+    let tips = cantilever.column(strip.columns() - 1);
+    let bases = cantilever.column(strip.columns() - 2);
     let mut x = sheet.rest().to_vec();
-    let tip = |x: &[Vec3]| 0.5 * (strip.mean(&strip.last, x) + strip.mean(&strip.before, x));
+    let tip = |x: &[Vec3]| 0.5 * (mean(&tips, x) + mean(&bases, x));
     let start = tip(&x);
     let mut found = Vec::new();
     for step in 1..=steps {
         let load = f64::from(step) / f64::from(steps);
-        let levers = strip.last.iter().zip(strip.shares()).enumerate();
-        let levers = levers.map(|(j, (&tip, share))| Lever {
-            tip,
-            base: [strip.before[j], strip.before[j + 1]],
-            share,
-        });
-        let load_energy = EndMoment {
-            moment: MOST_MOMENT * load,
-            levers: levers.collect(),
-            from: 2.0 * PI * (load - 1.0 / f64::from(steps)),
-        };
-        let mut mechanics = strip.mechanics(models, Box::new(load_energy))?;
-        newton(&mut mechanics, &mut x, 1e-10)?;
+        let levers = (0..rows)
+            .map(|j| Lever {
+                tip: tips[j + 1],
+                base: [bases[j], bases[j + 1]],
+                share: 1.0 / real(rows),
+            })
+            .collect();
+        let from = 2.0 * PI * (load - 1.0 / f64::from(steps));
+        let load_energy = Box::new(EndMoment { moment: MOST_MOMENT * load, levers, from });
+        newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-10)?;
         let angle = 2.0 * PI * load;
         let moved = tip(&x) - start;
-        let u = LENGTH * (1.0 - angle.sin() / angle);
-        let w = LENGTH * (1.0 - angle.cos()) / angle;
+        let u = ROLL_LENGTH * (1.0 - angle.sin() / angle);
+        let w = ROLL_LENGTH * (1.0 - angle.cos()) / angle;
         found.push((load, [Sample::new(sheet, -moved.x, u), Sample::new(sheet, moved.z, w)]));
     }
     Ok(found)
