@@ -51,7 +51,8 @@ pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Cap> {
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness };
     let free = vec![[false; 3]; vertices];
     let mut mechanics = mechanics(&sheet, &material, &[models.stretching, models.bending], free)?;
-    let at = |v: u32| 1.0 / (1.0 + sheet.rest()[v as usize].norm_squared() / (4.0 * SPHERE * SPHERE));
+    let at =
+        |v: u32| 1.0 / (1.0 + sheet.rest()[v as usize].norm_squared() / (4.0 * SPHERE * SPHERE));
     let factor: Vec<f64> =
         sheet.edges().iter().map(|e| 0.5 * (at(e.vertices[0]) + at(e.vertices[1]))).collect();
     mechanics.set_length_factor(&factor);
@@ -76,8 +77,7 @@ fn rise(sheet: &Sheet, x: &[Vec3]) -> f64 {
     let rim: Vec<usize> = (0..x.len()).filter(|&i| sheet.rim()[i]).collect();
     let mean = rim.iter().map(|&i| x[i]).sum::<Vec3>() / real(rim.len());
     // The middle of the disc is no vertex: the top of the paraboloid through the vertices near it.
-    let near: Vec<usize> =
-        (0..x.len()).filter(|&i| sheet.rest()[i].norm() < 0.15 * DISC).collect();
+    let near: Vec<usize> = (0..x.len()).filter(|&i| sheet.rest()[i].norm() < 0.15 * DISC).collect();
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
     for &i in &rim {
         let d = x[i] - mean;

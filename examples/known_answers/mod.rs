@@ -15,9 +15,7 @@ use std::error::Error;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{
-    Effect, EffectContext, EffectSpec, Energy, HessianPart, Material, Measure,
-};
+use rumple::effects::{Effect, EffectContext, EffectSpec, Energy, HessianPart, Material, Measure};
 use rumple::sheet::Sheet;
 use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::{Goal, Relaxation};

@@ -20,7 +20,9 @@ use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::system::Pins;
 
-use super::{Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat};
+use super::{
+    Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat,
+};
 
 /// How the rim is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

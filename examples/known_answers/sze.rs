@@ -117,6 +117,7 @@ pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sa
     let tips = cantilever.column(strip.columns() - 1);
     let bases = cantilever.column(strip.columns() - 2);
     let mut x = sheet.rest().to_vec();
+    let mut before = x.clone();
     let tip = |x: &[Vec3]| 0.5 * (mean(&tips, x) + mean(&bases, x));
     let start = tip(&x);
     let mut found = Vec::new();
@@ -131,7 +132,9 @@ pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sa
             .collect();
         let from = 2.0 * PI * (load - 1.0 / f64::from(steps));
         let load_energy = Box::new(EndMoment { moment: MOST_MOMENT * load, levers, from });
-        newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-10)?;
+        let guess = x.iter().zip(&before).map(|(x, before)| 2.0 * x - before).collect();
+        before = std::mem::replace(&mut x, guess);
+        newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-9)?;
         let angle = 2.0 * PI * load;
         let moved = tip(&x) - start;
         let u = ROLL_LENGTH * (1.0 - angle.sin() / angle);
