@@ -5,10 +5,10 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{BendingWeight, Energy, HingeBending, Material, MeyerBending};
 use rumple::geometry::AreaRule;
-use rumple::sheet::Sheet;
+use rumple::sheet::{Shape, Sheet, generate};
 use rumple::system::Mechanics;
 
-use crate::common::{irregular, lattice};
+use crate::common::lattice;
 
 /// A material with B = 1.
 fn unit_rigidity(poisson: f64) -> Material {
@@ -96,11 +96,11 @@ fn the_lattice_has_a_gaussian_modulus_of_its_own() {
 fn all_bending_models_agree_for_smooth_shapes_inside_the_flat_sheet() {
     let mut errors = Vec::new();
     for refine in [1.0, 2.0, 4.0] {
-        let (radius, n) = (8.0 * refine, 20.0 * refine);
+        let (radius, n) = (8.0 * refine, 24.0 * refine);
         let size = rumple::num::whole(n);
         let sheet = Arc::new(lattice(size, size));
         let centre = Vec3::new(0.5 * n, 0.5 * n * 0.75f64.sqrt(), 0.0);
-        let amplitude = 1e-6 * radius;
+        let amplitude = 1e-3 * radius;
         let bump = |p: &Vec3| {
             let q = (1.0 - (p - centre).norm_squared() / (radius * radius)).max(0.0);
             Vec3::new(p.x, p.y, amplitude * q.powi(4))
@@ -114,7 +114,7 @@ fn all_bending_models_agree_for_smooth_shapes_inside_the_flat_sheet() {
         let (h, m) = (relative(hinge(&sheet, one_third)), relative(meyer(&sheet, one_third)));
         for poisson in [0.0, 0.5] {
             assert!((relative(hinge(&sheet, poisson)) / h - 1.0).abs() < 1e-9);
-            assert!((relative(meyer(&sheet, poisson)) / m - 1.0).abs() < 1e-6);
+            assert!((relative(meyer(&sheet, poisson)) / m - 1.0).abs() < 1e-8);
         }
         errors.push([(h - 1.0).abs(), (m - 1.0).abs(), (h / m - 1.0).abs()]);
     }
@@ -124,15 +124,23 @@ fn all_bending_models_agree_for_smooth_shapes_inside_the_flat_sheet() {
     }
 }
 
-/// On an irregular mesh the stiffness is off by what the mesh makes of it, as documented.
+/// On an irregular mesh the stiffness of a cylinder is off by what the mesh makes of it, and
+/// refinement does not help: the documented limit of the model.
 #[test]
 fn an_irregular_mesh_changes_the_stiffness_somewhat() {
-    let sheet = Arc::new(irregular(60, 60, 0.25));
-    let mut mechanics = hinge(&sheet, 0.3);
-    let area: f64 = mechanics.metric().area().iter().sum();
-    let radius = 1e3;
-    let density = mechanics.energy(&rolled(&sheet, radius, 0.0)) / area * 2.0 * radius * radius;
-    assert!((density - 1.0).abs() < 0.25, "{density}");
+    let mut stiffness = Vec::new();
+    for vertices in [1000, 4000] {
+        let shape = Shape::Rectangle { width: 1.0, height: 1.0 };
+        let sheet = Arc::new(generate(&shape, vertices, 1).unwrap());
+        let mut mechanics = hinge(&sheet, 0.3);
+        let radius = 1e3;
+        let energy = mechanics.energy(&rolled(&sheet, radius, 0.0));
+        // A triangle at the rim lacks a hinge, so the edge of the sheet is softer.
+        let (rim, all) = (sheet.edges().iter().filter(|e| e.is_rim()).count(), sheet.edges().len());
+        let area = (all - rim) as f64 / (1.5 * sheet.triangle_count() as f64);
+        stiffness.push(energy / area * 2.0 * radius * radius);
+    }
+    assert!(stiffness.iter().all(|s| (0.98..1.03).contains(s)), "{stiffness:?}");
 }
 
 #[test]

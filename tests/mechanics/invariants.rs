@@ -5,8 +5,11 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
 use rumple::Vec3;
+use rumple::effects::{FollowerPressure, HessianPart};
 use rumple::geometry::{AreaRule, Curvature, VertexArea, angle_at};
 use rumple::sheet::Sheet;
+use rumple::solve::linear::{BlockMatrix, BlockPattern};
+use rumple::system::Mechanics;
 
 use super::{MATERIAL, alone, both, crumpled, variants};
 use crate::common::{icosphere, irregular, lattice};
@@ -33,14 +36,14 @@ fn energy_is_blind_to_rigid_motion_and_forces_balance() {
 #[test]
 fn the_rest_state_has_no_energy_and_no_force() {
     let sheet = Arc::new(irregular(9, 8, 0.3));
-    let free = vec![[false; 3]; sheet.vertex_count()];
-    let mut mechanics = both(&sheet, &MATERIAL, free);
-    let energy = mechanics.energies(sheet.rest());
-    assert!(energy.iter().all(|e| e.abs() < 1e-12), "{energy:?}");
-    for which in 0..2 {
-        let force = mechanics.force_of(which, sheet.rest());
+    for (name, energy) in variants(&sheet) {
+        let pins = vec![[false; 3]; sheet.vertex_count()];
+        let mut mechanics = Mechanics::new(Arc::clone(&sheet), vec![energy], pins).unwrap();
+        let energy = mechanics.energy(sheet.rest());
+        assert!(energy.abs() < 1e-12, "{name}: {energy:e}");
+        let force = mechanics.force_of(0, sheet.rest());
         let largest = force.iter().map(|f| f.norm()).fold(0.0, f64::max);
-        assert!(largest < 1e-12, "{which}: {largest:e}");
+        assert!(largest < 1e-12, "{name}: {largest:e}");
     }
 }
 
@@ -101,13 +104,21 @@ fn an_obtuse_flat_sheet_has_no_curvature() {
 fn results_do_not_depend_on_the_number_of_threads() {
     let sheet = Arc::new(lattice(60, 50));
     let x = crumpled(&sheet, 0.1);
+    let pattern = Arc::new(BlockPattern::two_rings(&sheet));
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
+            let mut energies: Vec<_> = variants(&sheet).into_iter().map(|v| v.1).collect();
+            energies.push(Box::new(FollowerPressure::new(&sheet, 0.7)));
+            let pins = vec![[false; 3]; sheet.vertex_count()];
+            let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins).unwrap();
             let mut g = vec![Vec3::zeros(); x.len()];
             let energy = mechanics.energy_gradient(&x, &mut g);
-            (energy.to_bits(), g.iter().map(|g| g.map(f64::to_bits)).collect::<Vec<_>>())
+            let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
+            mechanics.hessian(&x, HessianPart::Full, &mut hessian);
+            let blocks: Vec<_> =
+                (0..x.len()).flat_map(|i| hessian.row(i)).map(|b| b.map(f64::to_bits)).collect();
+            (energy.to_bits(), g.iter().map(|g| g.map(f64::to_bits)).collect::<Vec<_>>(), blocks)
         })
     };
     let one = run(1);

@@ -122,8 +122,7 @@ fn all_stretching_models_agree_at_the_flat_rest_state_of_a_lattice() {
             let plate = StvkStretching::new(&MATERIAL, StretchingModulus::Plate);
             let (paper, plate) = (of(mechanics(&sheet, paper)), of(mechanics(&sheet, plate)));
             let found = difference(&bond, &paper, 1.0);
-            assert_eq!(found < 1e-13, same, "{found:e}");
-            assert!(found < 1e-13 || found > 1e-2, "{found:e}");
+            assert!(if same { found < 1e-13 } else { found > 1e-2 }, "{found:e}");
             assert!(difference(&paper, &plate, 9.0 / 8.0) < 1e-13);
         }
     }
@@ -168,7 +167,8 @@ fn optimal_lengths_that_make_no_triangle_are_tamed() {
         assert!(energy.is_finite() && energy > 0.0);
         assert!((energy / last - 1.0).abs() < 0.1, "{step}: {last} {energy}");
         assert!(energy < 1e3 * y);
-        assert_eq!(impossible, if step < 80 { 0 } else { 2 }, "{step}");
+        // At step 80 the length is that of the other two together, to round-off.
+        assert!(step == 80 || impossible == if step < 80 { 0 } else { 2 }, "{step}");
         last = energy;
     }
     let mut gradient = vec![Vec3::zeros(); x.len()];
