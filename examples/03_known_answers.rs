@@ -81,15 +81,14 @@ fn plate_tables() -> Outcome<()> {
 
 fn strip_tables() -> Outcome<()> {
     println!("\n## B3: Euler's strip");
-    let rows = [4, 6, 8, 12];
     for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
-        for ends in [Ends::Pinned, Ends::Clamped] {
+        for (ends, rows) in [(Ends::Pinned, [4, 6, 8, 12]), (Ends::Clamped, [5, 7, 9, 13])] {
             let samples = over(&rows, |n| strips::buckling(n, ends, &models))?;
             let title = format!("critical expansion, {ends:?} ends, {}", models.name);
             table(&title.to_lowercase(), &samples);
         }
         for load in [2.0, 4.0] {
-            let samples = over(&rows, |n| strips::height(n, load, &models))?;
+            let samples = over(&[4, 6, 8, 12], |n| strips::height(n, load, &models))?;
             table(&format!("height at {load} ε_cr, pinned ends, {}", models.name), &samples);
         }
     }
@@ -115,7 +114,7 @@ fn growth_tables() -> Outcome<()> {
         println!("| h | vertices | computed | thin limit | error | with free edge | error |");
         println!("| ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
         for thickness in [0.2, 0.1, 0.05] {
-            for vertices in [400, 1600, 6400] {
+            for vertices in [400, 1600] {
                 let cap = growth::cap(vertices, thickness, &models)?;
                 println!(
                     "| {thickness} | {vertices} | {:.4} | {:.4} | {:+.2} % | {:.4} | {:+.2} % |",
@@ -129,7 +128,7 @@ fn growth_tables() -> Outcome<()> {
         }
     }
     println!("\n## F5: disclinations");
-    let shells = [5, 10, 20, 40];
+    let shells = [5, 10, 20];
     for models in [BOND_HINGE, BOND_MEYER] {
         for fold in [5, 7] {
             let samples = over(&shells, |n| growth::disclination_buckling(fold, n, &models))?;
