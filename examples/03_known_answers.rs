@@ -147,7 +147,7 @@ fn cantilever_tables() -> Outcome<()> {
     }
     println!("\n## S2: cantilever under end moment");
     let runs: Outcome<Vec<_>> =
-        [4, 8, 16].iter().map(|&n| sze::moment(n, 20, &STVK_MEYER)).collect();
+        [4, 8, 12].iter().map(|&n| sze::moment(n, 20, &STVK_MEYER)).collect();
     let runs = runs?;
     let loads: Vec<f64> = runs[0].iter().map(|row| row.0).collect();
     let runs: Vec<Vec<[Sample; 2]>> =

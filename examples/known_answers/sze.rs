@@ -134,7 +134,8 @@ pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sa
         let load_energy = Box::new(EndMoment { moment: MOST_MOMENT * load, levers, from });
         let guess = x.iter().zip(&before).map(|(x, before)| 2.0 * x - before).collect();
         before = std::mem::replace(&mut x, guess);
-        newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-9)?;
+        newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-9)
+            .map_err(|e| format!("{rows} rows, load {load}: {e}"))?;
         let angle = 2.0 * PI * load;
         let moved = tip(&x) - start;
         let u = ROLL_LENGTH * (1.0 - angle.sin() / angle);
