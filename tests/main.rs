@@ -1,5 +1,6 @@
 //! Integration tests, one binary.
 //!
+//! * `answers`: plates, strips, membranes, growth, cantilevers against theory, over meshes.
 //! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
 //! * `examples`: the numbered examples.
@@ -13,6 +14,7 @@
 
 #![allow(missing_docs, clippy::cast_precision_loss)]
 
+mod answers;
 mod chebyshev;
 mod common;
 mod diffusion;

@@ -1,4 +1,4 @@
-//! Every numbered example runs.
+//! Every numbered example runs (03 prints tables of what `answers` tests).
 
 #[path = "../../examples/01_grown_spot.rs"]
 mod grown_spot;

@@ -1,0 +1,185 @@
+//! Tables of problems whose answers are known, as they stand in `docs/known-answers.md`:
+//!
+//! `cargo run --release --example 03_known_answers`
+//!
+//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`) only
+//! these.
+
+mod known_answers;
+
+use known_answers::plates::Rim;
+use known_answers::strips::Ends;
+use known_answers::{
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, growth, membranes, plates,
+    strips, sze,
+};
+
+/// Prints the tables.
+///
+/// # Errors
+/// None is expected.
+fn main() -> Outcome<()> {
+    let only = std::env::args().nth(1);
+    let wanted = |name: &str| only.as_deref().is_none_or(|o| o == name);
+    if wanted("plates") {
+        plate_tables()?;
+    }
+    if wanted("strips") {
+        strip_tables()?;
+    }
+    if wanted("membranes") {
+        membrane_tables()?;
+    }
+    if wanted("growth") {
+        growth_tables()?;
+    }
+    if wanted("cantilevers") {
+        cantilever_tables()?;
+    }
+    Ok(())
+}
+
+/// One problem over several meshes.
+fn table(title: &str, samples: &[Sample]) {
+    println!("\n**{title}**\n");
+    println!("| vertices | edge | computed | exact | error | order |");
+    println!("| ---: | ---: | ---: | ---: | ---: | ---: |");
+    for (k, s) in samples.iter().enumerate() {
+        let order = match k {
+            0 => String::new(),
+            _ => format!("{:.1}", s.order(&samples[k - 1])),
+        };
+        println!(
+            "| {} | {:.4} | {:.5e} | {:.5e} | {:+.2} % | {order} |",
+            s.vertices,
+            s.edge,
+            s.computed,
+            s.exact,
+            100.0 * s.error()
+        );
+    }
+}
+
+fn over(sizes: &[usize], solve: impl Fn(usize) -> Outcome<Sample>) -> Outcome<Vec<Sample>> {
+    sizes.iter().map(|&n| solve(n)).collect()
+}
+
+fn plate_tables() -> Outcome<()> {
+    println!("\n## B1, B5: circular plates");
+    let sizes = [200, 800, 3200];
+    for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
+        for rim in [Rim::Supported, Rim::Clamped] {
+            let title = |what: &str| format!("{what}, {rim:?} rim, {}", models.name).to_lowercase();
+            let samples = over(&sizes, |n| plates::buckling(n, rim, &models))?;
+            table(&title("B1 critical expansion"), &samples);
+            let samples = over(&sizes, |n| plates::deflection(n, rim, &models))?;
+            table(&title("B5 deflection"), &samples);
+        }
+    }
+    Ok(())
+}
+
+fn strip_tables() -> Outcome<()> {
+    println!("\n## B3: Euler's strip");
+    for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
+        for (ends, rows) in [(Ends::Pinned, [4, 6, 8, 12]), (Ends::Clamped, [5, 7, 9, 13])] {
+            let samples = over(&rows, |n| strips::buckling(n, ends, &models))?;
+            let title = format!("critical expansion, {ends:?} ends, {}", models.name);
+            table(&title.to_lowercase(), &samples);
+        }
+        for load in [2.0, 4.0] {
+            let samples = over(&[4, 6, 8, 12], |n| strips::height(n, load, &models))?;
+            table(&format!("height at {load} ε_cr, pinned ends, {}", models.name), &samples);
+        }
+    }
+    Ok(())
+}
+
+fn membrane_tables() -> Outcome<()> {
+    println!("\n## B7: Hencky's membrane");
+    let sizes = [200, 800, 3200];
+    for case in membranes::HENCKY {
+        let samples = over(&sizes, |n| membranes::hencky(n, case, &STVK_MEYER))?;
+        table(&format!("height, stvk, ν = {:.4}", case.0), &samples);
+    }
+    let samples = over(&sizes, |n| membranes::hencky(n, membranes::HENCKY[2], &BOND_MEYER))?;
+    table("height, bond, ν = 1/3", &samples);
+    Ok(())
+}
+
+fn growth_tables() -> Outcome<()> {
+    println!("\n## F2: growth to a spherical cap");
+    for models in [BOND_MEYER, STVK_HINGE] {
+        println!("\n**height, {}**\n", models.name);
+        println!("| h | vertices | computed | thin limit | error | with free edge | error |");
+        println!("| ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
+        for thickness in [0.2, 0.1, 0.05] {
+            for vertices in [400, 1600] {
+                let cap = growth::cap(vertices, thickness, &models)?;
+                println!(
+                    "| {thickness} | {vertices} | {:.4} | {:.4} | {:+.2} % | {:.4} | {:+.2} % |",
+                    cap.thin.computed,
+                    cap.thin.exact,
+                    100.0 * cap.thin.error(),
+                    cap.edge.exact,
+                    100.0 * cap.edge.error()
+                );
+            }
+        }
+    }
+    println!("\n## F5: disclinations");
+    let shells = [5, 10, 20];
+    for models in [BOND_HINGE, BOND_MEYER] {
+        for fold in [5, 7] {
+            let samples = over(&shells, |n| growth::disclination_buckling(fold, n, &models))?;
+            table(&format!("critical Y R²/B, {fold}-fold, {}", models.name), &samples);
+        }
+    }
+    Ok(())
+}
+
+fn cantilever_tables() -> Outcome<()> {
+    println!("\n## S1: cantilever under end shear");
+    let runs: Outcome<Vec<_>> = [4, 8, 16].iter().map(|&n| sze::shear(n, &STVK_MEYER)).collect();
+    let runs = runs?;
+    for (which, name) in ["-U", "W"].iter().enumerate() {
+        beside(name, sze::SHEAR.map(|row| row.0).as_slice(), &runs, which);
+    }
+    println!("\n## S2: cantilever under end moment");
+    let runs: Outcome<Vec<_>> =
+        [4, 8, 12].iter().map(|&n| sze::moment(n, 20, &STVK_MEYER)).collect();
+    let runs = runs?;
+    let loads: Vec<f64> = runs[0].iter().map(|row| row.0).collect();
+    let runs: Vec<Vec<[Sample; 2]>> =
+        runs.iter().map(|run| run.iter().map(|row| row.1).collect()).collect();
+    for (which, name) in ["-U", "W"].iter().enumerate() {
+        beside(name, &loads, &runs, which);
+    }
+    Ok(())
+}
+
+/// A displacement at several loads, one column a mesh.
+fn beside(name: &str, loads: &[f64], runs: &[Vec<[Sample; 2]>], which: usize) {
+    let columns = |f: &dyn Fn(&Vec<[Sample; 2]>) -> String| -> String {
+        runs.iter().map(|run| format!(" {} |", f(run))).collect()
+    };
+    println!("\n**{name}, {}**\n", STVK_MEYER.name);
+    println!(
+        "| load | exact |{} order |",
+        columns(&|run| format!("{} vertices", run[0][0].vertices))
+    );
+    println!("| ---: | ---: |{} ---: |", columns(&|_| "---:".into()));
+    for (k, load) in loads.iter().enumerate() {
+        let last = runs.len() - 1;
+        let [coarse, fine] = [last - 1, last].map(|r| {
+            let s = runs[r][k][which];
+            ((s.computed - s.exact).abs(), s.edge)
+        });
+        let order = (coarse.0 / fine.0).ln() / (coarse.1 / fine.1).ln();
+        println!(
+            "| {load:.2} | {:.4} |{} {order:.1} |",
+            runs[0][k][which].exact,
+            columns(&|run| format!("{:.4}", run[k][which].computed))
+        );
+    }
+}
