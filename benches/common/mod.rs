@@ -7,6 +7,9 @@ use std::fmt::Write;
 use std::fs;
 use std::process::Command;
 
+use rumple::scene::Scene;
+use rumple::solve::EquilibriumSpec;
+
 /// Anything that stops a bench, in words.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -62,6 +65,17 @@ pub fn machine() -> String {
         env!("CARGO_PKG_VERSION"),
         first_line("git", &["describe", "--always", "--dirty"]),
     )
+}
+
+/// The method of equilibrium called `method`, with the defaults of scenes and the overrides `set`.
+pub fn equilibrium(method: &str, set: &[String]) -> Result<Box<dyn EquilibriumSpec>> {
+    let text = format!(
+        "sheet = {{ shape = \"disc\", radius = 1.0, vertices = 100 }}\n\
+         material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n\
+         time = {{ until = 1.0 }}\nequilibrium = {{ method = \"{method}\" }}\n"
+    );
+    let scene = Scene::parse(&text, "--method", set).map_err(|error| error.rendered(false))?;
+    Ok(scene.equilibrium)
 }
 
 /// A table in Markdown, padded so that it also reads well on a terminal.

@@ -10,10 +10,9 @@ use std::sync::Arc;
 
 use rumple::num::real;
 use rumple::sheet::Sheet;
-use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::{Goal, Relaxation};
 
-use crate::common::{Result, Table, cpu_seconds, number};
+use crate::common::{Result, Table, cpu_seconds, equilibrium, number};
 use crate::problem::{
     energy_and_norm, grow, mechanics, read_positions, read_sheet, smallest_angle,
 };
@@ -147,7 +146,7 @@ fn ours(
     start: &Path,
     relative: f64,
 ) -> Result<Row> {
-    let spec: Box<dyn EquilibriumSpec> = options.equilibrium(method)?;
+    let spec = equilibrium(method, &options.set)?;
     let mut x = read_positions(start, sheet.vertex_count())?;
     let mut mechanics = mechanics(sheet)?;
     grow(&mut mechanics);

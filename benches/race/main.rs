@@ -20,8 +20,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use rumple::scene::Scene;
-use rumple::solve::EquilibriumSpec;
 
 use baselines::Baselines;
 use common::Result;
@@ -83,18 +81,6 @@ enum Part {
     A,
     /// Model I.
     B,
-}
-
-impl Options {
-    /// The method as a scene would have it.
-    fn equilibrium(&self, method: &str) -> Result<Box<dyn EquilibriumSpec>> {
-        let text = format!(
-            "sheet = {{ shape = \"disc\", radius = 1.0, vertices = 100 }}\n\
-             material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n\
-             time = {{ until = 1.0 }}\nequilibrium = {{ method = \"{method}\" }}\n"
-        );
-        Ok(Scene::parse(&text, "--method", &self.set)?.equilibrium)
-    }
 }
 
 fn main() -> ExitCode {

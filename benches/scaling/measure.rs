@@ -7,14 +7,12 @@ use rumple::effects::{
     Bending, BondStretching, Energy, HessianPart, Material, MeyerBending, Stretching,
 };
 use rumple::num::real;
-use rumple::scene::Scene;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::Goal;
 use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
 use rumple::system::Mechanics;
 
-use crate::common::{Result, cpu_seconds, gibibytes, number};
+use crate::common::{Result, cpu_seconds, equilibrium, gibibytes, number};
 use crate::{Options, seconds};
 
 /// Titles of the columns.
@@ -103,12 +101,7 @@ fn relax(
     row: &mut Vec<String>,
 ) -> Result<()> {
     row.push(method.to_owned());
-    let text = format!(
-        "sheet = {{ shape = \"disc\", radius = 1.0, vertices = 100 }}\n\
-         material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n\
-         time = {{ until = 1.0 }}\nequilibrium = {{ method = \"{method}\" }}\n"
-    );
-    let spec: Box<dyn EquilibriumSpec> = Scene::parse(&text, "--method", &options.set)?.equilibrium;
+    let spec = equilibrium(method, &options.set)?;
     let goal = Goal {
         tolerance: spec.tolerance(),
         max_iterations: spec.max_iterations(),
