@@ -38,5 +38,6 @@ if ((${#packages[@]})); then
         apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
 
-cargo build --release -p rumple -p curvature-feedback
+# The default members, plugins among them.
+cargo build --release
 exec cargo bench --quiet --bench race -- "${arguments[@]}"
