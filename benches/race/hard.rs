@@ -196,7 +196,11 @@ fn slow_motion(sheet: &Arc<Sheet>, start: &Path, tolerance: f64) -> Result<Row> 
     let done = overdamped::follow(&mut mechanics, &mut x, tolerance, RELATIVE)?;
     let cpu = cpu_seconds()? - began;
     let (energy, last) = energy_and_norm(&mut mechanics, &x);
-    let stopped = if last <= RELATIVE * norm { "" } else { " (stuck)" };
+    let stopped = match (done.collapsed, last <= RELATIVE * norm) {
+        (true, _) => ": a triangle collapses",
+        (false, true) => "",
+        (false, false) => ": no step can be made",
+    };
     Ok(Row {
         solver: format!("overdamped motion, step error {tolerance:e} edges{stopped}"),
         cpu,

@@ -15,9 +15,12 @@
 //!
 //! H is the whole Hessian. The step follows from the largest error of a vertex, in mean edge
 //! lengths. A step is also refused when the factorisation fails (it is longer than the growth time
-//! of an instability), when the energy rises, or when a triangle loses half its area or turns over;
-//! the true motion does none of these in a short enough step, except that a triangle may really
-//! collapse: then the steps become too small, and the motion ends there.
+//! of an instability), when the energy rises, or when a triangle loses half its area or turns over:
+//! the true motion does none of these in a short enough step.
+//!
+//! With the cotangent curvature the motion may run into a triangle without area, where the energy
+//! jumps. It then chatters along the jump in ever shorter steps and never comes to rest, so the
+//! smallest angle ends it: "collapsed".
 //!
 //! Reference: Verwer, Spee, Blom & Hundsdorfer, SIAM J. Sci. Comput. 20 (1999),
 //! doi:10.1137/S1064827597326651.
@@ -32,14 +35,17 @@ use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
 use rumple::system::Mechanics;
 
 use crate::common::Result;
+use crate::problem::smallest_angle;
 
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 /// Least share of a triangle's area that a step must leave.
 const AREA_SHARE: f64 = 0.5;
 /// Energy differences below this share of the energy are round-off.
 const ROUND_OFF: f64 = 1e-12;
-/// The motion has ended where it needs shorter steps than this share of the first one.
-const SHORTEST: f64 = 1e-9;
+/// Steps below this share of the first one lead nowhere.
+const SHORTEST: f64 = 1e-12;
+/// A triangle with an angle below this has collapsed, degrees.
+const COLLAPSED: f64 = 0.01;
 
 /// Work of a motion.
 #[derive(Debug, Default)]
@@ -50,10 +56,12 @@ pub struct Work {
     pub evaluations: usize,
     /// Numeric factorisations, failed ones included.
     pub factorisations: usize,
+    /// Whether a triangle collapsed.
+    pub collapsed: bool,
 }
 
 /// Follows the motion from `x` with a step error of `tolerance` mean edge lengths until the norm of
-/// the gradient has fallen to the share `relative`, or no step can be made.
+/// the gradient has fallen to the share `relative`, or a triangle collapses.
 pub fn follow(
     mechanics: &mut Mechanics,
     x: &mut [Vec3],
@@ -76,7 +84,7 @@ pub fn follow(
     let (mut step, mut fresh) = (0.1 * first, true);
     let mut trial = vec![Vec3::zeros(); n];
     let mut trial_gradient = vec![Vec3::zeros(); n];
-    while norm(&gradient) > goal && step > SHORTEST * first {
+    while norm(&gradient) > goal && !work.collapsed && step > SHORTEST * first {
         if !fresh {
             mechanics.hessian(x, HessianPart::Full, &mut hessian);
             fresh = true;
@@ -107,9 +115,16 @@ pub fn follow(
             std::mem::swap(&mut gradient, &mut trial_gradient);
             (energy, fresh) = (e, false);
             work.steps += 1;
+            let angle = smallest_angle(mechanics.sheet(), x);
+            work.collapsed = angle < COLLAPSED;
             if work.steps.is_multiple_of(50) {
                 let now = norm(&gradient) / goal * relative;
-                eprintln!("  overdamped: step {}, {now:.1e}, energy {energy:.6e}", work.steps);
+                eprintln!(
+                    "  overdamped: step {}, Δs {:.1e}, relative gradient {now:.1e}, energy \
+                     {energy:.6e}, smallest angle {angle:.2}°",
+                    work.steps,
+                    step / first,
+                );
             }
         }
         let factor = 0.9 / error.sqrt();
