@@ -1,0 +1,208 @@
+//! (B) Model I with explicit Euler steps, as `coupled_tao.py` has it, through the whole engine.
+//!
+//! Same mesh, start, rates, printed energy and step; species on triangles, carried to vertices with
+//! weights 1/distance. Their relaxations stop at a largest force of 5·10⁻³ Y/(mean edge), ours at
+//! `--tolerance` of it. One difference remains: their mean curvature divides by barycentric areas,
+//! ours by Voronoi areas of the rest triangles.
+
+use std::fs;
+
+use rumple::Vec3;
+use rumple::kinetics::Search;
+use rumple::num::real;
+use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
+use rumple::scene::Scene;
+use rumple::simulation;
+
+use crate::common::{Result, Table, cpu_seconds, number};
+use crate::problem::{MATERIAL, read_positions, read_sheet, smallest_angle};
+use crate::{Baselines, Options};
+
+/// The paper's time step.
+const STEP: f64 = 0.5;
+
+/// Force tolerance of the baseline, in units of Y/(mean edge).
+const THEIR_TOLERANCE: f64 = 5e-3;
+
+/// Species above this have expanded the sheet.
+const SWITCH: f64 = 0.1;
+
+/// Everything at one size; appended to `report`.
+pub fn race(
+    options: &Options,
+    baselines: &Baselines,
+    vertices: usize,
+    report: &mut String,
+) -> Result<()> {
+    let titles = [
+        "solver",
+        "CPU s",
+        "steps",
+        "CPU s a step",
+        "iterations",
+        "evaluations",
+        "factorisations",
+        "failed relaxations",
+        "tolerance",
+        "last residual",
+        "energy",
+        "share c > 0.1",
+        "smallest angle °",
+        "times ours, a step",
+    ];
+    let mut table = Table::new(&titles);
+    let mut reference = None;
+    for method in &options.method {
+        let (a_step, mut row) = ours(options, method, baselines, vertices)?;
+        row.push(number(a_step / *reference.get_or_insert(a_step)));
+        table.push(row);
+        eprintln!("{}", table.markdown());
+    }
+    if !options.ours {
+        let them = baselines.coupled(vertices, STEP, options.until)?;
+        table.push(vec![
+            "PETSc TAO blmvm, explicit Euler".into(),
+            number(them.cpu),
+            number(them.steps),
+            number(them.cpu / them.steps),
+            String::new(),
+            number(them.evaluations),
+            "0".into(),
+            number(them.failed),
+            format!("{THEIR_TOLERANCE:.0e}"),
+            String::new(),
+            format!("{:.4e}", them.energy),
+            format!("{:.4}", them.share),
+            String::new(),
+            number(them.cpu / them.steps / reference.unwrap_or(f64::NAN)),
+        ]);
+    }
+    *report += &format!("\n## (B) Model I to t = {}, {vertices} vertices\n\n", options.until);
+    *report += &table.markdown();
+    Ok(())
+}
+
+/// The scene that `rumple run` would take; its start is replaced by the baseline's.
+fn scene_text(options: &Options, method: &str, mesh: &str) -> String {
+    let (young, poisson, thickness) = (MATERIAL.young, MATERIAL.poisson, MATERIAL.thickness);
+    let (until, tolerance) = (options.until, options.tolerance);
+    format!(
+        r#"[sheet]
+file = "{mesh}"
+imperfection = {{ amplitude = 1e-3, seed = 7 }}
+bump = {{ amplitude = 0.5, width = 8.0 }}
+
+[material]
+young = {young:?}
+poisson = {poisson:?}
+thickness = {thickness:?}
+
+[[effect]]
+kind = "stretching"
+weight = "paper"
+
+[[effect]]
+kind = "bending"
+weight = "paper"
+area = "barycentric"
+
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+
+[kinetics]
+plugin = "curvature-feedback"
+location = "face"
+parameters = {{ c_star = {SWITCH:?} }}
+initial.c = {{ gaussian = {{ width = 8.0, amplitude = 0.3 }} }}
+
+[time]
+policy = "quasi-static"
+integrator = {{ kind = "staggered", method = "euler", step = {STEP:?} }}
+until = {until:?}
+
+[equilibrium]
+method = "{method}"
+tolerance = {tolerance:?}
+"#
+    )
+}
+
+/// CPU seconds a step (a run may stop early) and the row of our run.
+fn ours(
+    options: &Options,
+    method: &str,
+    baselines: &Baselines,
+    vertices: usize,
+) -> Result<(f64, Vec<String>)> {
+    let name = format!("model-i-{vertices}-{method}");
+    let mesh = options.out.join(format!("disc_{vertices}.obj"));
+    let sheet = read_sheet(&baselines.mesh(vertices)?)?;
+    rumple::sheet::write::obj(&sheet, &mut fs::File::create(&mesh)?)?;
+    let start = read_positions(&baselines.coupled_start(vertices)?, vertices)?;
+    let path = options.out.join(format!("{name}.toml"));
+    fs::write(&path, scene_text(options, method, &format!("disc_{vertices}.obj")))?;
+
+    let scene = Scene::load(&path, &options.set)?;
+    // The bench runs from target/release/deps; the plugins are one level up.
+    let executable = std::env::current_exe()?;
+    let folder = executable.ancestors().nth(2).ok_or("no target directory")?.to_owned();
+    let began = cpu_seconds()?;
+    let mut setup = simulation::prepare(&scene, &Search::in_directories(vec![folder]))?;
+    setup.state.x.copy_from_slice(&start);
+    let directory = ResultDirectory::prepare(&options.out.join(&name), true)?;
+    let mut progress = Progress::new(Mode::Lines, 0.0, options.until);
+    let interrupt = Interrupt::install()?;
+    let done = simulation::run::run(&scene, &mut setup, &directory, &mut progress, interrupt);
+    let cpu = cpu_seconds()? - began;
+    progress.finish();
+    if let Err(error) = &done {
+        eprintln!("  {method}: {error}");
+    }
+    let (state, system) = (&setup.state, &mut setup.system);
+    let mechanics = system.mechanics();
+    let mut gradient = vec![Vec3::zeros(); vertices];
+    let energy = mechanics.energy_gradient(&state.x, &mut gradient);
+    let residual = mechanics.residual(&gradient);
+    let share = match system.chemistry() {
+        None => f64::NAN,
+        Some(chemistry) => {
+            let c = &chemistry.at_vertices(&sheet, &state.species)[0];
+            real(c.iter().filter(|c| **c > SWITCH).count()) / real(vertices)
+        }
+    };
+    let steps = real(usize::try_from(state.step)? + 1);
+    let (iterations, factorisations, failed) = match &done {
+        Ok(done) => (number(real(done.iterations)), number(real(done.factorisations)), "0".into()),
+        Err(_) => (String::new(), String::new(), format!("stopped at t = {}", state.time)),
+    };
+    let row = vec![
+        format!("rumple, {method}"),
+        number(cpu),
+        number(steps),
+        number(cpu / steps),
+        iterations,
+        evaluations(&directory)?,
+        factorisations,
+        failed,
+        format!("{:.0e}", options.tolerance),
+        format!("{residual:.1e}"),
+        format!("{energy:.4e}"),
+        format!("{share:.4}"),
+        format!("{:.1}", smallest_angle(&sheet, &state.x)),
+    ];
+    Ok((cpu / steps, row))
+}
+
+/// Evaluations of all relaxations, from the ledger.
+fn evaluations(directory: &ResultDirectory) -> Result<String> {
+    let ledger = fs::read_to_string(directory.ledger())?;
+    let mut lines = ledger.lines();
+    let titles = lines.next().unwrap_or_default();
+    let column = titles.split(',').position(|t| t.trim_matches('"') == "evaluations");
+    let column = column.ok_or("the ledger counts no evaluations")?;
+    let cells = lines.map(|line| line.split(',').nth(column).unwrap_or_default());
+    let total: f64 = cells.map(|cell| cell.parse().unwrap_or(f64::NAN)).sum();
+    Ok(number(total))
+}
