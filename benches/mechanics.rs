@@ -49,7 +49,7 @@ fn variant(criterion: &mut Criterion, name: &str, sheet: &Arc<Sheet>, mut mechan
     let mut gradient = vec![Vec3::zeros(); x.len()];
     let pattern = Arc::new(BlockPattern::two_rings(sheet));
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
-    let mut cholesky = BlockCholesky::new(pattern).unwrap();
+    let mut cholesky = <BlockCholesky>::new(pattern).unwrap();
     let mut group = criterion.benchmark_group(format!("20 000 vertices, {name}"));
     group.sample_size(20);
     for threads in [1, 2] {

@@ -76,7 +76,7 @@ pub fn follow(
     let goal = relative * norm(&gradient);
     let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
-    let mut cholesky = BlockCholesky::new(pattern)?;
+    let mut cholesky = <BlockCholesky>::new(pattern)?;
     let unit = tolerance * mechanics.metric().mean_edge();
     mechanics.hessian(x, HessianPart::Full, &mut hessian);
     // The shortest times of the motion are some tenths of this.

@@ -62,11 +62,11 @@ pub fn row(options: &Options, vertices: usize) -> Result<Vec<String>> {
         mechanics.hessian(&x, HessianPart::Positive, &mut hessian);
     })?));
     hessian.add_diagonal(1e-10 * hessian.mean_diagonal());
-    let (cholesky, analysed) = timed(|| BlockCholesky::new(pattern))?;
+    let (cholesky, analysed) = timed(|| BlockCholesky::<f32>::new(pattern))?;
     let mut cholesky = cholesky?;
     row.push(seconds(patterned + analysed));
     // Its memory is set aside but not touched before the first factorisation.
-    let size = 8.0 * real(cholesky.factor_size()) / f64::from(1 << 30);
+    let size = 4.0 * real(cholesky.factor_size()) / f64::from(1 << 30);
     let fits = WORKSPACE * size < gibibytes("/proc/meminfo", "MemAvailable:")?;
     if fits {
         let (done, factorised) = timed(|| cholesky.factorise(&hessian))?;

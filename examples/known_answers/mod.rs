@@ -159,7 +159,7 @@ impl Stiffness {
     pub fn new(sheet: &Sheet) -> Outcome<Self> {
         let pattern = Arc::new(BlockPattern::two_rings(sheet));
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
-        Ok(Self { matrix, cholesky: BlockCholesky::new(pattern)? })
+        Ok(Self { matrix, cholesky: <BlockCholesky>::new(pattern)? })
     }
 
     /// Whether the equilibrium `x` is stable: the Hessian is positive definite.
