@@ -98,7 +98,7 @@ fn rise(sheet: &Sheet, x: &[Vec3]) -> f64 {
     ((z * ss - sz * s) / (n * ss - s * s)).abs()
 }
 
-/// Föppl-von Kármán number Y R²/B at which a disclinated patch leaves the plane.
+/// Föppl-von Kármán number Y R²/B, R = `shells` edges, at which a disclinated patch leaves the plane.
 pub fn disclination_buckling(fold: usize, shells: usize, models: &Models) -> Outcome<Sample> {
     let exact = if fold == 5 { 154.0 } else { 192.0 };
     let sheet = Arc::new(disclination(fold, shells)?);
