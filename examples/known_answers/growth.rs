@@ -8,10 +8,10 @@
 //!
 //! The correction is the bending of a spherical shell near its free edge: the spherical metric with
 //! flat rest curvature has the moment `M = B(1+ν)/R_s` everywhere but at the rim, and to take it
-//! away there moves the rim by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)` (Timoshenko & Woinowsky-Krieger,
-//! § 130). ν is that of bending.
+//! away there moves the rim by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)`. ν is that of bending.
 //!
-//! Seung & Nelson, Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005, for the second.
+//! The numbers of the second are those quoted for bonds and hinges: Seung & Nelson, Phys. Rev. A 38
+//! (1988) 1005, doi:10.1103/PhysRevA.38.1005.
 
 use std::sync::Arc;
 
