@@ -128,11 +128,17 @@ fn growth_tables() -> Outcome<()> {
         }
     }
     println!("\n## F5: disclinations");
-    let shells = [5, 10, 20];
     for models in [BOND_HINGE, BOND_MEYER] {
+        println!("\n**critical Y R²/B, {}**\n", models.name);
+        println!("| fold | 5 edges | 10 edges | 20 edges | order | limit | Seung & Nelson |");
+        println!("| ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
         for fold in [5, 7] {
-            let samples = over(&shells, |n| growth::disclination_buckling(fold, n, &models))?;
-            table(&format!("critical Y R²/B, {fold}-fold, {}", models.name), &samples);
+            let found = over(&[5, 10, 20], |n| growth::disclination_buckling(fold, n, &models))?;
+            let [a, b, c] = [0, 1, 2].map(|k| found[k].computed);
+            let ratio = (b - a) / (c - b);
+            let limit = c + (c - b) / (ratio - 1.0);
+            let (order, printed) = (ratio.log2(), found[2].exact);
+            println!("| {fold} | {a:.1} | {b:.1} | {c:.1} | {order:.1} | {limit:.1} | {printed} |");
         }
     }
     Ok(())

@@ -8,10 +8,10 @@
 //!
 //! The correction is the bending of a spherical shell near its free edge: the spherical metric with
 //! flat rest curvature has the moment `M = B(1+ν)/R_s` everywhere but at the rim, and to take it
-//! away there moves the rim by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)` (Timoshenko & Woinowsky-Krieger,
-//! § 130). ν is that of bending.
+//! away there moves the rim by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)`. ν is that of bending.
 //!
-//! Seung & Nelson, Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005, for the second.
+//! The numbers of the second are those quoted for bonds and hinges: Seung & Nelson, Phys. Rev. A 38
+//! (1988) 1005, doi:10.1103/PhysRevA.38.1005.
 
 use std::sync::Arc;
 
@@ -98,7 +98,7 @@ fn rise(sheet: &Sheet, x: &[Vec3]) -> f64 {
     ((z * ss - sz * s) / (n * ss - s * s)).abs()
 }
 
-/// Föppl-von Kármán number Y R²/B at which a disclinated patch leaves the plane.
+/// Föppl-von Kármán number Y R²/B, R = `shells` edges, at which a disclinated patch leaves the plane.
 pub fn disclination_buckling(fold: usize, shells: usize, models: &Models) -> Outcome<Sample> {
     let exact = if fold == 5 { 154.0 } else { 192.0 };
     let sheet = Arc::new(disclination(fold, shells)?);

@@ -6,8 +6,8 @@
 //! deflection  clamped w₀ = q a⁴/(64 B),  supported w₀ = (5+ν)/(1+ν) q a⁴/(64 B)
 //! ```
 //!
-//! Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959), § 16; Timoshenko & Gere,
-//! Theory of Elastic Stability (1961), § 9.11.
+//! Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959); Timoshenko & Gere,
+//! Theory of Elastic Stability (1961).
 //!
 //! **Rims.** Supported: all of the rim is held. Clamped: the rim and the row of its neighbours are
 //! held. Bending is then felt from the cells of the second row on, which reach half a row to either

@@ -1,6 +1,6 @@
 //! Cantilevers of Sze, Liu & Lo: end shear (S1, their § 3.1) and end moment (S2, § 3.2), ν = 0.
 //!
-//! Sze, Liu & Lo, Finite Elem. Anal. Des. 40 (2004) 1551, doi:10.1016/j.finel.2003.11.001.
+//! Sze, Liu & Lo, Finite Elem. Anal. Des. 40 (2004) 1551.
 //!
 //! The strip runs along x and moves to +z; `U` and `W` are the displacements of its end along -x
 //! and z. The clamp holds two columns of vertices and lies midway between them (see `strips`). Of
