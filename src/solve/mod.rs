@@ -3,6 +3,7 @@
 pub mod chebyshev;
 pub mod equilibrium;
 pub mod linear;
+pub mod stability;
 pub mod staggered;
 
 use crate::Result;
@@ -156,6 +157,14 @@ pub enum SolveError {
         range: (f64, f64),
         /// End time of the step.
         time: f64,
+    },
+    /// The smallest eigenvalues at a shape were not found.
+    #[error("only {found} of the {wanted} smallest eigenvalues of the Hessian were found")]
+    Modes {
+        /// Eigenvalues that converged.
+        found: usize,
+        /// Eigenvalues asked for.
+        wanted: usize,
     },
     /// The user asked to stop.
     #[error("interrupted")]

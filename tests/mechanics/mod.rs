@@ -3,7 +3,9 @@
 mod derivatives;
 mod invariants;
 mod known;
+mod methods;
 mod relaxation;
+mod stability;
 
 use std::sync::Arc;
 

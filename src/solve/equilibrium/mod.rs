@@ -3,8 +3,13 @@
 //! Which of several minima is found is physics, so every method goes downhill from the shape it is
 //! given by limited steps.
 
+mod descent;
+mod fire;
 mod lbfgs;
+mod stop;
 
+pub use descent::{Descent, DescentSpec};
+pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Lbfgs, LbfgsSpec};
 
 use crate::Vec3;
