@@ -1,4 +1,4 @@
-//! Solvers: mechanical equilibrium, coupled stepping, linear systems.
+//! Solvers: mechanical equilibrium and its stability, coupled stepping, linear systems.
 
 pub mod chebyshev;
 pub mod equilibrium;

@@ -83,9 +83,8 @@ fn saddles_of_every_order_agree_with_dense_eigenvalues() {
         let found = stability.spectrum(&mut mechanics, &x, count).unwrap();
         assert_eq!(found.modes.len(), count);
         for (mode, expected) in found.modes.iter().zip(&expected) {
-            let scale = expected.abs().max(1e-6 * expected.abs());
             assert!(
-                (mode.eigenvalue - expected).abs() < 1e-7 * scale,
+                (mode.eigenvalue / expected - 1.0).abs() < 1e-7,
                 "{} {expected}",
                 mode.eigenvalue
             );
@@ -112,14 +111,16 @@ fn multiple_eigenvalues_are_all_found() {
 
 #[test]
 fn rigid_motions_are_counted_as_pins_leave_them() {
-    let sheet = Arc::new(irregular(9, 8, 0.2));
+    // Generated meshes have no triangle with three vertices on the rim, which could flap at no cost.
+    let sheet = Arc::new(generate(&Shape::Rectangle { width: 8.0, height: 7.0 }, 70, 1).unwrap());
     let some = |vertices: &[usize]| -> Pins {
         (0..sheet.vertex_count()).map(|i| [vertices.contains(&i); 3]).collect()
     };
     let cases: [(&str, Pins, usize); 7] = [
         ("free", some(&[]), 6),
         ("z held at the rim", rim(&sheet, [false, false, true]), 3),
-        ("x and y held at the rim", rim(&sheet, [true, true, false]), 1),
+        // Lifting, and tilting to first order.
+        ("x and y held at the rim", rim(&sheet, [true, true, false]), 3),
         ("one vertex", some(&[30]), 3),
         ("two vertices", some(&[30, 41]), 1),
         ("three vertices", some(&[30, 41, 38]), 0),
@@ -138,11 +139,12 @@ fn rigid_motions_are_counted_as_pins_leave_them() {
 /// After a relaxation to a usual tolerance turns are still told from soft modes.
 #[test]
 fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
-    let sheet = Arc::new(irregular(14, 13, 0.2));
+    let shape = Shape::Rectangle { width: 14.0, height: 12.0 };
+    let sheet = Arc::new(generate(&shape, 200, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.4 };
     for (axes, rigid) in [([false; 3], 6), ([false, false, true], 3)] {
         let mut mechanics = both(&sheet, &material, rim(&sheet, axes));
-        let centre = Vec3::new(7.0, 6.0, 0.0);
+        let centre = sheet.rest().iter().sum::<Vec3>() / sheet.vertex_count() as f64;
         let factor: Vec<f64> = sheet
             .edges()
             .iter()

@@ -97,7 +97,7 @@ fn loss_of_stability_is_an_event_at_the_buckling_strain() {
     let (header, events) = rows(&result.join("events.csv"));
     assert_eq!(header[..3], ["time", "step", "kind"]);
     assert_eq!(events.len(), 1, "{events:?}");
-    let [time, step, kind, eigenvalue, negative, file] = events[0].each_ref()[..] else {
+    let [time, step, kind, eigenvalue, negative, file] = &events[0][..] else {
         panic!("{events:?}")
     };
     assert_eq!((kind.as_str(), negative.as_str()), ("loss of stability", "1"));

@@ -13,10 +13,10 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::restricted::{Restricted, inner};
 use crate::Vec3;
 use crate::parallel;
 use crate::solve::SolveError;
-use crate::solve::linear::BlockLdlt;
 use crate::system::Pins;
 
 /// Change of `θ v` by the operator, relative, at which a pair counts as found. The error of θ is the
@@ -31,31 +31,25 @@ const LOOK: usize = 5;
 /// Relative length below which the Krylov space is exhausted.
 const EXHAUSTED: f64 = 1e-13;
 
-/// The factorised pencil.
-pub(super) struct Pencil<'a> {
-    /// Holds the factor of `H - σ M`.
-    pub(super) ldlt: &'a mut BlockLdlt,
-    /// Diagonal of M, by vertex.
-    pub(super) mass: &'a [f64],
-    /// Directions in which vectors are 0.
-    pub(super) pins: &'a Pins,
-    /// σ.
-    pub(super) shift: f64,
+/// The operator, restricted to the complement of rigid motions.
+struct Pencil<'p, 'a> {
+    restricted: &'p mut Restricted<'a>,
+    pins: &'p Pins,
 }
 
 /// An eigenvalue and its vector of length 1 in M.
 type Pair = (f64, Vec<Vec3>);
 
-impl Pencil<'_> {
+impl Pencil<'_, '_> {
     fn inner(&self, a: &[Vec3], b: &[Vec3]) -> f64 {
-        parallel::sum(a.len(), |i| self.mass[i] * a[i].dot(&b[i]))
+        inner(self.restricted.mass(), a, b)
     }
 
     /// `(H - σ M)⁻¹ M v`.
     fn apply(&mut self, v: &[Vec3]) -> Vec<Vec3> {
-        let mass = self.mass;
+        let mass = self.restricted.mass();
         let mut w: Vec<Vec3> = (0..v.len()).map(|i| mass[i] * v[i]).collect();
-        self.ldlt.solve(&mut w);
+        self.restricted.solve(&mut w);
         self.hold(&mut w);
         w
     }
@@ -91,26 +85,26 @@ impl Pencil<'_> {
     }
 }
 
-/// The `count` smallest eigenvalues in the complement of `deflated` (orthonormal in M), ascending.
+/// The `count` smallest eigenvalues of what `restricted` holds the factor of, ascending.
 ///
 /// # Errors
 /// [`SolveError::Modes`] if too few converge.
 pub(super) fn smallest(
-    pencil: &mut Pencil<'_>,
-    deflated: &[Vec<Vec3>],
+    restricted: &mut Restricted<'_>,
+    pins: &Pins,
     count: usize,
 ) -> Result<Vec<Pair>, SolveError> {
+    let rigid = restricted.rigid().to_vec();
+    let pencil = &mut Pencil { restricted, pins };
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut found: Vec<Pair> = Vec::new();
     let mut start: Option<Vec<Vec3>> = None;
     for _ in 0..STARTS {
         let first = start.take().unwrap_or_else(|| {
-            (0..pencil.mass.len())
-                .map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..=1.0)))
-                .collect()
+            (0..pins.len()).map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..=1.0))).collect()
         });
         let wanted = count.saturating_sub(found.len()).max(1);
-        let locked: Vec<&Vec<Vec3>> = deflated.iter().chain(found.iter().map(|(_, v)| v)).collect();
+        let locked: Vec<&Vec<Vec3>> = rigid.iter().chain(found.iter().map(|(_, v)| v)).collect();
         let run = cycle(pencil, &locked, first, wanted);
         let complete = found.len() >= count;
         let largest = found.get(count.max(1) - 1).map_or(f64::NEG_INFINITY, |p| p.0);
@@ -143,7 +137,12 @@ struct Cycle {
     exhausted: bool,
 }
 
-fn cycle(pencil: &mut Pencil<'_>, locked: &[&Vec<Vec3>], first: Vec<Vec3>, wanted: usize) -> Cycle {
+fn cycle(
+    pencil: &mut Pencil<'_, '_>,
+    locked: &[&Vec<Vec3>],
+    first: Vec<Vec3>,
+    wanted: usize,
+) -> Cycle {
     let mut v = first;
     pencil.hold(&mut v);
     let raw = pencil.inner(&v, &v).sqrt();
@@ -192,7 +191,9 @@ fn cycle(pencil: &mut Pencil<'_>, locked: &[&Vec<Vec3>], first: Vec<Vec3>, wante
                     pencil.normalise(&mut sum);
                     sum
                 };
-                let pair = |&k: &usize| (pencil.shift + 1.0 / eigen.eigenvalues[k], vector(k));
+                let pair = |&k: &usize| {
+                    (1.0 / eigen.eigenvalues[k] - pencil.restricted.shift(), vector(k))
+                };
                 let pairs: Vec<Pair> = order[..converged].iter().map(pair).collect();
                 let best = (converged == 0).then(|| vector(order[0]));
                 // An exhausted space of fewer vectors than wanted holds all there are only if no

@@ -11,12 +11,11 @@
 //! stable if no λ is negative; it is a saddle with as many unstable directions as there are.
 //!
 //! * **Inertia.** The signs of D in `H + s M = L D Lᵀ` count the λ below -s (Sylvester). s is the
-//!   *resolution*: 10⁻¹² of the mean diagonal of H over M, which is what round-off leaves of a zero,
-//!   or more where rigid motions are known less well.
+//!   *resolution*, 10⁻¹² of the mean diagonal of H over M: what round-off leaves of a zero.
 //! * **Rigid motions** that no pin hinders have λ = 0: six of a free sheet, three where only z is held.
 //!   A motion `v = t + ω × x` is one if it moves no vertex in a held direction and `|H v|` is not
 //!   above what the force left by the relaxation explains: turning turns forces, `H v = ω × ∂U/∂x`.
-//!   They are counted, and taken out of what follows.
+//!   They are counted and taken out: inertia and modes are those of H on their complement.
 //! * **Modes.** The smallest λ by Lanczos' method for `(H - σ M)⁻¹ M`, σ below all of them, found by
 //!   inertia. The file `lanczos.rs` says how multiple eigenvalues are found.
 //!
@@ -25,10 +24,12 @@
 //! energy, whose H is not symmetric; sheets too large for a factor.
 
 mod lanczos;
+mod restricted;
 mod rigid;
 
 use std::sync::Arc;
 
+use self::restricted::Restricted;
 use super::SolveError;
 use super::linear::{BlockLdlt, BlockMatrix, BlockPattern};
 use crate::Vec3;
@@ -40,14 +41,9 @@ use crate::system::Mechanics;
 /// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
 /// softest bending mode of a disc with 100 edges along its radius and half an edge thick is at 10⁻⁹.
 const RESOLUTION: f64 = 1e-12;
-/// Resolution in units of the largest Rayleigh quotient of a rigid motion.
-const RIGID_MARGIN: f64 = 10.0;
 /// σ is lowered by this factor until nothing is below it. Larger factors cost fewer factorisations
 /// and more iterations.
 const LOWER: f64 = 10.0;
-/// Largest residual of a solve, relative, that still counts as a sound factor.
-const SOUND: f64 = 1e-9;
-
 /// Signs of the eigenvalues at a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertia {
@@ -131,41 +127,41 @@ impl Stability {
         mechanics: &mut Mechanics,
         x: &[Vec3],
     ) -> Result<Inertia, SolveError> {
-        Ok(self.examine(mechanics, x)?.0)
+        let (resolution, rigid) = self.assemble(mechanics, x);
+        let count = rigid.len();
+        let negative = self.restricted(rigid).factorise(resolution)?;
+        Ok(Inertia { negative, rigid: count, resolution })
     }
 
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
     ///
     /// # Errors
-    /// [`SolveError::Factorisation`] as above; [`SolveError::Modes`] if the iteration does not converge.
+    /// [`SolveError::Factorisation`] as above; [`SolveError::Modes`] if the iteration does not
+    /// converge.
     pub fn spectrum(
         &mut self,
         mechanics: &mut Mechanics,
         x: &[Vec3],
         count: usize,
     ) -> Result<Spectrum, SolveError> {
-        let (inertia, rigid) = self.examine(mechanics, x)?;
-        let mut shift = inertia.resolution;
-        let mut below = inertia.negative;
+        let (resolution, rigid) = self.assemble(mechanics, x);
+        let rigid_count = rigid.len();
+        let mut restricted = self.restricted(rigid);
+        let negative = restricted.factorise(resolution)?;
+        let (mut shift, mut below) = (resolution, negative);
         while below > 0 {
             shift *= LOWER;
             if !shift.is_finite() {
                 return Err(SolveError::Modes { found: 0, wanted: count });
             }
-            below = self.factorise(shift)?;
+            below = restricted.factorise(shift)?;
         }
-        let mut pencil = lanczos::Pencil {
-            ldlt: &mut self.ldlt,
-            mass: &self.mass,
-            pins: mechanics.pins(),
-            shift: -shift,
-        };
-        let pairs = lanczos::smallest(&mut pencil, &rigid, count)?;
-        let negative = pairs.iter().filter(|p| p.0 < -inertia.resolution).count();
-        if negative != inertia.negative.min(pairs.len()) {
+        let pairs = lanczos::smallest(&mut restricted, mechanics.pins(), count)?;
+        let found = pairs.iter().filter(|p| p.0 < -resolution).count();
+        if found != negative.min(pairs.len()) {
             return Err(SolveError::Factorisation(format!(
-                "{} negative eigenvalues are counted, but {negative} found among the smallest {}",
-                inertia.negative,
+                "{negative} negative eigenvalues are counted, but {found} found among the \
+                 smallest {}",
                 pairs.len()
             )));
         }
@@ -173,15 +169,11 @@ impl Stability {
             .into_iter()
             .map(|(eigenvalue, shape)| Mode { eigenvalue, shape: normalised(shape) })
             .collect();
-        Ok(Spectrum { inertia, modes })
+        Ok(Spectrum { inertia: Inertia { negative, rigid: rigid_count, resolution }, modes })
     }
 
-    /// Assembles H, finds rigid motions (orthonormal in M) and factorises `H + resolution M`.
-    fn examine(
-        &mut self,
-        mechanics: &mut Mechanics,
-        x: &[Vec3],
-    ) -> Result<(Inertia, Vec<Vec<Vec3>>), SolveError> {
+    /// Assembles H; the resolution, and the rigid motions (orthonormal in M).
+    fn assemble(&mut self, mechanics: &mut Mechanics, x: &[Vec3]) -> (f64, Vec<Vec<Vec3>>) {
         let mut gradient = vec![Vec3::zeros(); x.len()];
         mechanics.energy_gradient(x, &mut gradient);
         mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
@@ -190,31 +182,11 @@ impl Stability {
         let force = parallel::sum(x.len(), |i| gradient[i].norm_squared()).sqrt();
         let limits = rigid::Limits { force, round_off: 10.0 * RESOLUTION * diagonal };
         let motions = rigid::motions(x, mechanics.pins(), &self.mass, &self.matrix, &limits);
-        let known = motions.iter().map(|m| m.quotient.abs()).fold(0.0, f64::max);
-        let resolution = (RESOLUTION * diagonal / mean_mass).max(RIGID_MARGIN * known);
-        let negative = self.factorise(resolution)?;
-        let inertia = Inertia { negative, rigid: motions.len(), resolution };
-        Ok((inertia, motions.into_iter().map(|m| m.shape).collect()))
+        (RESOLUTION * diagonal / mean_mass, motions)
     }
 
-    /// Factorises `H + shift M`, checks the factor, and counts its negative eigenvalues.
-    fn factorise(&mut self, shift: f64) -> Result<usize, SolveError> {
-        let mass = &self.mass;
-        let negative = self.ldlt.factorise(&self.matrix, |i| shift * mass[i])?;
-        let rhs: Vec<Vec3> = (0..mass.len()).map(|i| Vec3::repeat(mass[i])).collect();
-        let mut y = rhs.clone();
-        self.ldlt.solve(&mut y);
-        let mut left = product(&self.matrix, &y);
-        parallel::update(&mut left, |i, v| *v += shift * mass[i] * y[i] - rhs[i]);
-        let largest = |v: &[Vec3]| parallel::max(v.len(), |i| v[i].norm_squared()).sqrt();
-        let scale = self.matrix.mean_diagonal() * largest(&y) + largest(&rhs);
-        if largest(&left) <= SOUND * scale {
-            Ok(negative)
-        } else {
-            Err(SolveError::Factorisation(
-                "the indefinite factor of the Hessian is spoilt by round-off".into(),
-            ))
-        }
+    fn restricted(&mut self, rigid: Vec<Vec<Vec3>>) -> Restricted<'_> {
+        Restricted::new(&mut self.ldlt, &self.matrix, &self.mass, rigid)
     }
 }
 

@@ -6,26 +6,27 @@
 //!
 //! Of the six parameters those remain for which every held component of v vanishes. Among them a
 //! direction is a zero mode if `|H v| ≤ 2 |ω| |∂U/∂x|` (free components) but for round-off: a reaction
-//! at a pin that turns with the sheet would make |H v| larger.
+//! at a pin that turns with the sheet would make |H v| larger. What is counted is infinitesimal: a
+//! stress-free flat sheet held in its plane only may be lifted and tilted, three motions, though a
+//! finite tilt stretches it.
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
 
 use super::product;
+use super::restricted::inner;
 use crate::Vec3;
 use crate::num::real;
 use crate::parallel;
 use crate::solve::linear::BlockMatrix;
 use crate::system::Pins;
 
-/// Mean square of the held components of a motion, relative to its own, that counts as 0.
-const HELD: f64 = 1e-16;
+/// Mean square of the held components of a motion, relative to its own, that counts as 0: round-off
+/// leaves some 1e-16.
+const HELD: f64 = 1e-13;
 
-/// A rigid motion, of length 1 in the mass.
-pub(super) struct Motion {
-    /// Displacement of every vertex.
-    pub(super) shape: Vec<Vec3>,
-    /// `v · H v`, ideally 0.
-    pub(super) quotient: f64,
+/// A rigid motion, of length 1 in the mass: displacement of every vertex and (t, ω).
+struct Motion {
+    shape: Vec<Vec3>,
     parameters: Vector6<f64>,
 }
 
@@ -44,13 +45,16 @@ pub(super) fn motions(
     mass: &[f64],
     matrix: &BlockMatrix,
     limits: &Limits,
-) -> Vec<Motion> {
+) -> Vec<Vec<Vec3>> {
     let centre: Vec3 = x.iter().sum::<Vec3>() / real(x.len().max(1));
     let square: f64 = x.iter().map(|x| (x - centre).norm_squared()).sum();
     let radius = (square / real(x.len().max(1))).sqrt();
     let candidates = compatible(x, pins, mass, centre, radius);
     let images: Vec<Vec<Vec3>> = candidates.iter().map(|c| product(matrix, &c.shape)).collect();
     let count = candidates.len();
+    if count == 0 {
+        return Vec::new();
+    }
     let gram = DMatrix::from_fn(count, count, |a, b| {
         parallel::sum(x.len(), |i| images[a][i].dot(&images[b][i]))
     });
@@ -70,8 +74,7 @@ pub(super) fn motions(
         let turn = parameters.fixed_rows::<3>(3).norm() / radius;
         let limit = 2.0 * turn * limits.force + limits.round_off * norm(&shape);
         if norm(&image) <= limit {
-            let quotient = parallel::sum(x.len(), |i| shape[i].dot(&image[i]));
-            found.push(Motion { shape, quotient, parameters });
+            found.push(shape);
         }
     }
     found
@@ -102,19 +105,18 @@ fn compatible(x: &[Vec3], pins: &Pins, mass: &[f64], centre: Vec3, radius: f64) 
                 Vec3::from_fn(|a, _| if pins[i][a] { 0.0 } else { v[a] })
             })
             .collect();
-        let inner = |a: &[Vec3], b: &[Vec3]| parallel::sum(a.len(), |i| mass[i] * a[i].dot(&b[i]));
-        let before = inner(&shape, &shape);
+        let before = inner(mass, &shape, &shape);
         for other in &all {
-            let share = inner(&other.shape, &shape);
+            let share = inner(mass, &other.shape, &shape);
             parallel::update(&mut shape, |i, v| *v -= share * other.shape[i]);
             parameters -= share * other.parameters;
         }
-        let square = inner(&shape, &shape);
+        let square = inner(mass, &shape, &shape);
         // A sheet without extent across an axis does not feel a turn about it.
         if square > 1e-20 * before && square > 0.0 {
             let scale = 1.0 / square.sqrt();
             shape.iter_mut().for_each(|v| *v *= scale);
-            all.push(Motion { shape, quotient: 0.0, parameters: scale * parameters });
+            all.push(Motion { shape, parameters: scale * parameters });
         }
     }
     all
