@@ -55,8 +55,7 @@ impl StabilityReport {
     pub fn verdict(&self) -> String {
         let inertia = &self.spectrum.inertia;
         match (inertia.negative, inertia.rigid) {
-            (1, _) => "saddle: 1 direction lowers the energy".into(),
-            (n @ 2.., _) => format!("saddle: {n} directions lower the energy"),
+            (n @ 1.., _) => format!("saddle: {}", directions(n)),
             _ if self.spectrum.is_marginal() => {
                 "marginal: no direction lowers the energy, but one that is no rigid motion costs none"
                     .into()
@@ -87,6 +86,16 @@ impl StabilityReport {
             "resolution": inertia.resolution,
             "eigenvalues": eigenvalues,
         })
+    }
+}
+
+/// How many directions go down, in words.
+#[must_use]
+pub fn directions(negative: usize) -> String {
+    match negative {
+        0 => "no direction lowers the energy".into(),
+        1 => "1 direction lowers the energy".into(),
+        n => format!("{n} directions lower the energy"),
     }
 }
 

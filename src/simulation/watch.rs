@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use super::Setup;
-use super::stability::add_modes;
+use super::stability::{add_modes, directions};
 use crate::output::events::{Event, Events};
 use crate::output::{Compression, Progress, ResultDirectory, vtu};
 use crate::scene::Scene;
@@ -179,9 +179,9 @@ impl Watch {
             modes: &slashed(file),
         })?;
         let mut text = format!(
-            "time {}: {kind}; {negative} directions lower the energy, smallest eigenvalue \
-             {eigenvalue:.3e} force/length^3, modes in {}",
+            "time {}: {kind}; {}, smallest eigenvalue {eigenvalue:.3e} force/length^3, modes in {}",
             setup.state.time,
+            directions(negative),
             path.display()
         );
         if negative > 0 && self.perturb.is_none() {
@@ -218,8 +218,8 @@ pub(super) fn warn_of_flat_start(setup: &mut Setup, progress: &mut Progress) {
                 .into()
         }
         Ok(Inertia { negative, .. }) => format!(
-            "warning: the start is perfectly flat and a saddle: {negative} directions lower the \
-             energy; {REMEDY}"
+            "warning: the start is perfectly flat and a saddle: {}; {REMEDY}",
+            directions(negative)
         ),
         Err(error) => {
             format!("the start is perfectly flat; whether it is stable is not known: {error}")

@@ -117,7 +117,7 @@ fn loss_of_stability_is_an_event_at_the_buckling_strain() {
     for (row, number) in ledger.iter().zip(0..) {
         assert_eq!(row[column] != "0", number >= step, "{row:?}");
     }
-    assert!(read::surface(&result.join(file)).unwrap().points.iter().all(|x| x.z == 0.0));
+    assert!(read::surface(result.join(file)).unwrap().points.iter().all(|x| x.z == 0.0));
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_saddle_is_left_along_its_mode_if_the_scene_says_so() {
     assert_eq!(kinds, ["loss of stability", "left along the mode"]);
     assert_eq!(events[1][4], "0");
     assert!(events[1][3].parse::<f64>().unwrap() > 0.0);
-    let end = read::surface(&result.join("frames/frame_000001.vtu")).unwrap();
+    let end = read::surface(result.join("frames/frame_000001.vtu")).unwrap();
     let top = end.points.iter().map(|x| x.z).fold(0.0, f64::max);
     // The mode points upwards, and so does the dome: of the size √(ε - ε_cr) R.
     assert!(top > 0.1 && top < 1.0, "{top}");

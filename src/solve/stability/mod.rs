@@ -11,7 +11,8 @@
 //! stable if no λ is negative; it is a saddle with as many unstable directions as there are.
 //!
 //! * **Inertia.** The signs of D in `H + s M = L D Lᵀ` count the λ below -s (Sylvester). s is the
-//!   *resolution*, 10⁻¹² of the mean diagonal of H over M: what round-off leaves of a zero.
+//!   *resolution*, 10⁻¹² of the mean diagonal of H over M: what round-off leaves of a zero. Where the
+//!   factor is worse, as measured by a solve, the resolution is made coarser until it covers that.
 //! * **Rigid motions** that no pin hinders have λ = 0: six of a free sheet, three where only z is held.
 //!   A motion `v = t + ω × x` is one if it moves no vertex in a held direction and `|H v|` is not
 //!   above what the force left by the relaxation explains: turning turns forces, `H v = ω × ∂U/∂x`.
@@ -29,7 +30,7 @@ mod rigid;
 
 use std::sync::Arc;
 
-use self::restricted::Restricted;
+use self::restricted::{Count, Restricted};
 use super::SolveError;
 use super::linear::{BlockLdlt, BlockMatrix, BlockPattern};
 use crate::Vec3;
@@ -41,6 +42,10 @@ use crate::system::Mechanics;
 /// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
 /// softest bending mode of a disc with 100 edges along its radius and half an edge thick is at 10⁻⁹.
 const RESOLUTION: f64 = 1e-12;
+/// The resolution is at least so many times the backward error of the factor.
+const MARGIN: f64 = 10.0;
+/// A resolution coarser than this, relative as above, says nothing any more.
+const COARSEST: f64 = 1e-4;
 /// σ is lowered by this factor until nothing is below it. Larger factors cost fewer factorisations
 /// and more iterations.
 const LOWER: f64 = 10.0;
@@ -127,10 +132,8 @@ impl Stability {
         mechanics: &mut Mechanics,
         x: &[Vec3],
     ) -> Result<Inertia, SolveError> {
-        let (resolution, rigid) = self.assemble(mechanics, x);
-        let count = rigid.len();
-        let negative = self.restricted(rigid).factorise(resolution)?;
-        Ok(Inertia { negative, rigid: count, resolution })
+        let (unit, rigid) = self.assemble(mechanics, x);
+        count(&mut self.restricted(rigid), unit)
     }
 
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
@@ -144,17 +147,17 @@ impl Stability {
         x: &[Vec3],
         count: usize,
     ) -> Result<Spectrum, SolveError> {
-        let (resolution, rigid) = self.assemble(mechanics, x);
-        let rigid_count = rigid.len();
+        let (unit, rigid) = self.assemble(mechanics, x);
         let mut restricted = self.restricted(rigid);
-        let negative = restricted.factorise(resolution)?;
+        let inertia = self::count(&mut restricted, unit)?;
+        let Inertia { negative, resolution, .. } = inertia;
         let (mut shift, mut below) = (resolution, negative);
         while below > 0 {
             shift *= LOWER;
             if !shift.is_finite() {
                 return Err(SolveError::Modes { found: 0, wanted: count });
             }
-            below = restricted.factorise(shift)?;
+            below = restricted.factorise(shift)?.negative;
         }
         let pairs = lanczos::smallest(&mut restricted, mechanics.pins(), count)?;
         let found = pairs.iter().filter(|p| p.0 < -resolution).count();
@@ -169,10 +172,10 @@ impl Stability {
             .into_iter()
             .map(|(eigenvalue, shape)| Mode { eigenvalue, shape: normalised(shape) })
             .collect();
-        Ok(Spectrum { inertia: Inertia { negative, rigid: rigid_count, resolution }, modes })
+        Ok(Spectrum { inertia, modes })
     }
 
-    /// Assembles H; the resolution, and the rigid motions (orthonormal in M).
+    /// Assembles H; its mean diagonal over the mean mass, and the rigid motions (orthonormal in M).
     fn assemble(&mut self, mechanics: &mut Mechanics, x: &[Vec3]) -> (f64, Vec<Vec<Vec3>>) {
         let mut gradient = vec![Vec3::zeros(); x.len()];
         mechanics.energy_gradient(x, &mut gradient);
@@ -182,12 +185,28 @@ impl Stability {
         let force = parallel::sum(x.len(), |i| gradient[i].norm_squared()).sqrt();
         let limits = rigid::Limits { force, round_off: 10.0 * RESOLUTION * diagonal };
         let motions = rigid::motions(x, mechanics.pins(), &self.mass, &self.matrix, &limits);
-        (RESOLUTION * diagonal / mean_mass, motions)
+        (diagonal / mean_mass, motions)
     }
 
     fn restricted(&mut self, rigid: Vec<Vec<Vec3>>) -> Restricted<'_> {
         Restricted::new(&mut self.ldlt, &self.matrix, &self.mass, rigid)
     }
+}
+
+/// Counts at the finest resolution that the factor bears, in units of `unit`.
+fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveError> {
+    let mut relative = RESOLUTION;
+    while relative <= COARSEST {
+        let Count { negative, error } = restricted.factorise(relative * unit)?;
+        if MARGIN * error <= relative {
+            let rigid = restricted.rigid().len();
+            return Ok(Inertia { negative, rigid, resolution: relative * unit });
+        }
+        relative = (MARGIN * error).max(LOWER * relative);
+    }
+    Err(SolveError::Factorisation(
+        "the factor of the indefinite Hessian is spoilt by round-off".into(),
+    ))
 }
 
 /// `H v` for the stored upper half of H.
