@@ -15,6 +15,8 @@ pub struct ResultDirectory {
 impl ResultDirectory {
     /// Name of the subdirectory of the frames.
     pub const FRAMES: &'static str = "frames";
+    const MODES: &'static str = "modes";
+    const EVENTS: &'static str = "events.csv";
     const PVD: &'static str = "sheet.pvd";
     const LEDGER: &'static str = "ledger.csv";
     const RESOLVED: &'static str = "resolved.toml";
@@ -59,9 +61,11 @@ impl ResultDirectory {
         // The index goes first: what is left if this is cut short then claims nothing.
         let mut ours = vec![directory.pvd()];
         ours.extend(content.iter().filter(|name| is_root_file(name)).map(|name| root.join(name)));
-        if frames.is_dir() {
-            let old = names(&frames)?;
-            ours.extend(old.iter().filter(|n| is_frame_file(n)).map(|n| frames.join(n)));
+        for (folder, stem) in [(frames, "frame_"), (directory.modes(), "mode_")] {
+            if folder.is_dir() {
+                let old = names(&folder)?;
+                ours.extend(old.iter().filter(|n| is_numbered(n, stem)).map(|n| folder.join(n)));
+            }
         }
         for path in ours {
             match fs::remove_file(&path) {
@@ -102,6 +106,24 @@ impl ResultDirectory {
     #[must_use]
     pub fn ledger(&self) -> PathBuf {
         self.root.join(Self::LEDGER)
+    }
+
+    /// The list of events.
+    #[must_use]
+    pub fn events(&self) -> PathBuf {
+        self.root.join(Self::EVENTS)
+    }
+
+    /// The subdirectory of the modes of events.
+    #[must_use]
+    pub fn modes(&self) -> PathBuf {
+        self.root.join(Self::MODES)
+    }
+
+    /// The modes of event `number`, counted from 0.
+    #[must_use]
+    pub fn mode(&self, number: usize) -> PathBuf {
+        self.modes().join(format!("mode_{number:06}.vtu"))
     }
 
     /// The scene with every default written out.
@@ -145,15 +167,17 @@ fn is_root_file(name: &str) -> bool {
     [
         ResultDirectory::PVD,
         ResultDirectory::LEDGER,
+        ResultDirectory::EVENTS,
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
     ]
     .contains(&finished(name))
 }
 
-fn is_frame_file(name: &str) -> bool {
+/// Whether `name` is `STEM` with a number as frames and modes have them.
+fn is_numbered(name: &str, stem: &str) -> bool {
     finished(name)
-        .strip_prefix("frame_")
+        .strip_prefix(stem)
         .and_then(|rest| rest.strip_suffix(".vtu"))
         .is_some_and(|number| number.len() >= 6 && number.bytes().all(|b| b.is_ascii_digit()))
 }

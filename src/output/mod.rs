@@ -4,6 +4,8 @@
 //! DIR/sheet.pvd                  times and frames; the file to open in ParaView
 //! DIR/frames/frame_000123.vtu    one state each
 //! DIR/ledger.csv                 one row a step
+//! DIR/events.csv                 losses of stability, if the scene watches for them
+//! DIR/modes/mode_000000.vtu      the modes of an event
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line
 //! ```
@@ -15,6 +17,7 @@ pub mod atomic;
 pub mod clock;
 pub mod directory;
 mod encode;
+pub mod events;
 pub mod frame;
 pub mod interrupt;
 pub mod ledger;

@@ -15,6 +15,7 @@ mod overrides;
 mod problem;
 pub mod registry;
 mod sheet;
+mod stability;
 mod time;
 
 use std::path::{Path, PathBuf};
@@ -36,6 +37,7 @@ pub use self::sheet::{
     Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Rectangle, Shape, SheetSource,
     SheetSpec, Sphere,
 };
+pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
 
 use self::deserialize::read;
@@ -43,8 +45,8 @@ use self::document::{Index, Segment, Value};
 use self::error::Origin;
 
 /// Tables of a scene.
-const TABLES: [&str; 7] =
-    ["sheet", "material", "effect", "kinetics", "time", "equilibrium", "output"];
+const TABLES: [&str; 8] =
+    ["sheet", "material", "effect", "kinetics", "time", "equilibrium", "stability", "output"];
 
 /// A checked scene, with the places of everything it was read from.
 #[derive(Debug, Serialize)]
@@ -63,6 +65,9 @@ pub struct Scene {
     pub time: TimeSpec,
     /// How mechanical equilibrium is found.
     pub equilibrium: Box<dyn EquilibriumSpec>,
+    /// The watch on stability, if the scene has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stability: Option<StabilitySpec>,
     /// What is written.
     pub output: OutputSpec,
     #[serde(skip)]
@@ -210,6 +215,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let kinetics = section.optional("kinetics", kinetics::read_kinetics);
     let time = section.required("time", time::read_time);
     let equilibrium = section.equilibrium();
+    let stability = section.optional("stability", read);
     let output = section.optional("output", read).unwrap_or_default();
     if let Some(error) = origin.report(&problems) {
         return Err(error);
@@ -219,7 +225,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     else {
         return Err(origin.error(&Problem::plain("the scene is incomplete")));
     };
-    Ok(Scene { sheet, material, effects, kinetics, time, equilibrium, output, origin })
+    Ok(Scene { sheet, material, effects, kinetics, time, equilibrium, stability, output, origin })
 }
 
 /// Takes the tables of a scene one by one and notes what is wrong with them.

@@ -2,13 +2,15 @@
 //!
 //! [`prepare`] reads or generates the sheet, loads the plugin and binds every listed effect;
 //! [`run`](run::run) advances the state and shows it to the observers; [`inspect`](inspect::inspect)
-//! looks at one state without running.
+//! and [`stability`] look at one state without running.
 
 mod fields;
 pub mod inspect;
 mod report;
 pub mod run;
+pub mod stability;
 mod start;
+mod watch;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -93,6 +95,10 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
         }
     }
     let mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins)?;
+    if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
+        let message = "the scene lists no effect with an energy: nothing to watch";
+        return Err(scene.error_at("stability", message, None).into());
+    }
     let equilibrium = if mechanics.is_empty() {
         None
     } else if mechanics.force_scale() > 0.0 {

@@ -10,7 +10,7 @@ use crate::state::State;
 use crate::system::System;
 
 /// Titles of the ledger's columns, with units.
-pub(super) fn columns(system: &mut System) -> Vec<String> {
+pub(super) fn columns(system: &mut System, watched: bool) -> Vec<String> {
     let mut all: Vec<String> = ["step", "time", "step size [time]", "error estimate", "rejected"]
         .map(str::to_owned)
         .to_vec();
@@ -19,6 +19,9 @@ pub(super) fn columns(system: &mut System) -> Vec<String> {
         ["total energy [energy]", "iterations", "evaluations", "factorisations", "force residual"]
             .map(str::to_owned),
     );
+    if watched {
+        all.push("negative directions".to_owned());
+    }
     if let Some(chemistry) = system.chemistry() {
         for species in &chemistry.descriptor().species {
             let name = &species.name;
@@ -29,16 +32,21 @@ pub(super) fn columns(system: &mut System) -> Vec<String> {
             ]);
         }
     }
-    all.extend(["least quality", "impossible rest triangles", "wall time [s]"].map(str::to_owned));
+    all.extend(
+        ["least quality", "impossible rest triangles", "collapsed triangles", "wall time [s]"]
+            .map(str::to_owned),
+    );
     all
 }
 
-/// The row of `state` after the step that `report` tells about.
+/// The row of `state` after the step that `report` tells about; `negative` directions only where
+/// the run watches them.
 pub(super) fn row(
     system: &mut System,
     sheet: &Sheet,
     state: &State,
     report: &StepReport,
+    negative: Option<f64>,
     wall: f64,
 ) -> Vec<f64> {
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
@@ -49,6 +57,7 @@ pub(super) fn row(
     row.push(energies.iter().sum());
     row.extend([work.iterations, work.evaluations, work.factorisations].map(real));
     row.push(work.residual);
+    row.extend(negative);
     // An amount is per rest area, a concentration per current area.
     let amount = system.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
     let x = if amount { sheet.rest() } else { &state.x };
@@ -76,6 +85,7 @@ pub(super) fn row(
     }
     row.push(qualities(sheet, &state.x).into_iter().fold(f64::INFINITY, f64::min));
     row.push(real(system.mechanics().metric().impossible_triangles()));
+    row.push(real(work.collapsed));
     row.push(wall);
     row
 }

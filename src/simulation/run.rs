@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use super::watch::{self, Watch};
 use super::{Setup, report};
 use crate::num::real;
 use crate::output::{
@@ -83,7 +84,8 @@ pub fn run(
     setup.system.set_interrupt(move || interrupt.requested());
     let compression = scene.output.compression;
     let mut series = Series::create(directory, compression)?;
-    let columns = report::columns(&mut setup.system);
+    let mut watch = Watch::of(scene, setup, directory)?;
+    let columns = report::columns(&mut setup.system, watch.is_some());
     let mut ledger = Ledger::create(&directory.ledger(), &columns)?;
     let mut output = Duration::ZERO;
 
@@ -94,6 +96,15 @@ pub fn run(
         // The start is then shown as far as it got, not as an equilibrium.
         Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
         Err(error) => return Err(stopped(setup, directory, compression, error)),
+    }
+    let mut negative = None;
+    match &mut watch {
+        Some(watch) if !first.relaxation.residual.is_nan() => {
+            negative = Some(look(watch, setup, &mut first, progress, directory)?);
+        }
+        Some(_) => negative = Some(f64::NAN),
+        None if !first.relaxation.residual.is_nan() => watch::warn_of_flat_start(setup, progress),
+        None => {}
     }
     let start = began.elapsed();
     let mut summary = Summary {
@@ -114,12 +125,12 @@ pub fn run(
     let mut latest = first;
     let mut shown = None;
     loop {
-        let watch = Instant::now();
+        let stopwatch = Instant::now();
         let (state, system) = (&setup.state, &mut setup.system);
         let wall = began.elapsed().as_secs_f64();
         // After an interrupted try the state is the one shown before.
         if shown != Some(state.step) {
-            ledger.append(&report::row(system, &setup.sheet, state, &latest, wall))?;
+            ledger.append(&report::row(system, &setup.sheet, state, &latest, negative, wall))?;
         }
         shown = Some(state.step);
         summary.time = state.time;
@@ -147,7 +158,7 @@ pub fn run(
                 written += 1;
             }
         }
-        output += watch.elapsed();
+        output += stopwatch.elapsed();
         if let Some(ending) = ending {
             summary.ending = ending;
             break;
@@ -161,6 +172,9 @@ pub fn run(
                 continue;
             }
             Err(error) => return Err(stopped(setup, directory, compression, error)),
+        }
+        if let Some(watch) = &mut watch {
+            negative = Some(look(watch, setup, &mut latest, progress, directory)?);
         }
         summary.iterations += latest.relaxation.iterations;
         summary.factorisations += latest.relaxation.factorisations;
@@ -177,6 +191,23 @@ pub fn run(
     summary.wall = began.elapsed();
     summary.output = output;
     Ok(summary)
+}
+
+/// Lets the watch look at the state that was just accepted; its directions down.
+fn look(
+    watch: &mut Watch,
+    setup: &mut Setup,
+    report: &mut StepReport,
+    progress: &mut Progress,
+    directory: &ResultDirectory,
+) -> Result<f64> {
+    match watch.look(setup, &mut report.relaxation, progress) {
+        Ok(negative) => Ok(negative),
+        // The state is then still the saddle.
+        Err(Error::Solve(SolveError::Interrupted)) => Ok(f64::NAN),
+        Err(error @ Error::Output(_)) => Err(error),
+        Err(error) => Err(stopped(setup, directory, Compression::default(), error)),
+    }
 }
 
 /// Writes the last good state as `failed.vtu`, to be looked at.

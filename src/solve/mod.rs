@@ -1,8 +1,9 @@
-//! Solvers: mechanical equilibrium, coupled stepping, linear systems.
+//! Solvers: mechanical equilibrium and its stability, coupled stepping, linear systems.
 
 pub mod chebyshev;
 pub mod equilibrium;
 pub mod linear;
+pub mod stability;
 pub mod staggered;
 
 use crate::Result;
@@ -111,6 +112,25 @@ pub enum SolveError {
         /// Force asked for.
         tolerance: f64,
     },
+    /// A triangle has lost its area.
+    #[error(
+        "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
+         area is nearly zero, and no step lowers the energy further (largest force \
+         {residual:.3e}); its optimal lengths are {optimal:?}. Use a finer mesh or a smoother \
+         length factor, or go on with `equilibrium.collapse = \"hold\"`, which holds its vertices"
+    )]
+    Collapsed {
+        /// The triangle.
+        triangle: usize,
+        /// Its vertices.
+        vertices: [u32; 3],
+        /// Its optimal lengths, opposite each corner.
+        optimal: [f64; 3],
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+    },
     /// A policy and an integrator that do not fit.
     #[error("{0}")]
     Pairing(String),
@@ -156,6 +176,14 @@ pub enum SolveError {
         range: (f64, f64),
         /// End time of the step.
         time: f64,
+    },
+    /// The smallest eigenvalues at a shape were not found.
+    #[error("only {found} of the {wanted} smallest eigenvalues of the Hessian were found")]
+    Modes {
+        /// Eigenvalues that converged.
+        found: usize,
+        /// Eigenvalues asked for.
+        wanted: usize,
     },
     /// The user asked to stop.
     #[error("interrupted")]

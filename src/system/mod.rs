@@ -67,6 +67,12 @@ impl System {
         &mut self.mechanics
     }
 
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    #[must_use]
+    pub fn force_tolerance(&self) -> f64 {
+        self.force_tolerance
+    }
+
     /// The chemical half, if there is kinetics.
     #[must_use]
     pub fn chemistry(&self) -> Option<&Chemistry> {

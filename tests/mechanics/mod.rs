@@ -6,7 +6,9 @@ mod invariants;
 mod known;
 mod loads;
 mod membrane;
+mod methods;
 mod relaxation;
+mod stability;
 
 use std::sync::Arc;
 

@@ -35,11 +35,15 @@ fn force_removes_an_earlier_run_and_nothing_else() {
     Ledger::create(&directory.ledger(), &["step".to_owned()]).unwrap();
     fs::write(directory.resolved(), "").unwrap();
     fs::write(directory.provenance(), "").unwrap();
+    fs::create_dir(directory.modes()).unwrap();
+    fs::write(directory.mode(0), "").unwrap();
+    fs::write(directory.events(), "").unwrap();
     fs::write(directory.frames().join(".frame_000002.vtu.part"), "").unwrap();
     fs::write(root.join(".sheet.pvd.part"), "").unwrap();
     let foreign = [
         root.join("thesis.tex"),
         root.join("sheet.pvd.png"),
+        directory.modes().join("mode_000000.png"),
         directory.frames().join("frame_1.vtu"),
         directory.frames().join("frame_000001.vtu.png"),
         directory.frames().join("frame_00000x.vtu"),
@@ -58,7 +62,7 @@ fn force_removes_an_earlier_run_and_nothing_else() {
         assert_eq!(fs::read(path).unwrap(), b"mine", "{}", path.display());
     }
     let left = |p: &Path| fs::read_dir(p).unwrap().count();
-    assert_eq!((left(&root), left(&directory.frames())), (3, 3));
+    assert_eq!((left(&root), left(&directory.frames()), left(&directory.modes())), (4, 3, 1));
 }
 
 #[test]

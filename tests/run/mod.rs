@@ -3,6 +3,7 @@
 mod coupling;
 mod inspect;
 mod program;
+mod stability;
 
 use std::path::PathBuf;
 

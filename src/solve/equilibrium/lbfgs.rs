@@ -41,6 +41,22 @@ pub struct LbfgsSpec {
     pub largest_move: Positive,
     /// No triangle's area may fall below this share in one step.
     pub area_share: Fraction,
+    /// What to do when a triangle collapses.
+    pub collapse: Collapse,
+}
+
+/// What to do when a triangle has lost its area and no step lowers the energy with it.
+///
+/// Where optimal lengths make no triangle, the energy is least where the triangle is flat, and has
+/// a kink there: forces of finite size on both sides and no equilibrium in between.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Collapse {
+    /// Stop with an error that names the triangle.
+    #[default]
+    Stop,
+    /// Hold its vertices for the rest of the relaxation, and count it in the ledger.
+    Hold,
 }
 
 impl Default for LbfgsSpec {
@@ -53,6 +69,7 @@ impl Default for LbfgsSpec {
             refresh: number(15),
             largest_move: Positive::ONE,
             area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+            collapse: Collapse::Stop,
         }
     }
 }
@@ -88,6 +105,15 @@ const NEARLY_AT_REST: f64 = 1e-2;
 const ARMIJO: f64 = 1e-4;
 /// Energy differences below this share of the energy are round-off.
 const ROUND_OFF: f64 = 1e-12;
+/// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
+/// which the positive part has no stiffness (waves of a free rim) are why it may be needed.
+const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
+/// Largest shift.
+const MOST_SHIFT: f64 = 1.0;
+/// Quality below which a triangle counts as collapsed once the energy stops falling.
+const COLLAPSED: f64 = 1e-2;
+/// Falls of the energy below this share of it count as none where a triangle has collapsed.
+const NO_FALL: f64 = 1e-8;
 /// Shortest step tried, as a share of the proposed one.
 const SHORTEST: f64 = 1e-8;
 
@@ -103,8 +129,17 @@ pub struct Lbfgs {
     matrix: BlockMatrix,
     cholesky: FrugalCholesky,
     factored: bool,
+    shift: f64,
     try_full_below: f64,
     pairs: VecDeque<Pair>,
+    /// Vertices of collapsed triangles, held.
+    held: Vec<usize>,
+}
+
+/// `4√3 A/Σl²`, 1 for an equilateral triangle.
+fn quality([a, b, c]: &[Vec3; 3]) -> f64 {
+    let square = (b - a).norm_squared() + (c - b).norm_squared() + (a - c).norm_squared();
+    2.0 * 3.0_f64.sqrt() * (b - a).cross(&(c - a)).norm() / square
 }
 
 fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
@@ -123,8 +158,10 @@ impl Lbfgs {
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             cholesky: FrugalCholesky::new(pattern)?,
             factored: false,
+            shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             pairs: VecDeque::new(),
+            held: Vec::new(),
         })
     }
 
@@ -146,7 +183,7 @@ impl Lbfgs {
                 continue;
             }
             mechanics.hessian(x, part, &mut self.matrix);
-            self.matrix.add_diagonal(SHIFT * self.matrix.mean_diagonal());
+            self.matrix.add_diagonal(self.shift * self.matrix.mean_diagonal());
             tried += 1;
             if self.cholesky.factorise(&self.matrix, part == HessianPart::Positive).is_ok() {
                 self.factored = true;
@@ -172,10 +209,70 @@ impl Lbfgs {
             alphas.push(alpha);
         }
         self.cholesky.solve(d);
+        for &i in &self.held {
+            d[i] = Vec3::zeros();
+        }
         for (pair, alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
             let beta = pair.inverse * dot(&pair.change, d);
             parallel::update(d, |i, v| *v += (alpha - beta) * pair.step[i]);
         }
+    }
+
+    /// Energy and gradient, without what acts on held vertices.
+    fn evaluate(&self, mechanics: &mut Mechanics, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        let energy = mechanics.energy_gradient(x, gradient);
+        for &i in &self.held {
+            gradient[i] = Vec3::zeros();
+        }
+        energy
+    }
+
+    /// Deals with the collapsed triangles at the vertex where the force is largest: holds them, or
+    /// is an error; `false` if there are none.
+    fn collapse(
+        &mut self,
+        mechanics: &Mechanics,
+        x: &[Vec3],
+        gradient: &[Vec3],
+        done: &mut Relaxation,
+    ) -> Result<bool, SolveError> {
+        let size = |i: &usize| gradient[*i].norm_squared();
+        let Some(worst) = (0..x.len()).max_by(|a, b| size(a).total_cmp(&size(b))) else {
+            return Ok(false);
+        };
+        let sheet = mechanics.sheet();
+        // Bending reaches one ring further than the triangle itself.
+        let around = sheet.vertex_edges().of(worst).iter().map(|&(_, j)| j as usize);
+        let mut collapsed: Vec<usize> = std::iter::once(worst)
+            .chain(around)
+            .flat_map(|i| sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t as usize))
+            .filter(|&t| quality(&sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
+            .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.held.contains(&(*v as usize))))
+            .collect();
+        collapsed.sort_unstable();
+        collapsed.dedup();
+        let Some(&first) = collapsed.first() else { return Ok(false) };
+        if self.options.collapse == Collapse::Stop {
+            let metric = mechanics.metric();
+            return Err(SolveError::Collapsed {
+                triangle: first,
+                vertices: sheet.triangles()[first],
+                optimal: sheet.triangle_edges()[first].map(|e| metric.length()[e as usize]),
+                iterations: done.iterations,
+                residual: done.residual,
+            });
+        }
+        for &t in &collapsed {
+            for v in sheet.triangles()[t] {
+                let around = sheet.vertex_edges().of(v as usize).iter().map(|&(_, j)| j as usize);
+                self.held.extend(std::iter::once(v as usize).chain(around));
+            }
+        }
+        self.held.sort_unstable();
+        self.held.dedup();
+        done.collapsed += collapsed.len();
+        self.pairs.clear();
+        Ok(true)
     }
 
     fn remember(&mut self, step: Vec<Vec3>, change: Vec<Vec3>) {
@@ -199,7 +296,8 @@ impl Equilibrium for Lbfgs {
         let n = x.len();
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
-        let mut energy = mechanics.energy_gradient(x, &mut gradient);
+        self.held.clear();
+        let mut energy = self.evaluate(mechanics, x, &mut gradient);
         done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
@@ -231,6 +329,7 @@ impl Equilibrium for Lbfgs {
             }
             if !self.factored || age >= self.options.refresh.get() {
                 done.factorisations += self.refactor(mechanics, x, done.residual)?;
+                self.shift = (0.1 * self.shift).max(SHIFT);
                 age = 0;
             }
             self.direction(&gradient, &mut d);
@@ -248,7 +347,7 @@ impl Equilibrium for Lbfgs {
                 }
                 parallel::fill(&mut trial, |i| x[i] + length * d[i]);
                 if mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
-                    let e = mechanics.energy_gradient(&trial, &mut trial_gradient);
+                    let e = self.evaluate(mechanics, &trial, &mut trial_gradient);
                     done.evaluations += 1;
                     let descends = e <= energy + ARMIJO * length * slope;
                     let level = (e - energy).abs() <= ROUND_OFF * energy.abs()
@@ -259,8 +358,18 @@ impl Equilibrium for Lbfgs {
                 }
                 length *= 0.5;
             };
+            let falls = accepted.is_some_and(|e| e < energy - NO_FALL * energy.abs());
+            let far = done.residual > 1e3 * goal.tolerance;
+            if (accepted.is_none() || (far && !falls))
+                && self.collapse(mechanics, x, &gradient, &mut done)?
+            {
+                energy = self.evaluate(mechanics, x, &mut gradient);
+                continue;
+            }
             let Some(e) = accepted else {
-                if age == 0 {
+                if age == 0 && self.shift < MOST_SHIFT {
+                    self.shift = (self.shift * MORE_SHIFT.1).max(MORE_SHIFT.0);
+                } else if age == 0 {
                     return Err(SolveError::Stalled {
                         iterations: done.iterations,
                         residual: done.residual,

@@ -3,10 +3,15 @@
 //! Which of several minima is found is physics, so every method goes downhill from the shape it is
 //! given by limited steps.
 
+mod descent;
+mod fire;
 mod lbfgs;
 mod newton;
+mod stop;
 
-pub use lbfgs::{Lbfgs, LbfgsSpec};
+pub use descent::{Descent, DescentSpec};
+pub use fire::{Fire, FireSpec};
+pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
 
 use crate::Vec3;
@@ -37,6 +42,8 @@ pub struct Relaxation {
     pub residual: f64,
     /// Energy reached.
     pub energy: f64,
+    /// Triangles that collapsed and were held.
+    pub collapsed: usize,
 }
 
 impl Relaxation {
@@ -47,6 +54,7 @@ impl Relaxation {
         self.factorisations += later.factorisations;
         self.residual = later.residual;
         self.energy = later.energy;
+        self.collapsed = later.collapsed;
     }
 }
 

@@ -1,0 +1,228 @@
+//! The watch on stability during a run: counts the directions that lower the energy at every accepted
+//! state, tells of every change between none and some, and leaves saddles if the scene says so.
+//!
+//! What is seen are saddles on which a relaxation comes to rest: perfectly flat or symmetric ones. A
+//! sheet with an imperfection grows past its buckling point along a smooth branch of stable shapes,
+//! and one that snaps is seen after it has come to rest elsewhere; neither is an event.
+
+use std::path::Path;
+
+use super::Setup;
+use super::stability::{add_modes, directions};
+use crate::output::events::{Event, Events};
+use crate::output::{Compression, Progress, ResultDirectory, vtu};
+use crate::scene::Scene;
+use crate::solve::equilibrium::Relaxation;
+use crate::solve::stability::{Inertia, Mode, Stability};
+use crate::{Result, Vec3};
+
+/// Most vertices of a flat start that is checked without being asked: the factor of a larger sheet
+/// costs minutes and gigabytes.
+const CHECKED: usize = 200_000;
+
+/// How a saddle is left, for messages.
+const REMEDY: &str = "nothing leaves it by itself: break the symmetry of the start with \
+                      sheet.imperfection or sheet.bump, or follow the mode with stability.perturb";
+
+/// The watch of one run.
+pub(super) struct Watch {
+    stability: Stability,
+    events: Events,
+    modes: usize,
+    perturb: Option<f64>,
+    directory: ResultDirectory,
+    compression: Compression,
+    written: usize,
+    /// Whether the last state had a direction down; `None` before the first look.
+    unstable: Option<bool>,
+}
+
+impl Watch {
+    /// The watch of `scene`, if it asks for one.
+    ///
+    /// # Errors
+    /// A sheet too large for a factor, or files that cannot be made.
+    pub(super) fn of(
+        scene: &Scene,
+        setup: &mut Setup,
+        directory: &ResultDirectory,
+    ) -> Result<Option<Self>> {
+        let Some(spec) = scene.stability.as_ref().filter(|s| s.watch) else { return Ok(None) };
+        let mechanics = setup.system.mechanics();
+        let modes = directory.modes();
+        std::fs::create_dir_all(&modes)
+            .map_err(|source| crate::output::OutputError::Write { path: modes, source })?;
+        Ok(Some(Self {
+            stability: Stability::new(mechanics)?,
+            events: Events::create(&directory.events())?,
+            modes: spec.modes.get(),
+            perturb: spec.perturb.map(f64::from),
+            directory: directory.clone(),
+            compression: scene.output.compression,
+            written: 0,
+            unstable: None,
+        }))
+    }
+
+    /// Looks at the accepted state of `setup`; returns the directions down, for the ledger.
+    ///
+    /// Work of a second relaxation is added to `work`. A factor spoilt by round-off is told and
+    /// gives NaN.
+    ///
+    /// # Errors
+    /// Files that cannot be written, or a relaxation that fails on its way from a saddle; the state
+    /// is the saddle then.
+    pub(super) fn look(
+        &mut self,
+        setup: &mut Setup,
+        work: &mut Relaxation,
+        progress: &mut Progress,
+    ) -> Result<f64> {
+        let Some(inertia) = self.count(setup, work, progress) else { return Ok(f64::NAN) };
+        let now = inertia.negative > 0;
+        let before = self.unstable.replace(now);
+        let kind = match (before, now) {
+            (None, true) => "saddle at the start",
+            (Some(false), true) => "loss of stability",
+            (Some(true), false) => "stability regained",
+            _ => "",
+        };
+        let leaves = now && self.perturb.is_some();
+        if kind.is_empty() && !leaves {
+            return Ok(crate::num::real(inertia.negative));
+        }
+        let modes = self.modes(setup, progress);
+        if !kind.is_empty() {
+            self.tell(setup, kind, inertia.negative, &modes, progress)?;
+        }
+        match (self.perturb, modes.first()) {
+            (Some(by), Some(mode)) if leaves => self.leave(setup, mode, by, work, progress),
+            _ => Ok(crate::num::real(inertia.negative)),
+        }
+    }
+
+    fn count(
+        &mut self,
+        setup: &mut Setup,
+        work: &mut Relaxation,
+        progress: &mut Progress,
+    ) -> Option<Inertia> {
+        work.factorisations += 1;
+        self.stability
+            .inertia(setup.system.mechanics(), &setup.state.x)
+            .map_err(|error| progress.message(&format!("the stability is not known: {error}")))
+            .ok()
+    }
+
+    /// The softest modes; none, and a word about it, if they cannot be found.
+    fn modes(&mut self, setup: &mut Setup, progress: &mut Progress) -> Vec<Mode> {
+        let mechanics = setup.system.mechanics();
+        match self.stability.spectrum(mechanics, &setup.state.x, self.modes) {
+            Ok(spectrum) => spectrum.modes,
+            Err(error) => {
+                progress.message(&format!("the modes are not known: {error}"));
+                Vec::new()
+            }
+        }
+    }
+
+    /// Displaces the shape along `mode` and relaxes; returns the directions down there.
+    fn leave(
+        &mut self,
+        setup: &mut Setup,
+        mode: &Mode,
+        by: f64,
+        work: &mut Relaxation,
+        progress: &mut Progress,
+    ) -> Result<f64> {
+        let saddle = setup.state.x.clone();
+        for (x, v) in setup.state.x.iter_mut().zip(&mode.shape) {
+            *x += by * v;
+        }
+        match setup.system.relax(&mut setup.state) {
+            Ok(done) => work.add(&done),
+            Err(error) => {
+                setup.state.x = saddle;
+                setup.system.follow(&setup.state)?;
+                return Err(error);
+            }
+        }
+        let Some(inertia) = self.count(setup, work, progress) else { return Ok(f64::NAN) };
+        self.unstable = Some(inertia.negative > 0);
+        let modes = self.modes(setup, progress);
+        self.tell(setup, "left along the mode", inertia.negative, &modes, progress)?;
+        Ok(crate::num::real(inertia.negative))
+    }
+
+    /// Writes the modes and the event, and says it.
+    fn tell(
+        &mut self,
+        setup: &mut Setup,
+        kind: &str,
+        negative: usize,
+        modes: &[Mode],
+        progress: &mut Progress,
+    ) -> Result<()> {
+        let mut frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state)?;
+        add_modes(&mut frame, modes);
+        let path = self.directory.mode(self.written);
+        vtu::write(&path, &frame, self.compression)?;
+        self.written += 1;
+        let file = path.strip_prefix(self.directory.root()).unwrap_or(&path);
+        let eigenvalue = modes.first().map_or(f64::NAN, |m| m.eigenvalue);
+        self.events.append(&Event {
+            time: setup.state.time,
+            step: setup.state.step,
+            kind,
+            eigenvalue,
+            negative,
+            modes: &slashed(file),
+        })?;
+        let mut text = format!(
+            "time {}: {kind}; {}, smallest eigenvalue {eigenvalue:.3e} force/length^3, modes in {}",
+            setup.state.time,
+            directions(negative),
+            path.display()
+        );
+        if negative > 0 && self.perturb.is_none() {
+            text += "; ";
+            text += REMEDY;
+        }
+        progress.message(&text);
+        Ok(())
+    }
+}
+
+/// A relative path as every system writes it.
+fn slashed(path: &Path) -> String {
+    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+/// Tells of a perfectly flat first equilibrium, whether or not the scene has a watch: one
+/// factorisation, once in a run, and only where all z are the same.
+pub(super) fn warn_of_flat_start(setup: &mut Setup, progress: &mut Progress) {
+    let x: &[Vec3] = &setup.state.x;
+    let flat = x.iter().all(|v| v.z == x[0].z);
+    // With all z held there is no way out of the plane to warn of.
+    let mechanics = setup.system.mechanics();
+    let held = mechanics.pins().iter().all(|p| p[2]);
+    if !flat || held || mechanics.is_empty() || x.len() > CHECKED {
+        return;
+    }
+    let inertia = Stability::new(mechanics).and_then(|mut s| s.inertia(mechanics, &setup.state.x));
+    progress.message(&match inertia {
+        Ok(Inertia { negative: 0, .. }) => {
+            "the start is perfectly flat, and stable as it is; under \
+             compression it would stay flat on a saddle (list [stability] to be told, \
+             sheet.imperfection or sheet.bump to leave the plane)"
+                .into()
+        }
+        Ok(Inertia { negative, .. }) => format!(
+            "warning: the start is perfectly flat and a saddle: {}; {REMEDY}",
+            directions(negative)
+        ),
+        Err(error) => {
+            format!("the start is perfectly flat; whether it is stable is not known: {error}")
+        }
+    });
+}

@@ -1,0 +1,155 @@
+//! Steepest descent: the overdamped motion, followed by explicit Euler steps.
+//!
+//! ```text
+//! dx/dτ = -∂U/∂x,     x_{n+1} = x_n - Δτ_n ∂U/∂x (x_n),     τ = t / drag
+//! ```
+//!
+//! The path is the physical one for a sheet with the same drag on every vertex, so the minimum at
+//! its end is the reference for all other methods. The paper moves vertices by this rule with a
+//! fixed Δτ = Δt/γ; how many such steps it makes per chemical step is not stated. Here Δτ adapts:
+//! a step counts only if
+//!
+//! ```text
+//! U(x_{n+1}) ≤ U(x_n) - ½ Δτ |∂U/∂x (x_n)|²
+//! ```
+//!
+//! which for a quadratic energy forbids every step that overshoots along the gradient
+//! (Δτ > 1/curvature), so that stiff directions do not zigzag. Then Δτ grows by a tenth, otherwise
+//! it is halved.
+//!
+//! It is slow: stretching limits Δτ to about 1/(5 Y), while the longest bending wave decays at the
+//! rate `B k⁴ A_i`. The number of steps grows like Y/(B k⁴ A_i), 10⁹ for a disc of 100 edges in
+//! radius and h = 0.5. It is here to be compared with.
+
+use serde::{Deserialize, Serialize};
+
+use super::stop::{dot, largest, reached, stalled};
+use super::{Equilibrium, Goal, Relaxation};
+use crate::Vec3;
+use crate::num::checked::{AtLeast, Fraction, Positive};
+use crate::parallel;
+use crate::solve::{EquilibriumSpec, SolveError};
+use crate::system::Mechanics;
+
+/// Settings of [`Descent`]; parameters of `equilibrium.method = "descent"` in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DescentSpec {
+    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
+    /// (Y times the edge length).
+    pub tolerance: Positive,
+    /// Iterations after which a relaxation has failed.
+    pub max_iterations: AtLeast<1>,
+    /// Largest move of a vertex in one step, in mean edge lengths.
+    pub largest_move: Positive,
+    /// No triangle's area may fall below this share in one step.
+    pub area_share: Fraction,
+}
+
+impl Default for DescentSpec {
+    fn default() -> Self {
+        Self {
+            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
+            max_iterations: AtLeast::new(1_000_000).unwrap_or(AtLeast::LEAST),
+            largest_move: Positive::new(0.1).unwrap_or(Positive::ONE),
+            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+        }
+    }
+}
+
+#[typetag::serde(name = "descent")]
+impl EquilibriumSpec for DescentSpec {
+    fn name(&self) -> String {
+        "steepest descent (overdamped motion)".into()
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance.get()
+    }
+
+    fn max_iterations(&self) -> usize {
+        self.max_iterations.get()
+    }
+
+    fn build(&self, _mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        Ok(Box::new(Descent::new(*self)))
+    }
+}
+
+crate::register_kind!(dyn EquilibriumSpec, "descent", DescentSpec);
+
+/// First step, in units of 1/stiffness of a bond.
+const FIRST: f64 = 0.05;
+/// Growth of the step after a good one; a bad one halves it.
+const GROWTH: f64 = 1.1;
+/// Share of the linear decrease that a step must keep; ½ forbids overshooting.
+const DECREASE: f64 = 0.5;
+/// Energy differences below this share of the energy are round-off; the slope decides then.
+const ROUND_OFF: f64 = 1e-12;
+/// Shortest step tried, as a share of the first.
+const SHORTEST: f64 = 1e-10;
+
+/// Steepest descent for one sheet.
+#[derive(Debug)]
+pub struct Descent {
+    options: DescentSpec,
+    /// The step that the last relaxation ended with, in units of 1/stiffness.
+    step: f64,
+}
+
+impl Descent {
+    /// Ready for any sheet: nothing is prepared.
+    #[must_use]
+    pub fn new(options: DescentSpec) -> Self {
+        Self { options, step: FIRST }
+    }
+}
+
+impl Equilibrium for Descent {
+    fn relax(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+    ) -> Result<Relaxation, SolveError> {
+        let n = x.len();
+        let mut gradient = vec![Vec3::zeros(); n];
+        let (mut trial, mut trial_gradient) = (gradient.clone(), gradient.clone());
+        let edge = mechanics.metric().mean_edge();
+        let longest = self.options.largest_move.get() * edge;
+        let softness = edge / mechanics.force_scale();
+        let mut done = Relaxation { evaluations: 1, ..Relaxation::default() };
+        done.energy = mechanics.energy_gradient(x, &mut gradient);
+        done.residual = mechanics.residual(&gradient);
+        while !reached(&done, goal)? {
+            let square = dot(&gradient, &gradient);
+            let limit = longest / largest(&gradient);
+            let step = (self.step * softness).min(limit);
+            parallel::fill(&mut trial, |i| x[i] - step * gradient[i]);
+            let mut accepted = None;
+            if mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
+                let energy = mechanics.energy_gradient(&trial, &mut trial_gradient);
+                done.evaluations += 1;
+                let descends = energy <= done.energy - DECREASE * step * square;
+                let level = (energy - done.energy).abs() <= ROUND_OFF * done.energy.abs()
+                    && dot(&gradient, &trial_gradient) >= 0.0;
+                accepted = (energy.is_finite() && (descends || level)).then_some(energy);
+            }
+            let Some(energy) = accepted else {
+                self.step = 0.5 * step / softness;
+                if !(self.step >= SHORTEST) {
+                    self.step = FIRST;
+                    return Err(stalled(&done, goal));
+                }
+                continue;
+            };
+            x.copy_from_slice(&trial);
+            std::mem::swap(&mut gradient, &mut trial_gradient);
+            done.energy = energy;
+            done.residual = mechanics.residual(&gradient);
+            done.iterations += 1;
+            self.step = GROWTH * self.step.max(step / softness);
+        }
+        Ok(done)
+    }
+}

@@ -1,0 +1,242 @@
+//! Stability of an equilibrium: how many directions lower the energy, which, and how fast.
+//!
+//! ```text
+//! H v = λ M v        H = ∂²U/∂x² with the held directions taken out
+//!                    M = diag(A⁰_i), a third of the rest area of the triangles around vertex i
+//! ```
+//!
+//! With this mass λ is a stiffness per rest area, force/length³ (energy/length⁴): moving the sheet by
+//! `a v` changes the energy by `½ λ a² Σ_i A⁰_i |v_i|²`. It does not depend on the mesh as this is
+//! refined; a bending wave of wavenumber k on a stress-free flat sheet has λ = B k⁴. An equilibrium is
+//! stable if no λ is negative; it is a saddle with as many unstable directions as there are.
+//!
+//! * **Inertia.** The signs of D in `H + s M = L D Lᵀ` count the λ below -s (Sylvester). s is the
+//!   *resolution*, 10⁻¹² of the mean diagonal of H over M: what round-off leaves of a zero. Where the
+//!   factor is worse, as measured by a solve, the resolution is made coarser until it covers that.
+//! * **Rigid motions** that no pin hinders have λ = 0: six of a free sheet, three where only z is held.
+//!   A motion `v = t + ω × x` is one if it moves no vertex in a held direction and `|H v|` is not
+//!   above what the force left by the relaxation explains: turning turns forces, `H v = ω × ∂U/∂x`.
+//!   They are counted and taken out: inertia and modes are those of H on their complement.
+//! * **Modes.** The smallest λ by Lanczos' method for `(H - σ M)⁻¹ M`, σ below all of them, found by
+//!   inertia. The file `lanczos.rs` says how multiple eigenvalues are found.
+//!
+//! References: Parlett, The Symmetric Eigenvalue Problem (SIAM 1998), 3.3 and ch. 13; Ericsson & Ruhe,
+//! Math. Comp. 35 (1980) 1251, doi:10.2307/2006390. Not covered: loads that follow the shape without an
+//! energy, whose H is not symmetric; sheets too large for a factor.
+
+mod lanczos;
+mod restricted;
+mod rigid;
+
+use std::sync::Arc;
+
+use self::restricted::{Count, Restricted};
+use super::SolveError;
+use super::linear::{BlockLdlt, BlockMatrix, BlockPattern};
+use crate::Vec3;
+use crate::effects::HessianPart;
+use crate::num::real;
+use crate::parallel;
+use crate::system::Mechanics;
+
+/// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
+/// softest bending mode of a disc with 100 edges along its radius and half an edge thick is at 10⁻⁹.
+const RESOLUTION: f64 = 1e-12;
+/// The resolution is at least so many times the backward error of the factor.
+const MARGIN: f64 = 10.0;
+/// A resolution coarser than this, relative as above, says nothing any more.
+const COARSEST: f64 = 1e-4;
+/// σ is lowered by this factor until nothing is below it. Larger factors cost fewer factorisations
+/// and more iterations.
+const LOWER: f64 = 10.0;
+/// Signs of the eigenvalues at a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertia {
+    /// Directions that lower the energy: eigenvalues below `-resolution`.
+    pub negative: usize,
+    /// Rigid motions that nothing hinders: zero modes.
+    pub rigid: usize,
+    /// Eigenvalues nearer to 0 than this count as 0, force/length³.
+    pub resolution: f64,
+}
+
+/// An eigenvalue with its direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mode {
+    /// λ, force/length³.
+    pub eigenvalue: f64,
+    /// Displacement of every vertex; the largest has length 1, and its largest component is positive.
+    pub shape: Vec<Vec3>,
+}
+
+/// The low end of the spectrum at a shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spectrum {
+    /// Signs of all eigenvalues.
+    pub inertia: Inertia,
+    /// The smallest eigenvalues that are not rigid motions, ascending.
+    pub modes: Vec<Mode>,
+}
+
+impl Spectrum {
+    /// Whether an eigenvalue besides those of rigid motions is as good as 0, and none is negative.
+    #[must_use]
+    pub fn is_marginal(&self) -> bool {
+        let resolution = self.inertia.resolution;
+        self.inertia.negative == 0 && self.modes.iter().any(|m| m.eigenvalue <= resolution)
+    }
+}
+
+/// What the stability of one sheet's shapes is judged with; memory and ordering are reused.
+pub struct Stability {
+    mass: Vec<f64>,
+    matrix: BlockMatrix,
+    ldlt: BlockLdlt,
+}
+
+impl Stability {
+    /// Prepares the factorisation for the sheet of `mechanics`.
+    ///
+    /// # Errors
+    /// [`SolveError::Factorisation`] if the sheet is too large for one.
+    pub fn new(mechanics: &Mechanics) -> Result<Self, SolveError> {
+        let sheet = mechanics.sheet();
+        let mut mass = vec![0.0; sheet.vertex_count()];
+        for triangle in sheet.triangles() {
+            let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
+            let area = 0.5 * (b - a).cross(&(c - a)).norm();
+            for v in triangle {
+                mass[*v as usize] += area / 3.0;
+            }
+        }
+        let pattern = Arc::new(BlockPattern::two_rings(sheet));
+        Ok(Self {
+            mass,
+            matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
+            ldlt: BlockLdlt::new(pattern)?,
+        })
+    }
+
+    /// The mass of every vertex: its rest area, length².
+    #[must_use]
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Counts the directions that lower the energy at `x`, by one factorisation.
+    ///
+    /// # Errors
+    /// [`SolveError::Factorisation`] if H is not finite or its factor not sound.
+    pub fn inertia(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &[Vec3],
+    ) -> Result<Inertia, SolveError> {
+        let (unit, rigid) = self.assemble(mechanics, x);
+        count(&mut self.restricted(rigid), unit)
+    }
+
+    /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
+    ///
+    /// # Errors
+    /// [`SolveError::Factorisation`] as above; [`SolveError::Modes`] if the iteration does not
+    /// converge.
+    pub fn spectrum(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &[Vec3],
+        count: usize,
+    ) -> Result<Spectrum, SolveError> {
+        let (unit, rigid) = self.assemble(mechanics, x);
+        let mut restricted = self.restricted(rigid);
+        let inertia = self::count(&mut restricted, unit)?;
+        let Inertia { negative, resolution, .. } = inertia;
+        let (mut shift, mut below) = (resolution, negative);
+        while below > 0 {
+            shift *= LOWER;
+            if !shift.is_finite() {
+                return Err(SolveError::Modes { found: 0, wanted: count });
+            }
+            below = restricted.factorise(shift)?.negative;
+        }
+        let pairs = lanczos::smallest(&mut restricted, mechanics.pins(), count)?;
+        let found = pairs.iter().filter(|p| p.0 < -resolution).count();
+        if found != negative.min(pairs.len()) {
+            return Err(SolveError::Factorisation(format!(
+                "{negative} negative eigenvalues are counted, but {found} found among the \
+                 smallest {}",
+                pairs.len()
+            )));
+        }
+        let modes = pairs
+            .into_iter()
+            .map(|(eigenvalue, shape)| Mode { eigenvalue, shape: normalised(shape) })
+            .collect();
+        Ok(Spectrum { inertia, modes })
+    }
+
+    /// Assembles H; its mean diagonal over the mean mass, and the rigid motions (orthonormal in M).
+    fn assemble(&mut self, mechanics: &mut Mechanics, x: &[Vec3]) -> (f64, Vec<Vec<Vec3>>) {
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        mechanics.energy_gradient(x, &mut gradient);
+        mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
+        let diagonal = self.matrix.mean_diagonal();
+        let mean_mass = self.mass.iter().sum::<f64>() / real(self.mass.len().max(1));
+        let force = parallel::sum(x.len(), |i| gradient[i].norm_squared()).sqrt();
+        let limits = rigid::Limits { force, round_off: 10.0 * RESOLUTION * diagonal };
+        let motions = rigid::motions(x, mechanics.pins(), &self.mass, &self.matrix, &limits);
+        (diagonal / mean_mass, motions)
+    }
+
+    fn restricted(&mut self, rigid: Vec<Vec<Vec3>>) -> Restricted<'_> {
+        Restricted::new(&mut self.ldlt, &self.matrix, &self.mass, rigid)
+    }
+}
+
+/// Counts at the finest resolution that the factor bears, in units of `unit`.
+fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveError> {
+    let mut relative = RESOLUTION;
+    while relative <= COARSEST {
+        let Count { negative, error } = restricted.factorise(relative * unit)?;
+        if MARGIN * error <= relative {
+            let rigid = restricted.rigid().len();
+            return Ok(Inertia { negative, rigid, resolution: relative * unit });
+        }
+        relative = (MARGIN * error).max(LOWER * relative);
+    }
+    Err(SolveError::Factorisation(
+        "the factor of the indefinite Hessian is spoilt by round-off".into(),
+    ))
+}
+
+/// `H v` for the stored upper half of H.
+fn product(matrix: &BlockMatrix, v: &[Vec3]) -> Vec<Vec3> {
+    let mut out = vec![Vec3::zeros(); v.len()];
+    for i in 0..v.len() {
+        let columns = matrix.pattern().row(i);
+        for (block, &j) in matrix.row(i).iter().zip(columns) {
+            let j = j as usize;
+            out[i] += block * v[j];
+            if j != i {
+                out[j] += block.tr_mul(&v[i]);
+            }
+        }
+    }
+    out
+}
+
+/// Scales the largest displacement to 1 and makes its largest component positive.
+fn normalised(mut shape: Vec<Vec3>) -> Vec<Vec3> {
+    let (mut at, mut square) = (0, 0.0);
+    for (i, v) in shape.iter().enumerate() {
+        if v.norm_squared() > square {
+            (at, square) = (i, v.norm_squared());
+        }
+    }
+    if square > 0.0 {
+        let sign = shape[at][shape[at].iamax()].signum();
+        let factor = sign / square.sqrt();
+        shape.iter_mut().for_each(|v| *v *= factor);
+    }
+    shape
+}

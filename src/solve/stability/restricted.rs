@@ -1,0 +1,136 @@
+//! The Hessian on the complement of the rigid motions, by its factor on the whole space.
+//!
+//! ```text
+//! A = H + s M,   V the rigid motions, Vᵀ M V = 1,   Z = A⁻¹ M V,   G = Vᵀ M Z
+//! negative(A on the complement) = negative(A) + negative(-G) - k
+//! (A on the complement)⁻¹ b     = w - Z G⁻¹ Vᵀ M w,   w = A⁻¹ b
+//! ```
+//!
+//! the inertia of the bordered matrix `[A, M V; Vᵀ M, 0]` by its Schur complement (Haynsworth, Linear
+//! Algebra Appl. 1 (1968) 73). So it does not matter on which side of 0 the force left by the
+//! relaxation puts the rigid motions.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::product;
+use crate::Vec3;
+use crate::parallel;
+use crate::solve::SolveError;
+use crate::solve::linear::{BlockLdlt, BlockMatrix};
+
+/// What a factorisation says.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Count {
+    /// Negative eigenvalues.
+    pub(super) negative: usize,
+    /// Backward error: the residual of a solve relative to the mean diagonal. 10⁻¹⁵ is usual; rows are
+    /// exchanged within supernodes only, so far beyond buckling it can be much more.
+    pub(super) error: f64,
+}
+
+/// The factor of `H + s M` and what restricts it.
+pub(super) struct Restricted<'a> {
+    ldlt: &'a mut BlockLdlt,
+    matrix: &'a BlockMatrix,
+    mass: &'a [f64],
+    rigid: Vec<Vec<Vec3>>,
+    solved: Vec<Vec<Vec3>>,
+    inverse: DMatrix<f64>,
+    shift: f64,
+}
+
+/// `Σ_i m_i a_i · b_i`.
+pub(super) fn inner(mass: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
+    parallel::sum(a.len(), |i| mass[i] * a[i].dot(&b[i]))
+}
+
+impl<'a> Restricted<'a> {
+    /// Not yet factorised; `rigid` is orthonormal in the mass.
+    pub(super) fn new(
+        ldlt: &'a mut BlockLdlt,
+        matrix: &'a BlockMatrix,
+        mass: &'a [f64],
+        rigid: Vec<Vec<Vec3>>,
+    ) -> Self {
+        let (solved, inverse) = (Vec::new(), DMatrix::zeros(0, 0));
+        Self { ldlt, matrix, mass, rigid, solved, inverse, shift: 0.0 }
+    }
+
+    /// The mass of every vertex.
+    pub(super) fn mass(&self) -> &'a [f64] {
+        self.mass
+    }
+
+    /// s of the last factorisation.
+    pub(super) fn shift(&self) -> f64 {
+        self.shift
+    }
+
+    /// Factorises `H + shift M` and counts the negative eigenvalues of its restriction.
+    pub(super) fn factorise(&mut self, shift: f64) -> Result<Count, SolveError> {
+        let mass = self.mass;
+        self.shift = shift;
+        let negative = self.ldlt.factorise(self.matrix, |i| shift * mass[i])?;
+        let error = self.error();
+        let count = self.rigid.len();
+        if count == 0 {
+            return Ok(Count { negative, error });
+        }
+        self.solved.clear();
+        for v in &self.rigid {
+            let mut z: Vec<Vec3> = (0..v.len()).map(|i| mass[i] * v[i]).collect();
+            self.ldlt.solve(&mut z);
+            self.solved.push(z);
+        }
+        let entry = |a: usize, b: usize| inner(mass, &self.rigid[a], &self.solved[b]);
+        let gram = DMatrix::from_fn(count, count, |a, b| 0.5 * (entry(a, b) + entry(b, a)));
+        let turned =
+            SymmetricEigen::new(gram.clone()).eigenvalues.iter().filter(|g| **g > 0.0).count();
+        // Counts that contradict each other, or a singular G, are the work of round-off.
+        let (inverse, rest) = (gram.try_inverse(), (negative + turned).checked_sub(count));
+        Ok(match (inverse, rest) {
+            (Some(inverse), Some(negative)) => {
+                self.inverse = inverse;
+                Count { negative, error }
+            }
+            _ => Count { negative, error: f64::NAN },
+        })
+    }
+
+    /// Relative residual of one solve with the last factor.
+    fn error(&mut self) -> f64 {
+        let (mass, shift) = (self.mass, self.shift);
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let rhs: Vec<Vec3> = mass
+            .iter()
+            .map(|m| *m * Vec3::from_fn(|_, _| random.random_range(-1.0..=1.0)))
+            .collect();
+        let mut y = rhs.clone();
+        self.ldlt.solve(&mut y);
+        let mut left = product(self.matrix, &y);
+        parallel::update(&mut left, |i, v| *v += shift * mass[i] * y[i] - rhs[i]);
+        let largest = |v: &[Vec3]| parallel::max(v.len(), |i| v[i].norm_squared()).sqrt();
+        largest(&left) / (self.matrix.mean_diagonal() * largest(&y) + largest(&rhs))
+    }
+
+    /// Replaces `w` by the solution on the complement, which `w` need not lie in.
+    pub(super) fn solve(&mut self, w: &mut [Vec3]) {
+        self.ldlt.solve(w);
+        let count = self.rigid.len();
+        if count == 0 {
+            return;
+        }
+        let along = DVector::from_fn(count, |a, _| inner(self.mass, &self.rigid[a], w));
+        let share = &self.inverse * along;
+        for (z, share) in self.solved.iter().zip(share.iter()) {
+            parallel::update(w, |i, w| *w -= *share * z[i]);
+        }
+    }
+
+    /// The rigid motions.
+    pub(super) fn rigid(&self) -> &[Vec<Vec3>] {
+        &self.rigid
+    }
+}

@@ -1,0 +1,160 @@
+//! FIRE and steepest descent reach the minimum that L-BFGS reaches, and fail in the same words.
+
+use std::sync::Arc;
+
+use rumple::Vec3;
+use rumple::effects::Material;
+use rumple::solve::equilibrium::{Equilibrium, Goal, Relaxation};
+use rumple::solve::{EquilibriumSpec, SolveError};
+use rumple::system::Mechanics;
+
+use super::both;
+use crate::common::{Noise, irregular};
+
+fn method(name: &str) -> Box<dyn EquilibriumSpec> {
+    rumple::scene::Scene::parse(
+        &format!(
+            "[sheet]\nshape = \"disc\"\nradius = 1.0\nvertices = 50\n[material]\nyoung = 1.0\n\
+             poisson = 0.3\nthickness = 0.1\n[time]\nuntil = 1.0\n[equilibrium]\nmethod = \"{name}\"\n"
+        ),
+        "method.toml",
+        &[],
+    )
+    .unwrap_or_else(|e| panic!("{e}"))
+    .equilibrium
+}
+
+/// A thick sheet that is grown in the middle and starts out of plane.
+fn mild() -> (Mechanics, Vec<Vec3>) {
+    let sheet = Arc::new(irregular(12, 12, 0.2));
+    let material = Material { young: 50.0, poisson: 1.0 / 3.0, thickness: 1.0 };
+    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let mut mechanics = both(&sheet, &material, pins);
+    let centre = Vec3::new(6.0, 5.0, 0.0);
+    let factor: Vec<f64> = sheet
+        .edges()
+        .iter()
+        .map(|e| {
+            let x =
+                0.5 * (sheet.rest()[e.vertices[0] as usize] + sheet.rest()[e.vertices[1] as usize]);
+            1.0 + 0.3 * (-(x - centre).norm_squared() / 8.0).exp()
+        })
+        .collect();
+    mechanics.set_length_factor(&factor);
+    let mut noise = Noise::new(3);
+    let x = sheet.rest().iter().zip(sheet.rim()).map(|(x, rim)| {
+        let z = 0.3 + 0.05 * noise.number();
+        if *rim { *x } else { x + z * Vec3::z() }
+    });
+    let x = x.collect();
+    (mechanics, x)
+}
+
+fn relax(
+    solver: &mut dyn Equilibrium,
+    mechanics: &mut Mechanics,
+    x: &mut [Vec3],
+    tolerance: f64,
+    max_iterations: usize,
+) -> Result<Relaxation, SolveError> {
+    solver.relax(mechanics, x, &Goal { tolerance, max_iterations, interrupted: &|| false })
+}
+
+#[test]
+fn they_reach_the_minimum_of_lbfgs() {
+    let (mut mechanics, start) = mild();
+    let mut results = Vec::new();
+    for name in ["lbfgs", "fire", "descent"] {
+        let spec = method(name);
+        let mut solver = spec.build(&mechanics).unwrap();
+        let mut x = start.clone();
+        let limit = spec.max_iterations();
+        let done = relax(&mut *solver, &mut mechanics, &mut x, 1e-8, limit).unwrap();
+        assert!(done.residual <= 1e-8 && done.evaluations > done.iterations, "{name} {done:?}");
+        println!("{name}: {done:?}");
+        results.push((name, done, x));
+    }
+    let height = results[0].2.iter().map(|x| x.z).fold(0.0, f64::max);
+    assert!(height > 0.5, "the spot stays flat: {height}");
+    for (name, done, x) in &results[1..] {
+        let energy = results[0].1.energy;
+        assert!((done.energy / energy - 1.0).abs() < 1e-9, "{name} {} {energy}", done.energy);
+        // Motions in the plane are free: compare what they leave as it is.
+        let apart = x.iter().zip(&results[0].2).map(|(a, b)| (a.z - b.z).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(apart < 1e-4, "{name} {apart}");
+        assert_eq!(done.factorisations, 0);
+    }
+    assert!(results[1].1.iterations < results[2].1.iterations, "{:?}", results[2].1);
+}
+
+#[test]
+fn descent_never_goes_uphill_and_both_are_the_same_on_any_number_of_threads() {
+    let (mut mechanics, start) = mild();
+    let mut energies = Vec::new();
+    for iterations in [1, 10, 100, 1000] {
+        let mut x = start.clone();
+        let mut solver = method("descent").build(&mechanics).unwrap();
+        let _ = relax(&mut *solver, &mut mechanics, &mut x, 1e-12, iterations);
+        energies.push(mechanics.energy(&x));
+    }
+    assert!(energies.is_sorted_by(|a, b| a > b), "{energies:?}");
+    for name in ["fire", "descent"] {
+        let shapes: Vec<Vec<Vec3>> = [1, 3]
+            .map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let (mut mechanics, mut x) = mild();
+                pool.install(|| {
+                    let mut solver = method(name).build(&mechanics).unwrap();
+                    let _ = relax(&mut *solver, &mut mechanics, &mut x, 1e-12, 200);
+                });
+                x
+            })
+            .into();
+        assert!(shapes[0] == shapes[1], "{name}");
+    }
+}
+
+#[test]
+fn they_fail_in_the_words_of_the_others() {
+    let (mut mechanics, start) = mild();
+    for name in ["fire", "descent"] {
+        let mut solver = method(name).build(&mechanics).unwrap();
+        let mut x = start.clone();
+        let error = relax(&mut *solver, &mut mechanics, &mut x, 1e-9, 5).unwrap_err();
+        assert!(matches!(error, SolveError::NotConverged { iterations: 5, .. }), "{error}");
+        assert!(x != start && mechanics.energy(&x) < mechanics.energy(&start));
+        let goal = Goal { tolerance: 1e-9, max_iterations: 9, interrupted: &|| true };
+        let error = solver.relax(&mut mechanics, &mut x, &goal).unwrap_err();
+        assert!(matches!(error, SolveError::Interrupted), "{error}");
+        x[60].x = f64::NAN;
+        let error = relax(&mut *solver, &mut mechanics, &mut x, 1e-9, 5).unwrap_err();
+        assert!(matches!(error, SolveError::NotFinite), "{error}");
+    }
+}
+
+/// A vertex is pushed against the opposite edge of its triangles: no step may turn one over.
+#[test]
+fn no_triangle_turns_over() {
+    for name in ["fire", "descent"] {
+        let (mut mechanics, mut x) = mild();
+        let sheet = Arc::clone(mechanics.sheet());
+        let normal = |x: &[Vec3], t: usize| {
+            let [a, b, c] = sheet.triangles()[t].map(|v| x[v as usize]);
+            (b - a).cross(&(c - a))
+        };
+        x.iter_mut().for_each(|x| x.z = 0.0);
+        mechanics.set_length_factor(
+            &(0..sheet.edges().len()).map(|e| 1.0 + 0.9 * (e as f64).sin()).collect::<Vec<_>>(),
+        );
+        for _ in 0..20 {
+            let before = x.clone();
+            let mut solver = method(name).build(&mechanics).unwrap();
+            let _ = relax(&mut *solver, &mut mechanics, &mut x, 1e-9, 1);
+            for t in 0..sheet.triangle_count() {
+                let (old, new) = (normal(&before, t), normal(&x, t));
+                assert!(old.dot(&new) > 0.0 && new.norm() >= 0.4 * old.norm(), "{name} {t}");
+            }
+        }
+    }
+}
