@@ -113,7 +113,7 @@ const MOST_SHIFT: f64 = 1.0;
 /// Quality below which a triangle counts as collapsed once the energy stops falling.
 const COLLAPSED: f64 = 1e-2;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
-const NO_FALL: f64 = 1e-8;
+const NO_FALL: f64 = 1e-6;
 /// Shortest step tried, as a share of the proposed one.
 const SHORTEST: f64 = 1e-8;
 
@@ -359,7 +359,7 @@ impl Equilibrium for Lbfgs {
                 length *= 0.5;
             };
             let falls = accepted.is_some_and(|e| e < energy - NO_FALL * energy.abs());
-            let far = done.residual > 1e3 * goal.tolerance;
+            let far = done.residual > 10.0 * goal.tolerance;
             if (accepted.is_none() || (far && !falls))
                 && self.collapse(mechanics, x, &gradient, &mut done)?
             {
