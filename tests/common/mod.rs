@@ -1,5 +1,9 @@
 //! Small sheets and numbers that several tests share.
 
+mod counting;
+
+pub use counting::allocations;
+
 use rumple::Vec3;
 use rumple::sheet::Sheet;
 

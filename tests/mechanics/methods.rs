@@ -1,4 +1,4 @@
-//! FIRE and steepest descent reach the minimum that L-BFGS reaches, and fail in the same words.
+//! Newton, FIRE and steepest descent reach the minimum that L-BFGS reaches, and fail in the same words.
 
 use std::sync::Arc;
 
@@ -64,7 +64,7 @@ fn relax(
 fn they_reach_the_minimum_of_lbfgs() {
     let (mut mechanics, start) = mild();
     let mut results = Vec::new();
-    for name in ["lbfgs", "fire", "descent"] {
+    for name in ["lbfgs", "newton", "fire", "descent"] {
         let spec = method(name);
         let mut solver = spec.build(&mechanics).unwrap();
         let mut x = start.clone();
@@ -83,9 +83,10 @@ fn they_reach_the_minimum_of_lbfgs() {
         let apart = x.iter().zip(&results[0].2).map(|(a, b)| (a.z - b.z).abs());
         let apart = apart.fold(0.0, f64::max);
         assert!(apart < 1e-4, "{name} {apart}");
-        assert_eq!(done.factorisations, 0);
+        assert_eq!(done.factorisations == 0, *name != "newton");
     }
-    assert!(results[1].1.iterations < results[2].1.iterations, "{:?}", results[2].1);
+    let iterations = |k: usize| results[k].1.iterations;
+    assert!(iterations(1) < iterations(2) && iterations(2) < iterations(3));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod invariants;
 mod known;
 mod loads;
 mod membrane;
+mod memory;
 mod methods;
 mod relaxation;
 mod stability;

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::Material;
+use rumple::sheet::Sheet;
 use rumple::solve::SolveError;
-use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
+use rumple::solve::equilibrium::{Collapse, Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
 
 use super::both;
 use crate::common::{Noise, irregular};
@@ -80,4 +81,47 @@ fn hopeless_relaxations_are_reported() {
     x[20].x = f64::NAN;
     let error = solver.relax(&mut mechanics, &mut x, &goal(1e-9)).unwrap_err();
     assert!(matches!(error, SolveError::NotFinite), "{error}");
+}
+
+/// One vertex may move in the plane and wants to be far from its neighbours but for two, which it
+/// wants to be near to: it is driven through the edge between these, and their triangle flat.
+fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, SolveError>) {
+    let sheet = Arc::new(irregular(9, 9, 0.1));
+    let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.05 };
+    let vertex = 40;
+    assert!(!sheet.rim()[vertex]);
+    let mut pins = vec![[true; 3]; sheet.vertex_count()];
+    pins[vertex] = [false, false, true];
+    let mut mechanics = both(&sheet, &material, pins);
+    let (triangle, corner) = sheet.vertex_triangles().of(vertex)[0];
+    let near = sheet.triangles()[triangle as usize];
+    assert_eq!(near[corner as usize] as usize, vertex);
+    let mut factor = vec![1.0; sheet.edges().len()];
+    for &(e, j) in sheet.vertex_edges().of(vertex) {
+        factor[e as usize] = if near.contains(&j) { 0.2 } else { 2.0 };
+    }
+    mechanics.set_length_factor(&factor);
+    let mut solver =
+        Lbfgs::new(&mechanics, LbfgsSpec { collapse, ..LbfgsSpec::default() }).unwrap();
+    let mut x = sheet.rest().to_vec();
+    let result = solver.relax(&mut mechanics, &mut x, &goal(1e-6));
+    assert!(x.iter().all(|x| x.iter().all(|c| c.is_finite())));
+    for t in sheet.triangles() {
+        let [a, b, c] = t.map(|v| x[v as usize]);
+        assert!((b - a).cross(&(c - a)).z > 0.0, "a triangle has turned over");
+    }
+    (sheet, triangle as usize, result)
+}
+
+#[test]
+fn a_triangle_driven_flat_is_named_or_held() {
+    let (sheet, driven, result) = driven_flat(Collapse::Stop);
+    let error = result.unwrap_err();
+    let SolveError::Collapsed { triangle, vertices, .. } = &error else { panic!("{error}") };
+    assert_eq!((*triangle, *vertices), (driven, sheet.triangles()[driven]));
+    assert!(error.to_string().contains("equilibrium.collapse"), "{error}");
+
+    let (_, _, result) = driven_flat(Collapse::Hold);
+    let done = result.unwrap();
+    assert!(done.collapsed > 0 && done.residual <= 1e-6, "{done:?}");
 }

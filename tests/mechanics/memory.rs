@@ -1,0 +1,57 @@
+//! What a relaxation does again and again allocates nothing after its first time.
+
+use std::sync::Arc;
+
+use rumple::Vec3;
+use rumple::effects::{
+    BendingWeight, BondStretching, Energy, HessianPart, HingeBending, MeyerBending,
+    StretchingModulus, StretchingWeight, StvkStretching,
+};
+use rumple::geometry::AreaRule;
+use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple::system::Mechanics;
+
+use super::{MATERIAL, crumpled};
+use crate::common::{allocations, irregular};
+
+#[test]
+fn evaluation_assembly_and_factorisation_allocate_nothing() {
+    let sheet = Arc::new(irregular(40, 40, 0.2));
+    let x = crumpled(&sheet, 0.05);
+    let meyer = |weight, area| {
+        Box::new(MeyerBending::new(&sheet, &MATERIAL, weight, area)) as Box<dyn Energy>
+    };
+    let energies: Vec<Box<dyn Energy>> = vec![
+        Box::new(BondStretching::new(&MATERIAL, StretchingWeight::OptimalArea)),
+        Box::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)),
+        Box::new(HingeBending::new(&sheet, &MATERIAL)),
+        meyer(BendingWeight::Area, AreaRule::FrozenVoronoi),
+        meyer(BendingWeight::Paper, AreaRule::Barycentric),
+    ];
+    let pins = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
+    let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins).unwrap();
+    let pattern = Arc::new(BlockPattern::two_rings(&sheet));
+    let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
+    let mut cholesky = <BlockCholesky>::new(pattern).unwrap();
+    let mut gradient = vec![Vec3::zeros(); x.len()];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    // On the pool's own thread, where the allocations are counted.
+    pool.install(|| {
+        let mut work = || {
+            mechanics.energy_gradient(&x, &mut gradient);
+            for part in [HessianPart::Positive, HessianPart::Full] {
+                mechanics.hessian(&x, part, &mut hessian);
+            }
+            hessian.add_diagonal(hessian.mean_diagonal());
+            let _ = cholesky.factorise(&hessian);
+            cholesky.solve(&mut gradient);
+        };
+        work();
+        let before = allocations();
+        work();
+        assert_eq!(allocations() - before, 0);
+    });
+    let before = allocations();
+    std::hint::black_box(vec![1.0; x.len()]);
+    assert_eq!(allocations() - before, 1, "allocations are not counted");
+}
