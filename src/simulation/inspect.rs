@@ -18,7 +18,12 @@ use crate::{Error, Result, Vec3};
 /// A surface with another number of vertices or other triangles, a species without an array, or
 /// arrays of the wrong length.
 pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
-    let refuse = |message: String| Error::Sheet(SheetError::Unusable(message));
+    let refuse = |message: String| {
+        Error::Sheet(match &surface.path {
+            Some(path) => SheetError::File { path: path.clone(), message },
+            None => SheetError::Unusable(message),
+        })
+    };
     let n = setup.sheet.vertex_count();
     if surface.points.len() != n {
         return Err(refuse(format!(

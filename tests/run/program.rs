@@ -84,6 +84,43 @@ fn an_existing_result_is_not_overwritten_without_force() {
     assert!(third.status.success());
 }
 
+/// Amounts are per rest area: without reactions their total stays while the sheet grows.
+#[test]
+fn totals_of_amounts_are_over_rest_areas() {
+    let folder = folder(
+        &SMALL
+            .replace("[kinetics]", "[kinetics]\nmeasure = \"amount\"")
+            .replace("c_star = 0.1", "c_star = 0.02, w = 0.0, beta = 0.0"),
+    );
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let ledger = fs::read_to_string(folder.path().join("result/ledger.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = ledger.lines().map(|row| row.split(',').collect()).collect();
+    let column = rows[0].iter().position(|name| *name == "total c").unwrap();
+    let totals: Vec<f64> = rows[1..].iter().map(|row| row[column].parse().unwrap()).collect();
+    assert!(totals.len() > 2 && totals[0] > 0.0);
+    for total in &totals {
+        assert!((total / totals[0] - 1.0).abs() < 1e-10, "{totals:?}");
+    }
+}
+
+#[test]
+fn a_state_without_the_species_is_refused() {
+    let folder = folder(&SMALL.replace("until = 0.5", "until = 0.02"));
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let frame = fs::read_to_string(folder.path().join("result/frames/frame_000000.vtu")).unwrap();
+    let renamed = frame.replace("Name=\"c\"", "Name=\"other\"");
+    assert_ne!(frame, renamed);
+    fs::write(folder.path().join("bare.vtu"), renamed).unwrap();
+    let args = ["inspect", "scene.toml", "--state", "bare.vtu", "--json", "o.json"];
+    let out = rumple(folder.path(), &args);
+    let message = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{message}");
+    assert!(message.contains("bare.vtu") && message.contains("species `c`"), "{message}");
+    assert!(!folder.path().join("o.json").exists());
+}
+
 #[test]
 fn mistakes_are_told_with_their_line_and_exit_code_two() {
     let cases: [(&str, &str, &[&str]); 9] = [
@@ -169,6 +206,12 @@ fn an_interrupted_run_leaves_whole_files() {
     assert!(status.success(), "{status}");
     let pvd = fs::read_to_string(folder.path().join("result/sheet.pvd")).unwrap();
     assert!(pvd.trim_end().ends_with("</VTKFile>"));
+    let times: Vec<f64> = pvd
+        .split("timestep=\"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap().parse().unwrap())
+        .collect();
+    assert!(times.is_sorted_by(|a, b| a < b), "no frame is written twice: {times:?}");
     let frames = pvd.matches("<DataSet").count();
     assert_eq!(fs::read_dir(folder.path().join("result/frames")).unwrap().count(), frames);
     assert!(fs::read_to_string(&ledger).unwrap().ends_with('\n'));
