@@ -8,13 +8,14 @@
 
 use std::sync::Arc;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use rumple::Vec3;
 use rumple::effects::{Bending, BendingWeight, BondStretching, Energy, HessianPart, Material};
 use rumple::effects::{MeyerBending, Stretching, StretchingWeight};
 use rumple::geometry::AreaRule;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern, Precision};
 use rumple::system::Mechanics;
 
 const DISC: Shape = Shape::Disc { radius: 100.0 };
@@ -44,12 +45,36 @@ fn wavy(sheet: &Sheet) -> Vec<Vec3> {
     sheet.rest().iter().map(|x| Vec3::new(x.x, x.y, wave(x))).collect()
 }
 
+/// Factorisation and solution in the precision T.
+fn factor<T: Precision>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    pool: &rayon::ThreadPool,
+    hessian: &BlockMatrix,
+    rhs: &[Vec3],
+) {
+    let mut cholesky = BlockCholesky::<T>::new(Arc::clone(hessian.pattern())).unwrap();
+    group.sample_size(10);
+    group.bench_function(format!("factorisation, {name}"), |b| {
+        pool.install(|| b.iter(|| cholesky.factorise(hessian).unwrap()));
+    });
+    group.sample_size(20);
+    group.bench_function(format!("solve, {name}"), |b| {
+        let mut x = rhs.to_vec();
+        pool.install(|| {
+            b.iter(|| {
+                x.copy_from_slice(rhs);
+                cholesky.solve(&mut x);
+            });
+        });
+    });
+}
+
 fn variant(criterion: &mut Criterion, name: &str, sheet: &Arc<Sheet>, mut mechanics: Mechanics) {
     let x = wavy(sheet);
     let mut gradient = vec![Vec3::zeros(); x.len()];
     let pattern = Arc::new(BlockPattern::two_rings(sheet));
-    let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
-    let mut cholesky = <BlockCholesky>::new(pattern).unwrap();
+    let mut hessian = BlockMatrix::zeros(pattern);
     let mut group = criterion.benchmark_group(format!("20 000 vertices, {name}"));
     group.sample_size(20);
     for threads in [1, 2] {
@@ -64,20 +89,8 @@ fn variant(criterion: &mut Criterion, name: &str, sheet: &Arc<Sheet>, mut mechan
             });
         }
         hessian.add_diagonal(1e-6 * hessian.mean_diagonal());
-        group.sample_size(10);
-        group.bench_function(format!("factorisation/{threads}"), |b| {
-            pool.install(|| b.iter(|| cholesky.factorise(&hessian).unwrap()));
-        });
-        group.sample_size(20);
-        group.bench_function(format!("solve/{threads}"), |b| {
-            let mut rhs = x.clone();
-            pool.install(|| {
-                b.iter(|| {
-                    rhs.copy_from_slice(&x);
-                    cholesky.solve(&mut rhs);
-                });
-            });
-        });
+        factor::<f64>(&mut group, &format!("double/{threads}"), &pool, &hessian, &x);
+        factor::<f32>(&mut group, &format!("single/{threads}"), &pool, &hessian, &x);
     }
     group.finish();
 }

@@ -45,10 +45,4 @@ impl Faces {
     pub fn all(&self) -> &[Face] {
         &self.face
     }
-
-    /// Whether every triangle has a finite area above zero.
-    #[must_use]
-    pub fn are_regular(&self) -> bool {
-        self.face.iter().all(|f| f.area > 0.0 && f.area.is_finite())
-    }
 }

@@ -13,11 +13,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::stop::{dot, largest, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
+use crate::sheet::quality::triangle_quality;
 use crate::solve::linear::{BlockMatrix, BlockPattern, FrugalCholesky};
 use crate::solve::{EquilibriumSpec, SolveError};
 use crate::system::Mechanics;
@@ -108,7 +110,7 @@ const ROUND_OFF: f64 = 1e-12;
 /// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
 /// which the positive part has no stiffness (waves of a free rim) are why it may be needed.
 const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
-/// Largest shift.
+/// A shift that was this large and gave no step is not enlarged any more.
 const MOST_SHIFT: f64 = 1.0;
 /// Quality below which a triangle counts as collapsed once the energy stops falling.
 const COLLAPSED: f64 = 1e-2;
@@ -134,16 +136,6 @@ pub struct Lbfgs {
     pairs: VecDeque<Pair>,
     /// Vertices of collapsed triangles, held.
     held: Vec<usize>,
-}
-
-/// `4√3 A/Σl²`, 1 for an equilateral triangle.
-fn quality([a, b, c]: &[Vec3; 3]) -> f64 {
-    let square = (b - a).norm_squared() + (c - b).norm_squared() + (a - c).norm_squared();
-    2.0 * 3.0_f64.sqrt() * (b - a).cross(&(c - a)).norm() / square
-}
-
-fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::sum(a.len(), |i| a[i].dot(&b[i]))
 }
 
 impl Lbfgs {
@@ -246,7 +238,7 @@ impl Lbfgs {
         let mut collapsed: Vec<usize> = std::iter::once(worst)
             .chain(around)
             .flat_map(|i| sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t as usize))
-            .filter(|&t| quality(&sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
+            .filter(|&t| triangle_quality(sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
             .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.held.contains(&(*v as usize))))
             .collect();
         collapsed.sort_unstable();
@@ -311,21 +303,8 @@ impl Equilibrium for Lbfgs {
         loop {
             done.residual = mechanics.residual(&gradient);
             done.energy = energy;
-            if done.residual <= goal.tolerance {
+            if reached(&done, goal)? {
                 return Ok(done);
-            }
-            if !(energy.is_finite() && done.residual.is_finite()) {
-                return Err(SolveError::NotFinite);
-            }
-            if done.iterations >= goal.max_iterations {
-                return Err(SolveError::NotConverged {
-                    iterations: done.iterations,
-                    residual: done.residual,
-                    tolerance: goal.tolerance,
-                });
-            }
-            if (goal.interrupted)() {
-                return Err(SolveError::Interrupted);
             }
             if !self.factored || age >= self.options.refresh.get() {
                 done.factorisations += self.refactor(mechanics, x, done.residual)?;
@@ -339,8 +318,7 @@ impl Equilibrium for Lbfgs {
                 self.direction(&gradient, &mut d);
                 slope = dot(&gradient, &d);
             }
-            let move_by = parallel::max(n, |i| d[i].norm_squared()).sqrt();
-            let mut length = (longest / move_by).min(1.0);
+            let mut length = (longest / largest(&d)).min(1.0);
             let accepted = loop {
                 if length < SHORTEST || !length.is_finite() {
                     break None;
@@ -370,11 +348,7 @@ impl Equilibrium for Lbfgs {
                 if age == 0 && self.shift < MOST_SHIFT {
                     self.shift = (self.shift * MORE_SHIFT.1).max(MORE_SHIFT.0);
                 } else if age == 0 {
-                    return Err(SolveError::Stalled {
-                        iterations: done.iterations,
-                        residual: done.residual,
-                        tolerance: goal.tolerance,
-                    });
+                    return Err(stalled(&done, goal));
                 }
                 self.factored = false;
                 continue;

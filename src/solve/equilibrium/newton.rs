@@ -10,14 +10,15 @@
 //! positive: Δτ is too long for an unstable direction, and σ grows. Near the equilibrium σ shrinks to
 //! nothing and convergence is quadratic.
 //!
-//! Follows the path more closely than quasi-Newton methods, at one factorisation a step; `lbfgs` is
-//! several times faster from far away. References: Deuflhard, Newton Methods for Nonlinear Problems
+//! Follows the path more closely than quasi-Newton methods, at one factorisation or more a step, which
+//! makes it much slower than `lbfgs` from far away. References: Deuflhard, Newton Methods for Nonlinear Problems
 //! (2004), section 6.4 (pseudo-transient continuation), doi:10.1007/978-3-642-23899-4.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::stop::{largest, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -105,10 +106,6 @@ impl Newton {
     }
 }
 
-fn longest(d: &[Vec3]) -> f64 {
-    parallel::max(d.len(), |i| d[i].norm_squared()).sqrt()
-}
-
 impl Equilibrium for Newton {
     fn relax(
         &mut self,
@@ -128,18 +125,8 @@ impl Equilibrium for Newton {
         loop {
             done.residual = mechanics.residual(&gradient);
             done.energy = energy;
-            if done.residual <= goal.tolerance {
+            if reached(&done, goal)? {
                 return Ok(done);
-            }
-            if !(energy.is_finite() && done.residual.is_finite()) {
-                return Err(SolveError::NotFinite);
-            }
-            if done.iterations >= goal.max_iterations {
-                return Err(SolveError::NotConverged {
-                    iterations: done.iterations,
-                    residual: done.residual,
-                    tolerance: goal.tolerance,
-                });
             }
             mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
             let unit = self.matrix.mean_diagonal();
@@ -149,11 +136,7 @@ impl Equilibrium for Newton {
                     return Err(SolveError::Interrupted);
                 }
                 if !(sigma < LARGEST) {
-                    return Err(SolveError::Stalled {
-                        iterations: done.iterations,
-                        residual: done.residual,
-                        tolerance: goal.tolerance,
-                    });
+                    return Err(stalled(&done, goal));
                 }
                 self.matrix.add_diagonal((sigma - shifted) * unit);
                 shifted = sigma;
@@ -175,7 +158,7 @@ impl Equilibrium for Newton {
                 let drag = sigma * unit;
                 parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
                 self.cholesky.solve(&mut defect);
-                let error = 0.5 * longest(&defect) / allowed;
+                let error = 0.5 * largest(&defect) / allowed;
                 let level = (e - energy).abs() <= ROUND_OFF * energy.abs();
                 let descends = e <= energy || level;
                 if !(e.is_finite() && descends && error <= 1.0) {

@@ -1,4 +1,4 @@
-//! When an iteration without factorisations ends, the same for all of them.
+//! When an iteration ends, and the sums it needs: the same for all methods.
 
 use super::{Goal, Relaxation};
 use crate::Vec3;
