@@ -32,12 +32,20 @@ pub struct Patches<const K: usize> {
     block: Vec<Vec<Group<K>>>,
 }
 
+/// Four numbers that are summed together, in one register.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(align(32))]
+pub struct Quad(pub [f64; LANES]);
+
 /// What four elements give to their corners.
-pub trait Kernel<const K: usize, const W: usize>: Sync {
-    /// The numbers to total and the W numbers for each corner of `group`. Implementations should be
+pub trait Kernel<const K: usize, const Q: usize>: Sync {
+    /// The numbers to total and 4Q numbers for each corner of `group`. Implementations should be
     /// `#[inline(always)]`.
-    fn at<S: Simd>(&self, simd: S, group: &Group<K>) -> (S::Lanes, [[S::Lanes; W]; K]);
+    fn at<S: Simd>(&self, simd: S, group: &Group<K>) -> (S::Lanes, Corners<S::Lanes, K, Q>);
 }
+
+/// For each of K corners Q times four numbers, for four elements at once.
+pub type Corners<L, const K: usize, const Q: usize> = [[[L; LANES]; Q]; K];
 
 impl<const K: usize> Patches<K> {
     /// Sorts `elements` by the blocks that they touch.
@@ -66,16 +74,16 @@ impl<const K: usize> Patches<K> {
 
     /// Sums what `kernel` gives to each vertex and hands it to `write`, vertex by vertex;
     /// returns the total.
-    pub fn accumulate<const W: usize, T: Send>(
+    pub fn accumulate<const Q: usize, T: Send>(
         &self,
-        kernel: &impl Kernel<K, W>,
+        kernel: &impl Kernel<K, Q>,
         out: &mut [T],
-        write: impl Fn(&mut T, &[f64; W]) + Sync,
+        write: impl Fn(&mut T, &[Quad; Q]) + Sync,
     ) -> f64 {
         debug_assert_eq!(out.len(), self.vertices);
         split(&self.block, out, &|groups: &[Group<K>], mine: &mut [T]| {
             // One place more than there are vertices: what belongs to other blocks.
-            let mut sum = [[0.0; W]; BLOCK + 1];
+            let mut sum = [[Quad::default(); Q]; BLOCK + 1];
             let total = dispatch(OneBlock { groups, kernel, sum: &mut sum });
             for (place, sum) in mine.iter_mut().zip(&sum) {
                 write(place, sum);
@@ -118,41 +126,42 @@ fn group<const K: usize>(
     }
 }
 
-struct OneBlock<'a, const K: usize, const W: usize, F> {
+struct OneBlock<'a, const K: usize, const Q: usize, F> {
     groups: &'a [Group<K>],
     kernel: &'a F,
-    sum: &'a mut [[f64; W]; BLOCK + 1],
+    sum: &'a mut [[Quad; Q]; BLOCK + 1],
 }
 
-impl<const K: usize, const W: usize, F: Kernel<K, W>> Task for OneBlock<'_, K, W, F> {
+impl<const K: usize, const Q: usize, F: Kernel<K, Q>> Task for OneBlock<'_, K, Q, F> {
     type Output = f64;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> f64 {
-        let mut total = 0.0;
+        let mut total = simd.splat(0.0);
+        let mut rest = 0.0;
         for group in self.groups {
             let (term, corner) = self.kernel.at(simd, group);
-            if group.counted > 0 {
-                let term = term.array();
-                for value in term.iter().take(group.counted.into()) {
-                    total += value;
+            if usize::from(group.counted) == LANES {
+                total = total + term;
+            } else if group.counted > 0 {
+                for value in term.array().iter().take(group.counted.into()) {
+                    rest += value;
                 }
             }
             for k in 0..K {
-                let mut value = [[0.0; LANES]; W];
-                for w in 0..W {
-                    value[w] = corner[k][w].array();
-                }
-                for lane in 0..LANES {
-                    // The minimum changes nothing; it tells the compiler that the place exists.
-                    let place = &mut self.sum[usize::from(group.target[k][lane]).min(BLOCK)];
-                    for w in 0..W {
-                        place[w] += value[w][lane];
+                for q in 0..Q {
+                    let value = simd.transpose(corner[k][q]);
+                    for lane in 0..LANES {
+                        // The minimum changes nothing; it tells the compiler that the place exists.
+                        let place = usize::from(group.target[k][lane]).min(BLOCK);
+                        let Quad(place) = &mut self.sum[place][q];
+                        *place = (simd.load(*place) + value[lane]).array();
                     }
                 }
             }
         }
-        total
+        let [a, b, c, d] = total.array();
+        (a + b) + (c + d) + rest
     }
 }
 

@@ -18,6 +18,8 @@ pub struct Mechanics {
     metric: RestMetric,
     energies: Vec<Box<dyn Energy>>,
     pins: Pins,
+    /// The vertices with pins.
+    pinned: Vec<usize>,
     force_scale: f64,
 }
 
@@ -32,7 +34,8 @@ impl Mechanics {
         pins: Pins,
     ) -> Result<Self, SheetError> {
         let metric = RestMetric::new(&sheet)?;
-        let mut mechanics = Self { sheet, metric, energies, pins, force_scale: 0.0 };
+        let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
+        let mut mechanics = Self { sheet, metric, energies, pins, pinned, force_scale: 0.0 };
         mechanics.announce_metric();
         Ok(mechanics)
     }
@@ -118,14 +121,13 @@ impl Mechanics {
         for effect in &mut self.energies {
             energy += effect.evaluate(&shape, Some(gradient));
         }
-        let pins = &self.pins;
-        parallel::update(gradient, |i, g| {
+        for &i in &self.pinned {
             for a in 0..3 {
-                if pins[i][a] {
-                    g[a] = 0.0;
+                if self.pins[i][a] {
+                    gradient[i][a] = 0.0;
                 }
             }
-        });
+        }
         energy
     }
 

@@ -4,6 +4,7 @@ mod derivatives;
 mod hinge;
 mod invariants;
 mod known;
+mod lanes;
 mod loads;
 mod membrane;
 mod memory;

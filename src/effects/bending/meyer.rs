@@ -38,11 +38,13 @@ use crate::effects::{Energy, HessianPart, Material};
 use crate::geometry::{AreaRule, RestMetric, Shape, VertexArea, angle_at};
 use crate::num::real;
 use crate::parallel;
+use crate::parallel::patches::Quad;
 use crate::sheet::Sheet;
 use crate::solve::linear::BlockMatrix;
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(C)] // The first two are read in one go.
 struct VertexDerivatives {
     /// `∂U/∂L_i`.
     by_vector: Vec3,
@@ -88,13 +90,18 @@ impl MeyerBending {
     fn gather(&mut self, shape: &Shape<'_>) {
         let mut gathered = std::mem::take(&mut self.gathered);
         let patches = shape.sheet.triangle_patches();
-        let write = |place: &mut [f64; 5], sum: &[f64; 5]| *place = *sum;
+        let kernel = Gather { bending: self, shape: *shape };
         if self.weight == BendingWeight::Paper {
-            let kernel = Gather::<true> { bending: self, shape: *shape };
-            patches.accumulate(&kernel, &mut gathered, write);
+            let write =
+                |place: &mut [f64; 5], [Quad([x, y, z, area]), Quad([angles, ..])]: &[Quad; 2]| {
+                    *place = [*x, *y, *z, *area, *angles];
+                };
+            patches.accumulate::<2, _>(&kernel, &mut gathered, write);
         } else {
-            let kernel = Gather::<false> { bending: self, shape: *shape };
-            patches.accumulate(&kernel, &mut gathered, write);
+            let write = |place: &mut [f64; 5], [Quad([x, y, z, area])]: &[Quad; 1]| {
+                *place = [*x, *y, *z, *area, 0.0];
+            };
+            patches.accumulate::<1, _>(&kernel, &mut gathered, write);
         }
         self.gathered = gathered;
     }
@@ -116,24 +123,27 @@ impl MeyerBending {
             }
             (BendingWeight::Paper, true) => Default::default(),
             (BendingWeight::Area, false) => {
-                let density = self.rigidity * l.norm_squared() / (8.0 * area);
+                let inverse = area.recip();
+                let density = 0.125 * self.rigidity * l.norm_squared() * inverse;
                 (
                     VertexDerivatives {
-                        by_vector: (0.25 * self.rigidity / area) * l,
-                        by_area: -density / area,
+                        by_vector: (0.25 * self.rigidity * inverse) * l,
+                        by_area: -density * inverse,
                         by_angle: 0.0,
                     },
                     density,
                 )
             }
             (BendingWeight::Paper, false) => {
-                let mean = self.rigidity * l.norm_squared() / (8.0 * area * area);
-                let gaussian = -self.gaussian * (2.0 * PI - angles) / area;
+                let inverse = area.recip();
+                let square = self.rigidity * inverse * inverse;
+                let mean = 0.125 * square * l.norm_squared();
+                let gaussian = -self.gaussian * (2.0 * PI - angles) * inverse;
                 (
                     VertexDerivatives {
-                        by_vector: (0.25 * self.rigidity / (area * area)) * l,
-                        by_area: -(2.0 * mean + gaussian) / area,
-                        by_angle: self.gaussian / area,
+                        by_vector: (0.25 * square) * l,
+                        by_area: -(2.0 * mean + gaussian) * inverse,
+                        by_angle: self.gaussian * inverse,
                     },
                     mean + gaussian,
                 )
@@ -165,7 +175,8 @@ impl Energy for MeyerBending {
         }
         if let Some(gradient) = gradient {
             let patches = shape.sheet.triangle_patches();
-            let write = |g: &mut Vec3, sum: &[f64; 3]| *g += Vec3::from(*sum);
+            let write =
+                |g: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *g += Vec3::new(*x, *y, *z);
             if self.weight == BendingWeight::Paper || self.has_rim {
                 let kernel = Gradient::<true> { bending: self, shape: *shape };
                 patches.accumulate(&kernel, gradient, write);

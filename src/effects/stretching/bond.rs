@@ -22,7 +22,7 @@ use crate::Vec3;
 use crate::effects::{Energy, HessianPart, Material};
 use crate::geometry::{RestMetric, Shape};
 use crate::parallel;
-use crate::parallel::patches::{Group, Kernel};
+use crate::parallel::patches::{Corners, Group, Kernel, Quad};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::{Edge, Sheet};
 use crate::solve::linear::{BlockMatrix, LazyStencils};
@@ -75,18 +75,18 @@ impl Bonds<'_> {
     }
 }
 
-impl Kernel<2, 3> for Bonds<'_> {
+impl Kernel<2, 1> for Bonds<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, [[S::Lanes; 3]; 2]) {
+    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Corners<S::Lanes, 2, 1>) {
         let (energy, d, pull) = self.bond(simd, group);
-        let force = d.scale(pull);
-        (energy, [force.components(), (-force).components()])
+        let (force, zero) = (d.scale(pull), simd.splat(0.0));
+        (energy, [[force.with(zero)], [(-force).with(zero)]])
     }
 }
 
 impl Kernel<2, 0> for Bonds<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, [[S::Lanes; 0]; 2]) {
+    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Corners<S::Lanes, 2, 0>) {
         (self.bond(simd, group).0, [[]; 2])
     }
 }
@@ -124,9 +124,11 @@ impl Energy for BondStretching {
         let patches = shape.sheet.edge_patches();
         match gradient {
             None => patches.total(&kernel),
-            Some(gradient) => patches.accumulate(&kernel, gradient, |g, sum: &[f64; 3]| {
-                *g += Vec3::from(*sum);
-            }),
+            Some(gradient) => {
+                patches.accumulate(&kernel, gradient, |g, [Quad([x, y, z, _])]: &[Quad; 1]| {
+                    *g += Vec3::new(*x, *y, *z);
+                })
+            }
         }
     }
 

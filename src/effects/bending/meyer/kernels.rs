@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::MeyerBending;
+use super::{MeyerBending, VertexDerivatives};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Shape};
-use crate::parallel::patches::{Group, Kernel};
-use crate::parallel::simd::{Lanes, Lanes3, Simd, atan_unit};
+use crate::parallel::patches::{Corners, Group, Kernel};
+use crate::parallel::simd::{Lanes, Lanes3, Simd, angle};
 
 /// Four triangles: edges `e_k` opposite corner k, unit normals, twice the areas.
 struct Triangles<L> {
@@ -28,16 +28,12 @@ impl<L: Lanes> Triangles<L> {
         Self { edge, normal: cross.scale(simd.splat(1.0) / double_area), double_area }
     }
 
-    /// Angle at corner `k`, by a half-angle formula that is well conditioned for needles and caps:
-    /// `tan φ/2 = 2A/(|u||w| + |u·w|)` with φ the angle or π minus it.
+    /// Angle at corner `k`, well conditioned for needles and caps: its sine times both lengths is
+    /// `2A`, its cosine `-e·e'`.
     #[inline(always)]
     fn angle<S: Simd<Lanes = L>>(&self, simd: S, k: usize) -> L {
-        let (u, w) = (self.edge[(k + 1) % 3], self.edge[(k + 2) % 3]);
-        let dot = -u.dot(w);
-        let lengths = (u.dot(u) * w.dot(w)).sqrt();
-        let sharp = atan_unit(simd, self.double_area / (lengths + dot.abs()));
-        let quarter = simd.splat(0.5 * PI);
-        quarter - (quarter - sharp - sharp).copysign(dot)
+        let cosine = -self.edge[(k + 1) % 3].dot(self.edge[(k + 2) % 3]);
+        angle(simd, self.double_area, cosine)
     }
 }
 
@@ -85,38 +81,75 @@ fn corner_areas<S: Simd>(
             lanes!(simd, i => areas[i][2]),
         ];
     }
-    let fraction = bending.area.fractions();
+    let [a, b, c] = fractions(simd, bending, t);
     let half = simd.splat(0.5) * double_area;
-    [
-        lanes!(simd, i => fraction[t[i] as usize][0]) * half,
-        lanes!(simd, i => fraction[t[i] as usize][1]) * half,
-        lanes!(simd, i => fraction[t[i] as usize][2]) * half,
-    ]
+    [a * half, b * half, c * half]
 }
 
-/// What a vertex gathers: `L_i`, `A_i` and, if ANGLES, `Σθ`.
-pub(super) struct Gather<'a, const ANGLES: bool> {
+/// Shares of the corners in the areas of four triangles.
+#[inline(always)]
+fn fractions<S: Simd>(simd: S, bending: &MeyerBending, [a, b, c, d]: [u32; 4]) -> [S::Lanes; 3] {
+    let of = bending.area.fractions();
+    let (a, b, c, d) = (&of[a as usize], &of[b as usize], &of[c as usize], &of[d as usize]);
+    let [first, second, third, _] = simd.columns([
+        [a[0], a[1], a[2], 0.0],
+        [b[0], b[1], b[2], 0.0],
+        [c[0], c[1], c[2], 0.0],
+        [d[0], d[1], d[2], 0.0],
+    ]);
+    [first, second, third]
+}
+
+/// What a vertex gathers: `L_i` and `A_i`; with twice four numbers, `Σθ` too.
+pub(super) struct Gather<'a> {
     pub bending: &'a MeyerBending,
     pub shape: Shape<'a>,
 }
 
-impl<const ANGLES: bool> Kernel<3, 5> for Gather<'_, ANGLES> {
+impl Gather<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, [[S::Lanes; 5]; 3]) {
+    fn triangles<S: Simd>(
+        &self,
+        simd: S,
+        group: &Group<3>,
+    ) -> (Triangles<S::Lanes>, [[S::Lanes; 4]; 3]) {
         let faces = Triangles::gather(simd, self.shape.x, group);
         let area = corner_areas(simd, self.bending, &self.shape, group, faces.double_area);
-        let zero = simd.splat(0.0);
-        let mut corner = [[zero; 5]; 3];
+        let mut corner = [[area[0]; 4]; 3];
+        let (a, b) = (faces.normal.cross(faces.edge[0]), faces.normal.cross(faces.edge[1]));
+        // The edges add up to nothing.
+        let l = [a, b, -(a + b)];
         for k in 0..3 {
-            let l = faces.normal.cross(faces.edge[k]);
-            corner[k] = [l.x, l.y, l.z, area[k], zero];
+            corner[k] = l[k].with(area[k]);
         }
-        if ANGLES {
-            corner[0][4] = faces.angle(simd, 0);
-            corner[1][4] = faces.angle(simd, 1);
-            corner[2][4] = simd.splat(PI) - corner[0][4] - corner[1][4];
-        }
-        (zero, corner)
+        (faces, corner)
+    }
+}
+
+impl Kernel<3, 1> for Gather<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
+        let (_, [a, b, c]) = self.triangles(simd, group);
+        (simd.splat(0.0), [[a], [b], [c]])
+    }
+}
+
+impl Kernel<3, 2> for Gather<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 2>) {
+        let (faces, [a, b, c]) = self.triangles(simd, group);
+        let zero = simd.splat(0.0);
+        let first = faces.angle(simd, 0);
+        let second = faces.angle(simd, 1);
+        let third = simd.splat(PI) - first - second;
+        (
+            zero,
+            [
+                [a, [first, zero, zero, zero]],
+                [b, [second, zero, zero, zero]],
+                [c, [third, zero, zero, zero]],
+            ],
+        )
     }
 }
 
@@ -126,58 +159,67 @@ pub(super) struct Gradient<'a, const ANGLES: bool> {
     pub shape: Shape<'a>,
 }
 
-impl<const ANGLES: bool> Kernel<3, 3> for Gradient<'_, ANGLES> {
+impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, [[S::Lanes; 3]; 3]) {
+    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let Triangles { edge: e, normal: n, double_area } =
             Triangles::gather(simd, self.shape.x, group);
         let one = simd.splat(1.0);
         let zero = simd.splat(0.0);
         let at = &self.bending.vertex;
         let vertex = &group.vertex;
-        let mut g = [Lanes3 { x: zero, y: zero, z: zero }; 3];
+        let (mut g, mut by_area) = ([Lanes3 { x: zero, y: zero, z: zero }; 3], [zero; 3]);
         for k in 0..3 {
-            g[k] = Lanes3 {
-                x: lanes!(simd, i => at[vertex[k][i] as usize].by_vector.x),
-                y: lanes!(simd, i => at[vertex[k][i] as usize].by_vector.y),
-                z: lanes!(simd, i => at[vertex[k][i] as usize].by_vector.z),
-            };
+            (g[k], by_area[k]) = derivatives(simd, at, vertex[k]);
         }
         let v = e[0].cross(g[0]) + e[1].cross(g[1]) + e[2].cross(g[2]);
         let frozen = self.bending.area.rule() != AreaRule::MixedVoronoi;
         let mut along = -(n.dot(v) / double_area);
         if frozen {
-            let (fraction, t) = (self.bending.area.fractions(), &group.element);
-            let mut share = zero;
-            for k in 0..3 {
-                share = share
-                    + lanes!(simd, i => at[vertex[k][i] as usize].by_area)
-                        * lanes!(simd, i => fraction[t[i] as usize][k]);
-            }
+            let [a, b, c] = fractions(simd, self.bending, group.element);
+            let share = by_area[0] * a + by_area[1] * b + by_area[2] * c;
             along = along + simd.splat(0.5) * share;
         }
         let q = v.scale(one / double_area) + n.scale(along);
-        let mut corner = [q; 3];
-        for k in 0..3 {
-            corner[k] = q.cross(e[k]) + (g[(k + 1) % 3] - g[(k + 2) % 3]).cross(n);
-        }
         if ANGLES && self.has_angles(group) {
-            let (mut w, mut m) = ([zero; 3], e);
+            // The derivatives by angles, Σ_k w_k ∂θ_k/∂x, have the form of those by vectors.
+            let mut w = [zero; 3];
             for k in 0..3 {
                 w[k] = lanes!(simd, i => at[vertex[k][i] as usize].by_angle);
-                m[k] = n.cross(e[k]).scale(one / e[k].dot(e[k]));
             }
             for k in 0..3 {
-                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                corner[k] = corner[k] + m[i].scale(w[k] - w[j]) + m[j].scale(w[k] - w[i]);
+                let turn = w[(k + 2) % 3] - w[(k + 1) % 3];
+                g[k] = g[k] - e[k].scale(turn / e[k].dot(e[k]));
             }
         }
-        let mut out = [corner[0].components(), corner[1].components(), corner[2].components()];
+        let first = q.cross(e[0]) + (g[1] - g[2]).cross(n);
+        let second = q.cross(e[1]) + (g[2] - g[0]).cross(n);
+        // A triangle exerts no force as a whole.
+        let third = -(first + second);
+        let mut out = [first.with(zero), second.with(zero), third.with(zero)];
         if !frozen {
             add_area_gradient(simd, self, group, &mut out);
         }
-        (zero, out)
+        let [a, b, c] = out;
+        (zero, [[a], [b], [c]])
     }
+}
+
+/// `∂U/∂L_i` and `∂U/∂A_i` of four vertices.
+#[inline(always)]
+fn derivatives<S: Simd>(
+    simd: S,
+    at: &[VertexDerivatives],
+    [a, b, c, d]: [u32; 4],
+) -> (Lanes3<S::Lanes>, S::Lanes) {
+    let (a, b, c, d) = (&at[a as usize], &at[b as usize], &at[c as usize], &at[d as usize]);
+    let [x, y, z, by_area] = simd.columns([
+        [a.by_vector.x, a.by_vector.y, a.by_vector.z, a.by_area],
+        [b.by_vector.x, b.by_vector.y, b.by_vector.z, b.by_area],
+        [c.by_vector.x, c.by_vector.y, c.by_vector.z, c.by_area],
+        [d.by_vector.x, d.by_vector.y, d.by_vector.z, d.by_area],
+    ]);
+    (Lanes3 { x, y, z }, by_area)
 }
 
 impl<const ANGLES: bool> Gradient<'_, ANGLES> {
@@ -195,7 +237,7 @@ fn add_area_gradient<S: Simd, const ANGLES: bool>(
     simd: S,
     kernel: &Gradient<'_, ANGLES>,
     group: &Group<3>,
-    out: &mut [[S::Lanes; 3]; 3],
+    out: &mut [[S::Lanes; 4]; 3],
 ) {
     let extra = group.element.map(|t| {
         let t = t as usize;
@@ -206,7 +248,7 @@ fn add_area_gradient<S: Simd, const ANGLES: bool>(
         gradient
     });
     for (k, corner) in out.iter_mut().enumerate() {
-        for (axis, component) in corner.iter_mut().enumerate() {
+        for (axis, component) in corner.iter_mut().take(3).enumerate() {
             *component = *component + lanes!(simd, i => extra[i][k][axis]);
         }
     }
