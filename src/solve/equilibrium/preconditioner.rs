@@ -16,7 +16,7 @@ pub enum Preconditioner {
     Factor,
     /// Approximately, by one multigrid cycle, in memory that grows as the sheet does.
     Multigrid,
-    /// The factor up to 200 000 vertices, multigrid beyond.
+    /// The factor up to 50 000 vertices, multigrid beyond.
     #[default]
     Auto,
 }
@@ -33,7 +33,7 @@ impl Preconditioner {
 }
 
 /// Vertices beyond which [`Preconditioner::Auto`] is multigrid.
-const LARGE: usize = 200_000;
+const LARGE: usize = 50_000;
 
 /// The preconditioner of one relaxation.
 pub(super) enum Inverse {

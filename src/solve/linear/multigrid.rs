@@ -47,9 +47,8 @@ struct Level {
     single: SingleRows,
     /// D⁻¹.
     inverse: Vec<Block>,
-    /// Largest eigenvalue of D⁻¹A, and its vector as far as it is known.
+    /// Largest eigenvalue of D⁻¹A, or a little more.
     largest: f64,
-    vector: Vec<Vec3>,
     prolongator: Prolongator,
     coarse: BlockMatrix,
     solution: Vec<Vec3>,
@@ -62,16 +61,10 @@ impl Level {
         let rows = FullRows::new(pattern);
         let prolongator = Prolongator::new(&rows);
         let n = rows.len();
-        // Any vector that is not smooth.
-        let start = |i: usize| {
-            let phase = |a: usize| (real(3 * i + a) * 2.399_963).sin();
-            Vec3::new(phase(0), phase(1), phase(2))
-        };
         Self {
             single: SingleRows::default(),
             inverse: vec![Block::zeros(); n],
             largest: 0.0,
-            vector: (0..n).map(start).collect(),
             coarse: BlockMatrix::zeros(Arc::new(prolongator.coarse_pattern())),
             solution: vec![Vec3::zeros(); n],
             step: vec![Vec3::zeros(); n],
@@ -106,23 +99,26 @@ impl Level {
     }
 
     fn bytes(&self) -> usize {
-        let nodes = self.inverse.len() * (size_of::<Block>() + 3 * size_of::<Vec3>());
+        let nodes = self.inverse.len() * (size_of::<Block>() + 2 * size_of::<Vec3>());
         let blocks = size_of_val(self.coarse.values());
         nodes + blocks + self.rows.bytes() + self.single.bytes() + self.prolongator.bytes()
     }
 
-    /// Power iteration, from where the last one ended.
+    /// Power iteration, always from the same vector: what is found depends on the matrix alone.
     fn largest_eigenvalue(&mut self) {
+        let norm = |v: &[Vec3]| parallel::sum(v.len(), |i| v[i].norm_squared()).sqrt();
+        // Any vector that is not smooth.
+        parallel::fill(&mut self.solution, |i| {
+            Vec3::from_fn(|a, _| (2.399_963 * real(3 * i + a)).sin())
+        });
         for _ in 0..POWER.0 {
-            let length = parallel::sum(self.vector.len(), |i| self.vector[i].norm_squared()).sqrt();
-            let (vector, single) = (&self.vector, &self.single);
+            let (vector, length) = (&self.solution, norm(&self.solution));
             parallel::fill(&mut self.step, |i| {
-                self.inverse[i] * single.times(&self.rows, i, vector) / length
+                self.inverse[i] * self.single.times(&self.rows, i, vector) / length
             });
-            std::mem::swap(&mut self.vector, &mut self.step);
+            std::mem::swap(&mut self.solution, &mut self.step);
         }
-        let norm = parallel::sum(self.vector.len(), |i| self.vector[i].norm_squared()).sqrt();
-        self.largest = POWER.1 * norm;
+        self.largest = POWER.1 * norm(&self.solution);
     }
 
     /// `residual -= A step`.
