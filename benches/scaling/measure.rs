@@ -9,7 +9,7 @@ use rumple::effects::{
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::Goal;
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern, Multigrid};
 use rumple::system::Mechanics;
 
 use crate::common::{Result, cpu_seconds, equilibrium, gibibytes, number};
@@ -62,27 +62,14 @@ pub fn row(options: &Options, vertices: usize) -> Result<Vec<String>> {
         mechanics.hessian(&x, HessianPart::Positive, &mut hessian);
     })?));
     hessian.add_diagonal(1e-10 * hessian.mean_diagonal());
-    let (cholesky, analysed) = timed(|| BlockCholesky::<f32>::new(pattern))?;
-    let mut cholesky = cholesky?;
-    row.push(seconds(patterned + analysed));
-    // Its memory is set aside but not touched before the first factorisation.
-    let size = 4.0 * real(cholesky.factor_size()) / f64::from(1 << 30);
-    let fits = WORKSPACE * size < gibibytes("/proc/meminfo", "MemAvailable:")?;
-    if fits {
-        let (done, factorised) = timed(|| cholesky.factorise(&hessian))?;
-        done.map_err(|_| "the positive part of the Hessian is not positive")?;
-        // From the same right-hand side every time: solving again and again ends in denormals.
-        let mut rhs = gradient.clone();
-        let solved = repeated(|| {
-            rhs.copy_from_slice(&gradient);
-            cholesky.solve(&mut rhs);
-        })?;
-        row.extend([seconds(factorised), seconds(solved)]);
+    let multigrid = options.set.iter().any(|s| s.contains("multigrid"));
+    let fits = if multigrid {
+        measure_multigrid(&pattern, &hessian, &x, &gradient, patterned, &mut row)?;
+        true
     } else {
-        row.extend(["does not fit".to_owned(), String::new()]);
-    }
-    row.push(number(size));
-    drop((cholesky, hessian));
+        measure_factor(&pattern, &hessian, &gradient, patterned, &mut row)?
+    };
+    drop(hessian);
 
     let method = if fits { Some(&options.method) } else { options.large_method.as_ref() };
     match method {
@@ -91,6 +78,62 @@ pub fn row(options: &Options, vertices: usize) -> Result<Vec<String>> {
     }
     row.push(number(gibibytes("/proc/self/status", "VmHWM:")?));
     Ok(row)
+}
+
+/// Ordering, factorisation, solution and size of a factor; whether it fits into memory.
+fn measure_factor(
+    pattern: &Arc<BlockPattern>,
+    hessian: &BlockMatrix,
+    gradient: &[Vec3],
+    patterned: f64,
+    row: &mut Vec<String>,
+) -> Result<bool> {
+    let (cholesky, analysed) = timed(|| BlockCholesky::<f32>::new(Arc::clone(pattern)))?;
+    let mut cholesky = cholesky?;
+    row.push(seconds(patterned + analysed));
+    // Its memory is set aside but not touched before the first factorisation.
+    let size = 4.0 * real(cholesky.factor_size()) / f64::from(1 << 30);
+    let fits = WORKSPACE * size < gibibytes("/proc/meminfo", "MemAvailable:")?;
+    if fits {
+        let (done, factorised) = timed(|| cholesky.factorise(hessian))?;
+        done.map_err(|_| "the positive part of the Hessian is not positive")?;
+        row.push(seconds(factorised));
+        row.push(seconds(solution(gradient, |rhs| cholesky.solve(rhs))?));
+    } else {
+        row.extend(["does not fit".to_owned(), String::new()]);
+    }
+    row.push(number(size));
+    Ok(fits)
+}
+
+/// The same of multigrid: aggregation, taking over a matrix, one cycle, size of all levels.
+fn measure_multigrid(
+    pattern: &Arc<BlockPattern>,
+    hessian: &BlockMatrix,
+    x: &[Vec3],
+    gradient: &[Vec3],
+    patterned: f64,
+    row: &mut Vec<String>,
+) -> Result<()> {
+    let (multigrid, analysed) = timed(|| Multigrid::new(pattern))?;
+    let mut multigrid = multigrid?;
+    row.push(seconds(patterned + analysed));
+    let (done, loaded) = timed(|| multigrid.factorise(hessian, x, true))?;
+    done.map_err(|_| "the positive part of the Hessian is not positive")?;
+    row.push(seconds(loaded));
+    row.push(seconds(solution(gradient, |rhs| multigrid.solve(rhs))?));
+    row.push(number(real(multigrid.bytes()) / f64::from(1 << 30)));
+    Ok(())
+}
+
+/// CPU seconds of one solution.
+fn solution(gradient: &[Vec3], mut solve: impl FnMut(&mut [Vec3])) -> Result<f64> {
+    // From the same right-hand side every time: solving again and again ends in denormals.
+    let mut rhs = gradient.to_vec();
+    repeated(|| {
+        rhs.copy_from_slice(gradient);
+        solve(&mut rhs);
+    })
 }
 
 fn relax(

@@ -9,6 +9,7 @@ mod loads;
 mod membrane;
 mod memory;
 mod methods;
+mod multigrid;
 mod relaxation;
 mod stability;
 

@@ -1,4 +1,5 @@
-//! Limited-memory BFGS preconditioned with a Cholesky factor of the Hessian's positive part.
+//! Limited-memory BFGS preconditioned with a Cholesky factor of the Hessian's positive part, or with
+//! multigrid.
 //!
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
@@ -13,6 +14,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::preconditioner::{Inverse, Preconditioner};
 use super::stop::{dot, largest, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
@@ -20,7 +22,7 @@ use crate::effects::HessianPart;
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
-use crate::solve::linear::{BlockMatrix, BlockPattern, FrugalCholesky};
+use crate::solve::linear::{BlockMatrix, BlockPattern};
 use crate::solve::{EquilibriumSpec, SolveError};
 use crate::system::Mechanics;
 
@@ -41,6 +43,8 @@ pub struct LbfgsSpec {
     /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
     /// overdamped path more closely.
     pub largest_move: Positive,
+    /// How the Hessian's positive part is inverted.
+    pub preconditioner: Preconditioner,
     /// No triangle's area may fall below this share in one step.
     pub area_share: Fraction,
     /// What to do when a triangle collapses.
@@ -70,6 +74,7 @@ impl Default for LbfgsSpec {
             memory: number(20),
             refresh: number(15),
             largest_move: Positive::ONE,
+            preconditioner: Preconditioner::Auto,
             area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
             collapse: Collapse::Stop,
         }
@@ -79,7 +84,7 @@ impl Default for LbfgsSpec {
 #[typetag::serde(name = "lbfgs")]
 impl EquilibriumSpec for LbfgsSpec {
     fn name(&self) -> String {
-        "L-BFGS, preconditioned by a Cholesky factor".into()
+        format!("L-BFGS, preconditioned by {}", self.preconditioner.words())
     }
 
     fn tolerance(&self) -> f64 {
@@ -129,7 +134,7 @@ struct Pair {
 pub struct Lbfgs {
     options: LbfgsSpec,
     matrix: BlockMatrix,
-    cholesky: FrugalCholesky,
+    inverse: Inverse,
     factored: bool,
     shift: f64,
     try_full_below: f64,
@@ -148,7 +153,7 @@ impl Lbfgs {
         Ok(Self {
             options,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            cholesky: FrugalCholesky::new(pattern)?,
+            inverse: Inverse::new(options.preconditioner, &pattern)?,
             factored: false,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
@@ -177,7 +182,7 @@ impl Lbfgs {
             mechanics.hessian(x, part, &mut self.matrix);
             self.matrix.add_diagonal(self.shift * self.matrix.mean_diagonal());
             tried += 1;
-            if self.cholesky.factorise(&self.matrix, part == HessianPart::Positive).is_ok() {
+            if self.inverse.factorise(&self.matrix, x, part == HessianPart::Positive).is_ok() {
                 self.factored = true;
                 self.pairs.clear();
                 return Ok(tried);
@@ -200,7 +205,7 @@ impl Lbfgs {
             parallel::update(d, |i, v| *v -= alpha * pair.change[i]);
             alphas.push(alpha);
         }
-        self.cholesky.solve(d);
+        self.inverse.solve(d);
         for &i in &self.held {
             d[i] = Vec3::zeros();
         }

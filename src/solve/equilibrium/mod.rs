@@ -7,12 +7,14 @@ mod descent;
 mod fire;
 mod lbfgs;
 mod newton;
+mod preconditioner;
 mod stop;
 
 pub use descent::{Descent, DescentSpec};
 pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
+pub use preconditioner::Preconditioner;
 
 use crate::Vec3;
 use crate::solve::SolveError;

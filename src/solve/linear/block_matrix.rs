@@ -42,6 +42,17 @@ impl BlockPattern {
         Self { start, column }
     }
 
+    /// The columns of every row, ascending from its own number.
+    pub(super) fn from_rows(rows: impl Iterator<Item = Vec<u32>>) -> Self {
+        let mut start = vec![0];
+        let mut column = Vec::new();
+        for mut row in rows {
+            column.append(&mut row);
+            start.push(column.len());
+        }
+        Self { start, column }
+    }
+
     /// Number of block rows.
     #[must_use]
     pub fn rows(&self) -> usize {
@@ -102,6 +113,11 @@ impl BlockMatrix {
     /// Sets all values to zero.
     pub fn clear(&mut self) {
         crate::parallel::update(&mut self.value, |_, block| *block = Block::zeros());
+    }
+
+    /// All stored blocks, row by row.
+    pub(super) fn values(&self) -> &[Block] {
+        &self.value
     }
 
     /// All stored blocks, row by row.

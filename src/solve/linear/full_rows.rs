@@ -1,0 +1,135 @@
+//! Whole rows of symmetric block matrices, of which only the upper triangle is stored.
+//!
+//! A product in parallel gathers, so it needs the blocks left of the diagonal as well. Where they
+//! are is found once for a pattern. For products that are repeated many times with one matrix, whole
+//! rows are copied in single precision: they are read in one stream, and half the memory is moved.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Block, BlockMatrix, BlockPattern};
+use crate::Vec3;
+use crate::num::index;
+use crate::parallel;
+
+/// Columns of whole rows, and where their blocks are stored.
+pub(super) struct FullRows {
+    start: Vec<usize>,
+    column: Vec<u32>,
+    place: Vec<u32>,
+}
+
+impl FullRows {
+    /// Mirrors `pattern`.
+    pub(super) fn new(pattern: &BlockPattern) -> Self {
+        let n = pattern.rows();
+        let mut start = vec![0; n + 1];
+        for i in 0..n {
+            start[i + 1] += pattern.row(i).len();
+            for &j in &pattern.row(i)[1..] {
+                start[j as usize + 1] += 1;
+            }
+        }
+        for i in 0..n {
+            start[i + 1] += start[i];
+        }
+        let mut next = start.clone();
+        let mut column = vec![0; start[n]];
+        let mut place = column.clone();
+        // Rows above come first, so every row is filled in ascending order.
+        for i in 0..n {
+            for (k, &j) in pattern.row(i).iter().enumerate() {
+                let mut put = |row: usize, other: usize| {
+                    column[next[row]] = index(other);
+                    place[next[row]] = index(pattern.start(i) + k);
+                    next[row] += 1;
+                };
+                put(i, j as usize);
+                if j as usize != i {
+                    put(j as usize, i);
+                }
+            }
+        }
+        Self { start, column, place }
+    }
+
+    /// Number of rows.
+    pub(super) fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Columns of row `i`, ascending, `i` among them.
+    pub(super) fn row(&self, i: usize) -> &[u32] {
+        &self.column[self.start[i]..self.start[i + 1]]
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.start) + size_of_val(&*self.column) + size_of_val(&*self.place)
+    }
+
+    /// Blocks of row `i` of `matrix`, with their columns.
+    pub(super) fn blocks<'a>(
+        &'a self,
+        matrix: &'a BlockMatrix,
+        i: usize,
+    ) -> impl Iterator<Item = (usize, Block)> + 'a {
+        let places = &self.place[self.start[i]..self.start[i + 1]];
+        self.row(i).iter().zip(places).map(move |(&j, &place)| {
+            let block = &matrix.values()[place as usize];
+            (j as usize, if (j as usize) < i { block.transpose() } else { *block })
+        })
+    }
+}
+
+/// A copy of a matrix in single precision, by whole rows.
+#[derive(Default)]
+pub(super) struct SingleRows {
+    value: Vec<nalgebra::Matrix3<f32>>,
+    /// What the entries were divided by: single precision has a narrow range.
+    unit: f64,
+}
+
+impl SingleRows {
+    /// Copies `matrix`.
+    pub(super) fn load(&mut self, rows: &FullRows, matrix: &BlockMatrix) {
+        self.unit = matrix.mean_diagonal();
+        let scale = self.unit.recip();
+        self.value.resize(rows.column.len(), nalgebra::Matrix3::zeros());
+        split(&rows.start, &mut self.value).into_par_iter().for_each(|(range, part)| {
+            let blocks = range.flat_map(|i| rows.blocks(matrix, i));
+            for (place, (_, block)) in part.iter_mut().zip(blocks) {
+                *place = (scale * block).cast();
+            }
+        });
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.value)
+    }
+
+    /// Row `i` of the product with `x`.
+    pub(super) fn times(&self, rows: &FullRows, i: usize, x: &[Vec3]) -> Vec3 {
+        let range = rows.start[i]..rows.start[i + 1];
+        let mut sum = Vec3::zeros();
+        for (j, block) in rows.row(i).iter().zip(&self.value[range]) {
+            sum += block.cast::<f64>() * x[*j as usize];
+        }
+        self.unit * sum
+    }
+}
+
+/// Cuts values kept list after list, list i from `start[i]`, into parts of several lists.
+pub(super) fn split<'a, T>(
+    start: &[usize],
+    value: &'a mut [T],
+) -> Vec<(Range<usize>, &'a mut [T])> {
+    let (mut parts, mut rest) = (Vec::new(), value);
+    for first in (0..start.len() - 1).step_by(parallel::BLOCK) {
+        let last = (first + parallel::BLOCK).min(start.len() - 1);
+        let (part, tail) = rest.split_at_mut(start[last] - start[first]);
+        parts.push((first..last, part));
+        rest = tail;
+    }
+    parts
+}

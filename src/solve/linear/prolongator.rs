@@ -1,0 +1,315 @@
+//! From aggregates to nodes: the smoothed prolongator and the matrix of the coarse level.
+//!
+//! ```text
+//! P̂_i = B_i T_I  (i in aggregate I),  Σ_{i∈I} P̂_iᵀ P̂_i = 1        tentative, 3×6 a node
+//! P = (1 - ω D⁻¹ A) P̂,   ω = 4 / (3 λmax(D⁻¹A))                    smoothed
+//! A_c = Pᵀ A P,   B_c = T⁻¹                                        the coarse level
+//! ```
+//!
+//! The columns of B are motions that cost nearly nothing: the six rigid motions of the sheet, which
+//! are all that a plate or shell has, bending included. D is the block diagonal of A.
+//!
+//! Source: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
+
+use nalgebra::{Matrix3x6, Matrix6};
+use rayon::prelude::*;
+
+use super::aggregates::Aggregates;
+use super::full_rows::{FullRows, split};
+use super::{Block, BlockMatrix, BlockPattern};
+use crate::Vec3;
+use crate::num::index;
+use crate::parallel;
+
+/// A motion counts as a combination of others in an aggregate if less than this share of its square
+/// is left without them.
+const DEPENDENT: f64 = 1e-10;
+
+/// The six motions of one node.
+pub(super) type Motions = Matrix3x6<f64>;
+
+/// Lists of numbers, one after the other.
+#[derive(Default)]
+struct Lists {
+    start: Vec<usize>,
+    item: Vec<u32>,
+}
+
+impl Lists {
+    fn new() -> Self {
+        Self { start: vec![0], item: Vec::new() }
+    }
+
+    /// Adds a list: the numbers given, ascending, each once.
+    fn push(&mut self, scratch: &mut Vec<u32>) {
+        scratch.sort_unstable();
+        scratch.dedup();
+        self.item.append(scratch);
+        self.start.push(self.item.len());
+    }
+
+    fn of(&self, i: usize) -> &[u32] {
+        &self.item[self.start[i]..self.start[i + 1]]
+    }
+}
+
+/// The prolongator of one level.
+pub(super) struct Prolongator {
+    aggregates: Aggregates,
+    members: Lists,
+    /// Aggregates that a node depends on, and the blocks of P.
+    row: Lists,
+    value: Vec<Matrix3x6<f32>>,
+    /// Nodes that depend on an aggregate, and where in `value`.
+    support: Lists,
+    entry: Vec<u32>,
+    /// Nodes with a neighbour in the support.
+    reach: Lists,
+    /// Aggregates J ≥ I coupled to aggregate I in the coarse matrix.
+    coupled: Lists,
+}
+
+impl Prolongator {
+    /// Aggregates the nodes of `rows` and finds which blocks exist.
+    pub(super) fn new(rows: &FullRows) -> Self {
+        let aggregates = Aggregates::new(rows);
+        let mut scratch = Vec::new();
+        let mut row = Lists::new();
+        for i in 0..rows.len() {
+            scratch.extend(rows.row(i).iter().map(|&j| aggregates.of[j as usize]));
+            row.push(&mut scratch);
+        }
+        let (support, entry) = transposed(&row, aggregates.count);
+        let own = Lists { start: (0..=rows.len()).collect(), item: aggregates.of.clone() };
+        let (members, _) = transposed(&own, aggregates.count);
+        let (mut reach, mut coupled) = (Lists::new(), Lists::new());
+        for a in 0..aggregates.count {
+            scratch.extend(support.of(a).iter().flat_map(|&i| rows.row(i as usize)));
+            reach.push(&mut scratch);
+            let near = reach.of(a).iter().flat_map(|&k| row.of(k as usize));
+            scratch.extend(near.copied().filter(|&b| b as usize >= a));
+            coupled.push(&mut scratch);
+        }
+        let value = vec![Matrix3x6::zeros(); row.item.len()];
+        Self { aggregates, members, row, value, support, entry, reach, coupled }
+    }
+
+    /// Number of aggregates; each makes two nodes of the coarse level.
+    pub(super) fn aggregates(&self) -> usize {
+        self.aggregates.count
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        let lists = [&self.members, &self.row, &self.support, &self.reach, &self.coupled];
+        let lists = lists.map(|l| size_of_val(&*l.start) + size_of_val(&*l.item));
+        let numbers = size_of_val(&*self.entry) + size_of_val(&*self.aggregates.of);
+        lists.iter().sum::<usize>() + numbers + size_of_val(&*self.value)
+    }
+
+    /// Pattern of the coarse matrix.
+    pub(super) fn coarse_pattern(&self) -> BlockPattern {
+        BlockPattern::from_rows((0..2 * self.aggregates.count).map(|row| {
+            let both = |a: &u32| [2 * a, 2 * a + 1];
+            let columns = self.coupled.of(row / 2).iter().flat_map(both);
+            columns.filter(|&j| j as usize >= row).collect()
+        }))
+    }
+
+    /// Takes over the values of P for `matrix`; the motions of the coarse nodes.
+    ///
+    /// `motions` become those of the tentative prolongator. `damping` is ω.
+    pub(super) fn smooth(
+        &mut self,
+        rows: &FullRows,
+        matrix: &BlockMatrix,
+        inverse: &[Block],
+        damping: f64,
+        motions: &mut [Motions],
+    ) -> Vec<Motions> {
+        // Directions coupled to nothing (held ones) are left to the smoother.
+        parallel::update(motions, |i, b| {
+            for a in 0..3 {
+                let free = rows
+                    .blocks(matrix, i)
+                    .any(|(j, block)| (0..3).any(|c| block[(a, c)] != 0.0 && (j != i || c != a)));
+                if !free {
+                    b.row_mut(a).fill(0.0);
+                }
+            }
+        });
+        let factors: Vec<(Matrix6<f64>, Matrix6<f64>)> = (0..self.aggregates.count)
+            .into_par_iter()
+            .map(|a| {
+                let own = self.members.of(a).iter().map(|&i| &motions[i as usize]);
+                orthonormal(&own.map(|b| b.tr_mul(b)).sum())
+            })
+            .collect();
+        let of = &self.aggregates.of;
+        parallel::update(motions, |i, b| *b *= factors[of[i] as usize].0);
+        let motions = &*motions;
+        let row = &self.row;
+        let rows_of_p = split(&row.start, &mut self.value);
+        rows_of_p.into_par_iter().for_each(|(range, mut part)| {
+            let mut sum = Vec::new();
+            for i in range {
+                let columns = row.of(i);
+                let slot = |a: u32| columns.binary_search(&a).unwrap_or(0);
+                sum.clear();
+                sum.resize(columns.len(), Motions::zeros());
+                for (j, block) in rows.blocks(matrix, i) {
+                    sum[slot(of[j])] += block * motions[j];
+                }
+                let (mine, tail) = part.split_at_mut(columns.len());
+                for (place, sum) in mine.iter_mut().zip(&mut sum) {
+                    *sum = inverse[i] * *sum * -damping;
+                    *place = sum.cast();
+                }
+                let own = slot(of[i]);
+                mine[own] = (sum[own] + motions[i]).cast();
+                part = tail;
+            }
+        });
+        let triangles = factors.iter().map(|(_, t)| t);
+        triangles
+            .flat_map(|t| [t.fixed_rows::<3>(0).into_owned(), t.fixed_rows::<3>(3).into_owned()])
+            .collect()
+    }
+
+    /// `A_c = Pᵀ A P`; unknowns of motions that an aggregate does not have get the mean stiffness.
+    pub(super) fn coarse_matrix(
+        &self,
+        rows: &FullRows,
+        matrix: &BlockMatrix,
+        into: &mut BlockMatrix,
+    ) {
+        let coupled: Vec<Vec<Matrix6<f64>>> = (0..self.aggregates.count)
+            .into_par_iter()
+            .map(|a| self.coarse_row(rows, matrix, a))
+            .collect();
+        into.clear();
+        into.update_rows(|row, blocks| {
+            let a = row / 2;
+            for (&b, sum) in self.coupled.of(a).iter().zip(&coupled[a]) {
+                for half in 0..2 {
+                    let column = 2 * b as usize + half;
+                    if column >= row {
+                        let block = sum.fixed_view::<3, 3>(3 * (row % 2), 3 * half);
+                        blocks.add(column, &block.into_owned());
+                    }
+                }
+            }
+        });
+        let scale = into.mean_diagonal();
+        into.update_rows(|row, blocks| {
+            let diagonal = &coupled[row / 2][0];
+            let missing = |k: usize| if diagonal[(k, k)] == 0.0 { scale } else { 0.0 };
+            let first = 3 * (row % 2);
+            let missing = Vec3::new(missing(first), missing(first + 1), missing(first + 2));
+            blocks.add(row, &Block::from_diagonal(&missing));
+        });
+    }
+
+    /// Blocks (a, b) of the coarse matrix, b as in `coupled`.
+    fn coarse_row(&self, rows: &FullRows, matrix: &BlockMatrix, a: usize) -> Vec<Matrix6<f64>> {
+        let columns = self.coupled.of(a);
+        let mut sums = vec![Matrix6::zeros(); columns.len()];
+        for &k in self.reach.of(a) {
+            let mut image = Motions::zeros();
+            for (j, block) in rows.blocks(matrix, k as usize) {
+                if let Some(entry) = self.entry_at(j, index(a)) {
+                    image += block * self.value[entry].cast::<f64>();
+                }
+            }
+            let first = self.row.start[k as usize];
+            for (slot, b) in self.row.of(k as usize).iter().enumerate() {
+                if let Ok(place) = columns.binary_search(b) {
+                    sums[place] += image.tr_mul(&self.value[first + slot].cast::<f64>());
+                }
+            }
+        }
+        // Round-off apart, the diagonal block is symmetric already.
+        sums[0] = 0.5 * (sums[0] + sums[0].transpose());
+        sums
+    }
+
+    fn entry_at(&self, node: usize, aggregate: u32) -> Option<usize> {
+        let place = self.row.of(node).iter().position(|&b| b == aggregate)?;
+        Some(self.row.start[node] + place)
+    }
+
+    /// `coarse = Pᵀ fine`.
+    pub(super) fn restrict(&self, fine: &[Vec3], coarse: &mut [[Vec3; 2]]) {
+        parallel::fill(coarse, |a| {
+            let range = self.support.start[a]..self.support.start[a + 1];
+            let mut sum = nalgebra::Vector6::zeros();
+            for (&i, &entry) in self.support.of(a).iter().zip(&self.entry[range]) {
+                sum += self.value[entry as usize].cast::<f64>().tr_mul(&fine[i as usize]);
+            }
+            [sum.fixed_rows::<3>(0).into_owned(), sum.fixed_rows::<3>(3).into_owned()]
+        });
+    }
+
+    /// `fine = P coarse`.
+    pub(super) fn prolong(&self, coarse: &[[Vec3; 2]], fine: &mut [Vec3]) {
+        parallel::fill(fine, |i| {
+            let range = self.row.start[i]..self.row.start[i + 1];
+            let mut sum = Vec3::zeros();
+            for (&a, block) in self.row.of(i).iter().zip(&self.value[range]) {
+                let [low, high] = &coarse[a as usize];
+                let block = block.cast::<f64>();
+                sum += block.fixed_columns::<3>(0) * low + block.fixed_columns::<3>(3) * high;
+            }
+            sum
+        });
+    }
+}
+
+/// For every number below `count` the lists it is in, and where in all items.
+fn transposed(lists: &Lists, count: usize) -> (Lists, Vec<u32>) {
+    let mut start = vec![0; count + 1];
+    for &a in &lists.item {
+        start[a as usize + 1] += 1;
+    }
+    for a in 0..count {
+        start[a + 1] += start[a];
+    }
+    let mut next = start.clone();
+    let mut item = vec![0; lists.item.len()];
+    let mut entry = item.clone();
+    for i in 0..lists.start.len() - 1 {
+        for (k, &a) in lists.of(i).iter().enumerate() {
+            item[next[a as usize]] = index(i);
+            entry[next[a as usize]] = index(lists.start[i] + k);
+            next[a as usize] += 1;
+        }
+    }
+    (Lists { start, item }, entry)
+}
+
+/// T and R with `Tᵀ gram T = 1` and `R = T⁻¹`, upper triangular, by Cholesky; dependent columns are
+/// zero in both.
+fn orthonormal(gram: &Matrix6<f64>) -> (Matrix6<f64>, Matrix6<f64>) {
+    let mut upper = Matrix6::zeros();
+    let mut inverse = Matrix6::zeros();
+    for c in 0..6 {
+        // Column c of the inverse starts as the unit vector, made orthogonal to those before.
+        let mut rest = gram[(c, c)];
+        for r in 0..c {
+            let along = (inverse.column(r).transpose() * gram.column(c))[0];
+            upper[(r, c)] = along;
+            rest -= along * along;
+        }
+        if !(rest > DEPENDENT * gram[(c, c)]) {
+            continue;
+        }
+        let norm = rest.sqrt();
+        upper[(c, c)] = norm;
+        let mut column = nalgebra::Vector6::zeros();
+        column[c] = 1.0;
+        for r in 0..c {
+            column -= upper[(r, c)] * inverse.column(r);
+        }
+        inverse.set_column(c, &(column / norm));
+    }
+    (inverse, upper)
+}
