@@ -167,4 +167,8 @@ impl Energy for DeadLoad {
     }
 
     fn add_hessian(&mut self, _: &Shape<'_>, _: HessianPart, _: &mut BlockMatrix) {}
+
+    fn applied_force(&self) -> f64 {
+        self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)
+    }
 }

@@ -168,4 +168,10 @@ pub trait Energy: Send + Sync {
     fn force_scale(&self) -> f64 {
         0.0
     }
+
+    /// Largest force on a vertex that is given from outside, as it is on the sheet at rest; 0 if
+    /// none is.
+    fn applied_force(&self) -> f64 {
+        0.0
+    }
 }

@@ -90,6 +90,8 @@ pub struct FollowerPressure {
     cone: Cone,
     pull: Vec<[Vec3; 3]>,
     places: LazyStencils,
+    /// Largest force on a vertex at rest.
+    at_rest: f64,
 }
 
 impl FollowerPressure {
@@ -101,7 +103,19 @@ impl FollowerPressure {
             0 => sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1)),
             n => rim().sum::<Vec3>() / real(n),
         };
-        Self { cone: Cone { pressure, apex }, pull: Vec::new(), places: LazyStencils::default() }
+        let mut force = vec![Vec3::zeros(); sheet.vertex_count()];
+        for corners in sheet.triangles() {
+            let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
+            for v in corners {
+                force[*v as usize] += pressure / 6.0 * (b - a).cross(&(c - a));
+            }
+        }
+        Self {
+            cone: Cone { pressure, apex },
+            pull: Vec::new(),
+            places: LazyStencils::default(),
+            at_rest: force.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max),
+        }
     }
 }
 
@@ -116,6 +130,10 @@ impl Energy for FollowerPressure {
         let cone = &self.cone;
         let mesh = Mesh::triangles(shape.sheet);
         element::evaluate(&mesh, |_| cone, shape.x, &mut self.pull, gradient)
+    }
+
+    fn applied_force(&self) -> f64 {
+        self.at_rest
     }
 
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {

@@ -65,6 +65,13 @@ impl Mechanics {
         self.force_scale
     }
 
+    /// Largest force on a vertex that an effect applies from outside, in units of
+    /// [`Mechanics::force_scale`].
+    #[must_use]
+    pub fn applied_force(&self) -> f64 {
+        self.energies.iter().map(|e| e.applied_force()).fold(0.0, f64::max) / self.force_scale
+    }
+
     /// Whether no effect has an energy.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -136,3 +136,24 @@ fn a_scene_without_kinetics_has_no_species_and_no_plugin() {
     assert!(setup.state.species.is_empty());
     assert!(setup.plugin.is_none());
 }
+
+/// A load below the tolerance would be answered by nothing at all, without a word.
+#[test]
+fn a_load_that_the_tolerance_hardly_sees_is_told() {
+    let gentle = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\n\
+                  force = { per-vertex = [0.0, 0.0, 1e-3] }";
+    let (_, setup) = prepare(&[gentle]);
+    let [note] = &setup.notes[..] else { panic!("{:?}", setup.notes) };
+    assert!(note.contains("1.3e-9 Y"), "{note}");
+    assert!(note.contains("equilibrium.tolerance = 1e-6") && note.contains("1e-13"), "{note}");
+    for (effect, tolerance) in [
+        (gentle.to_owned(), "equilibrium.tolerance=1e-13"),
+        (gentle.replace("1e-3", "1e4"), "equilibrium.tolerance=1e-6"),
+        ("[[effect]]\nkind = \"pressure\"\nvalue = 0.0".into(), "equilibrium.tolerance=1e-6"),
+    ] {
+        let (_, setup) = prepare(&[&effect, tolerance]);
+        assert!(setup.notes.is_empty(), "{effect}: {:?}", setup.notes);
+    }
+    let (_, setup) = prepare(&["[[effect]]\nkind = \"pressure\"\nvalue = 1e-3"]);
+    assert_eq!(setup.notes.len(), 1);
+}
