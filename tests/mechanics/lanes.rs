@@ -60,8 +60,7 @@ impl Task for Transposed<'_> {
 
 #[test]
 fn rows_become_columns() {
-    let rows: [[f64; 4]; 4] =
-        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(10 * i as u8 + j as u8)));
+    let rows: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| (10 * i + j) as f64));
     for columns in [dispatch(Transposed(&rows)), Transposed(&rows).run(Plain)] {
         for i in 0..4 {
             for j in 0..4 {
