@@ -67,8 +67,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let flat = setup.state.x.iter().all(|x| x.z == setup.state.x[0].z);
     if flat && !setup.system.mechanics().is_empty() {
         println!(
-            "warning    the start is perfectly flat: a saddle that no force leaves; give \
-             sheet.imperfection or sheet.bump to say how the symmetry is broken"
+            "warning    the start is perfectly flat: only forces out of the plane leave it, even where \
+             it is a saddle; give sheet.imperfection or sheet.bump to say how the symmetry is broken"
         );
     }
     for note in &setup.notes {

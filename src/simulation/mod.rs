@@ -6,6 +6,7 @@
 
 mod fields;
 pub mod inspect;
+mod notes;
 mod report;
 pub mod run;
 pub mod stability;
@@ -94,7 +95,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
             }
         }
     }
-    let mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins)?;
+    let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins)?;
     if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
         let message = "the scene lists no effect with an energy: nothing to watch";
         return Err(scene.error_at("stability", message, None).into());
@@ -102,7 +103,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let equilibrium = if mechanics.is_empty() {
         None
     } else if mechanics.force_scale() > 0.0 {
-        notes.extend(gentle_load(mechanics.applied_force(), scene.equilibrium.tolerance()));
+        notes::on_effects(&mut mechanics, scene.equilibrium.tolerance(), &mut notes);
         Some(scene.equilibrium.build(&mechanics)?)
     } else {
         let message = "a sheet that bends must also resist stretching";
@@ -182,20 +183,4 @@ fn load_kinetics(scene: &Scene, search: &Search) -> Result<Option<Loaded>> {
         spec.parameters.iter().map(|(name, value)| (name.clone(), value.get())).collect();
     let kinetics = library.instantiate(&parameters).map_err(blame)?;
     Ok(Some((Arc::new(kinetics), file)))
-}
-
-/// Loads this many times the tolerance move a sheet before it counts as at rest.
-const FELT: f64 = 1e3;
-
-/// What to say where the largest `load` on a vertex is not far above the `tolerance`, both in units
-/// of the force at unit strain.
-fn gentle_load(load: f64, tolerance: f64) -> Option<String> {
-    (load > 0.0 && load < FELT * tolerance).then(|| {
-        format!(
-            "the largest load on a vertex is {load:.1e} Y times the edge length, and a sheet counts \
-             as at rest below equilibrium.tolerance = {tolerance:e}: its answer to the load is \
-             found badly or not at all; {:.0e} would do",
-            1e-4 * load
-        )
-    })
 }

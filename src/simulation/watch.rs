@@ -23,6 +23,13 @@ const CHECKED: usize = 200_000;
 /// How a saddle is left, for messages.
 const REMEDY: &str = "nothing leaves it by itself: break the symmetry of the start with \
                       sheet.imperfection or sheet.bump, or follow the mode with stability.perturb";
+/// The event of a displacement along a mode that came to nothing.
+const FELL_BACK: &str = "not left along the mode";
+/// The event of a first equilibrium that is none.
+const AT_START: &str = "saddle at the start";
+/// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
+const LATER: &str = "nothing leaves it by itself, and an imperfection of the start is relaxed away \
+                     before anything grows: follow the mode with stability.perturb";
 
 /// The watch of one run.
 pub(super) struct Watch {
@@ -82,7 +89,7 @@ impl Watch {
         let now = inertia.negative > 0;
         let before = self.unstable.replace(now);
         let kind = match (before, now) {
-            (None, true) => "saddle at the start",
+            (None, true) => AT_START,
             (Some(false), true) => "loss of stability",
             (Some(true), false) => "stability regained",
             _ => "",
@@ -150,7 +157,8 @@ impl Watch {
         let Some(inertia) = self.count(setup, work, progress) else { return Ok(f64::NAN) };
         self.unstable = Some(inertia.negative > 0);
         let modes = self.modes(setup, progress);
-        self.tell(setup, "left along the mode", inertia.negative, &modes, progress)?;
+        let kind = if inertia.negative == 0 { "left along the mode" } else { FELL_BACK };
+        self.tell(setup, kind, inertia.negative, &modes, progress)?;
         Ok(crate::num::real(inertia.negative))
     }
 
@@ -184,9 +192,12 @@ impl Watch {
             directions(negative),
             path.display()
         );
+        if kind == FELL_BACK {
+            text += "; a larger stability.perturb may leave it";
+        }
         if negative > 0 && self.perturb.is_none() {
             text += "; ";
-            text += REMEDY;
+            text += if kind == AT_START { REMEDY } else { LATER };
         }
         progress.message(&text);
         Ok(())

@@ -117,7 +117,8 @@ pub enum SolveError {
         "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
          area is nearly zero, and no step lowers the energy further (largest force \
          {residual:.3e}); its optimal lengths are {optimal:?}. Use a finer mesh or a smoother \
-         length factor, or go on with `equilibrium.collapse = \"hold\"`, which holds its vertices"
+         length factor, or go on with equilibrium = {{ method = \"lbfgs\", collapse = \"hold\" }}, which \
+         holds its vertices"
     )]
     Collapsed {
         /// The triangle.

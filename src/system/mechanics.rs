@@ -65,11 +65,11 @@ impl Mechanics {
         self.force_scale
     }
 
-    /// Largest force on a vertex that an effect applies from outside, in units of
-    /// [`Mechanics::force_scale`].
+    /// Largest force on a vertex that each effect applies from outside to the sheet at rest, in
+    /// units of [`Mechanics::force_scale`], by [`Mechanics::names`].
     #[must_use]
-    pub fn applied_force(&self) -> f64 {
-        self.energies.iter().map(|e| e.applied_force()).fold(0.0, f64::max) / self.force_scale
+    pub fn applied_forces(&self) -> Vec<f64> {
+        self.energies.iter().map(|e| e.applied_force() / self.force_scale).collect()
     }
 
     /// Whether no effect has an energy.

@@ -21,7 +21,7 @@ use crate::parallel;
 use crate::sheet::SheetError;
 use crate::solve::SolveError;
 use crate::solve::chebyshev::{Chebyshev, Tolerance};
-use crate::solve::equilibrium::{Equilibrium, Goal, Relaxation};
+use crate::solve::equilibrium::{Equilibrium, Goal, Relaxation, explained};
 use crate::state::State;
 use crate::{Error, Result};
 
@@ -114,7 +114,9 @@ impl System {
             max_iterations: self.max_iterations,
             interrupted: &|| interrupted(),
         };
-        let done = equilibrium.relax(&mut self.mechanics, &mut state.x, &goal)?;
+        let done = equilibrium
+            .relax(&mut self.mechanics, &mut state.x, &goal)
+            .map_err(|error| explained(error, &self.mechanics, &state.x))?;
         if let Some(chemistry) = &mut self.chemistry {
             self.mechanics.with_shape(&state.x, |shape| chemistry.set_shape(shape));
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::Material;
-use rumple::sheet::Sheet;
+use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{Collapse, Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
 
@@ -119,9 +119,34 @@ fn a_triangle_driven_flat_is_named_or_held() {
     let error = result.unwrap_err();
     let SolveError::Collapsed { triangle, vertices, .. } = &error else { panic!("{error}") };
     assert_eq!((*triangle, *vertices), (driven, sheet.triangles()[driven]));
-    assert!(error.to_string().contains("equilibrium.collapse"), "{error}");
+    assert!(error.to_string().contains("collapse = \"hold\""), "{error}");
 
     let (_, _, result) = driven_flat(Collapse::Hold);
     let done = result.unwrap();
     assert!(done.collapsed > 0 && done.residual <= 1e-6, "{done:?}");
+}
+
+/// Close to buckling and close to rest every step is level to round-off, and the slope hardly
+/// falls: neither may stop the relaxation.
+#[test]
+fn round_off_near_buckling_does_not_stop_a_relaxation() {
+    let sheet = Arc::new(generate(&Shape::Disc { radius: 10.0 }, 1000, 1).unwrap());
+    let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
+    let held = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
+    let mut mechanics = both(&sheet, &material, held);
+    for seed in [1, 2, 3, 7] {
+        let mut noise = Noise::new(seed);
+        let start = sheet.rest().iter().zip(sheet.rim());
+        let mut x: Vec<Vec3> = start
+            .map(|(x, rim)| if *rim { *x } else { x + 1e-3 * noise.number() * Vec3::z() })
+            .collect();
+        for growth in [0.0, 5e-5, 1e-4, 1.5e-4, 1.8e-4, 1.9e-4, 2.0e-4] {
+            mechanics.set_length_factor(&vec![1.0 + growth; sheet.edges().len()]);
+            let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+            let goal = Goal { tolerance: 1e-10, max_iterations: 300, interrupted: &|| false };
+            let done = solver.relax(&mut mechanics, &mut x, &goal);
+            let done = done.unwrap_or_else(|e| panic!("noise {seed}, growth {growth}: {e}"));
+            assert!(done.evaluations < 600, "noise {seed}, growth {growth}: {done:?}");
+        }
+    }
 }

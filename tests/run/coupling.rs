@@ -157,3 +157,14 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
     let (_, setup) = prepare(&["[[effect]]\nkind = \"pressure\"\nvalue = 1e-3"]);
     assert_eq!(setup.notes.len(), 1);
 }
+
+#[test]
+fn what_the_author_may_not_have_meant_is_told() {
+    let on_the_rim = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
+    let (_, setup) = prepare(&[&format!("{on_the_rim}[0.0, 0.0, 1e5] }}")]);
+    assert!(setup.notes[0].contains("(load) acts only where pins hold"), "{:?}", setup.notes);
+    let (_, setup) = prepare(&[&format!("{on_the_rim}[1e5, 0.0, 0.0] }}")]);
+    assert!(setup.notes.is_empty(), "{:?}", setup.notes);
+    let (_, setup) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
+    assert!(setup.notes[0].contains("bending more than once"), "{:?}", setup.notes);
+}

@@ -23,7 +23,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{dot, largest, reached, stalled};
+use super::stop::{dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::num::checked::{AtLeast, Fraction, Positive};
@@ -84,8 +84,6 @@ const FIRST: f64 = 0.05;
 const GROWTH: f64 = 1.1;
 /// Share of the linear decrease that a step must keep; ½ forbids overshooting.
 const DECREASE: f64 = 0.5;
-/// Energy differences below this share of the energy are round-off; the slope decides then.
-const ROUND_OFF: f64 = 1e-12;
 /// Shortest step tried, as a share of the first.
 const SHORTEST: f64 = 1e-10;
 
@@ -131,8 +129,8 @@ impl Equilibrium for Descent {
                 let energy = mechanics.energy_gradient(&trial, &mut trial_gradient);
                 done.evaluations += 1;
                 let descends = energy <= done.energy - DECREASE * step * square;
-                let level = (energy - done.energy).abs() <= ROUND_OFF * done.energy.abs()
-                    && dot(&gradient, &trial_gradient) >= 0.0;
+                let level =
+                    level(mechanics, done.energy, energy) && dot(&gradient, &trial_gradient) >= 0.0;
                 accepted = (energy.is_finite() && (descends || level)).then_some(energy);
             }
             let Some(energy) = accepted else {

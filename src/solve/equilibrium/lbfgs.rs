@@ -15,7 +15,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::preconditioner::{Inverse, Preconditioner};
-use super::stop::{dot, largest, reached, stalled};
+use super::stop::{COLLAPSED, collapsed_at, dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -110,15 +110,11 @@ const SHIFT: f64 = 1e-9;
 const NEARLY_AT_REST: f64 = 1e-2;
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
-/// Energy differences below this share of the energy are round-off.
-const ROUND_OFF: f64 = 1e-12;
 /// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
 /// which the positive part has no stiffness (waves of a free rim) are why it may be needed.
 const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
 const MOST_SHIFT: f64 = 1.0;
-/// Quality below which a triangle counts as collapsed once the energy stops falling.
-const COLLAPSED: f64 = 1e-2;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
 const NO_FALL: f64 = 1e-6;
 /// Shortest step tried, as a share of the proposed one.
@@ -250,14 +246,7 @@ impl Lbfgs {
         collapsed.dedup();
         let Some(&first) = collapsed.first() else { return Ok(false) };
         if self.options.collapse == Collapse::Stop {
-            let metric = mechanics.metric();
-            return Err(SolveError::Collapsed {
-                triangle: first,
-                vertices: sheet.triangles()[first],
-                optimal: sheet.triangle_edges()[first].map(|e| metric.length()[e as usize]),
-                iterations: done.iterations,
-                residual: done.residual,
-            });
+            return Err(collapsed_at(mechanics, first, done.iterations, done.residual));
         }
         for &t in &collapsed {
             for v in sheet.triangles()[t] {
@@ -333,8 +322,9 @@ impl Equilibrium for Lbfgs {
                     let e = self.evaluate(mechanics, &trial, &mut trial_gradient);
                     done.evaluations += 1;
                     let descends = e <= energy + ARMIJO * length * slope;
-                    let level = (e - energy).abs() <= ROUND_OFF * energy.abs()
-                        && dot(&trial_gradient, &d).abs() <= 0.9 * slope.abs();
+                    // At round-off the slopes tell: still downhill, or not far uphill, at the end.
+                    let level = level(mechanics, energy, e)
+                        && dot(&trial_gradient, &d) <= 0.9 * slope.abs();
                     if e.is_finite() && (descends || level) {
                         break Some(e);
                     }

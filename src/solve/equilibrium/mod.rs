@@ -15,6 +15,7 @@ pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::Preconditioner;
+pub use stop::explained;
 
 use crate::Vec3;
 use crate::solve::SolveError;

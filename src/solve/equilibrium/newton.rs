@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{largest, reached, stalled};
+use super::stop::{largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -81,8 +81,6 @@ const FIRST: f64 = 1e-3;
 const LEAST: f64 = 1e-10;
 /// Above this no step is short enough.
 const LARGEST: f64 = 1e12;
-/// Energy differences below this share of the energy are round-off.
-const ROUND_OFF: f64 = 1e-12;
 
 /// Linearly implicit steps for one sheet.
 pub struct Newton {
@@ -159,8 +157,7 @@ impl Equilibrium for Newton {
                 parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
                 self.cholesky.solve(&mut defect);
                 let error = 0.5 * largest(&defect) / allowed;
-                let level = (e - energy).abs() <= ROUND_OFF * energy.abs();
-                let descends = e <= energy || level;
+                let descends = e <= energy || level(mechanics, energy, e);
                 if !(e.is_finite() && descends && error <= 1.0) {
                     sigma *= (2.0 * error).clamp(4.0, 64.0);
                     continue;
