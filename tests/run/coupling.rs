@@ -1,8 +1,14 @@
 //! The staggered coupling: order, determinism, the range of species, amounts, what a scene pays for.
 
+use std::fs;
+
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::simulation;
 use rumple::state::State;
 
 use super::{final_state, prepare};
+use crate::plugins::build;
 
 /// Largest difference of the species.
 fn distance(a: &State, b: &State) -> f64 {
@@ -167,4 +173,21 @@ fn what_the_author_may_not_have_meant_is_told() {
     assert!(setup.notes.is_empty(), "{:?}", setup.notes);
     let (_, setup) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
     assert!(setup.notes[0].contains("bending more than once"), "{:?}", setup.notes);
+}
+
+#[test]
+fn shipped_scenes_are_ready_to_run_without_a_word() {
+    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let mut count = 0;
+    for folder in fs::read_dir("models").unwrap().map(|f| f.unwrap().path()) {
+        for file in fs::read_dir(folder).into_iter().flatten().map(|f| f.unwrap().path()) {
+            if file.extension().is_some_and(|e| e == "toml") {
+                let scene = Scene::load(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+                let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
+                assert!(setup.notes.is_empty(), "{}: {:?}", file.display(), setup.notes);
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 5, "{count} scenes");
 }
