@@ -2,6 +2,7 @@
 
 mod coupling;
 mod inspect;
+mod notes;
 mod program;
 mod stability;
 

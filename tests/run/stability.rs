@@ -137,6 +137,18 @@ fn a_saddle_is_left_along_its_mode_if_the_scene_says_so() {
     assert!(end.points.iter().all(|x| x.z > -1e-6));
 }
 
+/// A displacement too small for the force tolerance comes to nothing, and is not called a success.
+#[test]
+fn a_perturbation_that_falls_back_is_told() {
+    let scene = GROWING.replace("modes = 3", "perturb = 1e-12");
+    let (folder, output) = run(&scene, &["run", "--out", "result"]);
+    let (_, events) = rows(&folder.path().join("result/events.csv"));
+    let kinds: Vec<&str> = events.iter().map(|e| e[2].as_str()).take(2).collect();
+    assert_eq!(kinds, ["loss of stability", "not left along the mode"]);
+    assert_eq!(events[1][4], "1");
+    assert!(said(&output).contains("a larger stability.perturb"), "{}", said(&output));
+}
+
 #[test]
 fn a_flat_saddle_at_the_start_is_told_with_and_without_a_watch() {
     let grown = GROWING.replace("initial.c = 1.0", "initial.c = 0.0").replace("0.3\n", "0.01\n");
