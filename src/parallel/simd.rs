@@ -384,6 +384,24 @@ impl<L: Lanes> Lanes3<L> {
         Self { x: self.x * by, y: self.y * by, z: self.z * by }
     }
 
+    /// The columns of `[n]×`, which is `n × ·`.
+    #[inline(always)]
+    pub fn cross_columns<S: Simd<Lanes = L>>(self, simd: S) -> [Self; 3] {
+        let zero = simd.splat(0.0);
+        let Self { x, y, z } = self;
+        [
+            Self { x: zero, y: z, z: -y },
+            Self { x: -z, y: zero, z: x },
+            Self { x: y, y: -x, z: zero },
+        ]
+    }
+
+    /// As an array.
+    #[inline(always)]
+    pub fn array(self) -> [L; 3] {
+        [self.x, self.y, self.z]
+    }
+
     /// As an array, with a fourth number.
     #[inline(always)]
     pub fn with(self, fourth: L) -> [L; LANES] {

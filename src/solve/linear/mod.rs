@@ -15,4 +15,4 @@ pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use ldlt::BlockLdlt;
 pub use multigrid::Multigrid;
-pub use stencils::{LazyStencils, Sink, Stencils};
+pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::num::index;
+use crate::parallel::simd::{LANES, Lanes, Simd, Task, dispatch};
 
 /// Rows per block.
 const ROWS: usize = 512;
@@ -37,6 +38,64 @@ pub struct Sink<'a> {
     value: &'a mut [Block],
 }
 
+/// Takes the blocks of the elements that touch some rows.
+pub struct Rows<'a> {
+    stencils: &'a Stencils,
+    first: usize,
+    last: usize,
+    value: &'a mut [Block],
+}
+
+/// The nine entries of a block, column by column, in two registers and a number.
+#[derive(Clone, Copy)]
+pub struct Packed<L>(pub [L; 2], pub f64);
+
+/// Elements whose blocks are computed on wide registers: see [`Stencils::assemble_wide`].
+pub trait Elements: Sync {
+    /// Adds the blocks of `elements` to `rows`. Implementations must be `#[inline(always)]`.
+    fn add<S: Simd>(&self, simd: S, elements: &[u32], rows: &mut Rows<'_>);
+}
+
+struct OneBlock<'a, 'b, E> {
+    elements: &'a E,
+    numbers: &'a [u32],
+    rows: Rows<'b>,
+}
+
+impl<E: Elements> Task for OneBlock<'_, '_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        self.elements.add(simd, self.numbers, &mut self.rows);
+    }
+}
+
+impl Rows<'_> {
+    /// The vertices of element `e`, ascending.
+    #[inline(always)]
+    #[must_use]
+    pub fn vertices(&self, e: u32) -> &[u32] {
+        self.stencils.vertices(e as usize)
+    }
+
+    /// Where the blocks of element `e` go.
+    #[inline(always)]
+    pub fn sink(&mut self, e: u32) -> Sink<'_> {
+        let stencils = self.stencils;
+        let e = e as usize;
+        Sink {
+            vertex: stencils.vertices(e),
+            place: &stencils.place
+                [stencils.pair_start[e] as usize..stencils.pair_start[e + 1] as usize],
+            first_row: self.first,
+            last_row: self.last,
+            first_place: stencils.pattern.start(self.first),
+            value: self.value,
+        }
+    }
+}
+
 impl Sink<'_> {
     /// The vertices of the element, ascending.
     #[must_use]
@@ -54,10 +113,28 @@ impl Sink<'_> {
     /// Adds block (p, q), p ≤ q.
     pub fn add(&mut self, p: usize, q: usize, block: &Block) {
         if self.wants(p) {
-            let m = self.vertex.len();
-            let pair = p * m - p * p.saturating_sub(1) / 2 + (q - p);
-            self.value[self.place[pair] as usize - self.first_place] += block;
+            *self.place(p, q) += block;
         }
+    }
+
+    /// Adds block (p, q), p ≤ q.
+    #[inline(always)]
+    pub fn add_packed<S: Simd>(&mut self, simd: S, p: usize, q: usize, block: Packed<S::Lanes>) {
+        if self.wants(p)
+            && let [[a, b, c], [d, e, f], [g, h, i]] = &mut self.place(p, q).data.0
+        {
+            let Packed([low, high], last) = block;
+            [*a, *b, *c, *d] = (simd.load([*a, *b, *c, *d]) + low).array();
+            [*e, *f, *g, *h] = (simd.load([*e, *f, *g, *h]) + high).array();
+            *i += last;
+        }
+    }
+
+    #[inline(always)]
+    fn place(&mut self, p: usize, q: usize) -> &mut Block {
+        let m = self.vertex.len();
+        let pair = p * m - p * p.saturating_sub(1) / 2 + (q - p);
+        &mut self.value[self.place[pair] as usize - self.first_place]
     }
 }
 
@@ -108,14 +185,34 @@ impl Stencils {
         Arc::ptr_eq(&self.pattern, pattern)
     }
 
-    /// Lets `element` add the blocks of every element to `matrix`.
+    /// Lets `element` add the blocks of every element to `matrix`, one after the other.
     pub fn assemble(
         &self,
         matrix: &mut BlockMatrix,
         element: impl Fn(usize, &mut Sink<'_>) + Sync,
     ) {
+        self.halve(0, self.touching.len(), self.all(matrix), &|numbers, mut rows| {
+            for &number in numbers {
+                element(number as usize, &mut rows.sink(number));
+            }
+        });
+    }
+
+    /// Lets `elements` add their blocks to `matrix` on wide registers.
+    pub fn assemble_wide(&self, matrix: &mut BlockMatrix, elements: &impl Elements) {
+        self.halve(0, self.touching.len(), self.all(matrix), &|numbers, rows| {
+            dispatch(OneBlock { elements, numbers, rows });
+        });
+    }
+
+    fn all<'a>(&self, matrix: &'a mut BlockMatrix) -> &'a mut [Block] {
         debug_assert!(self.fit(matrix.pattern()));
-        self.halve(0, self.touching.len(), matrix.values_mut(), &element);
+        matrix.values_mut()
+    }
+
+    #[inline(always)]
+    fn vertices(&self, e: usize) -> &[u32] {
+        &self.vertex[self.start[e] as usize..self.start[e + 1] as usize]
     }
 
     fn halve(
@@ -123,7 +220,7 @@ impl Stencils {
         first: usize,
         last: usize,
         value: &mut [Block],
-        element: &(impl Fn(usize, &mut Sink<'_>) + Sync),
+        add: &(impl Fn(&[u32], Rows<'_>) + Sync),
     ) {
         let row = |block: usize| (block * ROWS).min(self.pattern.rows());
         if last - first > 1 {
@@ -131,27 +228,29 @@ impl Stencils {
             let size = self.pattern.start(row(middle)) - self.pattern.start(row(first));
             let (low, high) = value.split_at_mut(size);
             rayon::join(
-                || self.halve(first, middle, low, element),
-                || self.halve(middle, last, high, element),
+                || self.halve(first, middle, low, add),
+                || self.halve(middle, last, high, add),
             );
-            return;
-        }
-        for block in first..last {
-            for &number in &self.touching[block] {
-                let e = number as usize;
-                let mut sink = Sink {
-                    vertex: &self.vertex[self.start[e] as usize..self.start[e + 1] as usize],
-                    place: &self.place
-                        [self.pair_start[e] as usize..self.pair_start[e + 1] as usize],
-                    first_row: row(block),
-                    last_row: row(block + 1),
-                    first_place: self.pattern.start(row(block)),
-                    value: &mut *value,
-                };
-                element(e, &mut sink);
-            }
+        } else if last > first {
+            let rows = Rows { stencils: self, first: row(first), last: row(last), value };
+            add(&self.touching[first], rows);
         }
     }
+}
+
+/// Four blocks, one per lane, from their nine entries column by column.
+#[inline(always)]
+pub fn pack<S: Simd>(simd: S, entry: [S::Lanes; 9]) -> [Packed<S::Lanes>; LANES] {
+    let [a, b, c, d, e, f, g, h, i] = entry;
+    let low = simd.transpose([a, b, c, d]);
+    let high = simd.transpose([e, f, g, h]);
+    let last = i.array();
+    [
+        Packed([low[0], high[0]], last[0]),
+        Packed([low[1], high[1]], last[1]),
+        Packed([low[2], high[2]], last[2]),
+        Packed([low[3], high[3]], last[3]),
+    ]
 }
 
 /// The stencils of an effect, made when a Hessian is first asked for.

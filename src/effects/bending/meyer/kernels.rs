@@ -6,19 +6,22 @@ use super::{MeyerBending, VertexDerivatives};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Shape};
 use crate::parallel::patches::{Corners, Group, Kernel};
-use crate::parallel::simd::{Lanes, Lanes3, Simd, angle};
+use crate::parallel::simd::{LANES, Lanes, Lanes3, Simd, angle};
 
 /// Four triangles: edges `e_k` opposite corner k, unit normals, twice the areas.
-struct Triangles<L> {
-    edge: [Lanes3<L>; 3],
-    normal: Lanes3<L>,
-    double_area: L,
+pub(super) struct Triangles<L> {
+    pub edge: [Lanes3<L>; 3],
+    pub normal: Lanes3<L>,
+    pub double_area: L,
 }
 
 impl<L: Lanes> Triangles<L> {
     #[inline(always)]
-    fn gather<S: Simd<Lanes = L>>(simd: S, x: &[Vec3], group: &Group<3>) -> Self {
-        let [va, vb, vc] = group.vertex;
+    pub fn gather<S: Simd<Lanes = L>>(
+        simd: S,
+        x: &[Vec3],
+        [va, vb, vc]: [[u32; LANES]; 3],
+    ) -> Self {
         let a = Lanes3::gather(simd, x, va);
         let b = Lanes3::gather(simd, x, vb);
         let c = Lanes3::gather(simd, x, vc);
@@ -113,7 +116,7 @@ impl Gather<'_> {
         simd: S,
         group: &Group<3>,
     ) -> (Triangles<S::Lanes>, [[S::Lanes; 4]; 3]) {
-        let faces = Triangles::gather(simd, self.shape.x, group);
+        let faces = Triangles::gather(simd, self.shape.x, group.vertex);
         let area = corner_areas(simd, self.bending, &self.shape, group, faces.double_area);
         let mut corner = [[area[0]; 4]; 3];
         let (a, b) = (faces.normal.cross(faces.edge[0]), faces.normal.cross(faces.edge[1]));
@@ -163,7 +166,7 @@ impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let Triangles { edge: e, normal: n, double_area } =
-            Triangles::gather(simd, self.shape.x, group);
+            Triangles::gather(simd, self.shape.x, group.vertex);
         let one = simd.splat(1.0);
         let zero = simd.splat(0.0);
         let at = &self.bending.vertex;
@@ -181,15 +184,11 @@ impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
             along = along + simd.splat(0.5) * share;
         }
         let q = v.scale(one / double_area) + n.scale(along);
-        if ANGLES && self.has_angles(group) {
+        if ANGLES && has_angles(at, vertex) {
             // The derivatives by angles, Σ_k w_k ∂θ_k/∂x, have the form of those by vectors.
-            let mut w = [zero; 3];
+            let turn = turns(simd, at, vertex, &e);
             for k in 0..3 {
-                w[k] = lanes!(simd, i => at[vertex[k][i] as usize].by_angle);
-            }
-            for k in 0..3 {
-                let turn = w[(k + 2) % 3] - w[(k + 1) % 3];
-                g[k] = g[k] - e[k].scale(turn / e[k].dot(e[k]));
+                g[k] = g[k] + e[k].scale(turn[k]);
             }
         }
         let first = q.cross(e[0]) + (g[1] - g[2]).cross(n);
@@ -207,7 +206,7 @@ impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
 
 /// `∂U/∂L_i` and `∂U/∂A_i` of four vertices.
 #[inline(always)]
-fn derivatives<S: Simd>(
+pub(super) fn derivatives<S: Simd>(
     simd: S,
     at: &[VertexDerivatives],
     [a, b, c, d]: [u32; 4],
@@ -222,13 +221,30 @@ fn derivatives<S: Simd>(
     (Lanes3 { x, y, z }, by_area)
 }
 
-impl<const ANGLES: bool> Gradient<'_, ANGLES> {
-    /// Whether any corner has a derivative by its angle.
-    #[inline(always)]
-    fn has_angles(&self, group: &Group<3>) -> bool {
-        let at = &self.bending.vertex;
-        group.vertex.iter().flatten().any(|&v| at[v as usize].by_angle != 0.0)
+/// Whether any corner has a derivative by its angle.
+#[inline(always)]
+pub(super) fn has_angles(at: &[VertexDerivatives], vertex: &[[u32; LANES]; 3]) -> bool {
+    vertex.iter().flatten().any(|&v| at[v as usize].by_angle != 0.0)
+}
+
+/// `γ_k = (w_{k+1} - w_{k+2})/|e_k|²` with w the derivatives by the angles: with them
+/// `Σ_k w_k ∂θ_k/∂x_k = (γ_{k+1} e_{k+1} - γ_{k+2} e_{k+2}) × n`.
+#[inline(always)]
+pub(super) fn turns<S: Simd>(
+    simd: S,
+    at: &[VertexDerivatives],
+    vertex: &[[u32; LANES]; 3],
+    e: &[Lanes3<S::Lanes>; 3],
+) -> [S::Lanes; 3] {
+    let mut w = [simd.splat(0.0); 3];
+    for k in 0..3 {
+        w[k] = lanes!(simd, i => at[vertex[k][i] as usize].by_angle);
     }
+    let mut turn = w;
+    for k in 0..3 {
+        turn[k] = (w[(k + 1) % 3] - w[(k + 2) % 3]) / e[k].dot(e[k]);
+    }
+    turn
 }
 
 /// Adds the derivative of mixed-Voronoi areas, one triangle after the other.

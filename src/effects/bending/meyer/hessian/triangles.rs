@@ -1,0 +1,151 @@
+//! The inner part of the second derivatives, four triangles at a time.
+
+use super::super::MeyerBending;
+use super::super::kernels::{Triangles, derivatives, has_angles, turns};
+use crate::geometry::Shape;
+use crate::parallel::simd::{LANES, Lanes3, Simd};
+use crate::solve::linear::{Elements, Rows, pack};
+
+/// Columns of a 3×3 block.
+type Columns<L> = [Lanes3<L>; 3];
+
+/// Inner part of the triangles. The corners are taken in ascending order, as the matrix stores
+/// them; where that turns a triangle over, its normal and its edges change sign together, and all
+/// expressions stay.
+pub(super) struct Inner<'a> {
+    pub bending: &'a MeyerBending,
+    pub shape: Shape<'a>,
+}
+
+impl Elements for Inner<'_> {
+    #[inline(always)]
+    fn add<S: Simd>(&self, simd: S, elements: &[u32], rows: &mut Rows<'_>) {
+        for four in elements.chunks(LANES) {
+            let mut element = [four[0]; LANES];
+            element[..four.len()].copy_from_slice(four);
+            let mut vertex = [[0; LANES]; 3];
+            for (lane, e) in element.iter().enumerate() {
+                if let [a, b, c] = rows.vertices(*e) {
+                    [vertex[0][lane], vertex[1][lane], vertex[2][lane]] = [*a, *b, *c];
+                }
+            }
+            let blocks = self.blocks(simd, element, vertex);
+            for (pair, block) in PAIRS.into_iter().zip(blocks) {
+                let [a, b, c] = block;
+                let entries = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z];
+                let packed = pack(simd, entries);
+                for (lane, e) in four.iter().enumerate() {
+                    rows.sink(*e).add_packed(simd, pair.0, pair.1, packed[lane]);
+                }
+            }
+        }
+    }
+}
+
+/// The pairs of corners, in the order of [`Inner::blocks`].
+const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 2), (0, 0), (1, 1), (2, 2)];
+
+impl Inner<'_> {
+    #[inline(always)]
+    fn blocks<S: Simd>(
+        &self,
+        simd: S,
+        element: [u32; LANES],
+        vertex: [[u32; LANES]; 3],
+    ) -> [Columns<S::Lanes>; 6] {
+        let Triangles { edge: e, normal: n, double_area } =
+            Triangles::gather(simd, self.shape.x, vertex);
+        let at = &self.bending.vertex;
+        let inverse = simd.splat(1.0) / double_area;
+        let mut g = e;
+        for k in 0..3 {
+            (g[k], _) = derivatives(simd, at, vertex[k]);
+        }
+        let h = [g[1] - g[2], g[2] - g[0], g[0] - g[1]];
+        let v = e[0].cross(g[0]) + e[1].cross(g[1]) + e[2].cross(g[2]);
+        let by_area = simd.splat(0.5) * simd.load(self.area_factors(element));
+        let along = n.dot(v);
+        let w = (v - n.scale(along)).scale(inverse);
+        let q = w + n.scale(by_area);
+        let slope = by_area - along * inverse;
+        // Columns of ∂n/∂x_m = P [e_m]×/2A and of ∂Q/∂x_m, for m = 1 and 2; those of all three
+        // corners add up to nothing. 2A grows by (n × e_m)·δ, and P [a]× = [a]× - n (n × a)ᵀ.
+        let zero = [Lanes3 { x: inverse, y: inverse, z: inverse }; 3];
+        let (mut turn, mut change) = ([zero; 2], [zero; 2]);
+        for m in 0..2 {
+            let edge = e[m + 1];
+            let growth = n.cross(edge).array();
+            let lift = n.cross(h[m + 1]).array();
+            let across = edge.cross_columns(simd);
+            let sheared = h[m + 1].cross_columns(simd);
+            for axis in 0..3 {
+                let dn = (across[axis] - n.scale(growth[axis])).scale(inverse);
+                let by_v = dn.dot(v) - lift[axis];
+                let parts = n.scale(by_v) + w.scale(growth[axis]) + sheared[axis];
+                turn[m][axis] = dn;
+                change[m][axis] = dn.scale(slope) - parts.scale(inverse);
+            }
+        }
+        let mut turned = h;
+        let mut gamma = None;
+        if has_angles(at, &vertex) {
+            // The derivatives by angles turn with n as if γ_k e_k were added to g_k …
+            let by = turns(simd, at, &vertex, &e);
+            let f = [e[0].scale(by[0]), e[1].scale(by[1]), e[2].scale(by[2])];
+            turned = [h[0] + f[1] - f[2], h[1] + f[2] - f[0], h[2] + f[0] - f[1]];
+            gamma = Some(by);
+        }
+        let [mut ab, mut ac, mut bc] = [zero; 3];
+        for axis in 0..3 {
+            ab[axis] = turned[0].cross(turn[0][axis]) - e[0].cross(change[0][axis]);
+            ac[axis] = turned[0].cross(turn[1][axis]) - e[0].cross(change[1][axis]);
+            bc[axis] = turned[1].cross(turn[1][axis]) - e[1].cross(change[1][axis]);
+        }
+        let across = q.cross_columns(simd);
+        for axis in 0..3 {
+            ab[axis] = ab[axis] - across[axis];
+            ac[axis] = ac[axis] + across[axis];
+            bc[axis] = bc[axis] - across[axis];
+        }
+        if let Some(gamma) = gamma {
+            // … and with the edges: ∂(γ e)/∂e = γ (1 - 2 e eᵀ/|e|²).
+            let across = n.cross_columns(simd);
+            for (block, k) in [(&mut ab, 2), (&mut ac, 1), (&mut bc, 0)] {
+                let double = simd.splat(2.0) / e[k].dot(e[k]);
+                let tilt = n.cross(e[k]).scale(double);
+                let along = e[k].array();
+                for axis in 0..3 {
+                    let column = across[axis] - tilt.scale(along[axis]);
+                    block[axis] = block[axis] + column.scale(gamma[k]);
+                }
+            }
+        }
+        // Moving the triangle as a whole changes no force.
+        let [ba, ca, cb] = [transposed(ab), transposed(ac), transposed(bc)];
+        [ab, ac, bc, minus_sum(ab, ac), minus_sum(ba, bc), minus_sum(ca, cb)]
+    }
+
+    /// `Σ_k f_k ∂U/∂A_k` with f the shares of the corners.
+    #[inline(always)]
+    fn area_factors(&self, element: [u32; LANES]) -> [f64; LANES] {
+        element.map(|t| {
+            let corners = self.shape.sheet.triangles()[t as usize];
+            let by_area = corners.map(|v| self.bending.vertex[v as usize].by_area);
+            self.bending.area.area_factor(t as usize, by_area)
+        })
+    }
+}
+
+#[inline(always)]
+fn transposed<L: crate::parallel::simd::Lanes>([a, b, c]: Columns<L>) -> Columns<L> {
+    [
+        Lanes3 { x: a.x, y: b.x, z: c.x },
+        Lanes3 { x: a.y, y: b.y, z: c.y },
+        Lanes3 { x: a.z, y: b.z, z: c.z },
+    ]
+}
+
+#[inline(always)]
+fn minus_sum<L: crate::parallel::simd::Lanes>(a: Columns<L>, b: Columns<L>) -> Columns<L> {
+    [-(a[0] + b[0]), -(a[1] + b[1]), -(a[2] + b[2])]
+}
