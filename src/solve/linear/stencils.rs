@@ -191,50 +191,63 @@ impl Stencils {
         matrix: &mut BlockMatrix,
         element: impl Fn(usize, &mut Sink<'_>) + Sync,
     ) {
-        self.halve(0, self.touching.len(), self.all(matrix), &|numbers, mut rows| {
-            for &number in numbers {
+        by_rows(matrix, &|block, first, last, value| {
+            let mut rows = Rows { stencils: self, first, last, value };
+            for &number in &self.touching[block] {
                 element(number as usize, &mut rows.sink(number));
             }
         });
     }
 
-    /// Lets `elements` add their blocks to `matrix` on wide registers.
-    pub fn assemble_wide(&self, matrix: &mut BlockMatrix, elements: &impl Elements) {
-        self.halve(0, self.touching.len(), self.all(matrix), &|numbers, rows| {
+    /// Lets the elements of two kinds add their blocks to `matrix` on wide registers. Both go
+    /// through the rows together, so that these come from the memory once.
+    pub fn assemble_wide(
+        matrix: &mut BlockMatrix,
+        (one, elements): (&Self, &impl Elements),
+        other: Option<(&Self, &impl Elements)>,
+    ) {
+        by_rows(matrix, &|block, first, last, value| {
+            let numbers = &one.touching[block];
+            let rows = Rows { stencils: one, first, last, value: &mut *value };
             dispatch(OneBlock { elements, numbers, rows });
+            if let Some((stencils, elements)) = other {
+                let numbers = &stencils.touching[block];
+                let rows = Rows { stencils, first, last, value };
+                dispatch(OneBlock { elements, numbers, rows });
+            }
         });
-    }
-
-    fn all<'a>(&self, matrix: &'a mut BlockMatrix) -> &'a mut [Block] {
-        debug_assert!(self.fit(matrix.pattern()));
-        matrix.values_mut()
     }
 
     #[inline(always)]
     fn vertices(&self, e: usize) -> &[u32] {
         &self.vertex[self.start[e] as usize..self.start[e + 1] as usize]
     }
+}
 
-    fn halve(
-        &self,
-        first: usize,
-        last: usize,
-        value: &mut [Block],
-        add: &(impl Fn(&[u32], Rows<'_>) + Sync),
-    ) {
-        let row = |block: usize| (block * ROWS).min(self.pattern.rows());
-        if last - first > 1 {
-            let middle = first.midpoint(last);
-            let size = self.pattern.start(row(middle)) - self.pattern.start(row(first));
-            let (low, high) = value.split_at_mut(size);
-            rayon::join(
-                || self.halve(first, middle, low, add),
-                || self.halve(middle, last, high, add),
-            );
-        } else if last > first {
-            let rows = Rows { stencils: self, first: row(first), last: row(last), value };
-            add(&self.touching[first], rows);
-        }
+/// Hands every block of rows (its number, first row, end, values) to `add`, in parallel.
+fn by_rows(matrix: &mut BlockMatrix, add: &(impl Fn(usize, usize, usize, &mut [Block]) + Sync)) {
+    let pattern = Arc::clone(matrix.pattern());
+    halve(&pattern, 0, pattern.rows().div_ceil(ROWS), matrix.values_mut(), add);
+}
+
+fn halve(
+    pattern: &BlockPattern,
+    first: usize,
+    last: usize,
+    value: &mut [Block],
+    add: &(impl Fn(usize, usize, usize, &mut [Block]) + Sync),
+) {
+    let row = |block: usize| (block * ROWS).min(pattern.rows());
+    if last - first > 1 {
+        let middle = first.midpoint(last);
+        let size = pattern.start(row(middle)) - pattern.start(row(first));
+        let (low, high) = value.split_at_mut(size);
+        rayon::join(
+            || halve(pattern, first, middle, low, add),
+            || halve(pattern, middle, last, high, add),
+        );
+    } else if last > first {
+        add(first, row(first), row(last), value);
     }
 }
 

@@ -31,7 +31,7 @@ use crate::effects::HessianPart;
 use crate::geometry::Shape;
 use crate::num::index;
 use crate::sheet::Sheet;
-use crate::solve::linear::{BlockMatrix, LazyStencils};
+use crate::solve::linear::{BlockMatrix, LazyStencils, Stencils};
 
 use rings::Outer;
 use triangles::Inner;
@@ -105,15 +105,16 @@ pub(super) fn add(
     let local = places.local.get_or_insert_with(|| Local::new(sheet));
     let full = part == HessianPart::Full;
     let second_order = full && bending.weight == BendingWeight::Paper;
-    rings.assemble_wide(into, &Outer { bending, shape: *shape, local, second_order });
-    if full {
-        let triangles = places.triangles.for_pattern(into.pattern(), || {
+    let outer = Outer { bending, shape: *shape, local, second_order };
+    let inner = Inner { bending, shape: *shape };
+    let triangles = full.then(|| {
+        places.triangles.for_pattern(into.pattern(), || {
             sheet.triangles().iter().map(|t| {
                 let mut t = *t;
                 t.sort_unstable();
                 t
             })
-        });
-        triangles.assemble_wide(into, &Inner { bending, shape: *shape });
-    }
+        })
+    });
+    Stencils::assemble_wide(into, (rings, &outer), triangles.map(|places| (places, &inner)));
 }
