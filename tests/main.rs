@@ -17,6 +17,7 @@
 mod answers;
 mod chebyshev;
 mod common;
+mod coupled;
 mod diffusion;
 mod examples;
 mod house;

@@ -271,4 +271,86 @@ impl Transport for Cotan {
     fn spectral_bound(&self) -> f64 {
         self.coefficient * self.bound
     }
+
+    fn entries(&self, sheet: &Sheet, emit: &mut dyn FnMut(usize, usize, f64)) {
+        let neighbours = sheet.vertex_edges();
+        for i in 0..sheet.vertex_count() {
+            // Rows per area; columns from values to densities.
+            let (per, density): (f64, &dyn Fn(usize) -> f64) = match self.measure {
+                Measure::Concentration => (self.area[i], &|_| 1.0),
+                Measure::Amount => (self.rest_area[i], &|j| self.rest_area[j] / self.area[j]),
+            };
+            let mut diagonal = 0.0;
+            for &(e, j) in neighbours.of(i) {
+                let flow = self.coefficient * self.weight[e as usize] / per;
+                emit(i, j as usize, flow * density(j as usize));
+                diagonal -= flow;
+            }
+            emit(i, i, diagonal * density(i));
+        }
+    }
+
+    fn shape_derivatives(
+        &self,
+        sheet: &Sheet,
+        x: &[Vec3],
+        c: &[f64],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if self.frozen {
+            return;
+        }
+        let amount = self.measure == Measure::Amount;
+        let density =
+            |i: usize| if amount { c[i] * self.rest_area[i] / self.area[i] } else { c[i] };
+        let per = |i: usize| if amount { self.rest_area[i] } else { self.area[i] };
+        let mut rate = vec![0.0; c.len()];
+        self.add_rate(sheet, c, &mut rate);
+        let neighbours = sheet.vertex_edges();
+        for triangle in sheet.triangles() {
+            let v = triangle.map(|v| v as usize);
+            let [a, b, d] = v.map(|v| x[v]);
+            let e = [d - b, a - d, b - a];
+            let normal = e[0].cross(&e[1]);
+            let double = normal.norm();
+            let normal = normal / double;
+            // ∂A/∂x_m = ½ n × e_m.
+            let by_area = e.map(|e| 0.5 * normal.cross(&e));
+            for k in 0..3 {
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                // cot θ_k = -e_i·e_j/2A drives the flow between the ends of the opposite edge.
+                let cot = -e[i].dot(&e[j]) / double;
+                let flow = 0.5 * self.coefficient * (density(v[j]) - density(v[i]));
+                for m in 0..3 {
+                    let by_dot = match (m + 3 - k) % 3 {
+                        // e_i = x_k - x_j, e_j = x_i - x_k.
+                        0 => e[j] - e[i],
+                        1 => e[i],
+                        _ => -e[j],
+                    };
+                    let by = -by_dot / double - (2.0 * cot / double) * by_area[m];
+                    emit(v[i], v[m], (flow / per(v[i])) * by);
+                    emit(v[j], v[m], (-flow / per(v[j])) * by);
+                }
+            }
+            // Areas of the vertices: of the row, or of the densities.
+            for m in 0..3 {
+                let third = by_area[m] / 3.0;
+                for i in v {
+                    if amount {
+                        let slope = -density(i) / self.area[i];
+                        let mut own = 0.0;
+                        for &(edge, j) in neighbours.of(i) {
+                            let flow = self.coefficient * self.weight[edge as usize] * slope;
+                            emit(j as usize, v[m], (flow / per(j as usize)) * third);
+                            own -= flow;
+                        }
+                        emit(i, v[m], (own / per(i)) * third);
+                    } else {
+                        emit(i, v[m], (-rate[i] / self.area[i]) * third);
+                    }
+                }
+            }
+        }
+    }
 }

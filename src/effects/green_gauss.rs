@@ -139,4 +139,42 @@ impl Transport for GreenGauss {
     fn spectral_bound(&self) -> f64 {
         self.coefficient * self.bound
     }
+
+    fn entries(&self, sheet: &Sheet, emit: &mut dyn FnMut(usize, usize, f64)) {
+        let (triangles, around) = (sheet.triangles(), sheet.vertex_triangles());
+        // The four steps of the Laplacian, backwards from each face: mean gradients at the corners,
+        // gradients of the faces around, means of the values at their corners.
+        for (t, corners) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let outer = self.coefficient
+                    * (self.edge_normal[t][(k + 1) % 3] + self.edge_normal[t][(k + 2) % 3]);
+                let v = corners[k] as usize;
+                let outer = outer - self.conormal[v] * self.conormal[v].dot(&outer);
+                for &(f, own) in around.of(v) {
+                    let f = f as usize;
+                    let share = self.average.share(f, own as usize, v);
+                    for m in 0..3 {
+                        let normal =
+                            self.edge_normal[f][(m + 1) % 3] + self.edge_normal[f][(m + 2) % 3];
+                        let slope = share * outer.dot(&normal);
+                        let w = triangles[f][m] as usize;
+                        for &(g, own) in around.of(w) {
+                            let share = self.average.share(g as usize, own as usize, w);
+                            emit(t, g as usize, slope * share);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Left out: implicit solvers see the shape's part through the residual alone.
+    fn shape_derivatives(
+        &self,
+        _: &Sheet,
+        _: &[Vec3],
+        _: &[f64],
+        _: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+    }
 }

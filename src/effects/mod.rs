@@ -138,6 +138,20 @@ pub trait Transport: Send + Sync {
 
     /// A bound on the largest decay rate, 1/time.
     fn spectral_bound(&self) -> f64;
+
+    /// Hands the matrix of the transport to `emit` as (point, by point, value); order and pairs
+    /// depend on the sheet alone, pairs may come more than once.
+    fn entries(&self, sheet: &Sheet, emit: &mut dyn FnMut(usize, usize, f64));
+
+    /// Hands the derivatives of the rate at `c` by positions to `emit` as (point, by vertex, vector),
+    /// in an order that depends on the sheet alone.
+    fn shape_derivatives(
+        &self,
+        sheet: &Sheet,
+        x: &[Vec3],
+        c: &[f64],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    );
 }
 
 /// Which second derivatives are wanted.
@@ -163,6 +177,17 @@ pub trait Energy: Send + Sync {
 
     /// Adds second derivatives (blocks `∂²U/∂x_i∂x_j`, j ≥ i) to `into`.
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix);
+
+    /// Hands all `∂²U/∂x_i∂l̄_e` that can be different from zero to `emit` as (i, e, vector): how the
+    /// forces change with the optimal lengths. Which pairs come in which order depends on the sheet
+    /// alone; a pair may come more than once, and then counts as the sum. Nothing for an energy
+    /// that knows no optimal lengths.
+    fn metric_derivatives(
+        &mut self,
+        _shape: &Shape<'_>,
+        _emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+    }
 
     /// Size of the force on a vertex at unit strain, for tolerances; 0 if it has none.
     fn force_scale(&self) -> f64 {

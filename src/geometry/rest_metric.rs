@@ -105,6 +105,34 @@ impl RestMetric {
         &self.weight_area
     }
 
+    /// `∂Ā_T/∂l̄` by the three edges of triangle `t`, opposite each corner; zeros where there is no
+    /// triangle.
+    #[must_use]
+    pub fn area_gradient(&self, sheet: &Sheet, t: usize) -> [f64; 3] {
+        let area = self.area[t];
+        if !(area > 0.0) {
+            return [0.0; 3];
+        }
+        let side = sheet.triangle_edges()[t].map(|e| self.length[e as usize]);
+        let square = side.map(|l| l * l);
+        let sum: f64 = square.iter().sum();
+        std::array::from_fn(|k| side[k] * (sum - 2.0 * square[k]) / (8.0 * area))
+    }
+
+    /// Derivatives of [`RestMetric::weight_area`] by the three edges of triangle `t`.
+    #[must_use]
+    pub fn weight_area_gradient(&self, sheet: &Sheet, t: usize) -> [f64; 3] {
+        if self.weight_area[t] <= self.area[t] {
+            return self.area_gradient(sheet, t);
+        }
+        let edges = sheet.triangle_edges()[t].map(|e| e as usize);
+        let factor = edges.map(|e| self.length[e] / self.reference_length[e]);
+        let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
+        edges.map(|e| {
+            LEAST_AREA * 2.0 / 3.0 * mean * self.reference_area[t] / self.reference_length[e]
+        })
+    }
+
     /// The first triangle whose optimal lengths violate the triangle inequality.
     #[must_use]
     pub fn impossible_triangle(&self) -> Option<usize> {

@@ -129,7 +129,8 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let fields = Fields::new(scene, chemistry.as_ref(), area, rest_area, &material)?;
     let (tolerance, iterations) =
         (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
-    let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations);
+    let drag = scene.material.drag.get();
+    let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations, drag);
     Ok(Setup { sheet, system, state, integrator, plugin, fields, notes })
 }
 

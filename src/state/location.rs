@@ -41,6 +41,42 @@ impl FaceVertexAverage {
         });
     }
 
+    /// Share of triangle `t`, of which it is corner `k`, in the average at `vertex`.
+    #[must_use]
+    pub fn share(&self, t: usize, k: usize, vertex: usize) -> f64 {
+        self.weight[t][k] / self.total[vertex]
+    }
+
+    /// Hands the derivatives of the average of `faces` at `vertex` by positions to `emit` as (by
+    /// vertex, vector): with `p = 1/|x_k - centre|` the derivative of p is
+    /// `-p³ (x_k - centre)` by `x_k - centre`.
+    pub fn shape_derivatives(
+        &self,
+        sheet: &Sheet,
+        x: &[Vec3],
+        faces: &[f64],
+        vertex: usize,
+        mut emit: impl FnMut(usize, Vec3),
+    ) {
+        let around = sheet.vertex_triangles().of(vertex);
+        let mean: f64 = around
+            .iter()
+            .map(|&(t, k)| self.share(t as usize, k as usize, vertex) * faces[t as usize])
+            .sum();
+        for &(t, k) in around {
+            let (t, k) = (t as usize, k as usize);
+            let corners = sheet.triangles()[t].map(|v| v as usize);
+            let [a, b, c] = corners.map(|v| x[v]);
+            let arm = x[vertex] - (a + b + c) / 3.0;
+            let p = self.weight[t][k];
+            let by_arm = (-(p * p * p) * (faces[t] - mean) / self.total[vertex]) * arm;
+            for (m, v) in corners.into_iter().enumerate() {
+                let share = if m == k { 2.0 / 3.0 } else { -1.0 / 3.0 };
+                emit(v, share * by_arm);
+            }
+        }
+    }
+
     /// Writes the average of `faces` at every vertex; scalars or vectors.
     pub fn apply<T>(&self, sheet: &Sheet, faces: &[T], vertices: &mut [T])
     where

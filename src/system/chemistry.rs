@@ -127,9 +127,36 @@ impl Chemistry {
         if !self.descriptor().capabilities.length_factor {
             return Ok(None);
         }
+        self.factor_at(Location::Edge, &self.at_edges(sheet, species)).map(Some)
+    }
+
+    /// ∂Φ/∂c at every edge, one column a species; `None` if the kinetics gives no length factor.
+    ///
+    /// # Errors
+    /// As for [`Chemistry::length_factor`].
+    pub fn length_factor_slopes(
+        &self,
+        sheet: &Sheet,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<Vec<f64>>>, KineticsError> {
+        if !self.descriptor().capabilities.length_factor {
+            return Ok(None);
+        }
+        let at_edges = self.at_edges(sheet, species);
+        let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
+        let (location, count) = (Location::Edge, sheet.edges().len());
+        let batch = Batch { location, first: 0, count, species: &columns, signals: &[] };
+        let mut factor = vec![1.0; count];
+        let mut slopes = vec![vec![0.0; count]; species.len()];
+        let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
+        field::length_factor_partials(self.kinetics.as_ref(), &batch, &mut factor, &mut out)?;
+        Ok(Some(slopes))
+    }
+
+    /// Means of the ends of every edge.
+    fn at_edges(&self, sheet: &Sheet, species: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let edges = sheet.edges();
-        let at_edges: Vec<Vec<f64>> = self
-            .at_vertices(sheet, species)
+        self.at_vertices(sheet, species)
             .iter()
             .map(|c| {
                 let mut mean = vec![0.0; edges.len()];
@@ -139,8 +166,31 @@ impl Chemistry {
                 });
                 mean
             })
-            .collect();
-        self.factor_at(Location::Edge, &at_edges).map(Some)
+            .collect()
+    }
+
+    /// The average that carries species from faces to vertices, if they live on faces.
+    #[must_use]
+    pub fn average(&self) -> Option<&FaceVertexAverage> {
+        self.average.as_ref()
+    }
+
+    /// Hands the points whose values make up the value at `vertex` to `each`, with their shares.
+    pub fn sources_of_vertex(
+        &self,
+        sheet: &Sheet,
+        vertex: usize,
+        mut each: impl FnMut(usize, f64),
+    ) {
+        match &self.average {
+            None => each(vertex, 1.0),
+            Some(average) => {
+                for &(t, k) in sheet.vertex_triangles().of(vertex) {
+                    let (t, k) = (t as usize, k as usize);
+                    each(t, average.share(t, k, vertex));
+                }
+            }
+        }
     }
 
     /// Length factor Φ where the species live.
@@ -198,6 +248,31 @@ impl Chemistry {
         Ok(())
     }
 
+    /// Partial derivatives of the reaction rates, column `s · inputs + j` for rate s by input j:
+    /// species, then signal columns.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn reaction_partials(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+    ) -> Result<field::Columns, KineticsError> {
+        let count = species.first().map_or(0, |c| c.len());
+        let (n, inputs) = (species.len(), self.descriptor().inputs());
+        let mut rates = field::Columns::new(n, count);
+        let mut partials = field::Columns::new(n * inputs, count);
+        self.batch(species, signals, |batch| {
+            field::rate_partials(
+                self.kinetics.as_ref(),
+                batch,
+                &mut rates.slices_mut(),
+                &mut partials.slices_mut(),
+            )
+        })?;
+        Ok(partials)
+    }
+
     /// Adds D Δ_x c of every species that a scene lets diffuse.
     pub fn add_transport(&self, sheet: &Sheet, species: &[&[f64]], out: &mut [&mut [f64]]) {
         for transport in &self.transport {
@@ -218,16 +293,7 @@ impl Chemistry {
     ) -> Result<f64, KineticsError> {
         let count = species.first().map_or(0, |c| c.len());
         let (n, inputs) = (species.len(), self.descriptor().inputs());
-        let mut rates = field::Columns::new(n, count);
-        let mut partials = field::Columns::new(n * inputs, count);
-        self.batch(species, signals, |batch| {
-            field::rate_partials(
-                self.kinetics.as_ref(),
-                batch,
-                &mut rates.slices_mut(),
-                &mut partials.slices_mut(),
-            )
-        })?;
+        let partials = self.reaction_partials(species, signals)?;
         let mut reaction: f64 = 0.0;
         for s in 0..n {
             let row = |p: usize| -> f64 {

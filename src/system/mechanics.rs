@@ -156,6 +156,14 @@ impl Mechanics {
         into.pin(&self.pins, scale);
     }
 
+    /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
+    pub fn metric_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        let shape = Shape { sheet: &self.sheet, metric: &self.metric, x };
+        for effect in &mut self.energies {
+            effect.metric_derivatives(&shape, emit);
+        }
+    }
+
     /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
     /// `share` of what it was, and it does not turn over.
     pub fn keeps_triangles(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {

@@ -9,10 +9,12 @@
 //! rates of the second, signals and length factors in between.
 
 mod chemistry;
+mod coupled;
 mod mechanics;
 mod signals;
 
 pub use chemistry::{Chemistry, SignalColumns};
+pub use coupled::{Coupled, CoupledWork, Layout};
 pub use mechanics::{Mechanics, Pins};
 pub use signals::{Signals, TensionReading};
 
@@ -32,12 +34,14 @@ pub struct System {
     equilibrium: Option<Box<dyn Equilibrium>>,
     force_tolerance: f64,
     max_iterations: usize,
+    drag: f64,
     interrupted: Box<dyn Fn() -> bool + Send + Sync>,
     chebyshev: Chebyshev,
 }
 
 impl System {
-    /// Puts the pieces together; without `equilibrium` the shape never moves.
+    /// Puts the pieces together; without `equilibrium` the shape never moves. `drag` is that of a
+    /// vertex, force per velocity.
     #[must_use]
     pub fn new(
         mechanics: Mechanics,
@@ -45,6 +49,7 @@ impl System {
         equilibrium: Option<Box<dyn Equilibrium>>,
         force_tolerance: f64,
         max_iterations: usize,
+        drag: f64,
     ) -> Self {
         Self {
             mechanics,
@@ -52,6 +57,7 @@ impl System {
             equilibrium,
             force_tolerance,
             max_iterations,
+            drag,
             interrupted: Box::new(|| false),
             chebyshev: Chebyshev::default(),
         }
@@ -60,6 +66,23 @@ impl System {
     /// Sets the question that long work asks now and then: `true` gives up.
     pub fn set_interrupt(&mut self, interrupted: impl Fn() -> bool + Send + Sync + 'static) {
         self.interrupted = Box::new(interrupted);
+    }
+
+    /// Drag of a vertex, force per velocity.
+    #[must_use]
+    pub fn drag(&self) -> f64 {
+        self.drag
+    }
+
+    /// Whether the shape can move.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.equilibrium.is_some()
+    }
+
+    /// Both halves, if there is kinetics.
+    pub(crate) fn chemistry_apart(&mut self) -> Option<(&Chemistry, &mut Mechanics)> {
+        self.chemistry.as_ref().map(|chemistry| (chemistry, &mut self.mechanics))
     }
 
     /// The mechanical half.

@@ -17,6 +17,10 @@
 //! the stress of an isotropic strain; `mean`, `Y ē`; `paper`, the printed `(Y/3) Σ_j (A_j/Ā_j - 1)`
 //! over the adjacent triangles, `2Y ē` where six meet (and on faces).
 
+mod derivatives;
+
+pub use derivatives::Derivatives;
+
 use serde::{Deserialize, Serialize};
 
 use crate::Vec3;

@@ -249,6 +249,30 @@ impl Energy for HingeBending {
         element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut self.pull, gradient)
     }
 
+    fn metric_derivatives(&mut self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        let (sheet, metric) = (shape.sheet, shape.metric);
+        for (h, corners) in self.corners.iter().enumerate() {
+            let e = self.edge[h] as usize;
+            let corners = corners.map(|v| v as usize);
+            let (_, pull) = self.hinge[h].gradient(&corners.map(|v| shape.x[v]));
+            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2).
+            let mut by = |f: usize, slope: f64| {
+                for (v, pull) in corners.into_iter().zip(pull) {
+                    emit(v, f, slope * pull);
+                }
+            };
+            by(e, 2.0 / metric.length()[e]);
+            let sides = sheet.edges()[e].triangles.map(|t| t as usize);
+            let area: f64 = sides.iter().map(|&t| metric.weight_area()[t]).sum();
+            for t in sides {
+                let slopes = metric.weight_area_gradient(sheet, t);
+                for (f, slope) in sheet.triangle_edges()[t].into_iter().zip(slopes) {
+                    by(f as usize, -slope / area);
+                }
+            }
+        }
+    }
+
     fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
         let hinge = &self.hinge;
         let mesh = Mesh { corners: &self.corners, incident: &self.incident };

@@ -158,6 +158,39 @@ impl Energy for BondStretching {
         });
     }
 
+    fn metric_derivatives(&mut self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        let sheet = shape.sheet;
+        let triangles = sheet.triangle_edges();
+        let (length, stiffness, modulus) = (&self.length, &self.stiffness, self.modulus);
+        let bond = |e: usize| {
+            let [i, j] = sheet.edges()[e].vertices.map(|v| v as usize);
+            let d = shape.x[i] - shape.x[j];
+            let l = d.norm();
+            (i, j, d / l, l)
+        };
+        // The force k (l - l̄) d of a bond with k = Y w/l̄², by its own l̄ …
+        for e in 0..sheet.edges().len() {
+            let (i, j, d, l) = bond(e);
+            let slope = stiffness[e] * (1.0 - 2.0 * l / length[e]);
+            emit(i, e, slope * d);
+            emit(j, e, -slope * d);
+        }
+        // … and by the lengths that its weight depends on.
+        if self.weight == StretchingWeight::OptimalArea {
+            for (t, edges) in triangles.iter().enumerate() {
+                let by_length = shape.metric.weight_area_gradient(sheet, t);
+                for e in edges.map(|e| e as usize) {
+                    let (i, j, d, l) = bond(e);
+                    let force = modulus * (l - length[e]) / (length[e] * length[e]);
+                    for (f, slope) in edges.map(|f| f as usize).into_iter().zip(by_length) {
+                        emit(i, f, (force * slope) * d);
+                        emit(j, f, (-force * slope) * d);
+                    }
+                }
+            }
+        }
+    }
+
     fn force_scale(&self) -> f64 {
         self.force_scale
     }

@@ -36,6 +36,9 @@
 //! divided by zero where Φ jumps, and U stays continuous in Φ; such a triangle is never free of
 //! stress, which is true of three lengths that do not fit.
 //!
+//! **By the optimal lengths.** `∂s/∂b = (∂M/∂b) q - M` with `b = l̄²` and `M = κ P Q P/(256 Ā³)`,
+//! `κ = Y₂/(1-ν²)`, `P = 1 1ᵀ - 2`, `Q_kl = (1-ν) (ē_k·ē_l)² + ν b_k b_l`, which is a polynomial.
+//!
 //! Source: e.g. Ciarlet, *Mathematical Elasticity I* (1988), section 3.9; the quadratic form in
 //! squared lengths is derived here. Not covered: StVK softens under strong compression (at
 //! `l/l̄ < 1/√3` in one direction), so nothing but the solver keeps a triangle from turning over.
@@ -70,11 +73,7 @@ impl Membrane {
     /// From the optimal and the rest lengths, `Y₂` and ν.
     fn new(optimal: [f64; 3], rest: [f64; 3], modulus: f64, poisson: f64) -> Self {
         let square = possible(Vector3::from(optimal.map(|l| l * l)), rest.map(|l| l * l));
-        let sum = square.sum();
-        // ē_k·ē_l, from ē_0 + ē_1 + ē_2 = 0.
-        let gram = Matrix3::from_fn(|k, l| {
-            if k == l { square[k] } else { 0.5 * (sum - 2.0 * (square[k] + square[l])) }
-        });
+        let gram = gram(&square);
         let area_squared = sixteen_area_squared(&square) / 16.0;
         let stiffness = area_squared.sqrt() * modulus / (1.0 - poisson * poisson);
         let form = Matrix3::from_fn(|k, l| {
@@ -91,6 +90,45 @@ impl Membrane {
         let q = Vector3::from(e.map(|e| e.norm_squared())) - self.square;
         (e, self.form * q, q)
     }
+}
+
+/// Derivatives of [`Membrane::state`]'s s by the squares of the optimal lengths, as columns.
+fn slopes(
+    square: &Vector3<f64>,
+    form: &Matrix3<f64>,
+    q: &Vector3<f64>,
+    (modulus, poisson): (f64, f64),
+) -> Matrix3<f64> {
+    let sum = square.sum();
+    let gram = gram(square);
+    let area_squared = sixteen_area_squared(square) / 16.0;
+    let turn = Matrix3::repeat(1.0) - 2.0 * Matrix3::identity();
+    let stiffness =
+        modulus / (1.0 - poisson * poisson) / (256.0 * area_squared * area_squared.sqrt());
+    let mut by = -form;
+    for f in 0..3 {
+        let is = |k: usize| if k == f { 1.0 } else { 0.0 };
+        let rise = Matrix3::from_fn(|k, l| {
+            let by_gram = if k == l { is(k) } else { 0.5 - is(k) - is(l) };
+            2.0 * (1.0 - poisson) * gram[(k, l)] * by_gram
+                + poisson * (is(k) * square[l] + square[k] * is(l))
+        });
+        let by_area = (sum - 2.0 * square[f]) / 8.0;
+        let change = stiffness * (turn * rise * turn) - (1.5 * by_area / area_squared) * form;
+        let column = change * q;
+        by.set_column(f, &(by.column(f) + column));
+    }
+    by
+}
+
+/// `ē_k·ē_l`, from ē_0 + ē_1 + ē_2 = 0.
+fn gram(square: &Vector3<f64>) -> Matrix3<f64> {
+    let sum = square.sum();
+    Matrix3::from_fn(
+        |k, l| {
+            if k == l { square[k] } else { 0.5 * (sum - 2.0 * (square[k] + square[l])) }
+        },
+    )
 }
 
 impl Element<3> for Membrane {
@@ -140,13 +178,7 @@ fn sixteen_area_squared(square: &Vector3<f64>) -> f64 {
 /// to `square`.
 fn possible(square: Vector3<f64>, rest: [f64; 3]) -> Vector3<f64> {
     let rest = Vector3::from(rest);
-    let rest_area = sixteen_area_squared(&rest);
-    // tr C and det C of the tensor with e⁰ᵀ C e⁰ = l̄².
-    let half_trace =
-        (0..3).map(|k| rest[k] * (square.sum() - 2.0 * square[k])).sum::<f64>() / rest_area;
-    let determinant = sixteen_area_squared(&square) / rest_area;
-    let spread = (half_trace * half_trace - determinant).max(0.0).sqrt();
-    let (large, small) = (half_trace + spread, half_trace - spread);
+    let Principal { large, small, .. } = Principal::new(&square, &rest);
     let least = LEAST_RATIO * large;
     if small >= least {
         return square;
@@ -154,6 +186,53 @@ fn possible(square: Vector3<f64>, rest: [f64; 3]) -> Vector3<f64> {
     // C + (least - small) u uᵀ with u uᵀ = (C - large)/(small - large).
     let share = (least - small) / (small - large);
     (1.0 + share) * square - (share * large) * rest
+}
+
+/// Derivatives of [`possible`] by `square`.
+fn possible_slopes(square: &Vector3<f64>, rest: [f64; 3]) -> Matrix3<f64> {
+    let rest = Vector3::from(rest);
+    let Principal { large, small, by_large, by_small } = Principal::new(square, &rest);
+    if small >= LEAST_RATIO * large {
+        return Matrix3::identity();
+    }
+    let (rise, gap) = (LEAST_RATIO * large - small, small - large);
+    let share = rise / gap;
+    let by_rise = LEAST_RATIO * by_large - by_small;
+    let by_share = by_rise / gap - (share / gap) * (by_small - by_large);
+    (1.0 + share) * Matrix3::identity() + square * by_share.transpose()
+        - rest * (large * by_share + share * by_large).transpose()
+}
+
+/// Principal values of the tensor C with `e⁰ᵀ C e⁰ = l̄²`, and their derivatives by the squares.
+struct Principal {
+    large: f64,
+    small: f64,
+    by_large: Vector3<f64>,
+    by_small: Vector3<f64>,
+}
+
+impl Principal {
+    fn new(square: &Vector3<f64>, rest: &Vector3<f64>) -> Self {
+        let rest_area = sixteen_area_squared(rest);
+        let by_trace = Vector3::from_fn(|k, _| (rest.sum() - 2.0 * rest[k]) / rest_area);
+        let half_trace = by_trace.dot(square);
+        let determinant = sixteen_area_squared(square) / rest_area;
+        let by_determinant =
+            Vector3::from_fn(|k, _| 2.0 * (square.sum() - 2.0 * square[k]) / rest_area);
+        let spread = (half_trace * half_trace - determinant).max(0.0).sqrt();
+        // Where both values are the same they are not differentiable; nor are they then raised.
+        let by_spread = if spread > 0.0 {
+            (half_trace * by_trace - 0.5 * by_determinant) / spread
+        } else {
+            Vector3::zeros()
+        };
+        Self {
+            large: half_trace + spread,
+            small: half_trace - spread,
+            by_large: by_trace + by_spread,
+            by_small: by_trace - by_spread,
+        }
+    }
 }
 
 /// StVK stretching of one sheet.
@@ -213,6 +292,26 @@ impl Energy for StvkStretching {
         let membrane = &self.membrane;
         let mesh = Mesh::triangles(shape.sheet);
         element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut self.places, into);
+    }
+
+    fn metric_derivatives(&mut self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        let (optimal, rest) = (shape.metric.length(), shape.metric.reference_length());
+        let material = (self.modulus, self.poisson);
+        for (t, membrane) in self.membrane.iter().enumerate() {
+            let edges = shape.sheet.triangle_edges()[t].map(|e| e as usize);
+            let corners = shape.sheet.triangles()[t].map(|v| v as usize);
+            let (e, _, q) = membrane.state(&shape.corners(t));
+            let given = Vector3::from(edges.map(|e| optimal[e] * optimal[e]));
+            let possible = possible_slopes(&given, edges.map(|e| rest[e] * rest[e]));
+            let slopes = slopes(&membrane.square, &membrane.form, &q, material) * possible;
+            for (f, edge) in edges.into_iter().enumerate() {
+                let s = (2.0 * optimal[edge]) * slopes.column(f);
+                for (k, v) in corners.into_iter().enumerate() {
+                    let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+                    emit(v, edge, 2.0 * (s[next] * e[next] - s[last] * e[last]));
+                }
+            }
+        }
     }
 
     fn force_scale(&self) -> f64 {

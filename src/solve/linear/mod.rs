@@ -8,6 +8,7 @@ mod full_rows;
 mod ldlt;
 mod multigrid;
 mod prolongator;
+mod sparse;
 mod stencils;
 
 pub use analysis::Precision;
@@ -15,4 +16,5 @@ pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use ldlt::BlockLdlt;
 pub use multigrid::Multigrid;
+pub use sparse::{Assembly, Entries, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};

@@ -1,0 +1,174 @@
+//! The one coupled system that every policy weighs: `M dy/dt = F(t, y)`.
+//!
+//! ```text
+//! y = (u, c),  u = x - X at the free directions of the vertices,  c point by point
+//! F = ( -∂U/∂x (x; l̄(c)),  D Δ_x c + R(c, signals(x, c), t) )
+//! M = diag( w_x · drag,  w_c )
+//! ```
+//!
+//! A policy is the two weights of M and nothing else. Held directions are no unknowns, so that the
+//! rows without storage stay regular. Displacements take the place of positions, so that relative
+//! tolerances do not depend on where the origin is.
+
+mod jacobian;
+mod layout;
+
+pub use layout::Layout;
+
+use super::System;
+use crate::solve::linear::Sparse;
+use crate::state::State;
+use crate::timescale::Storage;
+use crate::{Result, Vec3};
+use jacobian::Jacobian;
+
+/// Work done since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CoupledWork {
+    /// Evaluations of F.
+    pub residuals: usize,
+    /// Evaluations of ∂F/∂y.
+    pub jacobians: usize,
+}
+
+/// F, its derivatives and M of one [`System`] under one policy.
+pub struct Coupled {
+    layout: Layout,
+    mass: Vec<f64>,
+    state: State,
+    gradient: Vec<Vec3>,
+    jacobian: Option<Box<Jacobian>>,
+    work: CoupledWork,
+}
+
+impl Coupled {
+    /// The unknowns of `system`, weighed by `policy`.
+    #[must_use]
+    pub fn new(system: &mut System, policy: Storage) -> Self {
+        let layout = Layout::new(system);
+        let mut mass = vec![policy.mechanics * system.drag(); layout.mechanical()];
+        mass.resize(layout.unknowns(), policy.chemistry);
+        Self {
+            layout,
+            mass,
+            state: State::default(),
+            gradient: Vec::new(),
+            jacobian: None,
+            work: CoupledWork::default(),
+        }
+    }
+
+    /// Which unknown is what.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The diagonal of M; exactly 0 in rows without storage.
+    #[must_use]
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Work so far.
+    #[must_use]
+    pub fn work(&self) -> CoupledWork {
+        self.work
+    }
+
+    /// Absolute tolerances of the unknowns: `atol` times the mean edge for displacements, times the
+    /// species' typical magnitude for species.
+    #[must_use]
+    pub fn tolerances(&self, system: &mut System, atol: f64) -> Vec<f64> {
+        let edge = system.mechanics().metric().mean_edge();
+        let mut all = vec![atol * edge; self.layout.mechanical()];
+        if let Some(chemistry) = system.chemistry() {
+            let typical: Vec<f64> =
+                chemistry.descriptor().species.iter().map(|s| atol * s.typical).collect();
+            for _ in 0..self.layout.points() {
+                all.extend_from_slice(&typical);
+            }
+        }
+        all
+    }
+
+    /// Writes the unknowns of `state` to `y`.
+    pub fn pack(&self, system: &mut System, state: &State, y: &mut [f64]) {
+        self.layout.pack(system.mechanics().sheet().rest(), state, y);
+    }
+
+    /// Writes `y` into `state`, whose held directions stay as they are.
+    pub fn unpack(&self, system: &mut System, y: &[f64], time: f64, state: &mut State) {
+        self.layout.unpack(system.mechanics().sheet().rest(), y, state);
+        state.time = time;
+    }
+
+    /// Takes the held directions from `state`: before the first residual, and whenever they changed.
+    pub fn start(&mut self, state: &State) {
+        self.state.clone_from(state);
+    }
+
+    /// Writes F.
+    ///
+    /// # Errors
+    /// If the plugin fails, or optimal lengths make no triangle where strains are read.
+    pub fn residual(
+        &mut self,
+        system: &mut System,
+        time: f64,
+        y: &[f64],
+        out: &mut [f64],
+    ) -> Result<()> {
+        self.work.residuals += 1;
+        let mut state = std::mem::take(&mut self.state);
+        self.unpack(system, y, time, &mut state);
+        let done = self.evaluate(system, &state, out);
+        self.state = state;
+        done
+    }
+
+    fn evaluate(&mut self, system: &mut System, state: &State, out: &mut [f64]) -> Result<()> {
+        system.follow(state)?;
+        if self.layout.mechanical() > 0 {
+            self.gradient.resize(state.x.len(), Vec3::zeros());
+            system.mechanics().energy_gradient(&state.x, &mut self.gradient);
+            self.layout.pack_forces(&self.gradient, out);
+        }
+        if self.layout.species() > 0 {
+            let signals = system.signals(state);
+            let rates = system.rates(&state.species, &signals)?;
+            self.layout.pack_species(&rates, out);
+        }
+        Ok(())
+    }
+
+    /// ∂F/∂y.
+    ///
+    /// Exact but for the derivatives of the Green-Gauss scheme by positions, and of mixed-Voronoi
+    /// area fractions, which are left out.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn jacobian(&mut self, system: &mut System, time: f64, y: &[f64]) -> Result<&Sparse> {
+        self.work.jacobians += 1;
+        let mut state = std::mem::take(&mut self.state);
+        self.unpack(system, y, time, &mut state);
+        let layout = &self.layout;
+        let jacobian = &mut self.jacobian;
+        let mut fill = || -> Result<()> {
+            system.follow(&state)?;
+            match jacobian {
+                Some(jacobian) => jacobian.fill(system, layout, &state),
+                None => {
+                    let made = Jacobian::new(system, layout, &state)?;
+                    *jacobian = Some(Box::new(made));
+                    Ok(())
+                }
+            }
+        };
+        let done = fill();
+        self.state = state;
+        done?;
+        Ok(self.jacobian.get_or_insert_default().matrix())
+    }
+}

@@ -1,0 +1,3 @@
+//! The coupled system: its residual, its Jacobian, and the ways to integrate it.
+
+mod jacobian;
