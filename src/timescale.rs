@@ -4,6 +4,8 @@
 //! w_x · drag · dx/dt = -∂U/∂x          w_c · dc/dt = D Δ_x c + R
 //!
 //! quasi-static     (0, 1)    the shape follows the chemistry at once
+//! simultaneous     (1, 1)    both take their time
+//! chemistry-fast   (1, 0)    the chemistry follows the shape at once
 //! ```
 //!
 //! A policy is nothing but this pair of weights; effects never learn which one runs.
@@ -32,20 +34,46 @@ pub trait PolicySpec: std::fmt::Debug + Send + Sync {
     fn storage(&self) -> Storage;
 }
 
-/// Mechanics without storage: equilibrium at every time.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct QuasiStatic {}
+macro_rules! policy {
+    ($(#[$doc:meta])* $type:ident, $name:literal, $mechanics:literal, $chemistry:literal) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $type {}
 
-#[typetag::serde(name = "quasi-static")]
-impl PolicySpec for QuasiStatic {
-    fn name(&self) -> String {
-        "quasi-static".into()
-    }
+        #[typetag::serde(name = $name)]
+        impl PolicySpec for $type {
+            fn name(&self) -> String {
+                $name.into()
+            }
 
-    fn storage(&self) -> Storage {
-        Storage { mechanics: 0.0, chemistry: 1.0 }
-    }
+            fn storage(&self) -> Storage {
+                Storage { mechanics: $mechanics, chemistry: $chemistry }
+            }
+        }
+
+        crate::register_kind!(dyn PolicySpec, $name, $type);
+    };
 }
 
-crate::register_kind!(dyn PolicySpec, "quasi-static", QuasiStatic);
+policy!(
+    /// Mechanics without storage: equilibrium at every time.
+    QuasiStatic,
+    "quasi-static",
+    0.0,
+    1.0
+);
+policy!(
+    /// Both rows keep their derivatives.
+    Simultaneous,
+    "simultaneous",
+    1.0,
+    1.0
+);
+policy!(
+    /// Chemistry without storage: steady at every time.
+    ChemistryFast,
+    "chemistry-fast",
+    1.0,
+    0.0
+);

@@ -21,7 +21,7 @@ use crate::sheet::{Sheet, SheetError};
 const LEAST_AREA: f64 = 0.1;
 
 /// Optimal lengths of the edges and optimal areas of the triangles.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct RestMetric {
     reference_length: Vec<f64>,
     length: Vec<f64>,

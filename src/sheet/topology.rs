@@ -112,7 +112,7 @@ impl Incidence {
 }
 
 /// A triangulated sheet in its rest state: an oriented manifold with or without a rim.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sheet {
     rest: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,

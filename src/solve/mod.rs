@@ -3,6 +3,8 @@
 pub mod chebyshev;
 pub mod equilibrium;
 pub mod linear;
+pub mod monolithic;
+pub mod ode;
 pub mod stability;
 pub mod staggered;
 
@@ -177,6 +179,16 @@ pub enum SolveError {
         range: (f64, f64),
         /// End time of the step.
         time: f64,
+    },
+    /// An implicit or explicit integrator of the library gave up.
+    #[error("the {method} integrator stopped at time {time}: {message}")]
+    Integrator {
+        /// Its name.
+        method: &'static str,
+        /// Time reached.
+        time: f64,
+        /// What it says.
+        message: String,
     },
     /// The smallest eigenvalues at a shape were not found.
     #[error("only {found} of the {wanted} smallest eigenvalues of the Hessian were found")]

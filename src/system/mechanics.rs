@@ -13,6 +13,7 @@ use crate::solve::linear::BlockMatrix;
 pub type Pins = Vec<[bool; 3]>;
 
 /// Energies, pins and the rest metric of one sheet.
+#[derive(Default)]
 pub struct Mechanics {
     sheet: Arc<Sheet>,
     metric: RestMetric,

@@ -39,6 +39,13 @@ pub struct System {
     chebyshev: Chebyshev,
 }
 
+impl Default for System {
+    /// No sheet and no effects: what stays behind where a system is lent.
+    fn default() -> Self {
+        Self::new(Mechanics::default(), None, None, 0.0, 0, 1.0)
+    }
+}
+
 impl System {
     /// Puts the pieces together; without `equilibrium` the shape never moves. `drag` is that of a
     /// vertex, force per velocity.
@@ -66,6 +73,12 @@ impl System {
     /// Sets the question that long work asks now and then: `true` gives up.
     pub fn set_interrupt(&mut self, interrupted: impl Fn() -> bool + Send + Sync + 'static) {
         self.interrupted = Box::new(interrupted);
+    }
+
+    /// Whether the user asked to stop.
+    #[must_use]
+    pub fn interrupted(&self) -> bool {
+        (self.interrupted)()
     }
 
     /// Drag of a vertex, force per velocity.

@@ -72,6 +72,13 @@ impl Sparse {
         &mut self.value
     }
 
+    /// Multiplies every row by a number.
+    pub fn scale_rows(&mut self, by: &[f64]) {
+        for (i, by) in by.iter().enumerate() {
+            self.value[self.start[i]..self.start[i + 1]].iter_mut().for_each(|v| *v *= by);
+        }
+    }
+
     /// Places of the first entry of every row.
     #[must_use]
     pub fn starts(&self) -> &[usize] {

@@ -1,5 +1,6 @@
 //! Which unknown of the coupled system is what.
 
+use super::gauge;
 use crate::Vec3;
 use crate::num::index;
 use crate::state::State;
@@ -19,13 +20,19 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Free directions first (none if the shape never moves), then species point by point.
-    pub(super) fn new(system: &mut System) -> Self {
+    /// Free directions first (none if the shape never moves), then species point by point. If the
+    /// shape is `still`, without storage, rigid motions are held too.
+    pub(super) fn new(system: &mut System, still: bool) -> Self {
         let moves = system.moves();
         let mechanics = system.mechanics();
+        let mut pins = mechanics.pins().clone();
+        if moves && still {
+            for (vertex, axis) in gauge::directions(mechanics.sheet().rest(), &pins) {
+                pins[vertex][axis] = true;
+            }
+        }
         let mut mechanical = 0;
-        let place = mechanics
-            .pins()
+        let place = pins
             .iter()
             .map(|held| {
                 held.map(|held| {

@@ -6,17 +6,20 @@
 //! M = diag( w_x · drag,  w_c )
 //! ```
 //!
-//! A policy is the two weights of M and nothing else. Held directions are no unknowns, so that the
-//! rows without storage stay regular. Displacements take the place of positions, so that relative
+//! A policy is the two weights of M and nothing else. Held directions are no unknowns, and where the
+//! shape has no storage neither are its rigid motions, so that its rows stay regular. Displacements take the place of positions, so that relative
 //! tolerances do not depend on where the origin is.
 
+mod gauge;
 mod jacobian;
 mod layout;
 
 pub use layout::Layout;
 
 use super::System;
-use crate::solve::linear::Sparse;
+use std::sync::Arc;
+
+use crate::solve::linear::{BlockPattern, Displacements, Sparse};
 use crate::state::State;
 use crate::timescale::Storage;
 use crate::{Result, Vec3};
@@ -45,7 +48,7 @@ impl Coupled {
     /// The unknowns of `system`, weighed by `policy`.
     #[must_use]
     pub fn new(system: &mut System, policy: Storage) -> Self {
-        let layout = Layout::new(system);
+        let layout = Layout::new(system, policy.mechanics == 0.0);
         let mut mass = vec![policy.mechanics * system.drag(); layout.mechanical()];
         mass.resize(layout.unknowns(), policy.chemistry);
         Self {
@@ -74,6 +77,17 @@ impl Coupled {
     #[must_use]
     pub fn work(&self) -> CoupledWork {
         self.work
+    }
+
+    /// Which unknowns are displacements, for linear solvers that treat them apart; `None` without any.
+    #[must_use]
+    pub fn displacements(&self, system: &mut System) -> Option<Displacements> {
+        let count = self.layout.mechanical();
+        (count > 0).then(|| Displacements {
+            place: self.layout.displacements().collect(),
+            count,
+            pattern: Arc::new(BlockPattern::two_rings(system.mechanics().sheet())),
+        })
     }
 
     /// Absolute tolerances of the unknowns: `atol` times the mean edge for displacements, times the

@@ -1,0 +1,326 @@
+//! diffsol's methods behind one face: one checked step at a time.
+
+use diffsol::{
+    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerSparseMat, FaerVec, NonLinearOp,
+    OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverProblem, OdeSolverState,
+    OdeSolverStopReason, RkState, Sdirk, Tableau, Vector, VectorCommon,
+};
+
+use super::{Equations, LinearChoice, NewtonSolver, OdeMethod, OdeProblem, OdeWork};
+use crate::solve::SolveError;
+use crate::solve::linear::Displacements;
+use crate::{Error, Result};
+
+/// How a problem is to be integrated.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The method.
+    pub method: OdeMethod,
+    /// The linear solver of implicit methods.
+    pub linear: LinearChoice,
+    /// Unknowns that are displacements, if there are any.
+    pub displacements: Option<Displacements>,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Absolute tolerances.
+    pub atol: Vec<f64>,
+    /// First step; chosen by the first slopes if not given.
+    pub step: Option<f64>,
+    /// A length of time that matters, for the least step and where slopes say nothing.
+    pub span: f64,
+}
+
+/// A step below this share of the first one gives up.
+const SHORTEST: f64 = 1e-9;
+/// Length of a step that is tried again, relative to the one that was taken back.
+const RETRY: f64 = 0.25;
+/// Tries at one step that end with numbers that are not finite or not allowed.
+const RETRIES: usize = 20;
+
+/// The diffsol problem of `equations`, to be kept where a [`Stepper`] can borrow it.
+///
+/// # Errors
+/// Tolerances of the wrong number, which is a fault of the caller.
+pub fn problem<P: OdeProblem>(
+    equations: Equations<P>,
+    time: f64,
+    options: &Options,
+) -> Result<OdeSolverProblem<Equations<P>>> {
+    let made = OdeBuilder::<FaerSparseMat<f64>>::new()
+        .t0(time)
+        .h0(options.span)
+        .rtol(options.rtol)
+        .atol(options.atol.iter().copied())
+        .build_from_eqn(equations);
+    let mut problem = made.map_err(|e| refusal(options.method, time, &e.to_string()))?;
+    // Counted over the solver's whole life: a long run would die of harmless failures.
+    problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
+    problem.ode_options.max_error_test_failures = usize::MAX;
+    Ok(problem)
+}
+
+fn refusal(method: OdeMethod, time: f64, message: &str) -> Error {
+    Error::Solve(SolveError::Integrator { method: method.name(), time, message: message.into() })
+}
+
+type Problem<P> = OdeSolverProblem<Equations<P>>;
+
+enum Method<'a, P: OdeProblem> {
+    Bdf(Box<Bdf<'a, Equations<P>, NewtonSolver>>),
+    Sdirk(Box<Sdirk<'a, Equations<P>, NewtonSolver>>),
+    Explicit(Box<ExplicitRk<'a, Equations<P>>>),
+}
+
+macro_rules! every {
+    ($method:expr, $solver:ident => $body:expr) => {
+        match $method {
+            Method::Bdf($solver) => $body,
+            Method::Sdirk($solver) => $body,
+            Method::Explicit($solver) => $body,
+        }
+    };
+}
+
+/// An integration under way.
+pub struct Stepper<'a, P: OdeProblem> {
+    problem: &'a Problem<P>,
+    options: Options,
+    method: Method<'a, P>,
+    /// Work of the solvers that were replaced.
+    before: OdeWork,
+    shortest: f64,
+}
+
+impl<'a, P: OdeProblem> Stepper<'a, P> {
+    /// From the start of `problem`.
+    ///
+    /// # Errors
+    /// If F cannot be evaluated there.
+    pub fn new(problem: &'a Problem<P>, options: &Options) -> Result<Self> {
+        let y = problem.eqn.init_vector();
+        let first = Self::first_step(problem, options, &y)?;
+        let shortest = SHORTEST * first;
+        let method = Self::start(problem, options, problem.t0, y, first, shortest)?;
+        let before = OdeWork::default();
+        Ok(Self { problem, options: options.clone(), method, before, shortest })
+    }
+
+    /// dy/dt where it is known: F in rows with storage, 0 in the others.
+    fn slope(
+        problem: &Problem<P>,
+        options: &Options,
+        time: f64,
+        y: &FaerVec<f64>,
+    ) -> Result<FaerVec<f64>> {
+        let mut slope = problem.eqn.rhs().call(y, time);
+        if let Some(error) = problem.eqn.take_error() {
+            return Err(error);
+        }
+        let values = slope.inner_mut().col_as_slice_mut(0);
+        if let Some(stored) = problem.eqn.stored() {
+            for (value, stored) in values.iter_mut().zip(stored) {
+                if !stored {
+                    *value = 0.0;
+                }
+            }
+        }
+        if values.iter().any(|v| !v.is_finite()) {
+            return Err(refusal(options.method, time, "the rates are not finite"));
+        }
+        Ok(slope)
+    }
+
+    /// A hundredth of the time in which the solution changes by its own size or its tolerance.
+    fn first_step(problem: &Problem<P>, options: &Options, y: &FaerVec<f64>) -> Result<f64> {
+        if let Some(step) = options.step {
+            return Ok(step);
+        }
+        let slope = Self::slope(problem, options, problem.t0, y)?;
+        let (y, slope) = (y.inner().col_as_slice(0), slope.inner().col_as_slice(0));
+        let norm = |v: &[f64]| {
+            let unit = |i: usize| options.atol[i] + options.rtol * y[i].abs();
+            let sum: f64 = (0..v.len()).map(|i| (v[i] / unit(i)).powi(2)).sum();
+            (sum / crate::num::real(v.len().max(1))).sqrt()
+        };
+        let (size, speed) = (norm(y), norm(slope));
+        let step = if speed > 0.0 { 0.01 * size.max(1.0) / speed } else { 1e-3 * options.span };
+        Ok(step.min(options.span))
+    }
+
+    fn start(
+        problem: &'a Problem<P>,
+        options: &Options,
+        time: f64,
+        y: FaerVec<f64>,
+        step: f64,
+        shortest: f64,
+    ) -> Result<Method<'a, P>> {
+        let dy = Self::slope(problem, options, time, &y)?;
+        let refuse = |e: diffsol::DiffsolError| refusal(options.method, time, &e.to_string());
+        let linear = NewtonSolver::new(options.linear, options.displacements.clone());
+        macro_rules! state {
+            ($kind:ty) => {{
+                let mut state = <$kind>::new_without_initialise(problem).map_err(refuse)?;
+                let parts = state.as_mut();
+                *parts.y = y;
+                *parts.dy = dy;
+                *parts.t = time;
+                *parts.h = step;
+                state
+            }};
+        }
+        macro_rules! runge_kutta {
+            () => {{
+                let mut state = state!(RkState<FaerVec<f64>>);
+                state.set_problem(problem).map_err(refuse)?;
+                *state.as_mut().h = step;
+                state
+            }};
+        }
+        let mut method = match options.method {
+            OdeMethod::Bdf => {
+                let mut state = state!(BdfState<FaerVec<f64>>);
+                state.set_problem(problem).map_err(refuse)?;
+                *state.as_mut().h = step;
+                Method::Bdf(Box::new(Bdf::new(problem, state, linear).map_err(refuse)?))
+            }
+            OdeMethod::TrBdf2 | OdeMethod::Esdirk34 => {
+                let tableau = || match options.method {
+                    OdeMethod::TrBdf2 => Tableau::tr_bdf2(),
+                    _ => Tableau::esdirk34(),
+                };
+                let state = runge_kutta!();
+                let made = Sdirk::new(problem, state, tableau(), linear).map_err(refuse)?;
+                Method::Sdirk(Box::new(made))
+            }
+            OdeMethod::Tsit45 => {
+                let state = runge_kutta!();
+                let made = ExplicitRk::new(problem, state, Tableau::tsit45()).map_err(refuse)?;
+                Method::Explicit(Box::new(made))
+            }
+        };
+        match &mut method {
+            Method::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
+            Method::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,
+            Method::Explicit(solver) => solver.config_mut().minimum_timestep = shortest,
+        }
+        Ok(method)
+    }
+
+    /// Time reached.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        every!(&self.method, solver => solver.state().t)
+    }
+
+    /// The next step that would be tried.
+    #[must_use]
+    pub fn next_step(&self) -> f64 {
+        every!(&self.method, solver => solver.state().h)
+    }
+
+    /// The solution.
+    #[must_use]
+    pub fn solution(&self) -> Vec<f64> {
+        every!(&self.method, solver => solver.state().y.inner().col_as_slice(0).to_vec())
+    }
+
+    /// Works with the problem.
+    pub fn with<R>(&self, f: impl FnOnce(&mut P) -> R) -> R {
+        self.problem.eqn.with(f)
+    }
+
+    /// Work so far.
+    #[must_use]
+    pub fn work(&self) -> OdeWork {
+        let now = every!(&self.method, solver => {
+            let s = solver.get_statistics();
+            OdeWork {
+                steps: s.number_of_steps,
+                rejected: s.number_of_error_test_failures + s.number_of_nonlinear_solver_fails,
+                iterations: s.number_of_nonlinear_solver_iterations,
+                factorisations: s.number_of_linear_solver_setups,
+            }
+        });
+        OdeWork {
+            steps: self.before.steps + now.steps,
+            rejected: self.before.rejected + now.rejected,
+            iterations: self.before.iterations + now.iterations,
+            factorisations: self.before.factorisations + now.factorisations,
+        }
+    }
+
+    /// One step that does not pass `until`. `accept` may refuse the new solution (time, values): the
+    /// step is then taken back and tried again, shorter; numbers that are not finite are never shown
+    /// to it.
+    ///
+    /// # Errors
+    /// An error of F or of `accept` that no shorter step cures, or the last one if none did.
+    pub fn step(
+        &mut self,
+        until: f64,
+        mut accept: impl FnMut(f64, &[f64]) -> Result<()>,
+    ) -> Result<()> {
+        for retry in 0.. {
+            let (time, start) = (self.time(), self.solution());
+            // Near its end, a step that leaves a rest shorter than rounding goes all the way.
+            let stepped = self.raw_step(until);
+            let spoilt = self.problem.eqn.take_error();
+            let error = match stepped {
+                Ok(()) => {
+                    let (reached, y) = (self.time(), self.solution());
+                    let finite = y.iter().all(|y| y.is_finite());
+                    let verdict = if finite {
+                        accept(reached, &y)
+                    } else {
+                        Err(SolveError::NotFinite.into())
+                    };
+                    match (verdict, spoilt) {
+                        (Ok(()), Some(error)) if !error.may_vanish_with_the_step() => {
+                            return Err(error);
+                        }
+                        (Ok(()), _) => return Ok(()),
+                        (Err(error), _) => error,
+                    }
+                }
+                // What F said is the better reason.
+                Err(error) => return Err(spoilt.unwrap_or(error)),
+            };
+            let step = RETRY * (self.time() - time);
+            let hopeless = retry >= RETRIES || !(step > self.shortest);
+            if hopeless || !error.may_vanish_with_the_step() {
+                return Err(error);
+            }
+            let mut work = self.work();
+            work.steps -= 1;
+            work.rejected += 1;
+            let y = vector(&start);
+            self.method = Self::start(self.problem, &self.options, time, y, step, self.shortest)?;
+            self.before = work;
+        }
+        Ok(())
+    }
+
+    fn raw_step(&mut self, until: f64) -> Result<()> {
+        let time = self.time();
+        let refuse = |e: diffsol::DiffsolError| refusal(self.options.method, time, &e.to_string());
+        every!(&mut self.method, solver => {
+            solver.set_stop_time(until).map_err(refuse)?;
+            match solver.step().map_err(refuse)? {
+                OdeSolverStopReason::InternalTimestep
+                | OdeSolverStopReason::TstopReached
+                | OdeSolverStopReason::RootFound(..) => Ok(()),
+            }
+        })
+    }
+}
+
+fn vector(values: &[f64]) -> FaerVec<f64> {
+    FaerVec::from_vec(values.to_vec(), FaerContext::default())
+}
+
+impl<P: OdeProblem> Equations<P> {
+    fn init_vector(&self) -> FaerVec<f64> {
+        self.init().call(0.0)
+    }
+}
