@@ -91,7 +91,7 @@ pub fn run(
 
     progress.message("relaxing the start");
     let mut first = StepReport::default();
-    match setup.system.relax(&mut setup.state) {
+    match setup.integrator.prepare(&mut setup.system, &mut setup.state) {
         Ok(done) => first.relaxation = done,
         // The start is then shown as far as it got, not as an equilibrium.
         Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,

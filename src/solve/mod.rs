@@ -2,11 +2,13 @@
 
 pub mod chebyshev;
 pub mod equilibrium;
+pub mod explicit;
 pub mod linear;
 pub mod monolithic;
 pub mod ode;
 pub mod stability;
 pub mod staggered;
+pub mod steady;
 
 use crate::Result;
 use crate::state::State;
@@ -54,6 +56,15 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
 
 /// A way to advance the coupled system.
 pub trait Integrator: Send {
+    /// Makes `state` satisfy the rows without storage, and the shape rest: every run starts from
+    /// mechanical equilibrium.
+    ///
+    /// # Errors
+    /// If the relaxation or the plugin fails.
+    fn prepare(&mut self, system: &mut System, state: &mut State) -> Result<Relaxation> {
+        system.relax(state)
+    }
+
     /// Brings `state`, which satisfies the rows without storage, forward by one step that does
     /// not pass `until`.
     ///
@@ -189,6 +200,16 @@ pub enum SolveError {
         time: f64,
         /// What it says.
         message: String,
+    },
+    /// The chemistry comes to no rest while the shape does not move.
+    #[error(
+        "the chemistry has no steady state that it runs into at time {time} (it still changes by          {rate:.1e} of its size per unit of time): the policy `chemistry-fast` needs one"
+    )]
+    NotSteady {
+        /// Time reached.
+        time: f64,
+        /// Largest relative rate left.
+        rate: f64,
     },
     /// The smallest eigenvalues at a shape were not found.
     #[error("only {found} of the {wanted} smallest eigenvalues of the Hessian were found")]

@@ -12,7 +12,9 @@ use diffsol::OdeSolverProblem;
 use self_cell::self_cell;
 use serde::{Deserialize, Serialize};
 
+use super::equilibrium::Relaxation;
 use super::ode::{Equations, LinearChoice, OdeMethod, OdeProblem, Options, Stepper, problem};
+use super::steady::relax_chemistry;
 use super::{Integrator, IntegratorSpec, SolveError, StepReport};
 use crate::num::checked::Positive;
 use crate::solve::linear::Sparse;
@@ -65,11 +67,11 @@ impl From<ImplicitMethod> for OdeMethod {
     }
 }
 
-fn default_rtol() -> Positive {
+pub(super) fn default_rtol() -> Positive {
     Positive::new(1e-4).unwrap_or(Positive::ONE)
 }
 
-fn default_atol() -> Positive {
+pub(super) fn default_atol() -> Positive {
     Positive::new(1e-6).unwrap_or(Positive::ONE)
 }
 
@@ -144,12 +146,12 @@ self_cell!(
 
 /// The integrator of diffsol's methods on the whole system.
 pub(super) struct InOnePiece {
-    pub policy: Storage,
-    pub method: OdeMethod,
-    pub linear: LinearChoice,
-    pub rtol: f64,
-    pub atol: f64,
-    pub step: Option<f64>,
+    policy: Storage,
+    method: OdeMethod,
+    linear: LinearChoice,
+    rtol: f64,
+    atol: f64,
+    step: Option<f64>,
     running: Option<(Running, Arc<State>)>,
 }
 
@@ -209,6 +211,16 @@ fn take_back(running: &Running) -> System {
 }
 
 impl Integrator for InOnePiece {
+    fn prepare(&mut self, system: &mut System, state: &mut State) -> Result<Relaxation> {
+        let mut done = system.relax(state)?;
+        if self.policy.chemistry == 0.0 {
+            let work = relax_chemistry(system, state, (self.rtol, self.atol))?;
+            done.factorisations += work;
+            done.residual = residual(system, state);
+        }
+        Ok(done)
+    }
+
     fn advance(
         &mut self,
         system: &mut System,
@@ -261,7 +273,7 @@ impl Integrator for InOnePiece {
 }
 
 /// Largest force on a vertex, in units of the force scale.
-fn residual(system: &mut System, state: &State) -> f64 {
+pub(super) fn residual(system: &mut System, state: &State) -> f64 {
     if !system.moves() {
         return 0.0;
     }

@@ -24,6 +24,15 @@ impl Layout {
     /// shape is `still`, without storage, rigid motions are held too.
     pub(super) fn new(system: &mut System, still: bool) -> Self {
         let moves = system.moves();
+        Self::with(system, moves, still)
+    }
+
+    /// Species alone.
+    pub(super) fn of_chemistry(system: &mut System) -> Self {
+        Self::with(system, false, false)
+    }
+
+    fn with(system: &mut System, moves: bool, still: bool) -> Self {
         let mechanics = system.mechanics();
         let mut pins = mechanics.pins().clone();
         if moves && still {

@@ -49,6 +49,17 @@ impl Coupled {
     #[must_use]
     pub fn new(system: &mut System, policy: Storage) -> Self {
         let layout = Layout::new(system, policy.mechanics == 0.0);
+        Self::of(layout, system, policy)
+    }
+
+    /// The chemistry of `system` at a shape that does not move.
+    #[must_use]
+    pub fn chemistry_alone(system: &mut System, policy: Storage) -> Self {
+        let layout = Layout::of_chemistry(system);
+        Self::of(layout, system, policy)
+    }
+
+    fn of(layout: Layout, system: &System, policy: Storage) -> Self {
         let mut mass = vec![policy.mechanics * system.drag(); layout.mechanical()];
         mass.resize(layout.unknowns(), policy.chemistry);
         Self {

@@ -1,0 +1,134 @@
+//! Explicit integration of shape and chemistry together, for comparison.
+//!
+//! ```text
+//! euler (the paper's simultaneous update)   x += -Δt/drag ∂U/∂x,   c += Δt (D Δc + R),   Δt fixed
+//! tsit45                                    Runge-Kutta of order 5 under error control
+//! ```
+//!
+//! Both rows need storage. The step is bound by the fastest elastic wave under drag,
+//! `Δt < 2 drag/λ_max(H)`, however slow the motion: this is what implicit methods are measured
+//! against. The paper's other procedure, bounded descent between steps of the chemistry, is
+//! `quasi-static` with `integrator = { kind = "staggered", method = "euler" }` and
+//! `equilibrium = { method = "descent" }`.
+
+use serde::{Deserialize, Serialize};
+
+use super::monolithic::InOnePiece;
+use super::ode::OdeMethod;
+use super::{Integrator, IntegratorSpec, SolveError, StepReport};
+use crate::Result;
+use crate::num::checked::Positive;
+use crate::state::State;
+use crate::system::{Coupled, System};
+use crate::timescale::Storage;
+
+/// Parameters of the explicit integrator in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExplicitSpec {
+    /// The method.
+    #[serde(default)]
+    pub method: ExplicitMethod,
+    /// Euler: the fixed step, 0.01 if not given. Tsit45: the first step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Positive>,
+    /// Relative tolerance (tsit45).
+    #[serde(default = "super::monolithic::default_rtol")]
+    pub rtol: Positive,
+    /// Absolute tolerance, in units of the mean edge and of each species' typical magnitude
+    /// (tsit45).
+    #[serde(default = "super::monolithic::default_atol")]
+    pub atol: Positive,
+}
+
+/// Explicit methods.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExplicitMethod {
+    /// The paper's: a fixed step, first order.
+    #[default]
+    Euler,
+    /// Runge-Kutta of Tsitouras, order 5.
+    Tsit45,
+}
+
+/// Fixed step of a scene that gives none.
+const STEP: f64 = 0.01;
+/// How far a fixed step may leave a species' valid range and be brought back, relative to its size
+/// and typical magnitude.
+const SLACK: f64 = 1e-2;
+
+#[typetag::serde(name = "explicit")]
+impl IntegratorSpec for ExplicitSpec {
+    fn name(&self) -> String {
+        match self.method {
+            ExplicitMethod::Euler => "explicit, Euler".into(),
+            ExplicitMethod::Tsit45 => "explicit, Tsit45".into(),
+        }
+    }
+
+    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
+        if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
+            let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };
+            return Err(SolveError::Pairing(format!(
+                "an explicit integrator moves everything by its own rate, but under this policy the \
+                 {row} has none: choose policy = \"simultaneous\", or an integrator that solves for \
+                 the {row}: staggered, monolithic"
+            )));
+        }
+        let step = self.step.map(Positive::get);
+        let tolerance = (self.rtol.get(), self.atol.get());
+        Ok(match self.method {
+            ExplicitMethod::Euler => {
+                Box::new(Euler { policy, step: step.unwrap_or(STEP), coupled: None })
+            }
+            ExplicitMethod::Tsit45 => {
+                Box::new(InOnePiece::new(policy, OdeMethod::Tsit45, tolerance, step))
+            }
+        })
+    }
+}
+
+crate::register_kind!(dyn IntegratorSpec, "explicit", ExplicitSpec);
+
+/// The paper's simultaneous update.
+struct Euler {
+    policy: Storage,
+    step: f64,
+    coupled: Option<Coupled>,
+}
+
+impl Integrator for Euler {
+    fn advance(
+        &mut self,
+        system: &mut System,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
+        let time = (state.time + self.step).min(until);
+        let time = if until - time < 1e-9 * self.step { until } else { time };
+        let step = time - state.time;
+        let coupled = self.coupled.get_or_insert_with(|| Coupled::new(system, self.policy));
+        coupled.start(state);
+        let mut y = vec![0.0; coupled.layout().unknowns()];
+        let mut rate = y.clone();
+        coupled.pack(system, state, &mut y);
+        coupled.residual(system, state.time, &y, &mut rate)?;
+        for ((y, rate), mass) in y.iter_mut().zip(&rate).zip(coupled.mass()) {
+            *y += step * rate / mass;
+        }
+        if !y.iter().all(|y| y.is_finite()) {
+            return Err(SolveError::NotFinite.into());
+        }
+        let mut next = state.clone();
+        coupled.unpack(system, &y, time, &mut next);
+        next.step += 1;
+        system.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
+        system.follow(&next)?;
+        *state = next;
+        let mut report = StepReport { step, ..StepReport::default() };
+        report.relaxation.evaluations = 1;
+        report.relaxation.residual = super::monolithic::residual(system, state);
+        Ok(report)
+    }
+}

@@ -1,0 +1,129 @@
+//! The chemistry that is steady at a given shape: `0 = D Δc + R(c, signals(x, c), t)`.
+//!
+//! Linearly implicit steps `(1/Δτ - ∂F/∂c) δ = F` from the chemistry there is, with Δτ growing as F
+//! falls: they follow dc/dτ = F to the steady state it leads to, and end as Newton's method
+//! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
+//! doi:10.1137/S0036142996304796).
+
+use super::SolveError;
+use super::linear::{Ilu, SparseLu};
+use crate::Result;
+use crate::state::State;
+use crate::system::{Coupled, System};
+use crate::timescale::Storage;
+
+/// Change in a step, in units of `rtol |c| + atol`, that counts as none.
+const STILL: f64 = 1e-2;
+/// Steps after which there is no steady state to be found.
+const MOST: usize = 200;
+/// Unknowns up to which LU is chosen.
+const DIRECT: usize = 3000;
+
+/// Brings the chemistry of `state` to the steady state that it runs into while the shape rests;
+/// returns the factorisations.
+///
+/// # Errors
+/// [`SolveError::NotSteady`] if it comes to no rest; errors of the plugin.
+pub fn relax_chemistry(
+    system: &mut System,
+    state: &mut State,
+    (rtol, atol): (f64, f64),
+) -> Result<usize> {
+    let policy = Storage { mechanics: 0.0, chemistry: 1.0 };
+    let mut coupled = Coupled::chemistry_alone(system, policy);
+    coupled.start(state);
+    let n = coupled.layout().unknowns();
+    let tolerance = coupled.tolerances(system, atol);
+    let (mut y, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    coupled.pack(system, state, &mut y);
+    coupled.residual(system, state.time, &y, &mut rate)?;
+    let mut solver: Option<Solver> = None;
+    // The first step changes nothing by more than its own size.
+    let pace = |y: &[f64], rate: &[f64]| {
+        let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
+        (0..n).map(of).fold(0.0, f64::max)
+    };
+    let first = pace(&y, &rate);
+    let mut speed = first;
+    let mut inverse_step = first;
+    for step in 0..MOST {
+        if first == 0.0 {
+            return Ok(step);
+        }
+        let matrix = coupled.jacobian(system, state.time, &y)?;
+        let (starts, rows, places) = matrix.by_columns();
+        let values: Vec<f64> = (0..n)
+            .flat_map(|j| starts[j]..starts[j + 1])
+            .map(|k| -matrix.values()[places[k] as usize])
+            .collect();
+        let symbolic = faer::sparse::SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+        let mut newton = faer::sparse::SparseColMat::new(symbolic, values);
+        for j in 0..n {
+            let range = newton.symbolic().col_range(j);
+            let found = newton.symbolic().row_idx()[range.clone()].binary_search(&j);
+            if let Ok(found) = found {
+                newton.val_mut()[range.start + found] += inverse_step;
+            }
+        }
+        let solver = match &mut solver {
+            Some(solver) => solver,
+            None => solver.insert(Solver::new(newton.symbolic())?),
+        };
+        let mut change = rate.clone();
+        solver.solve(newton.as_ref(), &mut change)?;
+        let mut largest: f64 = 0.0;
+        for i in 0..n {
+            y[i] += change[i];
+            largest = largest.max(change[i].abs() / (rtol * y[i].abs() + tolerance[i]));
+        }
+        coupled.residual(system, state.time, &y, &mut rate)?;
+        let before = std::mem::replace(&mut speed, pace(&y, &rate));
+        if !(largest.is_finite() && speed.is_finite()) {
+            break;
+        }
+        if largest < STILL && inverse_step < 1e-3 * first {
+            let mut next = state.clone();
+            let time = state.time;
+            coupled.unpack(system, &y, time, &mut next);
+            system.keep_in_range(&mut next.species, time, (rtol, atol))?;
+            system.follow(&next)?;
+            *state = next;
+            return Ok(step + 1);
+        }
+        inverse_step *=
+            (speed / before).clamp(0.05, 4.0).min(if largest < STILL { 0.1 } else { 4.0 });
+    }
+    Err(SolveError::NotSteady { time: state.time, rate: speed }.into())
+}
+
+enum Solver {
+    Lu(Box<SparseLu>),
+    Ilu(Box<Ilu>),
+}
+
+impl Solver {
+    fn new(pattern: faer::sparse::SymbolicSparseColMatRef<'_, usize>) -> Result<Self, SolveError> {
+        Ok(if pattern.ncols() <= DIRECT {
+            Self::Lu(Box::new(SparseLu::new(pattern)?))
+        } else {
+            Self::Ilu(Box::new(Ilu::new(pattern)))
+        })
+    }
+
+    fn solve(
+        &mut self,
+        matrix: faer::sparse::SparseColMatRef<'_, usize, f64>,
+        x: &mut [f64],
+    ) -> Result<(), SolveError> {
+        match self {
+            Self::Lu(lu) => {
+                lu.factorise(matrix)?;
+                lu.solve(x)
+            }
+            Self::Ilu(ilu) => {
+                ilu.factorise(matrix)?;
+                ilu.solve(matrix, x)
+            }
+        }
+    }
+}
