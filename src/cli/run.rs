@@ -73,6 +73,10 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
         done.start.as_secs_f64(),
         done.output.as_secs_f64()
     );
-    println!("{} frames; open {} in ParaView", done.frames, directory.pvd().display());
+    if done.frames > 0 {
+        println!("{} frames; open {} in ParaView", done.frames, directory.pvd().display());
+    } else {
+        println!("the species at every step are in {}", directory.ledger().display());
+    }
     Ok(())
 }

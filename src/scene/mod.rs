@@ -34,7 +34,7 @@ pub use self::material::{Material, PoissonRatio};
 pub use self::output::{Format, OutputSpec};
 pub use self::problem::Problem;
 pub use self::sheet::{
-    Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Rectangle, Shape, SheetSource,
+    Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Point, Rectangle, Shape, SheetSource,
     SheetSpec, Sphere,
 };
 pub use self::stability::StabilitySpec;
@@ -53,8 +53,9 @@ const TABLES: [&str; 8] =
 pub struct Scene {
     /// The sheet and its start.
     pub sheet: SheetSpec,
-    /// Elastic constants and drag.
-    pub material: Material,
+    /// Elastic constants and drag; needed where the shape moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
     /// The effects, in the order of the scene.
     #[serde(rename = "effect")]
     pub effects: Vec<Box<dyn EffectSpec>>,
@@ -123,6 +124,12 @@ impl Scene {
         toml::to_string(self).map_err(|error| {
             self.origin.error(&Problem::plain(format!("cannot be written as TOML: {error}")))
         })
+    }
+
+    /// An error about the table `[table]`, which is missing.
+    #[must_use]
+    pub fn missing_table(&self, table: &str, help: &str) -> SceneError {
+        self.origin.error(&Problem::missing_table(table).help(help))
     }
 
     /// Name of the scene's file.
@@ -210,7 +217,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     }
     let mut section = Sections { root: &mut root, problems: &mut problems };
     let sheet = section.required("sheet", sheet::read_sheet);
-    let material = section.required("material", read);
+    let material = section.optional("material", read);
     let effects = section.effects();
     let kinetics = section.optional("kinetics", kinetics::read_kinetics);
     let time = section.required("time", time::read_time);
@@ -220,9 +227,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     if let Some(error) = origin.report(&problems) {
         return Err(error);
     }
-    let (Some(sheet), Some(material), Some(time), Some(equilibrium)) =
-        (sheet, material, time, equilibrium)
-    else {
+    let (Some(sheet), Some(time), Some(equilibrium)) = (sheet, time, equilibrium) else {
         return Err(origin.error(&Problem::plain("the scene is incomplete")));
     };
     Ok(Scene { sheet, material, effects, kinetics, time, equilibrium, stability, output, origin })

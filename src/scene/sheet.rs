@@ -38,8 +38,21 @@ pub enum SheetSource {
         /// The file; absolute, or relative to the working directory if the scene has no place.
         file: PathBuf,
     },
+    /// No sheet: one point without shape or space.
+    Point {
+        /// Says so.
+        shape: Point,
+    },
     /// A mesh made by this crate.
     Generated(Shape),
+}
+
+/// The shape of a scene without space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Point {
+    /// `shape = "point"`.
+    Point,
 }
 
 /// A shape that can be generated; lengths in units of length.
@@ -169,7 +182,7 @@ pub(crate) fn origin() -> [Finite; 3] {
 const COMMON: [&str; 4] = ["shape", "file", "imperfection", "bump"];
 
 /// Names of the shapes.
-const SHAPES: [&str; 5] = ["disc", "rectangle", "annulus", "sphere", "cylinder"];
+const SHAPES: [&str; 6] = ["disc", "rectangle", "annulus", "sphere", "cylinder", "point"];
 
 /// Reads the table `[sheet]`.
 pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
@@ -185,7 +198,7 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
                 "give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file",
             ))
         }
-        (Some((_, name)), None) => read_shape(name, node).map(SheetSource::Generated),
+        (Some((_, name)), None) => read_shape(name, node),
         (None, Some((_, file))) => read_file(file, &node),
         (None, None) => Err(unspecified(&node)),
     };
@@ -202,18 +215,31 @@ fn optional<T: serde::de::DeserializeOwned>(
     entry.map_err(|problem| problem.under(key))
 }
 
-fn read_shape(name: Node, sizes: Node) -> Result<Shape, Problem> {
+fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, Problem> {
     let place = name.place.clone();
     let name: String = read(name).map_err(|problem| problem.under("shape"))?;
     let shape = match name.as_str() {
         "disc" => read(sizes).map(Shape::Disc),
         "rectangle" => read(sizes).map(Shape::Rectangle),
-        "annulus" => return read_annulus(sizes),
+        "annulus" => return read_annulus(sizes).map(SheetSource::Generated),
+        "point" => return read_point(&sizes),
         "sphere" => read(sizes).map(Shape::Sphere),
         "cylinder" => read(sizes).map(Shape::Cylinder),
         _ => return Err(Problem::unknown_name("shape", &name, &SHAPES).placed(&place)),
     };
-    shape.map_err(|problem: Problem| problem.also_allowed(&COMMON))
+    shape.map(SheetSource::Generated).map_err(|problem: Problem| problem.also_allowed(&COMMON))
+}
+
+fn read_point(rest: &Node) -> Result<SheetSource, Problem> {
+    match &rest.value {
+        Value::Table(entries) if !entries.is_empty() => {
+            let key = &entries[0].0;
+            Err(Problem::unknown_key(&key.name, &["shape"])
+                .placed(&key.place)
+                .help("a point has no sizes and no shape"))
+        }
+        _ => Ok(SheetSource::Point { shape: Point::Point }),
+    }
 }
 
 fn read_annulus(sizes: Node) -> Result<Shape, Problem> {

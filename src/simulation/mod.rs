@@ -19,13 +19,13 @@ use std::sync::Arc;
 
 use crate::effects::{Bending, Effect, EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
-use crate::kinetics::{Kinetics, KineticsError, Library, Location, Search};
+use crate::kinetics::{Kinetics, KineticsError, Library, Location, Search, Signal};
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Sheet};
 use crate::solve::Integrator;
 use crate::state::State;
 use crate::system::{Chemistry, Mechanics, Signals, System};
-use crate::{Error, Result};
+use crate::{Error, Result, Vec3};
 
 pub use fields::Fields;
 
@@ -47,14 +47,49 @@ pub struct Setup {
     pub notes: Vec<String>,
 }
 
-/// The material of a scene in plain numbers.
+/// The material of a scene in plain numbers; of unit modulus and thickness where it gives none.
 #[must_use]
 pub fn material(scene: &Scene) -> Material {
-    Material {
-        young: scene.material.young.get(),
-        poisson: scene.material.poisson.get(),
-        thickness: scene.material.thickness.get(),
+    match &scene.material {
+        Some(material) => Material {
+            young: material.young.get(),
+            poisson: material.poisson.get(),
+            thickness: material.thickness.get(),
+        },
+        None => Material { young: 1.0, poisson: 0.0, thickness: 1.0 },
     }
+}
+
+/// Refuses what a scene without a material, or without space, cannot have.
+fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
+    let signals = kinetics.map(|k| k.descriptor().signals.as_slice()).unwrap_or_default();
+    if matches!(scene.sheet.source, SheetSource::Point { .. }) {
+        if !scene.effects.is_empty() {
+            let message = "a point has no shape and no neighbours: no effect acts on it";
+            return Err(scene.error_at("effect[0]", message, None).into());
+        }
+        if let Some(read) = signals.iter().find(|read| read.signal != Signal::Time) {
+            let message = format!(
+                "this plugin reads the signal {}, which a point does not have",
+                read.signal.name()
+            );
+            let help = "give the scene a sheet, as shape = \"disc\"";
+            return Err(scene.error_at("kinetics.plugin", &message, Some(help)).into());
+        }
+        if kinetics.is_none() {
+            let help = "a point has nothing but its chemistry";
+            return Err(scene.missing_table("kinetics", help).into());
+        }
+    }
+    let elastic = |name: &str| ["stretching", "bending"].contains(&name);
+    let named = scene.effects.iter().map(|e| e.name()).find(|name| elastic(name));
+    let tension = signals.iter().any(|read| read.signal == Signal::Tension);
+    if scene.material.is_none() && (named.is_some() || tension) {
+        let what = named.unwrap_or_else(|| "the signal tension".into());
+        let help = format!("{what} needs young, poisson and thickness");
+        return Err(scene.missing_table("material", &help).into());
+    }
+    Ok(())
 }
 
 /// Makes `scene` ready to run.
@@ -67,6 +102,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let material = material(scene);
     let (kinetics, plugin) = load_kinetics(scene, search)?.unzip();
     let kinetics: Option<Arc<dyn Kinetics>> = kinetics;
+    check_basis(scene, kinetics.as_deref())?;
     let location = location(scene, kinetics.as_deref());
 
     let measure = scene.kinetics.as_ref().map(|k| k.measure).unwrap_or_default();
@@ -129,7 +165,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let fields = Fields::new(scene, chemistry.as_ref(), area, rest_area, &material)?;
     let (tolerance, iterations) =
         (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
-    let drag = scene.material.drag.get();
+    let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
     let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations, drag);
     Ok(Setup { sheet, system, state, integrator, plugin, fields, notes })
 }
@@ -150,6 +186,9 @@ fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet> {
             let (sheet, findings) = surface.into_sheet().map_err(|e| refuse("file", &e))?;
             notes.extend(findings.iter().map(ToString::to_string));
             Ok(sheet)
+        }
+        SheetSource::Point { .. } => {
+            Sheet::new(vec![Vec3::zeros()], Vec::new()).map_err(|e| refuse("shape", &e))
         }
         SheetSource::Generated(shape) => {
             let (shape, vertices, seed) = start::shape(shape);

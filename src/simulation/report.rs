@@ -9,8 +9,31 @@ use crate::solve::StepReport;
 use crate::state::State;
 use crate::system::System;
 
+/// Titles of the ledger's columns where there is no space; species follow.
+const POINT: [&str; 8] = [
+    "step",
+    "time",
+    "step size [time]",
+    "error estimate",
+    "rejected",
+    "iterations",
+    "factorisations",
+    "wall time [s]",
+];
+
+fn is_point(system: &mut System) -> bool {
+    system.mechanics().sheet().triangles().is_empty()
+}
+
 /// Titles of the ledger's columns, with units.
 pub(super) fn columns(system: &mut System, watched: bool) -> Vec<String> {
+    if is_point(system) {
+        let mut all = POINT.map(str::to_owned).to_vec();
+        if let Some(chemistry) = system.chemistry() {
+            all.extend(chemistry.descriptor().species.iter().map(|s| s.name.clone()));
+        }
+        return all;
+    }
     let mut all: Vec<String> = ["step", "time", "step size [time]", "error estimate", "rejected"]
         .map(str::to_owned)
         .to_vec();
@@ -50,6 +73,14 @@ pub(super) fn row(
     wall: f64,
 ) -> Vec<f64> {
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
+    if is_point(system) {
+        let work = &report.relaxation;
+        let mut row = vec![step, state.time, report.step, report.error, real(report.rejected)];
+        row.extend([work.iterations, work.factorisations].map(real));
+        row.push(wall);
+        row.extend(state.species.iter().flatten());
+        return row;
+    }
     let mut row = vec![step, state.time, report.step, report.error, real(report.rejected)];
     let energies = system.mechanics().energies(&state.x);
     let work = &report.relaxation;

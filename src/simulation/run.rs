@@ -83,7 +83,9 @@ pub fn run(
     let began = Instant::now();
     setup.system.set_interrupt(move || interrupt.requested());
     let compression = scene.output.compression;
-    let mut series = Series::create(directory, compression)?;
+    // A point has no frames: its solution is the ledger.
+    let space = !setup.sheet.triangles().is_empty();
+    let mut series = space.then(|| Series::create(directory, compression)).transpose()?;
     let mut watch = Watch::of(scene, setup, directory)?;
     let columns = report::columns(&mut setup.system, watch.is_some());
     let mut ledger = Ledger::create(&directory.ledger(), &columns)?;
@@ -151,9 +153,12 @@ pub fn run(
         };
         // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
         let due = state.time >= real(written) * every;
-        let framed = series.times().last() == Some(&state.time);
-        if (due || ending.is_some()) && !framed {
-            series.push(&setup.fields.frame(system, &setup.sheet, state)?)?;
+        if due || ending.is_some() {
+            if let Some(series) = &mut series
+                && series.times().last() != Some(&state.time)
+            {
+                series.push(&setup.fields.frame(system, &setup.sheet, state)?)?;
+            }
             while real(written) * every <= state.time {
                 written += 1;
             }
@@ -187,7 +192,7 @@ pub fn run(
             note: format!("{} iterations", latest.relaxation.iterations),
         });
     }
-    summary.frames = series.times().len();
+    summary.frames = series.map_or(0, |series| series.times().len());
     summary.wall = began.elapsed();
     summary.output = output;
     Ok(summary)

@@ -21,7 +21,7 @@ fn a_scene_with_every_table() {
     assert_eq!((disc.radius.get(), disc.vertices.get(), disc.seed), (100.0, 20_000, 1));
     let bump = scene.sheet.bump.as_ref().unwrap();
     assert_eq!((bump.width.get(), bump.centre[1].get(), bump.direction), (3.0, 2.0, Direction::Z));
-    assert_eq!(scene.material.drag.get(), 1.0);
+    assert_eq!(scene.material.as_ref().unwrap().drag.get(), 1.0);
     let y = 1e6 * 0.5 / (1.0 - 1.0 / 9.0);
     assert!((rumple::simulation::material(&scene).stretching_modulus() / y - 1.0).abs() < 1e-15);
     assert!(
