@@ -122,7 +122,7 @@ impl Solver {
             }
             Self::Ilu(ilu) => {
                 ilu.factorise(matrix)?;
-                ilu.solve(matrix, x)
+                ilu.solve(x)
             }
         }
     }

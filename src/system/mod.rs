@@ -25,7 +25,7 @@ use crate::solve::SolveError;
 use crate::solve::chebyshev::{Chebyshev, Tolerance};
 use crate::solve::equilibrium::{Equilibrium, Goal, Relaxation, explained};
 use crate::state::State;
-use crate::{Error, Result};
+use crate::{Error, Result, Vec3};
 
 /// A sheet with its mechanics, its chemistry if the scene has kinetics, and how it is relaxed.
 pub struct System {
@@ -37,6 +37,8 @@ pub struct System {
     drag: f64,
     interrupted: Box<dyn Fn() -> bool + Send + Sync>,
     chebyshev: Chebyshev,
+    /// The shape that the transport belongs to.
+    followed: Vec<Vec3>,
 }
 
 impl Default for System {
@@ -67,6 +69,7 @@ impl System {
             drag,
             interrupted: Box::new(|| false),
             chebyshev: Chebyshev::default(),
+            followed: Vec::new(),
         }
     }
 
@@ -122,7 +125,10 @@ impl System {
     /// If the plugin fails, or reads strains where optimal lengths make no triangle.
     pub fn follow(&mut self, state: &State) -> Result<()> {
         let Some(chemistry) = &mut self.chemistry else { return Ok(()) };
-        self.mechanics.with_shape(&state.x, |shape| chemistry.set_shape(shape));
+        if self.followed != state.x {
+            self.mechanics.with_shape(&state.x, |shape| chemistry.set_shape(shape));
+            self.followed.clone_from(&state.x);
+        }
         let sheet = self.mechanics.sheet().clone();
         if let Some(factor) = chemistry.length_factor(&sheet, &state.species)? {
             self.mechanics.set_length_factor(&factor);
@@ -155,6 +161,7 @@ impl System {
             .map_err(|error| explained(error, &self.mechanics, &state.x))?;
         if let Some(chemistry) = &mut self.chemistry {
             self.mechanics.with_shape(&state.x, |shape| chemistry.set_shape(shape));
+            self.followed.clone_from(&state.x);
         }
         Ok(done)
     }

@@ -1,3 +1,86 @@
 //! The coupled system: its residual, its Jacobian, and the ways to integrate it.
 
+mod hazards;
 mod jacobian;
+mod policies;
+mod stiff;
+
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::simulation::{self, Setup};
+use rumple::state::State;
+
+use crate::plugins::build;
+
+/// A dome under pressure with a gentle curvature feedback: smooth at all times, far from buckling.
+pub const DOME: &str = r#"
+[sheet]
+shape = "disc"
+radius = 20.0
+vertices = 250
+
+[material]
+young = 1e3
+poisson = 0.3333333333333333
+thickness = 2.0
+drag = 10.0
+
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+[[effect]]
+kind = "pressure"
+value = 0.5
+[[effect]]
+kind = "diffusion"
+species = "c"
+coefficient = 1.0
+
+[kinetics]
+plugin = "curvature-feedback"
+parameters = { c_star = 0.4, b = 3.0, w = 2.0, H_s = 0.5, lambda_min = 0.95 }
+initial.c = { gaussian = { width = 8.0, amplitude = 0.3 } }
+
+[equilibrium]
+method = "lbfgs"
+tolerance = 1e-11
+
+[time]
+policy = "simultaneous"
+until = 1.0
+"#;
+
+pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Setup) {
+    let keys: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+    let scene = Scene::parse(text, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
+    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
+    (scene, setup)
+}
+
+/// The state at the end time.
+pub fn final_state(text: &str, overrides: &[&str]) -> State {
+    let (scene, mut setup) = prepare(text, overrides);
+    let until = scene.time.span.until.get();
+    setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap_or_else(|e| panic!("{e}"));
+    while setup.state.time < until {
+        let done = setup.integrator.advance(&mut setup.system, &mut setup.state, until);
+        done.unwrap_or_else(|e| panic!("{overrides:?}, time {}: {e}", setup.state.time));
+    }
+    setup.state
+}
+
+/// Largest differences of heights and species, each relative to the largest in `b`.
+pub fn distance(a: &State, b: &State) -> (f64, f64) {
+    let heights = |s: &State| -> Vec<f64> { s.x.iter().map(|x| x.z).collect() };
+    let relative = |a: &[f64], b: &[f64]| {
+        let size = b.iter().fold(0.0f64, |m, b| m.max(b.abs()));
+        a.iter().zip(b).fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / size
+    };
+    (relative(&heights(a), &heights(b)), relative(&a.species.concat(), &b.species.concat()))
+}

@@ -8,6 +8,19 @@ use std::sync::{Arc, OnceLock};
 use rumple::kinetics::{Library, PluginKinetics, search};
 use rumple_plugin_abi as abi;
 
+/// The packages of the shipped plugins.
+pub const SHIPPED: [&str; 9] = [
+    "curvature-feedback",
+    "tension-feedback",
+    "schnakenberg",
+    "brusselator",
+    "gray-scott",
+    "robertson",
+    "van-der-pol",
+    "hires",
+    "oregonator",
+];
+
 /// The directory with the libraries of the plugin packages, built on first use.
 pub fn directory() -> &'static Path {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
@@ -17,7 +30,7 @@ pub fn directory() -> &'static Path {
         let mut cargo = Command::new(env!("CARGO"));
         cargo.current_dir(env!("CARGO_MANIFEST_DIR")).arg("build").arg("--quiet");
         cargo.arg("--target-dir").arg(directory.parent().unwrap());
-        for package in ["curvature-feedback", "tension-feedback", "rumple-plugin-sdk"] {
+        for package in SHIPPED.iter().chain(&["rumple-plugin-sdk"]) {
             cargo.args(["-p", package]);
         }
         if directory.ends_with("release") {

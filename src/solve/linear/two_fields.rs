@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 
-use super::ilu::{Ilu, gmres, multiply};
+use super::ilu::{Ilu, solve_scaled};
 use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky};
 use crate::Vec3;
 use crate::num::index;
@@ -181,16 +181,13 @@ impl TwoFields {
         matrix: SparseColMatRef<'_, usize, f64>,
         x: &mut [f64],
     ) -> Result<(), SolveError> {
-        let mut solved = vec![0.0; x.len()];
-        let product = |v: &[f64], out: &mut [f64]| multiply(matrix, v, out);
-        gmres(product, |v| self.precondition(matrix, v), x, &mut solved)?;
-        x.copy_from_slice(&solved);
+        solve_scaled(matrix, |v| self.precondition(matrix, v), x)?;
         Ok(())
     }
 
     fn precondition(&mut self, matrix: SparseColMatRef<'_, usize, f64>, v: &mut [f64]) {
         let (shape, rest) = v.split_at_mut(self.count);
-        if let Some((_, ilu)) = &self.rest {
+        if let Some((_, ilu)) = &mut self.rest {
             ilu.precondition(rest);
         }
         let (rows, values) = (matrix.symbolic().row_idx(), matrix.val());

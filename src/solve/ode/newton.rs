@@ -120,7 +120,7 @@ impl LinearSolver<FaerSparseMat<f64>> for NewtonSolver {
         let x = x.inner_mut().col_as_slice_mut(0);
         let solved = match &mut *self.factor.borrow_mut() {
             Factor::Lu(lu) => lu.solve(x),
-            Factor::Ilu(ilu) => ilu.solve(matrix.inner()[0].as_ref(), x),
+            Factor::Ilu(ilu) => ilu.solve(x),
             Factor::Blocks(blocks) => blocks.solve(matrix.inner()[0].as_ref(), x),
             Factor::Failed(why) => Err(SolveError::Factorisation(why.clone())),
             Factor::None => Err(SolveError::Factorisation("there is no factor".into())),

@@ -280,6 +280,8 @@ impl<'a, P: OdeProblem> Stepper<'a, P> {
                             return Err(error);
                         }
                         (Ok(()), _) => return Ok(()),
+                        // What F said is the better reason for numbers that are not finite.
+                        (Err(_), Some(error)) if !finite => error,
                         (Err(error), _) => error,
                     }
                 }

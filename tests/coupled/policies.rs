@@ -1,0 +1,135 @@
+//! Policies and integrators against each other and against their limits, on a smooth coupled scene.
+
+use rumple::state::State;
+
+use super::{DOME, distance, final_state};
+
+fn run(policy: &str, integrator: &str, more: &[&str]) -> State {
+    let policy = format!("time.policy=\"{policy}\"");
+    let integrator = format!("time.integrator={{{integrator}}}");
+    let mut all = vec![policy.as_str(), integrator.as_str()];
+    all.extend(more);
+    final_state(DOME, &all)
+}
+
+fn monolithic(method: &str, rtol: f64) -> String {
+    format!("kind=\"monolithic\",method=\"{method}\",rtol={rtol:e},atol={rtol:e}")
+}
+
+#[test]
+fn all_methods_agree_under_every_policy() {
+    for policy in ["quasi-static", "simultaneous", "chemistry-fast"] {
+        let reference = run(policy, &monolithic("bdf", 1e-8), &[]);
+        let mut others = vec![monolithic("tr-bdf2", 1e-6), monolithic("esdirk34", 1e-6)];
+        others.push(monolithic("bdf", 1e-6) + ",linear=\"blocks\"");
+        match policy {
+            "quasi-static" => others.push("kind=\"staggered\",rtol=1e-6,atol=1e-6".into()),
+            "simultaneous" => {
+                others.push("kind=\"explicit\",method=\"tsit45\",rtol=1e-6,atol=1e-6".into());
+            }
+            _ => {}
+        }
+        for integrator in others {
+            let (shape, species) = distance(&run(policy, &integrator, &[]), &reference);
+            let text = format!("{policy}, {integrator}: {shape:e} {species:e}");
+            assert!(shape < 1e-4 && species < 1e-4, "{text}");
+        }
+    }
+}
+
+/// The policies differ: what agrees above does not agree by being the same.
+#[test]
+fn policies_differ() {
+    let [slow, both, fast] = ["quasi-static", "simultaneous", "chemistry-fast"]
+        .map(|policy| run(policy, &monolithic("tr-bdf2", 1e-5), &[]));
+    let (shape, _) = distance(&slow, &both);
+    assert!(shape > 1e-3, "{shape:e}");
+    let (_, species) = distance(&fast, &both);
+    assert!(species > 0.1, "{species:e}");
+}
+
+/// Slope of log error against log of the number of steps, over a range of tolerances.
+fn order(integrator: impl Fn(f64) -> String, tolerances: &[f64], reference: &State) -> f64 {
+    let points: Vec<(f64, f64)> = tolerances
+        .iter()
+        .map(|&tolerance| {
+            let state = run("simultaneous", &integrator(tolerance), &[]);
+            let (shape, species) = distance(&state, reference);
+            ((state.step as f64).ln(), shape.max(species).ln())
+        })
+        .collect();
+    let n = points.len() as f64;
+    let (mx, my) =
+        (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    let top: f64 = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
+    let bottom: f64 = points.iter().map(|p| (p.0 - mx).powi(2)).sum();
+    -top / bottom
+}
+
+#[test]
+fn observed_orders_are_those_of_the_methods() {
+    // From another method, a hundred times tighter than the finest of them.
+    let reference = run("simultaneous", &monolithic("bdf", 1e-10), &[]);
+    let tr_bdf2 = order(|t| monolithic("tr-bdf2", t), &[1e-4, 1e-5, 1e-6, 1e-7], &reference);
+    assert!((tr_bdf2 - 2.0).abs() < 0.2, "TR-BDF2 {tr_bdf2}");
+    let esdirk = order(|t| monolithic("esdirk34", t), &[1e-4, 1e-5, 1e-6, 1e-7, 1e-8], &reference);
+    assert!((esdirk - 3.0).abs() < 0.2, "ESDIRK34 {esdirk}");
+    let euler = |step: f64| format!("kind=\"explicit\",step={step:e}");
+    let euler = order(euler, &[1e-3, 5e-4, 2.5e-4], &reference);
+    assert!((euler - 1.0).abs() < 0.2, "Euler {euler}");
+}
+
+/// Distances from a limit, and the slope of their logarithms over the given ratios.
+fn slope(ratios: &[f64], distances: &[f64]) -> f64 {
+    let (first, last) = (0, ratios.len() - 1);
+    (distances[last] / distances[first]).ln() / (ratios[last] / ratios[first]).ln()
+}
+
+#[test]
+fn without_drag_simultaneous_becomes_quasi_static() {
+    let integrator = monolithic("bdf", 1e-9);
+    let limit = run("quasi-static", &integrator, &[]);
+    let drags = [0.1, 0.01, 0.001];
+    let distances = drags.map(|drag| {
+        let drag = format!("material.drag={drag}");
+        distance(&run("simultaneous", &integrator, &[&drag]), &limit).0
+    });
+    let slope = slope(&drags, &distances);
+    assert!((slope - 1.0).abs() < 0.1, "{slope}: {distances:?}");
+}
+
+#[test]
+fn with_fast_rates_simultaneous_becomes_chemistry_fast() {
+    let integrator = monolithic("bdf", 1e-9);
+    let limit = run("chemistry-fast", &integrator, &[]);
+    let slowness = [1e-3, 1e-4, 1e-5];
+    let distances = slowness.map(|slow| {
+        let keys = [
+            format!("kinetics.parameters.w={:e}", 2.0 / slow),
+            format!("kinetics.parameters.beta={:e}", 1.0 / slow),
+            format!("effect[4].coefficient={:e}", 1.0 / slow),
+        ];
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        distance(&run("simultaneous", &integrator, &keys), &limit).1
+    });
+    let slope = slope(&slowness, &distances);
+    assert!((slope - 1.0).abs() < 0.1, "{slope}: {distances:?}");
+}
+
+#[test]
+fn senseless_pairings_are_refused_with_the_reason() {
+    use rumple::kinetics::Search;
+    use rumple::scene::Scene;
+    let refusal = |policy: &str, kind: &str| {
+        let keys =
+            [format!("time.policy=\"{policy}\""), format!("time.integrator={{kind=\"{kind}\"}}")];
+        let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
+        let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+        match rumple::simulation::prepare(&scene, &search) {
+            Ok(_) => panic!("{policy} with {kind} accepted"),
+            Err(error) => error.to_string(),
+        }
+    };
+    assert!(refusal("quasi-static", "explicit").contains("the shape has none"));
+    assert!(refusal("chemistry-fast", "explicit").contains("the chemistry has none"));
+}
