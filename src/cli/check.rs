@@ -28,13 +28,19 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         return Ok(());
     }
     println!("{}: ready to run", scene.name());
-    println!("sheet\n{}", MeshReport::new(&setup.sheet));
-    let material = simulation::material(&scene);
-    println!(
-        "material   Y = {:.6e} force/length, B = {:.6e} energy",
-        material.stretching_modulus(),
-        material.bending_rigidity()
-    );
+    if setup.sheet.triangles().is_empty() {
+        println!("sheet      none: one point");
+    } else {
+        println!("sheet\n{}", MeshReport::new(&setup.sheet));
+    }
+    if scene.material.is_some() {
+        let material = simulation::material(&scene);
+        println!(
+            "material   Y = {:.6e} force/length, B = {:.6e} energy",
+            material.stretching_modulus(),
+            material.bending_rigidity()
+        );
+    }
     for effect in &scene.effects {
         println!("effect     {}", effect.name());
     }
@@ -56,14 +62,24 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     }
     println!("policy     {}", scene.time.policy.name());
     println!("integrator {}", scene.time.integrator.name());
-    println!(
-        "relaxation {}, tolerance {:e}",
-        scene.equilibrium.name(),
-        scene.equilibrium.tolerance()
-    );
-    let held: usize =
-        setup.system.mechanics().pins().iter().flatten().filter(|held| **held).count();
-    println!("unknowns   {} positions free, {held} held", 3 * setup.sheet.vertex_count() - held);
+    if setup.system.moves() {
+        println!(
+            "relaxation {}, tolerance {:e}",
+            scene.equilibrium.name(),
+            scene.equilibrium.tolerance()
+        );
+        let held: usize =
+            setup.system.mechanics().pins().iter().flatten().filter(|held| **held).count();
+        let free = 3 * setup.sheet.vertex_count() - held;
+        println!("unknowns   {free} positions free, {held} held");
+    } else {
+        println!("mechanics  none: the shape does not move");
+    }
+    if let Some(chemistry) = setup.system.chemistry() {
+        let (points, species) =
+            (chemistry.points(&setup.sheet), chemistry.descriptor().species.len());
+        println!("unknowns   {} values of species", points * species);
+    }
     let flat = setup.state.x.iter().all(|x| x.z == setup.state.x[0].z);
     if flat && !setup.system.mechanics().is_empty() {
         println!(

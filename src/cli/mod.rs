@@ -1,6 +1,7 @@
 //! Commands: each parses its arguments, calls the library and prints.
 
 mod check;
+mod compare;
 mod inspect;
 pub mod mesh;
 mod run;
@@ -29,6 +30,8 @@ enum Command {
     Run(run::RunArgs),
     /// Check a scene without running it and say what it calls for.
     Check(check::CheckArgs),
+    /// Run a scene under several policies and integrators and compare them.
+    Compare(compare::CompareArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
     Inspect(inspect::InspectArgs),
     /// Generate, check and describe meshes.
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Mesh(args) => mesh::run(args),
     };

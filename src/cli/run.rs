@@ -64,7 +64,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     };
     println!("time {}: {why}", done.time);
     println!(
-        "{} steps ({} rejected tries), {} relaxation iterations, {} factorisations",
+        "{} steps ({} rejected tries), {} iterations, {} factorisations",
         done.steps, done.rejected, done.iterations, done.factorisations
     );
     println!(

@@ -4,6 +4,7 @@
 //! [`run`](run::run) advances the state and shows it to the observers; [`inspect`](inspect::inspect)
 //! and [`stability`] look at one state without running.
 
+pub mod compare;
 mod fields;
 pub mod inspect;
 mod notes;

@@ -12,6 +12,8 @@ use crate::output::{
 };
 use crate::scene::Scene;
 use crate::solve::{SolveError, StepReport};
+use crate::state::State;
+use crate::system::System;
 use crate::{Error, Result};
 
 /// Why a run ended.
@@ -80,6 +82,21 @@ pub fn run(
     progress: &mut Progress,
     interrupt: Interrupt,
 ) -> Result<Summary> {
+    observed(scene, setup, directory, progress, interrupt, &mut |_, _| ())
+}
+
+/// [`run`], showing the state of every frame to `observe` as well.
+///
+/// # Errors
+/// As [`run`].
+pub fn observed(
+    scene: &Scene,
+    setup: &mut Setup,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+    observe: &mut dyn FnMut(&mut System, &State),
+) -> Result<Summary> {
     let began = Instant::now();
     setup.system.set_interrupt(move || interrupt.requested());
     let compression = scene.output.compression;
@@ -126,6 +143,7 @@ pub fn run(
     let mut written = 0usize;
     let mut latest = first;
     let mut shown = None;
+    let mut observed = None;
     loop {
         let stopwatch = Instant::now();
         let (state, system) = (&setup.state, &mut setup.system);
@@ -154,6 +172,9 @@ pub fn run(
         // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
         let due = state.time >= real(written) * every;
         if due || ending.is_some() {
+            if observed.replace(state.step) != Some(state.step) {
+                observe(system, state);
+            }
             if let Some(series) = &mut series
                 && series.times().last() != Some(&state.time)
             {

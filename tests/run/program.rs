@@ -216,3 +216,61 @@ fn an_interrupted_run_leaves_whole_files() {
     assert_eq!(fs::read_dir(folder.path().join("result/frames")).unwrap().count(), frames);
     assert!(fs::read_to_string(&ledger).unwrap().ends_with('\n'));
 }
+
+#[test]
+fn policies_and_integrators_are_compared() {
+    let folder = folder(crate::coupled::DOME);
+    let out = rumple(
+        folder.path(),
+        &[
+            "compare",
+            "scene.toml",
+            "--out",
+            "result",
+            "--quiet",
+            "--policies",
+            "quasi-static,simultaneous",
+            "--integrator",
+            "staggered",
+            "--integrator",
+            "{ kind = \"monolithic\", method = \"tr-bdf2\" }",
+            "--set",
+            "output.every=0.5",
+        ],
+    );
+    let shown = text(&out.stdout);
+    assert!(out.status.success(), "{shown}{}", text(&out.stderr));
+    assert!(shown.contains("slowest mode of the shape"), "{shown}");
+    assert!(shown.contains("simultaneous, staggered, predict-relax-correct: "), "{shown}");
+    let table = fs::read_to_string(folder.path().join("result/compare.csv")).unwrap();
+    // Three members at three times, and the header.
+    assert_eq!(table.lines().count(), 10, "{table}");
+    let last = |member: &str| -> Vec<f64> {
+        let row = table.lines().rfind(|row| row.starts_with(member)).unwrap();
+        let row = &row[member.len()..];
+        row.split(',').skip(1).map(|v| v.parse().unwrap()).collect()
+    };
+    let same = last("\"quasi-static, monolithic, TR-BDF2\"");
+    let other = last("\"simultaneous, monolithic, TR-BDF2\"");
+    // Time, then the distances of shape and species from the first member.
+    assert_eq!(same[0], 1.0);
+    assert!(same[1] < 1e-2 && same[2] < 1e-2, "{same:?}");
+    assert!(other[1] > same[1], "{other:?} {same:?}");
+    assert!(folder.path().join("result/2-quasi-static-monolithic-tr-bdf2/sheet.pvd").exists());
+}
+
+#[test]
+fn a_point_has_a_ledger_and_no_frames() {
+    let folder = folder(
+        "[sheet]\nshape = \"point\"\n[kinetics]\nplugin = \"brusselator\"\n\
+         initial = { u = 1.0, v = 1.0 }\n[time]\nintegrator = \"monolithic\"\nuntil = 5.0\n",
+    );
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let ledger = fs::read_to_string(folder.path().join("result/ledger.csv")).unwrap();
+    assert!(ledger.lines().next().unwrap().ends_with("wall time [s],u,v"), "{ledger}");
+    assert!(ledger.lines().last().unwrap().split(',').nth(1) == Some("5"), "{ledger}");
+    assert!(!folder.path().join("result/sheet.pvd").exists());
+    let check = rumple(folder.path(), &["check", "scene.toml"]);
+    assert!(check.status.success(), "{}", text(&check.stderr));
+}

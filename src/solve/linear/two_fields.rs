@@ -161,13 +161,13 @@ impl TwoFields {
             let ldlt = BlockLdlt::new(Arc::clone(self.shape.pattern()))?;
             self.factor = Factor::Indefinite(Box::new(ldlt));
         }
-        if let Factor::Indefinite(factor) = &mut self.factor {
-            if factor.factorise(&self.shape, |_| 0.0)? == 0 {
-                // Positive again: the cheaper factor from the next time on.
-                let cholesky = FrugalCholesky::new(Arc::clone(self.shape.pattern()))?;
-                self.factor = Factor::Positive(Box::new(cholesky));
-                return self.factorise_shape();
-            }
+        if let Factor::Indefinite(factor) = &mut self.factor
+            && factor.factorise(&self.shape, |_| 0.0)? == 0
+        {
+            // Positive again: the cheaper factor from the next time on.
+            let cholesky = FrugalCholesky::new(Arc::clone(self.shape.pattern()))?;
+            self.factor = Factor::Positive(Box::new(cholesky));
+            return self.factorise_shape();
         }
         Ok(())
     }
