@@ -37,9 +37,13 @@ pub(super) struct CompareArgs {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<()> {
-    let (scene, search) = args.scene.load()?;
+    let (_, search) = args.scene.load()?;
     let rest = {
-        let mut setup = prepare(&scene, &search)?;
+        // The start, whatever the scene's own pairing.
+        let mut overrides = args.scene.overrides.clone();
+        let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];
+        overrides.extend(plain.map(str::to_owned));
+        let mut setup = prepare(&Scene::load(&args.scene.scene, &overrides)?, &search)?;
         setup.system.relax(&mut setup.state)?;
         match Timescales::of(&mut setup) {
             Ok(Some(timescales)) => println!("{}", timescales.verdict()),

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::num::checked::{AtLeast, Positive};
-use crate::solve::{DEFAULT_INTEGRATOR, IntegratorSpec};
-use crate::timescale::{DEFAULT_POLICY, PolicySpec};
+use crate::solve::{DEFAULT_INTEGRATOR, IntegratorSpec, OTHER_INTEGRATOR};
+use crate::timescale::{DEFAULT_POLICY, PolicySpec, Storage};
 
 use super::deserialize::read;
 use super::document::Node;
@@ -39,8 +39,10 @@ pub struct Span {
 
 /// Reads the table `[time]`.
 pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
-    let policy = chosen(&mut node, "policy", DEFAULT_POLICY)?;
-    let integrator = chosen(&mut node, "integrator", DEFAULT_INTEGRATOR)?;
+    let policy: Box<dyn PolicySpec> = chosen(&mut node, "policy", DEFAULT_POLICY)?;
+    let quasi_static = policy.storage() == (Storage { mechanics: 0.0, chemistry: 1.0 });
+    let default = if quasi_static { DEFAULT_INTEGRATOR } else { OTHER_INTEGRATOR };
+    let integrator = chosen(&mut node, "integrator", default)?;
     let span = read(node).map_err(|p: Problem| p.also_allowed(&["policy", "integrator"]))?;
     Ok(TimeSpec { span, policy, integrator })
 }

@@ -19,6 +19,9 @@ use equilibrium::{Equilibrium, Relaxation};
 /// The integrator of a scene that names none.
 pub const DEFAULT_INTEGRATOR: &str = "staggered";
 
+/// The integrator of a scene that names none and whose policy is not quasi-static.
+pub const OTHER_INTEGRATOR: &str = "monolithic";
+
 /// The equilibrium method of a scene that names none.
 pub const DEFAULT_EQUILIBRIUM: &str = "lbfgs";
 

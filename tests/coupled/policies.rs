@@ -116,6 +116,35 @@ fn with_fast_rates_simultaneous_becomes_chemistry_fast() {
     assert!((slope - 1.0).abs() < 0.1, "{slope}: {distances:?}");
 }
 
+/// A scene that names a policy alone gets an integrator that can do it.
+#[test]
+fn every_policy_has_a_default_integrator() {
+    use rumple::scene::Scene;
+    for (policy, expected) in [
+        ("quasi-static", "staggered, predict-relax-correct"),
+        ("simultaneous", "monolithic, BDF"),
+        ("chemistry-fast", "monolithic, BDF"),
+    ] {
+        let key = [format!("time.policy=\"{policy}\"")];
+        let scene = Scene::parse(DOME, "scene.toml", &key).unwrap();
+        assert_eq!(scene.time.integrator.name(), expected);
+    }
+}
+
+#[test]
+fn what_is_elastic_needs_a_material() {
+    use rumple::kinetics::Search;
+    use rumple::scene::Scene;
+    let text = DOME.replacen("[material]", "[stability]\n[output]\n#", 1);
+    let text = ["young = 1e3", "poisson = 0.3333333333333333", "thickness = 2.0", "drag = 10.0"]
+        .iter()
+        .fold(text, |text, line| text.replacen(line, "", 1));
+    let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
+    let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let error = rumple::simulation::prepare(&scene, &search).err().unwrap().to_string();
+    assert!(error.contains("missing table [material]"), "{error}");
+}
+
 #[test]
 fn senseless_pairings_are_refused_with_the_reason() {
     use rumple::kinetics::Search;
@@ -130,6 +159,7 @@ fn senseless_pairings_are_refused_with_the_reason() {
             Err(error) => error.to_string(),
         }
     };
+    assert!(refusal("simultaneous", "staggered").contains("needs the policy `quasi-static`"));
     assert!(refusal("quasi-static", "explicit").contains("the shape has none"));
     assert!(refusal("chemistry-fast", "explicit").contains("the chemistry has none"));
 }
