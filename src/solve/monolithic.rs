@@ -89,6 +89,7 @@ impl IntegratorSpec for MonolithicSpec {
             rtol: self.rtol.get(),
             atol: self.atol.get(),
             step: self.step.map(Positive::get),
+            shape_alone: false,
             running: None,
         }))
     }
@@ -152,6 +153,8 @@ pub(super) struct InOnePiece {
     rtol: f64,
     atol: f64,
     step: Option<f64>,
+    /// Whether the chemistry does not change.
+    shape_alone: bool,
     running: Option<(Running, Arc<State>)>,
 }
 
@@ -164,12 +167,21 @@ impl InOnePiece {
         step: Option<f64>,
     ) -> Self {
         let linear = LinearChoice::default();
-        Self { policy, method, linear, rtol, atol, step, running: None }
+        Self { policy, method, linear, rtol, atol, step, shape_alone: false, running: None }
+    }
+
+    /// Of the shape alone, as it moves under drag: `drag dx/dt = -∂U/∂x`.
+    pub(super) fn of_shape(policy: Storage, tolerance: (f64, f64)) -> Self {
+        Self { shape_alone: true, ..Self::new(policy, OdeMethod::TrBdf2, tolerance, None) }
     }
 
     /// Starts anew from `state`.
     fn restart(&self, system: &mut System, state: &State, until: f64) -> Result<Running> {
-        let mut coupled = Coupled::new(system, self.policy);
+        let mut coupled = if self.shape_alone {
+            Coupled::shape_alone(system, self.policy)
+        } else {
+            Coupled::new(system, self.policy)
+        };
         coupled.start(state);
         let mut start = vec![0.0; coupled.layout().unknowns()];
         coupled.pack(system, state, &mut start);

@@ -1,15 +1,27 @@
-//! Staggered coupling: relax the shape, advance the chemistry with the signals it gives, repeat.
+//! Staggered coupling: one after the other, each with what the other last gave.
 //!
-//! For the quasi-static policy, `0 = -∂U/∂x (x; c)`, `dc/dt = F(c, s(x), t)`. One step from
-//! `(c_n, x_n)`, `x_n` in equilibrium with `c_n` and `s_n = s(x_n)`:
+//! One step from `(c_n, x_n)` with signals `s_n = s(x_n)`:
 //!
 //! ```text
-//! euler (the paper's)   c_{n+1} = c_n + Δt F(c_n, s_n);   relax x_{n+1}
-//! heun                  c*      = φ(c_n; s ≡ s_n)                       predict
-//!                       s*      = s(relax x at c*)
-//!                       c_{n+1} = φ(c_n; s from s_n to s* linearly)     correct
-//!                       relax x_{n+1} at c_{n+1}
+//! euler (the paper's)   c_{n+1} = c_n + Δt F(c_n, s_n);   x_{n+1} = X(c_{n+1})
+//! heun                  c*      = C(c_n; s ≡ s_n)                       predict
+//!                       s*      = s(X(c*))
+//!                       c_{n+1} = C(c_n; s from s_n to s* linearly)     correct
+//!                       x_{n+1} = X(c_{n+1})
 //! ```
+//!
+//! What X and C are is up to the policy:
+//!
+//! ```text
+//!                   X(c), the shape                               C, the chemistry
+//! quasi-static      in equilibrium with c                         φ, integrated over Δt
+//! simultaneous      drag dx/dt = -∂U/∂x over Δt at (c_n + c)/2    φ, integrated over Δt
+//! chemistry-fast    as simultaneous                               steady at the last shape
+//! ```
+//!
+//! The mean of c stands for its course over the step, which is of second order too. Under
+//! `chemistry-fast` c* is c_n, and a second correction gives the error estimate. The shape moves by
+//! TR-BDF2 under error control (`monolithic`), the chemistry settles as in `steady`.
 //!
 //! where φ integrates the chemistry over Δt by the stabilised explicit method of
 //! [`chebyshev`](super::chebyshev), to a fiftieth of the coupling tolerance, so that diffusion does
@@ -27,6 +39,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::equilibrium::Relaxation;
+use super::monolithic::{InOnePiece, residual};
+use super::steady::relax_chemistry;
 use super::{Integrator, IntegratorSpec, SolveError, StepReport};
 use crate::num::checked::Positive;
 use crate::state::State;
@@ -96,20 +111,13 @@ pub enum Method {
 impl IntegratorSpec for StaggeredSpec {
     fn name(&self) -> String {
         match self.method {
-            Method::Euler => "staggered, explicit Euler".into(),
+            Method::Euler => "staggered, Euler".into(),
             Method::Heun => "staggered, predict-relax-correct".into(),
         }
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
-        if policy != (Storage { mechanics: 0.0, chemistry: 1.0 }) {
-            return Err(SolveError::Pairing(
-                "the staggered integrator relaxes the shape at every step: it needs the policy \
-                 `quasi-static`"
-                    .into(),
-            ));
-        }
-        Ok(Box::new(Staggered { spec: self.clone(), step: self.step.get() }))
+        Ok(Box::new(Staggered { spec: self.clone(), step: self.step.get(), policy }))
     }
 }
 
@@ -119,9 +127,18 @@ crate::register_kind!(dyn IntegratorSpec, "staggered", StaggeredSpec);
 struct Staggered {
     spec: StaggeredSpec,
     step: f64,
+    policy: Storage,
 }
 
 impl Integrator for Staggered {
+    fn prepare(&mut self, system: &mut System, state: &mut State) -> Result<Relaxation> {
+        let mut done = system.relax(state)?;
+        if self.policy.chemistry == 0.0 {
+            done.factorisations += relax_chemistry(system, state, self.inner())?;
+        }
+        Ok(done)
+    }
+
     fn advance(
         &mut self,
         system: &mut System,
@@ -136,23 +153,67 @@ impl Integrator for Staggered {
 }
 
 impl Staggered {
+    /// Tolerances within a step.
+    fn inner(&self) -> (f64, f64) {
+        match self.spec.method {
+            Method::Euler => (EULER_SLACK * INNER, EULER_SLACK * INNER),
+            Method::Heun => (INNER * self.spec.rtol.get(), INNER * self.spec.atol.get()),
+        }
+    }
+
+    /// X: lets the shape of `next` follow from `state` while the species go to those of `next`.
+    fn follow_shape(
+        &self,
+        system: &mut System,
+        state: &State,
+        next: &mut State,
+    ) -> Result<Relaxation> {
+        if self.policy.mechanics == 0.0 {
+            return system.relax(next);
+        }
+        if !system.moves() {
+            system.follow(next)?;
+            return Ok(Relaxation::default());
+        }
+        let mut moving = state.clone();
+        for (c, to) in moving.species.iter_mut().zip(&next.species) {
+            for (c, to) in c.iter_mut().zip(to) {
+                *c = 0.5 * (*c + to);
+            }
+        }
+        let mut mover = InOnePiece::of_shape(self.policy, self.inner());
+        let mut done = Relaxation::default();
+        while moving.time < next.time {
+            done.add(&mover.advance(system, &mut moving, next.time)?.relaxation);
+        }
+        next.x = moving.x;
+        system.follow(next)?;
+        done.residual = residual(system, next);
+        Ok(done)
+    }
+
     fn euler(&self, system: &mut System, state: &mut State, until: f64) -> Result<StepReport> {
         // A fixed step is never shortened but to hit an output time.
         let time = (state.time + self.step).min(until);
         let time = if until - time < 1e-9 * self.step { until } else { time };
         let step = time - state.time;
-        let signals = system.signals(state);
-        let rates = system.rates(&state.species, &signals)?;
         let mut next = state.clone();
-        for (species, rate) in next.species.iter_mut().zip(&rates) {
-            for (c, r) in species.iter_mut().zip(rate) {
-                *c += step * r;
+        if self.policy.chemistry > 0.0 {
+            let signals = system.signals(state);
+            let rates = system.rates(&state.species, &signals)?;
+            for (species, rate) in next.species.iter_mut().zip(&rates) {
+                for (c, r) in species.iter_mut().zip(rate) {
+                    *c += step * r;
+                }
             }
         }
         next.time = time;
         next.step += 1;
         system.keep_in_range(&mut next.species, time, (EULER_SLACK, EULER_SLACK))?;
-        let relaxation = system.relax(&mut next)?;
+        let mut relaxation = self.follow_shape(system, state, &mut next)?;
+        if self.policy.chemistry == 0.0 {
+            relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
+        }
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
     }
@@ -207,23 +268,44 @@ impl Staggered {
         report: &mut StepReport,
     ) -> Result<(State, f64)> {
         let (rtol, atol) = (self.spec.rtol.get(), self.spec.atol.get());
-        let inner = (INNER * rtol, INNER * atol);
+        let inner = self.inner();
         // The transport still follows the shape of the last try; bring it back.
         system.follow(state)?;
         let mut next = state.clone();
         next.time = time;
         next.step += 1;
+        if self.policy.chemistry == 0.0 {
+            return self.try_settling(system, state, next, report);
+        }
         next.species = system.advance_chemistry(state, time, now, now, inner)?;
         system.keep_in_range(&mut next.species, time, (rtol, atol))?;
         let predicted = next.species.clone();
-        report.relaxation.add(&system.relax(&mut next)?);
+        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
         let then = system.signals(&next);
         next.species = system.advance_chemistry(state, time, now, &then, inner)?;
         system.keep_in_range(&mut next.species, time, (rtol, atol))?;
         let error = system.coupling_error(state, &predicted, &next.species, (rtol, atol), QUIET);
         if error <= 1.0 {
-            report.relaxation.add(&system.relax(&mut next)?);
+            report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
         }
+        Ok((next, error))
+    }
+
+    /// The same where the chemistry settles at once: shape, chemistry, and both once more.
+    fn try_settling(
+        &self,
+        system: &mut System,
+        state: &State,
+        mut next: State,
+        report: &mut StepReport,
+    ) -> Result<(State, f64)> {
+        let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
+        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
+        report.relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
+        let predicted = next.species.clone();
+        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
+        report.relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
+        let error = system.coupling_error(state, &predicted, &next.species, tolerance, QUIET);
         Ok((next, error))
     }
 }

@@ -110,7 +110,8 @@ fn values<'a>(
     let mut values = Values { layout, state, hessian, partials: None, factor_slopes: None };
     let signals = system.signals(state);
     let sheet = system.mechanics().sheet().clone();
-    if let Some(chemistry) = system.chemistry() {
+    // Of a chemistry that does not change the lengths alone matter, and those do not change either.
+    if let Some(chemistry) = system.chemistry().filter(|_| layout.species() > 0) {
         let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
         values.partials = Some(chemistry.reaction_partials(&c, &signals)?);
         // Lengths that nothing feels need no derivatives.

@@ -32,6 +32,13 @@ impl Layout {
         Self::with(system, false, false)
     }
 
+    /// Displacements alone.
+    pub(super) fn of_shape(system: &mut System) -> Self {
+        let mut layout = Self::new(system, false);
+        (layout.points, layout.species) = (0, 0);
+        layout
+    }
+
     fn with(system: &mut System, moves: bool, still: bool) -> Self {
         let mechanics = system.mechanics();
         let mut pins = mechanics.pins().clone();
@@ -124,7 +131,7 @@ impl Layout {
     }
 
     pub(super) fn pack_species(&self, species: &[Vec<f64>], out: &mut [f64]) {
-        for (s, values) in species.iter().enumerate() {
+        for (s, values) in species.iter().enumerate().take(self.species) {
             for (point, value) in values.iter().enumerate() {
                 out[self.concentration(s, point)] = *value;
             }
@@ -139,7 +146,7 @@ impl Layout {
                 }
             }
         }
-        for (s, values) in state.species.iter_mut().enumerate() {
+        for (s, values) in state.species.iter_mut().enumerate().take(self.species) {
             for (point, value) in values.iter_mut().enumerate() {
                 *value = y[self.mechanical + point * self.species + s];
             }

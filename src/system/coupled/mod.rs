@@ -59,6 +59,13 @@ impl Coupled {
         Self::of(layout, system, policy)
     }
 
+    /// The shape of `system` with a chemistry that does not change.
+    #[must_use]
+    pub fn shape_alone(system: &mut System, policy: Storage) -> Self {
+        let layout = Layout::of_shape(system);
+        Self::of(layout, system, policy)
+    }
+
     fn of(layout: Layout, system: &System, policy: Storage) -> Self {
         let mut mass = vec![policy.mechanics * system.drag(); layout.mechanical()];
         mass.resize(layout.unknowns(), policy.chemistry);
