@@ -206,7 +206,8 @@ pub enum SolveError {
     },
     /// The chemistry comes to no rest while the shape does not move.
     #[error(
-        "the chemistry has no steady state that it runs into at time {time} (it still changes by          {rate:.1e} of its size per unit of time): the policy `chemistry-fast` needs one"
+        "the chemistry has no steady state that it runs into at time {time} (it still changes by \
+         {rate:.1e} of its size per unit of time): the policy `chemistry-fast` needs one"
     )]
     NotSteady {
         /// Time reached.
