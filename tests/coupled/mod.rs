@@ -4,6 +4,7 @@ mod hazards;
 mod jacobian;
 mod policies;
 mod stiff;
+mod turing;
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;

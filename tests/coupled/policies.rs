@@ -82,7 +82,7 @@ fn observed_orders_are_those_of_the_methods() {
         format!("kind=\"staggered\",step={step:e},longest_step={step:e},rtol=1e-2,atol=1e-2")
     };
     let heun = order(heun, &[0.1, 0.05, 0.025], &reference);
-    assert!((heun - 2.0).abs() < 0.3, "staggered Heun {heun}");
+    assert!((heun - 2.0).abs() < 0.2, "staggered Heun {heun}");
 }
 
 /// Distances from a limit, and the slope of their logarithms over the given ratios.
