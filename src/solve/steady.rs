@@ -16,6 +16,9 @@ use crate::timescale::Storage;
 const STILL: f64 = 1e-2;
 /// Steps after which there is no steady state to be found.
 const MOST: usize = 200;
+/// How far a step on the way may leave a species' valid range, relative to its size and typical
+/// magnitude.
+const SLACK: f64 = 0.1;
 /// Unknowns up to which LU is chosen.
 const DIRECT: usize = 3000;
 
@@ -71,14 +74,32 @@ pub fn relax_chemistry(
         };
         let mut change = rate.clone();
         solver.solve(newton.as_ref(), &mut change)?;
+        let mut tried = y.clone();
         let mut largest: f64 = 0.0;
         for i in 0..n {
-            y[i] += change[i];
-            largest = largest.max(change[i].abs() / (rtol * y[i].abs() + tolerance[i]));
+            tried[i] += change[i];
+            largest = largest.max(change[i].abs() / (rtol * tried[i].abs() + tolerance[i]));
         }
-        coupled.residual(system, state.time, &y, &mut rate)?;
+        // Where the kinetics have no value, or one far out of their range, the step was too long.
+        let mut shown = state.clone();
+        coupled.unpack(system, &tried, state.time, &mut shown);
+        let sensible = system.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
+        let done = sensible
+            .and_then(|()| coupled.residual(system, state.time, &tried, &mut rate))
+            .and_then(
+                |()| if largest.is_finite() { Ok(()) } else { Err(SolveError::NotFinite.into()) },
+            );
+        match done {
+            Ok(()) => y = tried,
+            Err(error) if error.may_vanish_with_the_step() => {
+                inverse_step = 4.0 * inverse_step.max(1e-3 * first);
+                coupled.residual(system, state.time, &y, &mut rate)?;
+                continue;
+            }
+            Err(error) => return Err(error),
+        }
         let before = std::mem::replace(&mut speed, pace(&y, &rate));
-        if !(largest.is_finite() && speed.is_finite()) {
+        if !speed.is_finite() {
             break;
         }
         if largest < STILL && inverse_step < 1e-3 * first {
