@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::monolithic::InOnePiece;
 use super::ode::OdeMethod;
-use super::{Integrator, IntegratorSpec, SolveError, StepReport};
+use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step};
 use crate::Result;
 use crate::num::checked::Positive;
 use crate::state::State;
@@ -105,8 +105,7 @@ impl Integrator for Euler {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let time = (state.time + self.step).min(until);
-        let time = if until - time < 1e-9 * self.step { until } else { time };
+        let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
         let coupled = self.coupled.get_or_insert_with(|| Coupled::new(system, self.policy));
         coupled.start(state);
@@ -128,7 +127,7 @@ impl Integrator for Euler {
         *state = next;
         let mut report = StepReport { step, ..StepReport::default() };
         report.relaxation.evaluations = 1;
-        report.relaxation.residual = super::monolithic::residual(system, state);
+        report.relaxation.residual = system.residual(state);
         Ok(report)
     }
 }

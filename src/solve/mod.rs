@@ -77,6 +77,12 @@ pub trait Integrator: Send {
     -> Result<StepReport>;
 }
 
+/// End of a fixed step, which is never shortened but to hit an output time.
+fn end_of_fixed_step(time: f64, step: f64, until: f64) -> f64 {
+    let end = (time + step).min(until);
+    if until - end < 1e-9 * step { until } else { end }
+}
+
 /// What one accepted step did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StepReport {

@@ -16,12 +16,12 @@ use super::equilibrium::Relaxation;
 use super::ode::{Equations, LinearChoice, OdeMethod, OdeProblem, Options, Stepper, problem};
 use super::steady::relax_chemistry;
 use super::{Integrator, IntegratorSpec, SolveError, StepReport};
+use crate::Result;
 use crate::num::checked::Positive;
 use crate::solve::linear::Sparse;
 use crate::state::State;
 use crate::system::{Coupled, System};
 use crate::timescale::Storage;
-use crate::{Result, Vec3};
 
 /// Parameters of the monolithic integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -228,7 +228,7 @@ impl Integrator for InOnePiece {
         if self.policy.chemistry == 0.0 {
             let work = relax_chemistry(system, state, (self.rtol, self.atol))?;
             done.factorisations += work;
-            done.residual = residual(system, state);
+            done.residual = system.residual(state);
         }
         Ok(done)
     }
@@ -279,17 +279,7 @@ impl Integrator for InOnePiece {
         };
         report.relaxation.iterations = work.iterations - earlier.iterations;
         report.relaxation.factorisations = work.factorisations - earlier.factorisations;
-        report.relaxation.residual = residual(system, state);
+        report.relaxation.residual = system.residual(state);
         Ok(report)
     }
-}
-
-/// Largest force on a vertex, in units of the force scale.
-pub(super) fn residual(system: &mut System, state: &State) -> f64 {
-    if !system.moves() {
-        return 0.0;
-    }
-    let mut gradient = vec![Vec3::zeros(); state.x.len()];
-    system.mechanics().energy_gradient(&state.x, &mut gradient);
-    system.mechanics().residual(&gradient)
 }

@@ -40,9 +40,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
-use super::monolithic::{InOnePiece, residual};
+use super::monolithic::InOnePiece;
 use super::steady::relax_chemistry;
-use super::{Integrator, IntegratorSpec, SolveError, StepReport};
+use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step};
 use crate::num::checked::Positive;
 use crate::state::State;
 use crate::system::{SignalColumns, System};
@@ -188,14 +188,12 @@ impl Staggered {
         }
         next.x = moving.x;
         system.follow(next)?;
-        done.residual = residual(system, next);
+        done.residual = system.residual(next);
         Ok(done)
     }
 
     fn euler(&self, system: &mut System, state: &mut State, until: f64) -> Result<StepReport> {
-        // A fixed step is never shortened but to hit an output time.
-        let time = (state.time + self.step).min(until);
-        let time = if until - time < 1e-9 * self.step { until } else { time };
+        let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {

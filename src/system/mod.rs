@@ -166,6 +166,16 @@ impl System {
         Ok(done)
     }
 
+    /// Largest force on a vertex at `state`, in units of the force scale; 0 where nothing moves.
+    pub fn residual(&mut self, state: &State) -> f64 {
+        if !self.moves() {
+            return 0.0;
+        }
+        let mut gradient = vec![Vec3::zeros(); state.x.len()];
+        self.mechanics.energy_gradient(&state.x, &mut gradient);
+        self.mechanics.residual(&gradient)
+    }
+
     /// The signals that the kinetics reads at `state`.
     pub fn signals(&mut self, state: &State) -> SignalColumns {
         match &self.chemistry {

@@ -5,6 +5,7 @@ mod analysis;
 mod block_matrix;
 mod cholesky;
 mod full_rows;
+mod gmres;
 mod ilu;
 mod ldlt;
 mod lu;

@@ -67,28 +67,11 @@ impl Sparse {
         &self.value
     }
 
-    /// The values, row by row.
-    pub fn values_mut(&mut self) -> &mut [f64] {
-        &mut self.value
-    }
-
     /// Multiplies every row by a number.
     pub fn scale_rows(&mut self, by: &[f64]) {
         for (i, by) in by.iter().enumerate() {
             self.value[self.start[i]..self.start[i + 1]].iter_mut().for_each(|v| *v *= by);
         }
-    }
-
-    /// Places of the first entry of every row.
-    #[must_use]
-    pub fn starts(&self) -> &[usize] {
-        &self.start
-    }
-
-    /// Columns of all entries, row by row.
-    #[must_use]
-    pub fn all_columns(&self) -> &[u32] {
-        &self.column
     }
 
     /// Writes the product with `x`.

@@ -14,7 +14,8 @@ use std::sync::Arc;
 
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 
-use super::ilu::{Ilu, solve_scaled};
+use super::gmres::solve_scaled;
+use super::ilu::Ilu;
 use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky};
 use crate::Vec3;
 use crate::num::index;
