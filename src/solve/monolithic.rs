@@ -13,12 +13,12 @@ use self_cell::self_cell;
 use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
-use super::ode::{Equations, LinearChoice, OdeMethod, OdeProblem, Options, Stepper, problem};
+use super::ode::{Equations, OdeMethod, OdeProblem, Options, Stepper, problem};
 use super::steady::relax_chemistry;
 use super::{Integrator, IntegratorSpec, SolveError, StepReport};
 use crate::Result;
 use crate::num::checked::Positive;
-use crate::solve::linear::Sparse;
+use crate::solve::linear::{LinearChoice, Sparse};
 use crate::state::State;
 use crate::system::{Coupled, System};
 use crate::timescale::Storage;

@@ -5,8 +5,10 @@
 //! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
 //! doi:10.1137/S0036142996304796).
 
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+
 use super::SolveError;
-use super::linear::{Ilu, SparseLu};
+use super::linear::{Factor, LinearChoice, Sparse};
 use crate::Result;
 use crate::state::State;
 use crate::system::{Coupled, System};
@@ -19,8 +21,6 @@ const MOST: usize = 200;
 /// How far a step on the way may leave a species' valid range, relative to its size and typical
 /// magnitude.
 const SLACK: f64 = 0.1;
-/// Unknowns up to which LU is chosen.
-const DIRECT: usize = 3000;
 
 /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests;
 /// returns the factorisations.
@@ -40,7 +40,7 @@ pub fn relax_chemistry(
     let (mut y, mut rate) = (vec![0.0; n], vec![0.0; n]);
     coupled.pack(system, state, &mut y);
     coupled.residual(system, state.time, &y, &mut rate)?;
-    let mut solver: Option<Solver> = None;
+    let mut newton: Option<Shifted> = None;
     // The first step changes nothing by more than its own size.
     let pace = |y: &[f64], rate: &[f64]| {
         let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
@@ -53,27 +53,13 @@ pub fn relax_chemistry(
         if first == 0.0 {
             return Ok(step);
         }
-        let matrix = coupled.jacobian(system, state.time, &y)?;
-        let (starts, rows, places) = matrix.by_columns();
-        let values: Vec<f64> = (0..n)
-            .flat_map(|j| starts[j]..starts[j + 1])
-            .map(|k| -matrix.values()[places[k] as usize])
-            .collect();
-        let symbolic = faer::sparse::SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
-        let mut newton = faer::sparse::SparseColMat::new(symbolic, values);
-        for j in 0..n {
-            let range = newton.symbolic().col_range(j);
-            let found = newton.symbolic().row_idx()[range.clone()].binary_search(&j);
-            if let Ok(found) = found {
-                newton.val_mut()[range.start + found] += inverse_step;
-            }
-        }
-        let solver = match &mut solver {
-            Some(solver) => solver,
-            None => solver.insert(Solver::new(newton.symbolic())?),
+        let jacobian = coupled.jacobian(system, state.time, &y)?;
+        let newton = match &mut newton {
+            Some(newton) => newton,
+            None => newton.insert(Shifted::new(jacobian)?),
         };
         let mut change = rate.clone();
-        solver.solve(newton.as_ref(), &mut change)?;
+        newton.solve(jacobian, inverse_step, &mut change)?;
         let mut tried = y.clone();
         let mut largest: f64 = 0.0;
         for i in 0..n {
@@ -117,34 +103,39 @@ pub fn relax_chemistry(
     Err(SolveError::NotSteady { time: state.time, rate: speed }.into())
 }
 
-enum Solver {
-    Lu(Box<SparseLu>),
-    Ilu(Box<Ilu>),
+/// `1/Δτ - ∂F/∂c` and what solves with it.
+struct Shifted {
+    matrix: SparseColMat<usize, f64>,
+    /// For every entry its place in the Jacobian, which is by rows.
+    place: Vec<u32>,
+    /// Which entries are on the diagonal.
+    diagonal: Vec<bool>,
+    factor: Factor,
 }
 
-impl Solver {
-    fn new(pattern: faer::sparse::SymbolicSparseColMatRef<'_, usize>) -> Result<Self, SolveError> {
-        Ok(if pattern.ncols() <= DIRECT {
-            Self::Lu(Box::new(SparseLu::new(pattern)?))
-        } else {
-            Self::Ilu(Box::new(Ilu::new(pattern)))
-        })
-    }
-
-    fn solve(
-        &mut self,
-        matrix: faer::sparse::SparseColMatRef<'_, usize, f64>,
-        x: &mut [f64],
-    ) -> Result<(), SolveError> {
-        match self {
-            Self::Lu(lu) => {
-                lu.factorise(matrix)?;
-                lu.solve(x)
-            }
-            Self::Ilu(ilu) => {
-                ilu.factorise(matrix)?;
-                ilu.solve(x)
+impl Shifted {
+    fn new(jacobian: &Sparse) -> Result<Self, SolveError> {
+        let (starts, rows, place) = jacobian.by_columns();
+        let n = jacobian.columns();
+        let mut diagonal = vec![false; rows.len()];
+        for j in 0..n {
+            for k in starts[j]..starts[j + 1] {
+                diagonal[k] = rows[k] == j;
             }
         }
+        let values = vec![0.0; rows.len()];
+        let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+        let factor = Factor::new(LinearChoice::Auto, pattern.as_ref(), None)?;
+        Ok(Self { matrix: SparseColMat::new(pattern, values), place, diagonal, factor })
+    }
+
+    fn solve(&mut self, jacobian: &Sparse, shift: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        let from = jacobian.values();
+        let entries = self.matrix.val_mut().iter_mut().zip(&self.place).zip(&self.diagonal);
+        for ((value, &place), &diagonal) in entries {
+            *value = if diagonal { shift } else { 0.0 } - from[place as usize];
+        }
+        self.factor.factorise(self.matrix.as_ref())?;
+        self.factor.solve(self.matrix.as_ref(), x)
     }
 }

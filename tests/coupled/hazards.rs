@@ -1,8 +1,8 @@
 //! What diffsol does not do by itself, and would harm if nobody did.
 
-use rumple::solve::linear::Assembly;
+use rumple::solve::linear::{Assembly, LinearChoice};
 use rumple::solve::ode::{
-    Equations, LinearChoice, NewtonSolver, OdeMethod, OdeProblem, Options, Stepper, problem,
+    Equations, NewtonSolver, OdeMethod, OdeProblem, Options, Stepper, problem,
 };
 use rumple::solve::{SolveError, linear::Sparse};
 use rumple::{Error, Result};

@@ -6,12 +6,9 @@ mod policies;
 mod stiff;
 mod turing;
 
-use rumple::kinetics::Search;
-use rumple::scene::Scene;
-use rumple::simulation::{self, Setup};
 use rumple::state::State;
 
-use crate::plugins::build;
+use crate::common::prepare;
 
 /// A dome under pressure with a gentle curvature feedback: smooth at all times, far from buckling.
 pub const DOME: &str = r#"
@@ -55,14 +52,6 @@ tolerance = 1e-11
 policy = "simultaneous"
 until = 1.0
 "#;
-
-pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Setup) {
-    let keys: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-    let scene = Scene::parse(text, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
-    let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
-    (scene, setup)
-}
 
 /// The state at the end time.
 pub fn final_state(text: &str, overrides: &[&str]) -> State {

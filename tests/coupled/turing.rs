@@ -6,7 +6,7 @@
 
 use rumple::Vec3;
 
-use super::prepare;
+use crate::common::prepare;
 
 const RATIO: f64 = 10.0;
 

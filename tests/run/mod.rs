@@ -8,11 +8,10 @@ mod stability;
 
 use std::path::PathBuf;
 
-use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::simulation::{self, Setup};
+use rumple::simulation::Setup;
 
-use crate::plugins::build;
+use crate::common;
 
 /// A disc of 400 vertices with Model I, seeded in the centre.
 pub const SMALL: &str = r#"
@@ -53,19 +52,10 @@ every = 0.25
 "#;
 
 /// The small scene; an override that starts with `[[effect]]` is one more effect.
-pub fn scene(overrides: &[&str]) -> Scene {
+pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {
     let (effects, keys): (Vec<&str>, Vec<&str>) =
         overrides.iter().partition(|o| o.starts_with("[[effect]]"));
-    let keys: Vec<String> = keys.iter().map(|o| (*o).to_owned()).collect();
-    let text = SMALL.replace("# more effects", &effects.join("\n"));
-    Scene::parse(&text, "small.toml", &keys).unwrap_or_else(|e| panic!("{e}"))
-}
-
-pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {
-    let scene = scene(overrides);
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
-    let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
-    (scene, setup)
+    common::prepare(&SMALL.replace("# more effects", &effects.join("\n")), &keys)
 }
 
 /// The state at the end time, by steps alone.

@@ -18,7 +18,7 @@ mod newton;
 mod stepper;
 
 pub use equations::{Equations, OdeProblem};
-pub use newton::{LinearChoice, NewtonSolver};
+pub use newton::NewtonSolver;
 pub use stepper::{Options, Stepper, problem};
 
 use serde::{Deserialize, Serialize};

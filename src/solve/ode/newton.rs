@@ -6,28 +6,9 @@ use diffsol::{
     FaerContext, FaerSparseMat, FaerVec, LaError, LaLinearOp, Matrix, MatrixCommon, Vector,
 };
 use diffsol_la::LinearSolver;
-use serde::{Deserialize, Serialize};
 
 use crate::solve::SolveError;
-use crate::solve::linear::{Displacements, Ilu, SparseLu, TwoFields};
-
-/// How linear systems are solved.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LinearChoice {
-    /// By the number of unknowns and what they are.
-    #[default]
-    Auto,
-    /// Sparse LU.
-    Lu,
-    /// GMRES with an incomplete factor without fill; for chemistry alone.
-    Ilu,
-    /// GMRES with a Cholesky factor for the shape and an incomplete one for the chemistry.
-    Blocks,
-}
-
-/// Unknowns up to which LU is chosen: below, a factor costs less than the set-up of anything else.
-const DIRECT: usize = 3000;
+use crate::solve::linear::{Displacements, Factor, LinearChoice};
 
 /// A linear solver for diffsol that returns errors.
 #[derive(Default)]
@@ -35,17 +16,8 @@ pub struct NewtonSolver {
     choice: LinearChoice,
     displacements: Option<Displacements>,
     matrix: Option<FaerSparseMat<f64>>,
-    factor: RefCell<Factor>,
-}
-
-#[derive(Default)]
-enum Factor {
-    #[default]
-    None,
-    Lu(Box<SparseLu>),
-    Ilu(Box<Ilu>),
-    Blocks(Box<TwoFields>),
-    Failed(String),
+    /// The solver, or why there is none; made with the first matrix.
+    factor: RefCell<Option<Result<Factor, SolveError>>>,
 }
 
 impl NewtonSolver {
@@ -55,35 +27,14 @@ impl NewtonSolver {
         Self { choice, displacements, ..Self::default() }
     }
 
-    fn prepare(&self, matrix: &FaerSparseMat<f64>) -> Result<Factor, SolveError> {
-        let pattern = matrix.inner()[0].symbolic();
-        let choice = match (self.choice, &self.displacements) {
-            (LinearChoice::Auto, _) if pattern.ncols() <= DIRECT => LinearChoice::Lu,
-            (LinearChoice::Auto, Some(_)) => LinearChoice::Blocks,
-            (LinearChoice::Auto, None) => LinearChoice::Ilu,
-            (choice, _) => choice,
-        };
-        Ok(match (choice, &self.displacements) {
-            (LinearChoice::Blocks, Some(displacements)) => {
-                Factor::Blocks(Box::new(TwoFields::new(pattern, displacements)?))
-            }
-            (LinearChoice::Lu, _) => Factor::Lu(Box::new(SparseLu::new(pattern)?)),
-            _ => Factor::Ilu(Box::new(Ilu::new(pattern))),
-        })
-    }
-
-    fn factorise(&self, matrix: &FaerSparseMat<f64>) -> Result<(), SolveError> {
-        let mut factor = self.factor.borrow_mut();
-        if matches!(*factor, Factor::None | Factor::Failed(_)) {
-            *factor = self.prepare(matrix)?;
-        }
+    fn factorised(&self, matrix: &FaerSparseMat<f64>) -> Result<Factor, SolveError> {
         let matrix = matrix.inner()[0].as_ref();
-        match &mut *factor {
-            Factor::Lu(lu) => lu.factorise(matrix),
-            Factor::Ilu(ilu) => ilu.factorise(matrix),
-            Factor::Blocks(blocks) => blocks.factorise(matrix),
-            Factor::None | Factor::Failed(_) => Ok(()),
-        }
+        let mut factor = match self.factor.take() {
+            Some(Ok(factor)) => factor,
+            _ => Factor::new(self.choice, matrix.symbolic(), self.displacements.as_ref())?,
+        };
+        factor.factorise(matrix)?;
+        Ok(factor)
     }
 }
 
@@ -109,23 +60,20 @@ impl LinearSolver<FaerSparseMat<f64>> for NewtonSolver {
         let Some(mut matrix) = self.matrix.take() else { return };
         op.matrix_inplace(&mut matrix);
         // The solution says what went wrong; there is no other way to tell.
-        if let Err(error) = self.factorise(&matrix) {
-            self.factor = RefCell::new(Factor::Failed(error.to_string()));
-        }
+        self.factor = RefCell::new(Some(self.factorised(&matrix)));
         self.matrix = Some(matrix);
     }
 
     fn solve_in_place(&self, x: &mut FaerVec<f64>) -> Result<(), LaError> {
         let Some(matrix) = &self.matrix else { return Err(LaError::Other("no matrix".into())) };
         let x = x.inner_mut().col_as_slice_mut(0);
-        let solved = match &mut *self.factor.borrow_mut() {
-            Factor::Lu(lu) => lu.solve(x),
-            Factor::Ilu(ilu) => ilu.solve(x),
-            Factor::Blocks(blocks) => blocks.solve(matrix.inner()[0].as_ref(), x),
-            Factor::Failed(why) => Err(SolveError::Factorisation(why.clone())),
-            Factor::None => Err(SolveError::Factorisation("there is no factor".into())),
-        };
-        solved.map_err(|error| LaError::Other(error.to_string()))
+        match &mut *self.factor.borrow_mut() {
+            Some(Ok(factor)) => factor
+                .solve(matrix.inner()[0].as_ref(), x)
+                .map_err(|error| LaError::Other(error.to_string())),
+            Some(Err(error)) => Err(LaError::Other(error.to_string())),
+            None => Err(LaError::Other("there is no factor".into())),
+        }
     }
 
     fn solve_transpose_in_place(&self, _: &mut FaerVec<f64>) -> Result<(), LaError> {

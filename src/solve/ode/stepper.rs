@@ -6,9 +6,9 @@ use diffsol::{
     OdeSolverStopReason, RkState, Sdirk, Tableau, Vector, VectorCommon,
 };
 
-use super::{Equations, LinearChoice, NewtonSolver, OdeMethod, OdeProblem, OdeWork};
+use super::{Equations, NewtonSolver, OdeMethod, OdeProblem, OdeWork};
 use crate::solve::SolveError;
-use crate::solve::linear::Displacements;
+use crate::solve::linear::{Displacements, LinearChoice};
 use crate::{Error, Result};
 
 /// How a problem is to be integrated.
