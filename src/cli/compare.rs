@@ -1,15 +1,16 @@
 //! `rumple compare SCENE`: the same scene under several policies and integrators.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
 
 use super::SceneArgs;
+use crate::kinetics::Search;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory, atomic};
 use crate::scene::Scene;
-use crate::simulation::compare::{Member, Timescales, distance, member};
+use crate::simulation::compare::{Member, PARTED, Timescales, contact_sheet, figure, member};
 use crate::simulation::prepare;
 use crate::{Error, Result};
 
@@ -38,20 +39,7 @@ pub(super) struct CompareArgs {
 
 pub(super) fn run(args: &CompareArgs) -> Result<()> {
     let (_, search) = args.scene.load()?;
-    let rest = {
-        // The start, whatever the scene's own pairing.
-        let mut overrides = args.scene.overrides.clone();
-        let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];
-        overrides.extend(plain.map(str::to_owned));
-        let mut setup = prepare(&Scene::load(&args.scene.scene, &overrides)?, &search)?;
-        setup.system.relax(&mut setup.state)?;
-        match Timescales::of(&mut setup) {
-            Ok(Some(timescales)) => println!("{}", timescales.verdict()),
-            Ok(None) => {}
-            Err(error) => println!("the timescales are not known: {error}"),
-        }
-        setup.sheet.rest().to_vec()
-    };
+    announce(args, &search)?;
     let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());
     let root = args.out.clone().unwrap_or_else(stamp);
     let interrupt = Interrupt::install()?;
@@ -70,7 +58,11 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
             }
             // A name that nothing has ends the comparison, a pairing that makes no sense does not.
             let scene = Scene::load(&args.scene.scene, &overrides)?;
-            let name = format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
+            let mut name =
+                format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
+            if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
+                name += &settings(table);
+            }
             let folder = root.join(folder(&name, members.len()));
             let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
             let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
@@ -78,20 +70,69 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
             let outcome = member(&scene, &search, &folder, args.force, &mut progress, interrupt);
             progress.finish();
             if interrupt.requested() {
+                // What is done stays, with its files.
+                print!("{}", table(&members));
                 return Err(Error::Solve(crate::solve::SolveError::Interrupted));
             }
             if let Err(error @ Error::Output(_)) = outcome {
                 return Err(error);
             }
             members.push(Member { name, outcome });
+            write(&root, &members)?;
         }
     }
-    print!("{}", table(&members, &rest));
-    let path = root.join("compare.csv");
-    let text = csv(&members, &rest);
-    atomic::replace(&path, |writer| writer.write_all(text.as_bytes()))?;
-    println!("every output time is in {}", path.display());
+    print!("{}", table(&members));
+    println!(
+        "{}: compare.csv has every output time, compare.svg and compare.png the plots, pictures.png \
+         the shapes side by side",
+        root.display()
+    );
     Ok(())
+}
+
+/// Prints the timescales at the start, whatever the scene's own pairing.
+fn announce(args: &CompareArgs, search: &Search) -> Result<()> {
+    let mut overrides = args.scene.overrides.clone();
+    let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];
+    overrides.extend(plain.map(str::to_owned));
+    let mut setup = prepare(&Scene::load(&args.scene.scene, &overrides)?, search)?;
+    setup.system.relax(&mut setup.state)?;
+    match Timescales::of(&mut setup) {
+        Ok(Some(timescales)) => println!("{}", timescales.verdict()),
+        Ok(None) => {}
+        Err(error) => println!("the timescales are not known: {error}"),
+    }
+    Ok(())
+}
+
+/// Writes numbers, plots and pictures.
+fn write(root: &Path, members: &[Member]) -> Result<()> {
+    let figure = figure(members);
+    let files = [
+        ("compare.csv", csv(members).into_bytes()),
+        ("compare.svg", figure.svg()?.into_bytes()),
+        ("compare.png", figure.picture()?.png()?),
+        ("pictures.png", contact_sheet(members)?.png()?),
+    ];
+    for (name, bytes) in files {
+        atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
+    }
+    Ok(())
+}
+
+/// What of a table for an integrator its name does not say, as in `, rtol = 1e-4`.
+fn settings(table: &str) -> String {
+    let inner = table.trim().trim_start_matches('{').trim_end_matches('}');
+    let said = ["kind", "method", "chemistry"];
+    let rest = inner.split(',').filter(|pair| {
+        let key = pair.split('=').next().unwrap_or_default().trim();
+        !key.is_empty() && !said.contains(&key)
+    });
+    rest.map(|pair| {
+        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+        format!(", {} = {}", key.trim(), value.trim())
+    })
+    .collect()
 }
 
 /// A name in quotes; a table as it is.
@@ -107,59 +148,66 @@ fn folder(name: &str, number: usize) -> String {
     format!("{}-{}", number + 1, words.join("-").to_lowercase())
 }
 
-/// The last state of every member, its distance from the first that ran, and its cost.
-fn table(members: &[Member], rest: &[crate::Vec3]) -> String {
-    let mut rows = vec![
+/// Every member's distance from the first that ran as far as they are on one branch, its last
+/// measures, and its cost.
+fn table(members: &[Member]) -> String {
+    const HEAD: [[&str; 12]; 2] = [
         [
             "",
             "distance",
             "",
+            "parts at",
             "energy",
             "amplitude",
             "spots",
             "separation",
             "s",
             "steps",
-            "its",
+            "iterations",
             "factors",
-        ]
-        .map(str::to_owned),
-        ["", "shape", "species", "", "", "", "", "", "", "", ""].map(str::to_owned),
+        ],
+        ["", "shape", "species", "", "", "", "", "", "", "", "", ""],
     ];
+    let mut rows: Vec<[String; 12]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
     let reference = members.iter().find_map(|m| m.outcome.as_ref().ok());
-    let mut failures = String::new();
+    let mut notes = String::new();
+    let mut parted = false;
     for member in members {
         match (&member.outcome, reference) {
             (Ok(ran), Some(reference)) => {
-                let (Some(last), Some(first), Some(measures)) =
-                    (ran.states.last(), reference.states.last(), ran.measures.last())
-                else {
-                    continue;
-                };
-                let (shape, species) = distance(last, first, rest, &ran.typical);
-                let seconds = ran.summary.wall - ran.summary.output - ran.summary.start;
+                let Some(measures) = ran.measures.last() else { continue };
+                let apart = ran.apart(reference);
+                parted |= apart.parted.is_some();
                 rows.push([
                     member.name.clone(),
-                    format!("{shape:.2e}"),
-                    format!("{species:.2e}"),
+                    format!("{:.2e}", apart.largest.0),
+                    format!("{:.2e}", apart.largest.1),
+                    apart.parted.map_or("-".into(), |time| format!("t = {time}")),
                     format!("{:.5e}", measures.energy),
                     format!("{:.4}", measures.amplitude),
                     measures.spots.to_string(),
                     format!("{:.2}", measures.separation),
-                    format!("{:.2}", seconds.as_secs_f64()),
+                    format!("{:.2}", ran.seconds()),
                     ran.summary.steps.to_string(),
                     ran.summary.iterations.to_string(),
                     ran.summary.factorisations.to_string(),
                 ]);
             }
             (Err(error), _) => {
-                let _ = writeln!(failures, "{}: {}", member.name, plain(error));
+                let _ = writeln!(notes, "{}: {}", member.name, plain(error));
             }
             (Ok(_), None) => {}
         }
     }
+    if parted {
+        let _ = writeln!(
+            notes,
+            "distances are the largest before two runs part, that is differ by more than {PARTED} of \
+             their size; after that compare energy, amplitude, spots and separation"
+        );
+    }
     let widths: Vec<usize> =
-        (0..11).map(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0)).collect();
+        (0..12).map(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0)).collect();
     let mut text = String::new();
     for row in rows {
         for (k, (cell, width)) in row.iter().zip(&widths).enumerate() {
@@ -169,7 +217,7 @@ fn table(members: &[Member], rest: &[crate::Vec3]) -> String {
         }
         text.push('\n');
     }
-    text + &failures
+    text + &notes
 }
 
 fn plain(error: &Error) -> String {
@@ -177,7 +225,7 @@ fn plain(error: &Error) -> String {
     text.lines().next().unwrap_or_default().to_owned()
 }
 
-fn csv(members: &[Member], rest: &[crate::Vec3]) -> String {
+fn csv(members: &[Member]) -> String {
     let mut text = String::from(
         "member,time,shape distance,species distance,energy [energy],amplitude [length],spots,\
          separation [length]\n",
@@ -185,10 +233,10 @@ fn csv(members: &[Member], rest: &[crate::Vec3]) -> String {
     let reference = members.iter().find_map(|m| m.outcome.as_ref().ok());
     for member in members {
         let (Ok(ran), Some(reference)) = (&member.outcome, reference) else { continue };
-        for (state, m) in ran.states.iter().zip(&ran.measures) {
-            let same = reference.states.iter().find(|r| r.time == state.time);
-            let (shape, species) =
-                same.map_or((f64::NAN, f64::NAN), |r| distance(state, r, rest, &ran.typical));
+        let apart = ran.apart(reference);
+        for m in &ran.measures {
+            let same = apart.course.iter().find(|c| c.0 == m.time);
+            let (shape, species) = same.map_or((f64::NAN, f64::NAN), |c| (c.1, c.2));
             let _ = writeln!(
                 text,
                 "\"{}\",{},{shape},{species},{},{},{},{}",

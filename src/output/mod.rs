@@ -21,6 +21,8 @@ pub mod events;
 pub mod frame;
 pub mod interrupt;
 pub mod ledger;
+pub mod picture;
+pub mod plot;
 pub mod progress;
 pub mod provenance;
 pub mod series;
@@ -83,6 +85,9 @@ pub enum OutputError {
         /// What was expected and what was found.
         message: String,
     },
+    /// A picture could not be drawn.
+    #[error("cannot draw a picture: {0}")]
+    Picture(String),
     /// The handler of Ctrl-C could not be installed.
     #[error("cannot watch for Ctrl-C: {0}")]
     Interrupt(String),

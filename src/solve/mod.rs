@@ -1,6 +1,6 @@
 //! Solvers: mechanical equilibrium and its stability, coupled stepping, linear systems.
 
-pub mod chebyshev;
+pub mod chemistry;
 pub mod equilibrium;
 pub mod explicit;
 pub mod linear;
@@ -8,7 +8,6 @@ pub mod monolithic;
 pub mod ode;
 pub mod stability;
 pub mod staggered;
-pub mod steady;
 
 use crate::Result;
 use crate::state::State;

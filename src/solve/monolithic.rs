@@ -12,15 +12,15 @@ use diffsol::OdeSolverProblem;
 use self_cell::self_cell;
 use serde::{Deserialize, Serialize};
 
+use super::chemistry::relax_chemistry;
 use super::equilibrium::Relaxation;
 use super::ode::{Equations, OdeMethod, OdeProblem, Options, Stepper, problem};
-use super::steady::relax_chemistry;
 use super::{Integrator, IntegratorSpec, SolveError, StepReport};
 use crate::Result;
 use crate::num::checked::Positive;
 use crate::solve::linear::{LinearChoice, Sparse};
 use crate::state::State;
-use crate::system::{Coupled, System};
+use crate::system::{Coupled, Course, System};
 use crate::timescale::Storage;
 
 /// Parameters of the monolithic integrator in a scene.
@@ -89,7 +89,7 @@ impl IntegratorSpec for MonolithicSpec {
             rtol: self.rtol.get(),
             atol: self.atol.get(),
             step: self.step.map(Positive::get),
-            shape_alone: false,
+            part: Part::Whole,
             running: None,
         }))
     }
@@ -145,7 +145,17 @@ self_cell!(
     }
 );
 
-/// The integrator of diffsol's methods on the whole system.
+/// What of the system moves, and how the rest does meanwhile.
+enum Part {
+    /// All of it.
+    Whole,
+    /// The shape, with the species on a course.
+    Shape(Course),
+    /// The species, with the signals on a course.
+    Chemistry(Course),
+}
+
+/// The integrator of diffsol's methods on the whole system, or on a part of it.
 pub(super) struct InOnePiece {
     policy: Storage,
     method: OdeMethod,
@@ -153,8 +163,7 @@ pub(super) struct InOnePiece {
     rtol: f64,
     atol: f64,
     step: Option<f64>,
-    /// Whether the chemistry does not change.
-    shape_alone: bool,
+    part: Part,
     running: Option<(Running, Arc<State>)>,
 }
 
@@ -167,21 +176,38 @@ impl InOnePiece {
         step: Option<f64>,
     ) -> Self {
         let linear = LinearChoice::default();
-        Self { policy, method, linear, rtol, atol, step, shape_alone: false, running: None }
+        Self { policy, method, linear, rtol, atol, step, part: Part::Whole, running: None }
     }
 
-    /// Of the shape alone, as it moves under drag: `drag dx/dt = -∂U/∂x`.
-    pub(super) fn of_shape(policy: Storage, tolerance: (f64, f64)) -> Self {
-        Self { shape_alone: true, ..Self::new(policy, OdeMethod::TrBdf2, tolerance, None) }
+    /// Of the shape alone, as it moves under drag while the species go along `course`:
+    /// `drag dx/dt = -∂U/∂x`.
+    pub(super) fn of_shape(policy: Storage, tolerance: (f64, f64), course: Course) -> Self {
+        let part = Part::Shape(course);
+        Self { part, ..Self::new(policy, OdeMethod::TrBdf2, tolerance, None) }
+    }
+
+    /// Of the chemistry alone, with the transport of the shape last followed, while the signals go
+    /// along `course`.
+    pub(super) fn of_chemistry(method: OdeMethod, tolerance: (f64, f64), course: Course) -> Self {
+        let policy = Storage { mechanics: 0.0, chemistry: 1.0 };
+        let part = Part::Chemistry(course);
+        Self { part, ..Self::new(policy, method, tolerance, None) }
+    }
+
+    /// The unknowns and what they obey.
+    fn coupled(&self, system: &mut System) -> Coupled {
+        let (mut coupled, course) = match &self.part {
+            Part::Whole => return Coupled::new(system, self.policy),
+            Part::Shape(course) => (Coupled::shape_alone(system, self.policy), course),
+            Part::Chemistry(course) => (Coupled::chemistry_alone(system, self.policy), course),
+        };
+        coupled.set_course(course.clone());
+        coupled
     }
 
     /// Starts anew from `state`.
     fn restart(&self, system: &mut System, state: &State, until: f64) -> Result<Running> {
-        let mut coupled = if self.shape_alone {
-            Coupled::shape_alone(system, self.policy)
-        } else {
-            Coupled::new(system, self.policy)
-        };
+        let mut coupled = self.coupled(system);
         coupled.start(state);
         let mut start = vec![0.0; coupled.layout().unknowns()];
         coupled.pack(system, state, &mut start);
@@ -279,7 +305,9 @@ impl Integrator for InOnePiece {
         };
         report.relaxation.iterations = work.iterations - earlier.iterations;
         report.relaxation.factorisations = work.factorisations - earlier.factorisations;
-        report.relaxation.residual = system.residual(state);
+        if !matches!(self.part, Part::Chemistry(_)) {
+            report.relaxation.residual = system.residual(state);
+        }
         Ok(report)
     }
 }

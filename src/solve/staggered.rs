@@ -19,33 +19,36 @@
 //! chemistry-fast    as simultaneous                               steady at the last shape
 //! ```
 //!
-//! The mean of c stands for its course over the step, which is of second order too. Under
-//! `chemistry-fast` c* is c_n, and a second correction gives the error estimate. The shape moves by
-//! TR-BDF2 under error control (`monolithic`), the chemistry settles as in `steady`.
+//! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
+//! the shape half way. Under `chemistry-fast` c* is c_n, and a second correction gives the error
+//! estimate. A shape with storage moves by TR-BDF2 under error control (`monolithic`), the
+//! chemistry settles as in `chemistry::steady`.
 //!
-//! where φ integrates the chemistry over Δt by the stabilised explicit method of
-//! [`chebyshev`](super::chebyshev), to a fiftieth of the coupling tolerance, so that diffusion does
-//! not limit Δt. `c_{n+1} - c*` estimates the error that lagging signals cause; heun keeps the
-//! better value and so is of second order in the coupling. The step follows from
+//! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a fiftieth of
+//! the coupling tolerance: unless the scene chooses another, the stabilised explicit one, so that
+//! diffusion does not limit Δt. What the second round changes estimates the error that lagging
+//! signals cause, in the species and, where the shape has storage, in the shape; heun keeps the
+//! better values and so is of second order in the coupling. The step follows from
 //!
 //! ```text
 //! err = RMS_k |c_{n+1} - c*|_k / (atol + rtol max|c|),   Δt_new = 0.9 Δt err^{-1/2}
+//!       RMS_i |x_{n+1} - x*|_i / (atol edge + rtol max|x - X|)                         the larger
 //! ```
 //!
-//! over the points k that change noticeably in the step: a small active spot on a large quiet
-//! sheet is not averaged away.
+//! over the points k and vertices i that change noticeably in the step: a small active spot on a
+//! large quiet sheet is not averaged away.
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
 use serde::{Deserialize, Serialize};
 
+use super::chemistry::{ChemistryMethod, ChemistrySteps, relax_chemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::InOnePiece;
-use super::steady::relax_chemistry;
 use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step};
 use crate::num::checked::Positive;
 use crate::state::State;
-use crate::system::{SignalColumns, System};
+use crate::system::{Course, SignalColumns, System};
 use crate::timescale::Storage;
 use crate::{Error, Result};
 
@@ -62,6 +65,8 @@ const QUIET: f64 = 0.1;
 const EULER_SLACK: f64 = 1e-2;
 /// Tolerance of the chemistry within a step, relative to that of the coupling.
 const INNER: f64 = 0.02;
+/// The same of a shape that moves under drag: its solution is costly.
+const INNER_OF_SHAPE: f64 = 0.1;
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,6 +75,10 @@ pub struct StaggeredSpec {
     /// How a step is made.
     #[serde(default)]
     pub method: Method,
+    /// How the chemistry is integrated within a step; `euler` for Euler and `chebyshev` for Heun if
+    /// not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chemistry: Option<ChemistryMethod>,
     /// Euler: the fixed step. Heun: the first step tried.
     #[serde(default = "default_step")]
     pub step: Positive,
@@ -110,14 +119,32 @@ pub enum Method {
 #[typetag::serde(name = "staggered")]
 impl IntegratorSpec for StaggeredSpec {
     fn name(&self) -> String {
-        match self.method {
-            Method::Euler => "staggered, Euler".into(),
-            Method::Heun => "staggered, predict-relax-correct".into(),
+        let method = match self.method {
+            Method::Euler => "staggered, Euler",
+            Method::Heun => "staggered, predict-relax-correct",
+        };
+        match self.chemistry {
+            None => method.into(),
+            Some(chemistry) => format!("{method}, chemistry by {}", chemistry.name()),
         }
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
-        Ok(Box::new(Staggered { spec: self.clone(), step: self.step.get(), policy }))
+        if policy.chemistry == 0.0
+            && let Some(chemistry) = self.chemistry
+        {
+            return Err(SolveError::Pairing(format!(
+                "under this policy the chemistry settles at once and nothing integrates it: leave \
+                 out chemistry = \"{}\"",
+                chemistry.name().to_lowercase()
+            )));
+        }
+        let chemistry = self.chemistry.unwrap_or(match self.method {
+            Method::Euler => ChemistryMethod::Euler,
+            Method::Heun => ChemistryMethod::Chebyshev,
+        });
+        let chemistry = ChemistrySteps::new(chemistry);
+        Ok(Box::new(Staggered { spec: self.clone(), chemistry, step: self.step.get(), policy }))
     }
 }
 
@@ -126,6 +153,7 @@ crate::register_kind!(dyn IntegratorSpec, "staggered", StaggeredSpec);
 /// The staggered integrator.
 struct Staggered {
     spec: StaggeredSpec,
+    chemistry: ChemistrySteps,
     step: f64,
     policy: Storage,
 }
@@ -176,12 +204,12 @@ impl Staggered {
             return Ok(Relaxation::default());
         }
         let mut moving = state.clone();
-        for (c, to) in moving.species.iter_mut().zip(&next.species) {
-            for (c, to) in c.iter_mut().zip(to) {
-                *c = 0.5 * (*c + to);
-            }
-        }
-        let mut mover = InOnePiece::of_shape(self.policy, self.inner());
+        let course =
+            Course::new((state.time, state.species.clone()), (next.time, next.species.clone()));
+        let (rtol, atol) = self.inner();
+        let loose = INNER_OF_SHAPE / INNER;
+        let inner = (loose * rtol, loose * atol);
+        let mut mover = InOnePiece::of_shape(self.policy, inner, course);
         let mut done = Relaxation::default();
         while moving.time < next.time {
             done.add(&mover.advance(system, &mut moving, next.time)?.relaxation);
@@ -192,18 +220,14 @@ impl Staggered {
         Ok(done)
     }
 
-    fn euler(&self, system: &mut System, state: &mut State, until: f64) -> Result<StepReport> {
+    fn euler(&mut self, system: &mut System, state: &mut State, until: f64) -> Result<StepReport> {
         let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {
-            let signals = system.signals(state);
-            let rates = system.rates(&state.species, &signals)?;
-            for (species, rate) in next.species.iter_mut().zip(&rates) {
-                for (c, r) in species.iter_mut().zip(rate) {
-                    *c += step * r;
-                }
-            }
+            let signals = Course::still(system.signals(state));
+            let inner = self.inner();
+            next.species = self.chemistry.advance(system, state, time, &signals, inner)?;
         }
         next.time = time;
         next.step += 1;
@@ -258,14 +282,14 @@ impl Staggered {
 
     /// One try; the error estimate in units of the tolerance, and the state if that is at most 1.
     fn try_heun(
-        &self,
+        &mut self,
         system: &mut System,
         state: &State,
         now: &SignalColumns,
         time: f64,
         report: &mut StepReport,
     ) -> Result<(State, f64)> {
-        let (rtol, atol) = (self.spec.rtol.get(), self.spec.atol.get());
+        let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
         let inner = self.inner();
         // The transport still follows the shape of the last try; bring it back.
         system.follow(state)?;
@@ -275,18 +299,32 @@ impl Staggered {
         if self.policy.chemistry == 0.0 {
             return self.try_settling(system, state, next, report);
         }
-        next.species = system.advance_chemistry(state, time, now, now, inner)?;
-        system.keep_in_range(&mut next.species, time, (rtol, atol))?;
-        let predicted = next.species.clone();
+        let frozen = Course::still(now.clone());
+        next.species = self.chemistry.advance(system, state, time, &frozen, inner)?;
+        system.keep_in_range(&mut next.species, time, tolerance)?;
         report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
-        let then = system.signals(&next);
-        next.species = system.advance_chemistry(state, time, now, &then, inner)?;
-        system.keep_in_range(&mut next.species, time, (rtol, atol))?;
-        let error = system.coupling_error(state, &predicted, &next.species, (rtol, atol), QUIET);
-        if error <= 1.0 {
-            report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
+        let predicted = next.clone();
+        let signals = Course::new((state.time, now.clone()), (time, system.signals(&next)));
+        if system.diffuses() {
+            system.follow(&half_way(state, &next))?;
         }
+        next.species = self.chemistry.advance(system, state, time, &signals, inner)?;
+        system.keep_in_range(&mut next.species, time, tolerance)?;
+        let error = system.coupling_error(state, &predicted, &next, tolerance, QUIET);
+        if error > 1.0 {
+            return Ok((next, error));
+        }
+        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
+        let error = error.max(self.shape_error(system, state, &predicted, &next));
         Ok((next, error))
+    }
+
+    /// The same of the shape, where it has storage: there it may move while the species hardly do.
+    fn shape_error(&self, system: &mut System, state: &State, a: &State, b: &State) -> f64 {
+        if self.policy.mechanics == 0.0 {
+            return 0.0;
+        }
+        system.shape_error(state, a, b, (self.spec.rtol.get(), self.spec.atol.get()), QUIET)
     }
 
     /// The same where the chemistry settles at once: shape, chemistry, and both once more.
@@ -300,12 +338,24 @@ impl Staggered {
         let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
         report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
         report.relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
-        let predicted = next.species.clone();
+        let predicted = next.clone();
         report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
         report.relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
-        let error = system.coupling_error(state, &predicted, &next.species, tolerance, QUIET);
+        let error = system.coupling_error(state, &predicted, &next, tolerance, QUIET);
+        let error = error.max(self.shape_error(system, state, &predicted, &next));
         Ok((next, error))
     }
+}
+
+/// The mean of two states.
+fn half_way(a: &State, b: &State) -> State {
+    let mut mean = a.clone();
+    mean.time = 0.5 * (a.time + b.time);
+    mean.x.iter_mut().zip(&b.x).for_each(|(a, b)| *a = 0.5 * (*a + b));
+    for (a, b) in mean.species.iter_mut().flatten().zip(b.species.iter().flatten()) {
+        *a = 0.5 * (*a + b);
+    }
+    mean
 }
 
 /// End of a step that does not pass `until`; the last two steps before it share the way.

@@ -10,11 +10,13 @@
 
 mod chemistry;
 mod coupled;
+mod course;
 mod mechanics;
 mod signals;
 
 pub use chemistry::{Chemistry, SignalColumns};
 pub use coupled::{Coupled, CoupledWork, Layout};
+pub use course::Course;
 pub use mechanics::{Mechanics, Pins};
 pub use signals::{Signals, TensionReading};
 
@@ -22,7 +24,6 @@ use crate::num::real;
 use crate::parallel;
 use crate::sheet::SheetError;
 use crate::solve::SolveError;
-use crate::solve::chebyshev::{Chebyshev, Tolerance};
 use crate::solve::equilibrium::{Equilibrium, Goal, Relaxation, explained};
 use crate::state::State;
 use crate::{Error, Result, Vec3};
@@ -36,7 +37,6 @@ pub struct System {
     max_iterations: usize,
     drag: f64,
     interrupted: Box<dyn Fn() -> bool + Send + Sync>,
-    chebyshev: Chebyshev,
     /// The shape that the transport belongs to.
     followed: Vec<Vec3>,
 }
@@ -68,7 +68,6 @@ impl System {
             max_iterations,
             drag,
             interrupted: Box::new(|| false),
-            chebyshev: Chebyshev::default(),
             followed: Vec::new(),
         }
     }
@@ -201,54 +200,6 @@ impl System {
         Ok(out)
     }
 
-    /// Integrates the chemistry from `state` to `until` with the shape's transport frozen and the
-    /// signals going linearly from `now` to `then`; returns the species.
-    ///
-    /// # Errors
-    /// If the plugin or the integrator fails.
-    pub fn advance_chemistry(
-        &mut self,
-        state: &State,
-        until: f64,
-        now: &SignalColumns,
-        then: &SignalColumns,
-        (rtol, atol): (f64, f64),
-    ) -> Result<Vec<Vec<f64>>> {
-        let Some(chemistry) = &self.chemistry else { return Ok(state.species.clone()) };
-        let sheet = self.mechanics.sheet().clone();
-        let count = chemistry.points(&sheet);
-        let mut y: Vec<f64> = state.species.concat();
-        let absolute: Vec<f64> = chemistry
-            .descriptor()
-            .species
-            .iter()
-            .flat_map(|s| std::iter::repeat_n(atol * s.typical, count))
-            .collect();
-        let views: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        let frozen = std::ptr::eq(now, then);
-        let mut bound = chemistry.spectral_bound(&views, now)?;
-        if !frozen {
-            bound = bound.max(chemistry.spectral_bound(&views, then)?);
-        }
-        let mut between = now.clone();
-        let rate = |t: f64, y: &[f64], out: &mut [f64]| -> Result<()> {
-            if !frozen {
-                let share = (t - state.time) / (until - state.time);
-                for ((b, a), z) in between.iter_mut().zip(now).zip(then) {
-                    parallel::fill(b, |i| a[i] + share * (z[i] - a[i]));
-                }
-            }
-            let c: Vec<&[f64]> = y.chunks(count).collect();
-            let mut r: Vec<&mut [f64]> = out.chunks_mut(count).collect();
-            chemistry.reaction(&c, &between, &mut r)?;
-            chemistry.add_transport(&sheet, &c, &mut r);
-            Ok(())
-        };
-        let tolerance = Tolerance { relative: rtol, absolute: &absolute };
-        self.chebyshev.integrate(state.time, until, &mut y, &tolerance, bound, rate)?;
-        Ok(y.chunks(count).map(<[f64]>::to_vec).collect())
-    }
-
     /// Brings values that left a species' valid range by less than the tolerance
     /// `atol·typical + rtol·max|c|` back to its edge.
     ///
@@ -287,12 +238,13 @@ impl System {
     pub fn coupling_error(
         &self,
         start: &State,
-        a: &[Vec<f64>],
-        b: &[Vec<f64>],
+        a: &State,
+        b: &State,
         (rtol, atol): (f64, f64),
         quiet: f64,
     ) -> f64 {
         let Some(chemistry) = &self.chemistry else { return 0.0 };
+        let (a, b) = (&a.species, &b.species);
         let (mut sum, mut points) = (0.0, 0usize);
         for (s, species) in chemistry.descriptor().species.iter().enumerate() {
             let largest = b[s].iter().fold(0.0f64, |m, c| m.max(c.abs()));
@@ -306,6 +258,39 @@ impl System {
             }
         }
         if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
+    }
+
+    /// RMS of `|x_b - x_a| / (atol·edge + rtol·max|x_b - X|)` over the vertices that moved by more than
+    /// `quiet` of that from `start` to `b`.
+    #[must_use]
+    pub fn shape_error(
+        &self,
+        start: &State,
+        a: &State,
+        b: &State,
+        (rtol, atol): (f64, f64),
+        quiet: f64,
+    ) -> f64 {
+        if !self.moves() {
+            return 0.0;
+        }
+        let rest = self.mechanics.sheet().rest();
+        let largest = parallel::max(rest.len(), |i| (b.x[i] - rest[i]).norm());
+        let unit = atol * self.mechanics.metric().mean_edge() + rtol * largest;
+        let (mut sum, mut points) = (0.0, 0usize);
+        for ((start, a), b) in start.x.iter().zip(&a.x).zip(&b.x) {
+            if (b - start).norm() > quiet * unit {
+                sum += (b - a).norm_squared() / (unit * unit);
+                points += 1;
+            }
+        }
+        if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
+    }
+
+    /// Whether any species diffuses.
+    #[must_use]
+    pub fn diffuses(&self) -> bool {
+        self.chemistry.as_ref().is_some_and(|chemistry| !chemistry.transport().is_empty())
     }
 
     /// Largest `|dc/dt|` over all points, in units of each species' typical magnitude, 1/time.

@@ -2,7 +2,7 @@
 
 use rumple::num::whole;
 use rumple::solve::SolveError;
-use rumple::solve::chebyshev::{Chebyshev, Tolerance, Work};
+use rumple::solve::chemistry::chebyshev::{Chebyshev, Tolerance, Work};
 use rumple::{Error, Result};
 
 use crate::diffusion::{diffuse, disc};

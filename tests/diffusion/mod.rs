@@ -6,7 +6,7 @@ mod green_gauss;
 use rumple::effects::Transport;
 use rumple::sheet::Sheet;
 use rumple::sheet::generate::{Shape, generate};
-use rumple::solve::chebyshev::{Chebyshev, Tolerance};
+use rumple::solve::chemistry::chebyshev::{Chebyshev, Tolerance};
 use rumple::{Result, Vec3};
 
 /// First zero of J_1', and the first two zeros of J_2' and J_0' in the order of their size:

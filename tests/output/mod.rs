@@ -3,6 +3,7 @@
 mod directory;
 mod interrupt;
 mod ledger;
+mod picture;
 mod progress;
 mod provenance;
 mod series;

@@ -243,8 +243,16 @@ fn policies_and_integrators_are_compared() {
     let shown = text(&out.stdout);
     assert!(out.status.success(), "{shown}{}", text(&out.stderr));
     assert!(shown.contains("slowest mode of the shape"), "{shown}");
-    assert!(shown.contains("quasi-static, explicit, Euler: "), "{shown}");
+    assert!(shown.contains("quasi-static, explicit, Euler, step = 1e-3: "), "{shown}");
     assert!(shown.contains("under this policy the shape has none"), "{shown}");
+    for picture in ["compare.png", "pictures.png"] {
+        let bytes = fs::read(folder.path().join("result").join(picture)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000, "{picture}");
+    }
+    let plots = fs::read_to_string(folder.path().join("result/compare.svg")).unwrap();
+    for member in ["quasi-static, monolithic, TR-BDF2", "explicit, Euler, step = 1e-3 (failed)"] {
+        assert!(plots.contains(member), "{plots}");
+    }
     let table = fs::read_to_string(folder.path().join("result/compare.csv")).unwrap();
     // Five members at three times, and the header.
     assert_eq!(table.lines().count(), 16, "{table}");

@@ -40,6 +40,10 @@ pub struct DescentSpec {
     pub tolerance: Positive,
     /// Iterations after which a relaxation has failed.
     pub max_iterations: AtLeast<1>,
+    /// A relaxation stops after this many steps, at rest or not, and that is no failure: the bounded
+    /// relaxation of the paper. Without it the shape comes to rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<AtLeast<1>>,
     /// Largest move of a vertex in one step, in mean edge lengths.
     pub largest_move: Positive,
     /// No triangle's area may fall below this share in one step.
@@ -51,6 +55,7 @@ impl Default for DescentSpec {
         Self {
             tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
             max_iterations: AtLeast::new(1_000_000).unwrap_or(AtLeast::LEAST),
+            steps: None,
             largest_move: Positive::new(0.1).unwrap_or(Positive::ONE),
             area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
         }
@@ -60,7 +65,10 @@ impl Default for DescentSpec {
 #[typetag::serde(name = "descent")]
 impl EquilibriumSpec for DescentSpec {
     fn name(&self) -> String {
-        "steepest descent (overdamped motion)".into()
+        match self.steps {
+            None => "steepest descent (overdamped motion)".into(),
+            Some(steps) => format!("steepest descent, at most {} steps", steps.get()),
+        }
     }
 
     fn tolerance(&self) -> f64 {
@@ -119,7 +127,8 @@ impl Equilibrium for Descent {
         let mut done = Relaxation { evaluations: 1, ..Relaxation::default() };
         done.energy = mechanics.energy_gradient(x, &mut gradient);
         done.residual = mechanics.residual(&gradient);
-        while !reached(&done, goal)? {
+        let enough = self.options.steps.map_or(usize::MAX, AtLeast::get);
+        while done.iterations < enough && !reached(&done, goal)? {
             let square = dot(&gradient, &gradient);
             let limit = longest / largest(&gradient);
             let step = (self.step * softness).min(limit);

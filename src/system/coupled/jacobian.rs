@@ -20,8 +20,8 @@ use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;
 use crate::solve::linear::{Assembly, BlockMatrix, BlockPattern, Entries, Sparse, SumOfProduct};
 use crate::state::State;
-use crate::system::System;
 use crate::system::signals::Derivatives;
+use crate::system::{SignalColumns, System};
 use crate::{Result, Vec3};
 
 /// The Jacobian with everything that it is assembled from.
@@ -51,12 +51,17 @@ struct Values<'a> {
 }
 
 impl Jacobian {
-    pub(super) fn new(system: &mut System, layout: &Layout, state: &State) -> Result<Self> {
+    pub(super) fn new(
+        system: &mut System,
+        layout: &Layout,
+        state: &State,
+        given: Option<&SignalColumns>,
+    ) -> Result<Self> {
         let hessian = (layout.mechanical() > 0).then(|| {
             let pattern = BlockPattern::two_rings(system.mechanics().sheet());
             BlockMatrix::zeros(Arc::new(pattern))
         });
-        let values = values(hessian.as_ref(), system, layout, state)?;
+        let values = values(hessian.as_ref(), system, layout, state, given)?;
         let n = layout.unknowns();
         let direct = Assembly::new(n, n, |entries| direct(system, &values, entries));
         let lengths = values.factor_slopes.is_some().then(|| {
@@ -70,7 +75,7 @@ impl Jacobian {
             Lengths { of_residual, of_unknowns, total }
         });
         let mut jacobian = Self { hessian, direct, lengths };
-        jacobian.fill(system, layout, state)?;
+        jacobian.fill(system, layout, state, given)?;
         Ok(jacobian)
     }
 
@@ -79,11 +84,12 @@ impl Jacobian {
         system: &mut System,
         layout: &Layout,
         state: &State,
+        given: Option<&SignalColumns>,
     ) -> Result<()> {
         if let Some(hessian) = &mut self.hessian {
             system.mechanics().hessian(&state.x, HessianPart::Full, hessian);
         }
-        let values = values(self.hessian.as_ref(), system, layout, state)?;
+        let values = values(self.hessian.as_ref(), system, layout, state, given)?;
         self.direct.fill(|entries| direct(system, &values, entries));
         if let Some(Lengths { of_residual, of_unknowns, total }) = &mut self.lengths {
             of_residual.fill(|entries| residual_by_lengths(system, &values, entries));
@@ -106,16 +112,17 @@ fn values<'a>(
     system: &mut System,
     layout: &'a Layout,
     state: &'a State,
+    given: Option<&SignalColumns>,
 ) -> Result<Values<'a>> {
     let mut values = Values { layout, state, hessian, partials: None, factor_slopes: None };
-    let signals = system.signals(state);
+    let signals = given.map_or_else(|| system.signals(state), Clone::clone);
     let sheet = system.mechanics().sheet().clone();
     // Of a chemistry that does not change the lengths alone matter, and those do not change either.
     if let Some(chemistry) = system.chemistry().filter(|_| layout.species() > 0) {
         let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
         values.partials = Some(chemistry.reaction_partials(&c, &signals)?);
         // Lengths that nothing feels need no derivatives.
-        if layout.mechanical() > 0 || chemistry.reads_strain() {
+        if layout.mechanical() > 0 || given.is_none() && chemistry.reads_strain() {
             values.factor_slopes = chemistry.length_factor_slopes(&sheet, &state.species)?;
         }
     }

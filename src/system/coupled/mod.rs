@@ -16,7 +16,7 @@ mod layout;
 
 pub use layout::Layout;
 
-use super::System;
+use super::{Course, SignalColumns, System};
 use std::sync::Arc;
 
 use crate::solve::linear::{BlockPattern, Displacements, Sparse};
@@ -41,6 +41,7 @@ pub struct Coupled {
     state: State,
     gradient: Vec<Vec3>,
     jacobian: Option<Box<Jacobian>>,
+    course: Option<Course>,
     work: CoupledWork,
 }
 
@@ -75,6 +76,7 @@ impl Coupled {
             state: State::default(),
             gradient: Vec::new(),
             jacobian: None,
+            course: None,
             work: CoupledWork::default(),
         }
     }
@@ -140,6 +142,27 @@ impl Coupled {
         self.state.clone_from(state);
     }
 
+    /// Lets what no unknown stands for go along `course`: the species where the shape is alone; the
+    /// signals where the chemistry is, which then keeps the transport of the shape last followed.
+    pub fn set_course(&mut self, course: Course) {
+        self.course = Some(course);
+    }
+
+    /// The signals on their course, if they have one.
+    fn given_signals(&self, time: f64) -> Option<SignalColumns> {
+        let course = self.course.as_ref().filter(|_| self.layout.species() > 0)?;
+        let mut signals = Vec::new();
+        course.at(time, &mut signals);
+        Some(signals)
+    }
+
+    /// Sets the species on their course, if they have one.
+    fn follow_species(&self, state: &mut State) {
+        if let Some(course) = self.course.as_ref().filter(|_| self.layout.species() == 0) {
+            course.at(state.time, &mut state.species);
+        }
+    }
+
     /// Writes F.
     ///
     /// # Errors
@@ -154,20 +177,24 @@ impl Coupled {
         self.work.residuals += 1;
         let mut state = std::mem::take(&mut self.state);
         self.unpack(system, y, time, &mut state);
+        self.follow_species(&mut state);
         let done = self.evaluate(system, &state, out);
         self.state = state;
         done
     }
 
     fn evaluate(&mut self, system: &mut System, state: &State, out: &mut [f64]) -> Result<()> {
-        system.follow(state)?;
+        let given = self.given_signals(state.time);
+        if given.is_none() {
+            system.follow(state)?;
+        }
         if self.layout.mechanical() > 0 {
             self.gradient.resize(state.x.len(), Vec3::zeros());
             system.mechanics().energy_gradient(&state.x, &mut self.gradient);
             self.layout.pack_forces(&self.gradient, out);
         }
         if self.layout.species() > 0 {
-            let signals = system.signals(state);
+            let signals = given.unwrap_or_else(|| system.signals(state));
             let rates = system.rates(&state.species, &signals)?;
             self.layout.pack_species(&rates, out);
         }
@@ -185,14 +212,19 @@ impl Coupled {
         self.work.jacobians += 1;
         let mut state = std::mem::take(&mut self.state);
         self.unpack(system, y, time, &mut state);
+        self.follow_species(&mut state);
+        let given = self.given_signals(time);
         let layout = &self.layout;
         let jacobian = &mut self.jacobian;
         let mut fill = || -> Result<()> {
-            system.follow(&state)?;
+            if given.is_none() {
+                system.follow(&state)?;
+            }
+            let given = given.as_ref();
             match jacobian {
-                Some(jacobian) => jacobian.fill(system, layout, &state),
+                Some(jacobian) => jacobian.fill(system, layout, &state, given),
                 None => {
-                    let made = Jacobian::new(system, layout, &state)?;
+                    let made = Jacobian::new(system, layout, &state, given)?;
                     *jacobian = Some(Box::new(made));
                     Ok(())
                 }

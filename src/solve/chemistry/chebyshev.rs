@@ -15,9 +15,9 @@
 //! Source: Sommeijer, Shampine & Verwer, "RKC: an explicit solver for parabolic PDEs",
 //! J. Comput. Appl. Math. 88 (1998) 315, doi:10.1016/S0377-0427(97)00219-7.
 
-use super::SolveError;
 use crate::num::{real, whole};
 use crate::parallel;
+use crate::solve::SolveError;
 use crate::{Error, Result};
 
 /// Damping of the stability polynomial; keeps a strip around the negative axis stable.

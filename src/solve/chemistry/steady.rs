@@ -7,17 +7,22 @@
 
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
-use super::SolveError;
-use super::linear::{Factor, LinearChoice, Sparse};
 use crate::Result;
+use crate::solve::SolveError;
+use crate::solve::linear::{Factor, LinearChoice, Sparse};
 use crate::state::State;
 use crate::system::{Coupled, System};
 use crate::timescale::Storage;
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
 const STILL: f64 = 1e-2;
+/// Error of a step on the way, relative to a species' size and typical magnitude. What the chemistry
+/// runs into hangs on the way where it has several steady states.
+const ERROR: f64 = 0.05;
 /// Steps after which there is no steady state to be found.
-const MOST: usize = 200;
+const MOST: usize = 5000;
+/// Linear systems in a row that may fail.
+const MOST_FAILURES: usize = 30;
 /// How far a step on the way may leave a species' valid range, relative to its size and typical
 /// magnitude.
 const SLACK: f64 = 0.1;
@@ -42,13 +47,14 @@ pub fn relax_chemistry(
     coupled.residual(system, state.time, &y, &mut rate)?;
     let mut newton: Option<Shifted> = None;
     // The first step changes nothing by more than its own size.
-    let pace = |y: &[f64], rate: &[f64]| {
+    let relative = |y: &[f64], rate: &[f64]| {
         let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
         (0..n).map(of).fold(0.0, f64::max)
     };
-    let first = pace(&y, &rate);
+    let first = relative(&y, &rate);
     let mut speed = first;
     let mut inverse_step = first;
+    let mut rejected = 0;
     for step in 0..MOST {
         if first == 0.0 {
             return Ok(step);
@@ -59,8 +65,18 @@ pub fn relax_chemistry(
             None => newton.insert(Shifted::new(jacobian)?),
         };
         let mut change = rate.clone();
-        newton.solve(jacobian, inverse_step, &mut change)?;
+        if newton.solve(jacobian, inverse_step, &mut change).is_err() {
+            // A shorter step makes the matrix easier; with no step to speak of it is the identity.
+            inverse_step = 4.0 * inverse_step.max(1e-9 * first);
+            rejected += 1;
+            if rejected > MOST_FAILURES {
+                return Err(SolveError::NotSteady { time: state.time, rate: speed }.into());
+            }
+            continue;
+        }
+        rejected = 0;
         let mut tried = y.clone();
+        let before = rate.clone();
         let mut largest: f64 = 0.0;
         for i in 0..n {
             tried[i] += change[i];
@@ -75,16 +91,24 @@ pub fn relax_chemistry(
             .and_then(
                 |()| if largest.is_finite() { Ok(()) } else { Err(SolveError::NotFinite.into()) },
             );
+        let mut error = 0.0;
+        let done = done.and_then(|()| {
+            let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
+            error = 0.5 / inverse_step * relative(&tried, &differ);
+            if error <= 4.0 * ERROR { Ok(()) } else { Err(SolveError::NotFinite.into()) }
+        });
         match done {
             Ok(()) => y = tried,
-            Err(error) if error.may_vanish_with_the_step() => {
-                inverse_step = 4.0 * inverse_step.max(1e-3 * first);
-                coupled.residual(system, state.time, &y, &mut rate)?;
+            Err(failure) if failure.may_vanish_with_the_step() => {
+                let finite = error > 0.0 && error.is_finite();
+                let shorter = if finite { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
+                inverse_step = shorter * inverse_step.max(1e-9 * first);
+                rate = before;
                 continue;
             }
-            Err(error) => return Err(error),
+            Err(failure) => return Err(failure),
         }
-        let before = std::mem::replace(&mut speed, pace(&y, &rate));
+        speed = relative(&y, &rate);
         if !speed.is_finite() {
             break;
         }
@@ -97,8 +121,8 @@ pub fn relax_chemistry(
             *state = next;
             return Ok(step + 1);
         }
-        inverse_step *=
-            (speed / before).clamp(0.05, 4.0).min(if largest < STILL { 0.1 } else { 4.0 });
+        let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
+        inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
     }
     Err(SolveError::NotSteady { time: state.time, rate: speed }.into())
 }

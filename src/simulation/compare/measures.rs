@@ -1,0 +1,116 @@
+//! What can be measured on two states, and between them.
+
+use nalgebra::Matrix3;
+use serde::Serialize;
+
+use crate::Vec3;
+use crate::num::real;
+use crate::state::State;
+use crate::system::System;
+
+/// What of a state can be compared whichever branch it is on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Measures {
+    /// Time.
+    pub time: f64,
+    /// Elastic energy.
+    pub energy: f64,
+    /// Largest displacement out of the rest shape.
+    pub amplitude: f64,
+    /// Connected regions where the first species is above half way between its least and largest
+    /// values.
+    pub spots: usize,
+    /// Mean distance of a region's centre from the nearest other; NaN for fewer than two.
+    pub separation: f64,
+}
+
+/// Relative distances of two states: RMS of the difference of positions, after the rigid motion that
+/// makes it least, over the RMS displacement of `b`; and the largest over species of the same for
+/// their values.
+#[must_use]
+pub fn distance(a: &State, b: &State, rest: &[Vec3], typical: &[f64]) -> (f64, f64) {
+    let rms = |v: &mut dyn Iterator<Item = f64>| -> f64 {
+        let (mut sum, mut count) = (0.0, 0usize);
+        for v in v {
+            sum += v;
+            count += 1;
+        }
+        (sum / real(count.max(1))).sqrt()
+    };
+    let aligned = aligned(&a.x, &b.x);
+    let moved = rms(&mut b.x.iter().zip(rest).map(|(b, r)| (b - r).norm_squared()));
+    let apart = rms(&mut aligned.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared()));
+    let shape = if apart == 0.0 { 0.0 } else { apart / moved.max(f64::MIN_POSITIVE) };
+    let species = a.species.iter().zip(&b.species).zip(typical).map(|((a, b), typical)| {
+        let size = rms(&mut b.iter().map(|b| b * b)).max(1e-3 * typical);
+        rms(&mut a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))) / size
+    });
+    (shape, species.fold(0.0, f64::max))
+}
+
+/// `from` moved rigidly so that it lies nearest to `to` (Kabsch, doi:10.1107/S0567739476001873).
+fn aligned(from: &[Vec3], to: &[Vec3]) -> Vec<Vec3> {
+    let count = real(from.len().max(1));
+    let centre = |x: &[Vec3]| x.iter().sum::<Vec3>() / count;
+    let (a, b) = (centre(from), centre(to));
+    let covariance: Matrix3<f64> =
+        from.iter().zip(to).map(|(x, y)| (y - b) * (x - a).transpose()).sum();
+    let svd = covariance.svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return from.to_vec() };
+    let mut keep = Matrix3::identity();
+    // No mirror image: the least direction takes the sign.
+    let least = svd.singular_values.imin();
+    keep[(least, least)] = (u * v).determinant().signum();
+    let turn = u * keep * v;
+    from.iter().map(|x| turn * (x - a) + b).collect()
+}
+
+/// Measures of `state`.
+pub(super) fn measure(system: &mut System, state: &State) -> Measures {
+    let energy = system.mechanics().energy(&state.x);
+    let sheet = system.mechanics().sheet().clone();
+    let amplitude =
+        sheet.rest().iter().zip(&state.x).map(|(r, x)| (x - r).norm()).fold(0.0, f64::max);
+    let mut measures =
+        Measures { time: state.time, energy, amplitude, spots: 0, separation: f64::NAN };
+    let Some(chemistry) = system.chemistry() else { return measures };
+    let at_vertices = chemistry.at_vertices(&sheet, &state.species);
+    let Some(c) = at_vertices.first() else { return measures };
+    let (least, largest) =
+        c.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(*c), h.max(*c)));
+    let threshold = 0.5 * (least + largest);
+    if !(largest > least) {
+        return measures;
+    }
+    let mut seen = vec![false; c.len()];
+    let mut centres: Vec<Vec3> = Vec::new();
+    for start in 0..c.len() {
+        if seen[start] || c[start] <= threshold {
+            continue;
+        }
+        let (mut stack, mut sum, mut count) = (vec![start], Vec3::zeros(), 0usize);
+        seen[start] = true;
+        while let Some(i) = stack.pop() {
+            sum += state.x[i];
+            count += 1;
+            for &(_, j) in sheet.vertex_edges().of(i) {
+                let j = j as usize;
+                if !seen[j] && c[j] > threshold {
+                    seen[j] = true;
+                    stack.push(j);
+                }
+            }
+        }
+        centres.push(sum / real(count));
+    }
+    measures.spots = centres.len();
+    if centres.len() > 1 {
+        let nearest = |k: usize| {
+            let others = centres.iter().enumerate().filter(|(other, _)| *other != k);
+            others.map(|(_, other)| (other - centres[k]).norm()).fold(f64::INFINITY, f64::min)
+        };
+        let sum: f64 = (0..centres.len()).map(nearest).sum();
+        measures.separation = sum / real(centres.len());
+    }
+    measures
+}

@@ -1,0 +1,130 @@
+//! One scene under several policies and integrators, from the same start.
+//!
+//! Every member is a run of its own, with frames and ledger. At the output times all have in common they
+//! are measured: before shapes part at a bifurcation by the distance of their fields, after it by what
+//! does not hang on which of equal branches was taken (energy, number of spots, separation, amplitude).
+
+mod drawn;
+mod measures;
+mod timescales;
+
+pub use drawn::{contact_sheet, figure};
+pub use measures::{Measures, distance};
+pub use timescales::Timescales;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use self::measures::measure;
+use super::prepare;
+use super::run::{self, Summary};
+use crate::kinetics::Search;
+use crate::output::{Interrupt, Progress, ResultDirectory};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+use crate::state::State;
+use crate::system::System;
+use crate::{Error, Result};
+
+/// Relative distance of shapes or species beyond which two runs count as parted: on different
+/// branches of a bifurcation, or too far apart for the distance to mean more.
+pub const PARTED: f64 = 0.2;
+
+/// One member of a comparison.
+pub struct Member {
+    /// `policy, integrator`.
+    pub name: String,
+    /// What became of it.
+    pub outcome: Result<Ran>,
+}
+
+/// A member that ran.
+pub struct Ran {
+    /// Work and times.
+    pub summary: Summary,
+    /// States at the output times.
+    pub states: Vec<State>,
+    /// Measures at the output times.
+    pub measures: Vec<Measures>,
+    /// Typical magnitudes of the species.
+    pub typical: Vec<f64>,
+    /// The first species of every state at the vertices, if there are species.
+    pub shown: Vec<Vec<f64>>,
+    /// The sheet.
+    pub sheet: Arc<Sheet>,
+}
+
+/// Distance of one run from another over the output times they have in common.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Apart {
+    /// Time, distance of shapes, distance of species.
+    pub course: Vec<(f64, f64, f64)>,
+    /// Largest distances before the runs part: of shapes, of species.
+    pub largest: (f64, f64),
+    /// The first time at which a distance is beyond [`PARTED`].
+    pub parted: Option<f64>,
+}
+
+impl Ran {
+    /// How far this run is from `reference`.
+    #[must_use]
+    pub fn apart(&self, reference: &Self) -> Apart {
+        let mut apart = Apart { course: Vec::new(), largest: (0.0, 0.0), parted: None };
+        for state in &self.states {
+            let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
+                continue;
+            };
+            let (shape, species) = distance(state, same, self.sheet.rest(), &self.typical);
+            apart.course.push((state.time, shape, species));
+            if apart.parted.is_none() {
+                if shape > PARTED || species > PARTED {
+                    apart.parted = Some(state.time);
+                } else {
+                    apart.largest = (apart.largest.0.max(shape), apart.largest.1.max(species));
+                }
+            }
+        }
+        apart
+    }
+
+    /// Wall time of the steps: without the first relaxation and without output.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        (self.summary.wall - self.summary.output - self.summary.start).as_secs_f64()
+    }
+}
+
+/// Runs one member into `root`.
+///
+/// # Errors
+/// Whatever ends a run, and pairings that make no sense.
+pub fn member(
+    scene: &Scene,
+    search: &Search,
+    root: &Path,
+    force: bool,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+) -> Result<Ran> {
+    let mut setup = prepare(scene, search)?;
+    let directory = ResultDirectory::prepare(root, force)?;
+    let typical = setup
+        .system
+        .chemistry()
+        .map(|c| c.descriptor().species.iter().map(|s| s.typical).collect())
+        .unwrap_or_default();
+    let sheet = setup.sheet.clone();
+    let (mut states, mut measures, mut shown) = (Vec::new(), Vec::new(), Vec::new());
+    let mut observe = |system: &mut System, state: &State| {
+        measures.push(measure(system, state));
+        if let Some(chemistry) = system.chemistry() {
+            shown.extend(chemistry.at_vertices(&sheet, &state.species).into_iter().next());
+        }
+        states.push(state.clone());
+    };
+    let summary = run::observed(scene, &mut setup, &directory, progress, interrupt, &mut observe)?;
+    if summary.ending == run::Ending::Interrupted {
+        return Err(Error::Solve(crate::solve::SolveError::Interrupted));
+    }
+    Ok(Ran { summary, states, measures, typical, shown, sheet: setup.sheet })
+}

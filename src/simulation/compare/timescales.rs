@@ -1,0 +1,72 @@
+//! Whether a policy is justified: how fast the shape relaxes against how fast the chemistry changes.
+
+use serde::Serialize;
+
+use crate::Result;
+use crate::geometry::{AreaRule, Shape, VertexArea};
+use crate::num::real;
+use crate::simulation::Setup;
+use crate::solve::stability::Stability;
+
+/// How fast the shape relaxes under drag against how fast the chemistry changes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Timescales {
+    /// Rate of the slowest mode of the shape, `λ/drag` per vertex, 1/time.
+    pub shape: f64,
+    /// Largest rate of change of a species relative to its size, 1/time.
+    pub chemistry: f64,
+}
+
+impl Timescales {
+    /// At the relaxed start of `setup`: one factorisation with its modes.
+    ///
+    /// # Errors
+    /// If the plugin fails, or the modes are not found.
+    pub fn of(setup: &mut Setup) -> Result<Option<Self>> {
+        if !setup.system.moves() || setup.system.chemistry().is_none() {
+            return Ok(None);
+        }
+        let drag = setup.system.drag();
+        let (sheet, x) = (setup.sheet.clone(), setup.state.x.clone());
+        let mechanics = setup.system.mechanics();
+        let spectrum = Stability::new(mechanics)?.spectrum(mechanics, &x, 1)?;
+        let area = VertexArea::new(&sheet, AreaRule::Barycentric);
+        let total: f64 = mechanics.with_shape(&x, |shape: &Shape<'_>| {
+            (0..sheet.triangle_count()).map(|t| area.corners(shape, t).iter().sum::<f64>()).sum()
+        });
+        let mean = total / real(sheet.vertex_count());
+        let slowest = spectrum.modes.first().map_or(f64::NAN, |mode| mode.eigenvalue);
+        let chemistry = setup.system.unrest(&setup.state)?;
+        Ok(Some(Self { shape: slowest * mean / drag, chemistry }))
+    }
+
+    /// Chemical over elastic rate.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.chemistry / self.shape
+    }
+
+    /// What that means, in a sentence.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let ratio = self.ratio();
+        let sentence = if !(self.shape > 0.0) {
+            "the start is not stable: its softest mode grows rather than relaxes, and how fast it \
+             does is up to the drag; quasi-static jumps to where it leads"
+        } else if ratio < 0.01 {
+            "the shape follows the chemistry at once: quasi-static is justified"
+        } else if ratio < 0.3 {
+            "the shape lags a little: quasi-static errs by about this ratio"
+        } else if ratio < 30.0 {
+            "shape and chemistry are about as fast as one another: only simultaneous is justified"
+        } else {
+            "the chemistry is faster than the slowest modes of the shape: chemistry-fast may be \
+             justified, quasi-static is not"
+        };
+        format!(
+            "slowest mode of the shape {:.3e}, chemistry {:.3e} per unit of time, ratio {ratio:.2e}: \
+             {sentence}",
+            self.shape, self.chemistry
+        )
+    }
+}

@@ -1,0 +1,108 @@
+//! What an exponential integrator needs: the action of φ functions of a large sparse matrix.
+
+use nalgebra::DMatrix;
+
+use crate::num::real;
+
+/// Largest Krylov space.
+const LARGEST: usize = 60;
+/// The space is looked at whenever it has grown by this.
+const STRIDE: usize = 4;
+/// Chain of polynomial terms: 1, τ, τ²/2.
+const TERMS: usize = 3;
+
+/// The solution at `h` of `u' = A u + w_0 + τ w_1 + τ²/2 w_2`, `u(0) = 0`, that is
+/// `Σ_k h^{k+1} φ_{k+1}(hA) w_k`, to a root mean square error of `tolerance`; `None` if a Krylov
+/// space of 60 does not hold it.
+///
+/// It is the exponential of the matrix that has the `w_k` beside A and a nilpotent block below
+/// (Al-Mohy & Higham, SIAM J. Sci. Comput. 33 (2011) 488, doi:10.1137/100788860), applied by
+/// Arnoldi's method; the error estimate is the first that the space leaves out (Saad, SIAM J.
+/// Numer. Anal. 29 (1992) 209, doi:10.1137/0729014).
+pub(super) fn polynomial_forcing(
+    apply: impl Fn(&[f64], &mut [f64]),
+    forcing: [&[f64]; TERMS],
+    h: f64,
+    tolerance: f64,
+) -> Option<Vec<f64>> {
+    let n = forcing[0].len();
+    let powers = [1.0, h, h * h];
+    // u is taken in units of the forcing's size, so that it weighs as much as the chain.
+    let size = forcing.iter().zip(powers).map(|(w, power)| h * power * norm(w)).fold(0.0, f64::max);
+    if size == 0.0 {
+        return Some(vec![0.0; n]);
+    }
+    if !size.is_finite() {
+        return None;
+    }
+    let whole = |v: &[f64], out: &mut [f64]| {
+        apply(&v[..n], &mut out[..n]);
+        let chain = &v[n..];
+        for (k, w) in forcing.iter().enumerate() {
+            // chain[TERMS-1-k] is (τ/h)^k / k!
+            let factor = chain[TERMS - 1 - k] * powers[k] / size;
+            if factor != 0.0 {
+                for (out, w) in out[..n].iter_mut().zip(*w) {
+                    *out += factor * w;
+                }
+            }
+        }
+        for k in 0..TERMS {
+            out[n + k] = if k + 1 < TERMS { chain[k + 1] / h } else { 0.0 };
+        }
+        out.iter_mut().for_each(|out| *out *= h);
+    };
+    let mut first = vec![0.0; n + TERMS];
+    first[n + TERMS - 1] = 1.0;
+    let mut basis = vec![first];
+    let mut hessenberg = DMatrix::<f64>::zeros(LARGEST + 1, LARGEST + 1);
+    let scale = tolerance * real(n.max(1)).sqrt();
+    for m in 1..=LARGEST {
+        let mut next = vec![0.0; n + TERMS];
+        whole(&basis[m - 1], &mut next);
+        for _ in 0..2 {
+            for (i, v) in basis.iter().enumerate() {
+                let by = dot(v, &next);
+                hessenberg[(i, m - 1)] += by;
+                for (next, v) in next.iter_mut().zip(v) {
+                    *next -= by * v;
+                }
+            }
+        }
+        let left = norm(&next);
+        hessenberg[(m, m - 1)] = left;
+        let breakdown = left <= 1e-14 * hessenberg.column(m - 1).norm();
+        if m % STRIDE == 0 || m == LARGEST || breakdown {
+            // One column more gives the action of φ_1, whose last entry is the error estimate.
+            let mut small = DMatrix::<f64>::zeros(m + 1, m + 1);
+            small.view_mut((0, 0), (m, m)).copy_from(&hessenberg.view((0, 0), (m, m)));
+            small[(0, m)] = 1.0;
+            let exponential = small.exp();
+            let error = size * left * exponential[(m - 1, m)].abs();
+            if !error.is_finite() {
+                return None;
+            }
+            if breakdown || error <= scale {
+                let mut u = vec![0.0; n];
+                for (j, v) in basis.iter().enumerate() {
+                    let by = size * exponential[(j, 0)];
+                    for (u, v) in u.iter_mut().zip(v) {
+                        *u += by * v;
+                    }
+                }
+                return Some(u);
+            }
+        }
+        next.iter_mut().for_each(|next| *next /= left);
+        basis.push(next);
+    }
+    None
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}

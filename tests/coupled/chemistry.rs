@@ -1,0 +1,96 @@
+//! The chemistry between two shapes: every method against a reference, and its order.
+
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::state::State;
+
+use super::{DOME, distance, final_state};
+
+const METHODS: [&str; 7] =
+    ["euler", "chebyshev", "exponential", "tsit45", "bdf", "tr-bdf2", "esdirk34"];
+
+const BRUSSELATOR: &str = r#"
+[sheet]
+shape = "point"
+[kinetics]
+plugin = "brusselator"
+initial = { u = 1.0, v = 1.0 }
+[time]
+until = 4.0
+"#;
+
+fn staggered(text: &str, method: &str, tolerance: f64) -> State {
+    let integrator = format!(
+        "time.integrator={{kind=\"staggered\",chemistry=\"{method}\",rtol={tolerance:e},atol={tolerance:e}}}"
+    );
+    final_state(text, &["time.policy=\"quasi-static\"", &integrator])
+}
+
+/// Moving signals, diffusion on a moving shape: whatever integrates the chemistry, the answer is one.
+#[test]
+fn every_method_gives_the_same_coupled_solution() {
+    let reference = final_state(
+        DOME,
+        &[
+            "time.policy=\"quasi-static\"",
+            "time.integrator={kind=\"monolithic\",rtol=1e-8,atol=1e-8}",
+        ],
+    );
+    for method in METHODS {
+        let (shape, species) = distance(&staggered(DOME, method, 1e-4), &reference);
+        assert!(shape < 5e-4 && species < 5e-4, "{method}: {shape:e} {species:e}");
+    }
+}
+
+/// Without a shape a step of the coupling is one of the chemistry, and its tolerance that of the answer.
+#[test]
+fn errors_follow_the_tolerance_where_nothing_else_moves() {
+    let reference =
+        final_state(BRUSSELATOR, &["time.integrator={kind=\"monolithic\",rtol=1e-10,atol=1e-12}"]);
+    for method in METHODS.into_iter().filter(|method| *method != "euler") {
+        let error = |tolerance| {
+            let state = staggered(BRUSSELATOR, method, tolerance);
+            let pairs = state.species.iter().flatten().zip(reference.species.iter().flatten());
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let (coarse, fine) = (error(1e-2), error(1e-5));
+        assert!(coarse < 5e-2, "{method}: {coarse:e}");
+        assert!(fine < 5e-5 && fine < 0.1 * coarse, "{method}: {coarse:e}, then {fine:e}");
+    }
+}
+
+/// Linear decay however fast is exact in one step, where explicit methods make many.
+#[test]
+fn the_exponential_method_is_exact_for_linear_decay() {
+    let text = r#"
+[sheet]
+shape = "disc"
+radius = 5.0
+vertices = 60
+[kinetics]
+plugin = "curvature-feedback"
+parameters = { beta = 1e3 }
+initial.c = 0.5
+[time]
+until = 0.01
+integrator = { kind = "staggered", chemistry = "exponential", step = 0.01 }
+"#;
+    let state = final_state(text, &[]);
+    assert_eq!(state.step, 1);
+    let expected = 0.5 * (-10.0f64).exp();
+    for c in &state.species[0] {
+        assert!((c / expected - 1.0).abs() < 1e-3, "{c:e} {expected:e}");
+    }
+}
+
+#[test]
+fn a_method_is_refused_where_the_chemistry_settles_at_once() {
+    let keys = [
+        "time.policy=\"chemistry-fast\"".to_owned(),
+        "time.integrator={kind=\"staggered\",chemistry=\"bdf\"}".to_owned(),
+    ];
+    let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
+    let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let error = rumple::simulation::prepare(&scene, &search).err().unwrap().to_string();
+    assert!(error.contains("leave out chemistry = \"bdf\""), "{error}");
+}
