@@ -7,13 +7,16 @@ pub mod mesh;
 mod run;
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::Search;
+use crate::output::provenance::{FileRecord, MeshRecord};
+use crate::output::{Provenance, ResultDirectory};
 use crate::scene::Scene;
+use crate::simulation::Setup;
 use crate::{Error, Result};
 
 /// Thin elastic sheets whose shape and chemistry drive one another.
@@ -65,6 +68,18 @@ impl SceneArgs {
         let scene = Scene::load(&self.scene, &self.overrides)?;
         Ok((scene, Search::from_environment(&self.plugin_path)))
     }
+}
+
+/// Writes down what a run is made from: every default of its scene, files, versions.
+fn record(path: &Path, scene: &Scene, setup: &Setup, directory: &ResultDirectory) -> Result<()> {
+    let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
+    let mut provenance = Provenance::new(mesh);
+    provenance.scene = Some(FileRecord::of(path)?);
+    if let Some(plugin) = &setup.plugin {
+        provenance.plugins.push(FileRecord::of(plugin)?);
+    }
+    provenance.write(directory, &scene.resolved()?)?;
+    Ok(())
 }
 
 /// Runs the command line and returns the exit code: 0 done, 2 bad input, 1 anything else.

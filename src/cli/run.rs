@@ -7,10 +7,9 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::Result;
-use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{Interrupt, Mode, Progress, Provenance, ResultDirectory};
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
+use crate::simulation;
 use crate::simulation::run::Ending;
-use crate::simulation::{self};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -30,20 +29,13 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
-    let resolved = scene.resolved()?;
     let mut setup = simulation::prepare(&scene, &search)?;
     let root = args
         .out
         .clone()
         .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
-    let mut provenance = Provenance::new(mesh);
-    provenance.scene = Some(FileRecord::of(&args.scene.scene)?);
-    if let Some(plugin) = &setup.plugin {
-        provenance.plugins.push(FileRecord::of(plugin)?);
-    }
-    provenance.write(&directory, &resolved)?;
+    super::record(&args.scene.scene, &scene, &setup, &directory)?;
     let interrupt = Interrupt::install()?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());

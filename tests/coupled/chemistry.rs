@@ -94,3 +94,43 @@ fn a_method_is_refused_where_the_chemistry_settles_at_once() {
     let error = rumple::simulation::prepare(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("leave out chemistry = \"bdf\""), "{error}");
 }
+
+/// Where the chemistry has two steady states it settles in the one that it runs into: of a bistable
+/// patch under tension those points that start above the unstable state end bound, the others not.
+#[test]
+fn a_bistable_chemistry_settles_in_the_state_it_runs_into() {
+    use rumple::solve::chemistry::relax_chemistry;
+    let text = r#"
+[sheet]
+shape = "disc"
+radius = 6.0
+vertices = 80
+[material]
+young = 1e6
+poisson = 0.3333333333333333
+thickness = 2.0
+[kinetics]
+plugin = "tension-feedback"
+initial.m = { gaussian = { width = 2.0, amplitude = 1.0 } }
+[time]
+until = 1.0
+"#;
+    let (_, mut setup) = crate::common::prepare(text, &[]);
+    let mut slow = setup.state.clone();
+    relax_chemistry(&mut setup.system, &mut setup.state, (1e-6, 1e-6)).unwrap();
+    // The same by small explicit steps in time.
+    let step = 2e-3;
+    for _ in 0..20_000 {
+        setup.system.follow(&slow).unwrap();
+        let signals = setup.system.signals(&slow);
+        let rates = setup.system.rates(&slow.species, &signals).unwrap();
+        for (c, r) in slow.species[0].iter_mut().zip(&rates[0]) {
+            *c += step * r;
+        }
+    }
+    let bound = |state: &State| state.species[0].iter().filter(|m| **m > 0.5).count();
+    assert!(bound(&slow) > 0, "nothing stays bound");
+    for (a, b) in setup.state.species[0].iter().zip(&slow.species[0]) {
+        assert!((a - b).abs() < 1e-3, "{a} {b}");
+    }
+}

@@ -3,6 +3,7 @@
 use rumple::state::State;
 
 use super::{DOME, distance, final_state};
+use crate::common::prepare;
 
 fn run(policy: &str, integrator: &str, more: &[&str]) -> State {
     let policy = format!("time.policy=\"{policy}\"");
@@ -167,4 +168,24 @@ fn senseless_pairings_are_refused_with_the_reason() {
     };
     assert!(refusal("quasi-static", "explicit").contains("the shape has none"));
     assert!(refusal("chemistry-fast", "explicit").contains("the chemistry has none"));
+}
+
+/// The paper's bounded relaxation: so many steps of descent and no more, and that is no failure.
+#[test]
+fn a_bounded_relaxation_stops_short_of_rest() {
+    let run = |steps: usize| {
+        let method = format!("equilibrium={{method=\"descent\",steps={steps}}}");
+        let euler = "time.integrator={kind=\"staggered\",method=\"euler\",step=0.1}";
+        let (_, mut setup) = prepare(DOME, &["time.policy=\"quasi-static\"", euler, &method]);
+        setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap();
+        let mut report = None;
+        for _ in 0..5 {
+            let done = setup.integrator.advance(&mut setup.system, &mut setup.state, 1.0);
+            report = Some(done.unwrap());
+        }
+        report.unwrap().relaxation
+    };
+    let (few, more) = (run(3), run(300));
+    assert_eq!((few.iterations, more.iterations), (3, 300));
+    assert!(few.residual > 3.0 * more.residual, "{few:?} {more:?}");
 }

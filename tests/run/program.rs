@@ -245,6 +245,9 @@ fn policies_and_integrators_are_compared() {
     assert!(shown.contains("slowest mode of the shape"), "{shown}");
     assert!(shown.contains("quasi-static, explicit, Euler, step = 1e-3: "), "{shown}");
     assert!(shown.contains("under this policy the shape has none"), "{shown}");
+    let again = rumple(folder.path(), &["compare", "scene.toml", "--out", "result", "--quiet"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("holds an earlier comparison"), "{}", text(&again.stderr));
     for picture in ["compare.png", "pictures.png"] {
         let bytes = fs::read(folder.path().join("result").join(picture)).unwrap();
         assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000, "{picture}");
@@ -267,7 +270,10 @@ fn policies_and_integrators_are_compared() {
     assert_eq!(same[0], 1.0);
     assert!(same[1] < 1e-2 && same[2] < 1e-2, "{same:?}");
     assert!(other[1] > same[1], "{other:?} {same:?}");
-    assert!(folder.path().join("result/2-quasi-static-monolithic-tr-bdf2/sheet.pvd").exists());
+    for file in ["sheet.pvd", "resolved.toml", "provenance.json"] {
+        let member = folder.path().join("result/2-quasi-static-monolithic-tr-bdf2");
+        assert!(member.join(file).exists(), "{file}");
+    }
 }
 
 #[test]

@@ -59,12 +59,21 @@ pub fn figure(members: &[Member]) -> Figure {
         "largest distance before parting, by cost",
         "seconds",
         (true, true),
-        cost(|a| a.largest.0.max(a.largest.1)),
+        cost(|a| a.largest.map_or(f64::NAN, |(shape, species)| shape.max(species))),
     );
     let measured = |of: fn(&Measures) -> f64| -> Vec<Curve> {
         let points = |r: &Ran| r.measures.iter().map(|m| (m.time, of(m))).collect();
         ran.iter().map(|(k, r)| Curve { name: *k, points: points(r) }).collect()
     };
+    if reference.sheet.triangle_count() == 0 {
+        let first = |r: &Ran| -> Vec<(f64, f64)> {
+            let value = |c: &Vec<f64>| c.first().copied().unwrap_or(f64::NAN);
+            r.states.iter().zip(&r.shown).map(|(s, c)| (s.time, value(c))).collect()
+        };
+        let curves = ran.iter().map(|(k, r)| Curve { name: *k, points: first(r) }).collect();
+        panel("first species", "time", (false, false), curves);
+        return Figure { names: members.iter().map(name).collect(), panels, columns: 2 };
+    }
     panel("elastic energy", "time", (false, false), measured(|m| m.energy));
     panel("largest displacement", "time", (false, false), measured(|m| m.amplitude));
     panel("spots", "time", (false, false), measured(|m| real(m.spots)));
@@ -72,28 +81,34 @@ pub fn figure(members: &[Member]) -> Figure {
 }
 
 /// Pictures of `members` side by side, a row each, coloured by the first species on one scale, at
-/// up to five of the output times.
+/// up to five of the output times; `None` where there is no sheet to be seen.
 ///
 /// # Errors
 /// If a picture cannot be drawn.
-pub fn contact_sheet(members: &[Member]) -> Result<Picture> {
+pub fn contact_sheet(members: &[Member]) -> Result<Option<Picture>> {
     let ran = ran(members);
+    if ran.iter().all(|(_, r)| r.sheet.triangle_count() == 0) {
+        return Ok(None);
+    }
     let columns = ran.iter().map(|(_, r)| r.states.len()).max().unwrap_or(0).min(ACROSS);
     let shapes = ran.iter().flat_map(|(_, r)| r.states.iter().map(|s| s.x.as_slice()));
     let view = View::of(shapes);
     let values = || ran.iter().flat_map(|(_, r)| r.shown.iter().flatten().copied());
     let (least, most) =
         values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
-    let height = (TILE + LINE) * members.len() + LINE;
+    // Those that did not run take a line.
+    let heights = members.iter().map(|m| if m.outcome.is_ok() { TILE + LINE } else { LINE });
+    let height = heights.sum::<usize>() + LINE;
     let mut picture = Picture::blank(TILE * columns.max(2), height);
     let mut texts = Vec::new();
-    for (row, member) in members.iter().enumerate() {
-        let top = row * (TILE + LINE);
+    let mut top = 0;
+    for member in members {
         let Ok(ran) = &member.outcome else {
-            texts.push((format!("{}: failed", member.name), 8, top + 4));
+            texts.push((format!("{}: failed", member.name), 8, top + 8));
+            top += LINE;
             continue;
         };
-        texts.push((member.name.clone(), 8, top + 4));
+        texts.push((member.name.clone(), 8, top + 8));
         let count = ran.states.len();
         for column in 0..columns.min(count) {
             // The last state always, the others evenly before it.
@@ -117,7 +132,7 @@ pub fn contact_sheet(members: &[Member]) -> Result<Picture> {
         texts.push((scale, 8, height - LINE + 4));
     }
     labelled(&mut picture, &texts)?;
-    Ok(picture)
+    Ok(Some(picture))
 }
 
 fn short(value: f64) -> String {

@@ -24,6 +24,9 @@ pub struct Measures {
     pub separation: f64,
 }
 
+/// Displacements below this share of the sheet's size are none.
+const STILL: f64 = 1e-6;
+
 /// Relative distances of two states: RMS of the difference of positions, after the rigid motion that
 /// makes it least, over the RMS displacement of `b`; and the largest over species of the same for
 /// their values.
@@ -40,7 +43,10 @@ pub fn distance(a: &State, b: &State, rest: &[Vec3], typical: &[f64]) -> (f64, f
     let aligned = aligned(&a.x, &b.x);
     let moved = rms(&mut b.x.iter().zip(rest).map(|(b, r)| (b - r).norm_squared()));
     let apart = rms(&mut aligned.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared()));
-    let shape = if apart == 0.0 { 0.0 } else { apart / moved.max(f64::MIN_POSITIVE) };
+    // A sheet that has not moved is compared with its size.
+    let middle = rest.iter().sum::<Vec3>() / real(rest.len().max(1));
+    let size = rms(&mut rest.iter().map(|r| (r - middle).norm_squared()));
+    let shape = if apart == 0.0 { 0.0 } else { apart / moved.max(STILL * size) };
     let species = a.species.iter().zip(&b.species).zip(typical).map(|((a, b), typical)| {
         let size = rms(&mut b.iter().map(|b| b * b)).max(1e-3 * typical);
         rms(&mut a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))) / size
@@ -67,7 +73,8 @@ fn aligned(from: &[Vec3], to: &[Vec3]) -> Vec<Vec3> {
 
 /// Measures of `state`.
 pub(super) fn measure(system: &mut System, state: &State) -> Measures {
-    let energy = system.mechanics().energy(&state.x);
+    // No minus before nothing.
+    let energy = system.mechanics().energy(&state.x) + 0.0;
     let sheet = system.mechanics().sheet().clone();
     let amplitude =
         sheet.rest().iter().zip(&state.x).map(|(r, x)| (x - r).norm()).fold(0.0, f64::max);

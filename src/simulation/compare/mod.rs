@@ -16,8 +16,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use self::measures::measure;
-use super::prepare;
 use super::run::{self, Summary};
+use super::{Setup, prepare};
 use crate::kinetics::Search;
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
@@ -59,17 +59,17 @@ pub struct Ran {
 pub struct Apart {
     /// Time, distance of shapes, distance of species.
     pub course: Vec<(f64, f64, f64)>,
-    /// Largest distances before the runs part: of shapes, of species.
-    pub largest: (f64, f64),
-    /// The first time at which a distance is beyond [`PARTED`].
-    pub parted: Option<f64>,
+    /// Largest distances before the runs part: of shapes, of species; none if they begin apart.
+    pub largest: Option<(f64, f64)>,
+    /// The first time at which a distance is beyond [`PARTED`], and the larger distance there.
+    pub parted: Option<(f64, f64)>,
 }
 
 impl Ran {
     /// How far this run is from `reference`.
     #[must_use]
     pub fn apart(&self, reference: &Self) -> Apart {
-        let mut apart = Apart { course: Vec::new(), largest: (0.0, 0.0), parted: None };
+        let mut apart = Apart { course: Vec::new(), largest: None, parted: None };
         for state in &self.states {
             let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
                 continue;
@@ -78,9 +78,10 @@ impl Ran {
             apart.course.push((state.time, shape, species));
             if apart.parted.is_none() {
                 if shape > PARTED || species > PARTED {
-                    apart.parted = Some(state.time);
+                    apart.parted = Some((state.time, shape.max(species)));
                 } else {
-                    apart.largest = (apart.largest.0.max(shape), apart.largest.1.max(species));
+                    let (a, b) = apart.largest.unwrap_or((0.0, 0.0));
+                    apart.largest = Some((a.max(shape), b.max(species)));
                 }
             }
         }
@@ -94,7 +95,7 @@ impl Ran {
     }
 }
 
-/// Runs one member into `root`.
+/// Runs one member into `root`; `record` writes down what it was made from.
 ///
 /// # Errors
 /// Whatever ends a run, and pairings that make no sense.
@@ -102,12 +103,13 @@ pub fn member(
     scene: &Scene,
     search: &Search,
     root: &Path,
-    force: bool,
+    record: &dyn Fn(&Setup, &ResultDirectory) -> Result<()>,
     progress: &mut Progress,
     interrupt: Interrupt,
 ) -> Result<Ran> {
     let mut setup = prepare(scene, search)?;
-    let directory = ResultDirectory::prepare(root, force)?;
+    let directory = ResultDirectory::prepare(root, false)?;
+    record(&setup, &directory)?;
     let typical = setup
         .system
         .chemistry()

@@ -56,15 +56,18 @@ impl Timescales {
         } else if ratio < 0.01 {
             "the shape follows the chemistry at once: quasi-static is justified"
         } else if ratio < 0.3 {
-            "the shape lags a little: quasi-static errs by about this ratio"
+            "the shape lags a little: quasi-static errs by this ratio at most"
         } else if ratio < 30.0 {
-            "shape and chemistry are about as fast as one another: only simultaneous is justified"
+            "the slowest modes of the shape are no faster than the chemistry at its fastest: compare \
+             quasi-static with simultaneous before you trust it"
         } else {
-            "the chemistry is faster than the slowest modes of the shape: chemistry-fast may be \
-             justified, quasi-static is not"
+            "the slowest modes of the shape lag far behind the chemistry: quasi-static holds only where \
+             they do not matter, and chemistry-fast only if the slowest rate of the chemistry is fast \
+             too; compare both with simultaneous"
         };
         format!(
-            "slowest mode of the shape {:.3e}, chemistry {:.3e} per unit of time, ratio {ratio:.2e}: \
+            "slowest mode of the shape {:.3e}, chemistry at its fastest {:.3e} per unit of time, ratio \
+             {ratio:.2e}: \
              {sentence}",
             self.shape, self.chemistry
         )

@@ -1,0 +1,213 @@
+//! `rumple compare SCENE`: the same scene under several policies and integrators.
+
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use clap::Args;
+
+use self::table::{csv, table};
+use super::SceneArgs;
+use crate::kinetics::Search;
+use crate::output::{Interrupt, Mode, OutputError, Progress, ResultDirectory, atomic};
+use crate::scene::Scene;
+use crate::simulation::compare::{Member, Timescales, contact_sheet, figure, member};
+use crate::simulation::{Setup, prepare};
+use crate::solve::SolveError;
+use crate::{Error, Result};
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+pub(super) struct CompareArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Policies, as in `quasi-static,simultaneous`; without it, that of the scene.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
+    policies: Vec<String>,
+    /// An integrator: a name, with its defaults, or a table as in `{ kind = "monolithic", method =
+    /// "tr-bdf2" }`; may be repeated. Without it, that of the scene with its settings.
+    #[arg(long = "integrator", value_name = "NAME|TABLE")]
+    integrators: Vec<String>,
+    /// Directory for the results, one folder a member; by default the scene's name with the time.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the results of an earlier comparison in that directory.
+    #[arg(long)]
+    force: bool,
+    /// Print the table alone.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// A member to be run.
+struct Planned {
+    name: String,
+    scene: Scene,
+}
+
+pub(super) fn run(args: &CompareArgs) -> Result<()> {
+    let (_, search) = args.scene.load()?;
+    let planned = plan(args)?;
+    let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());
+    let root = args.out.clone().unwrap_or_else(stamp);
+    make_room(&root, args.force)?;
+    announce(args, &search)?;
+    let interrupt = Interrupt::install()?;
+    let mut members: Vec<Member> = Vec::new();
+    for Planned { name, scene } in planned {
+        let directory = root.join(folder(&name, members.len()));
+        let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
+        let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
+        progress.message(&name);
+        let record = |setup: &Setup, directory: &ResultDirectory| {
+            super::record(&args.scene.scene, &scene, setup, directory)
+        };
+        let outcome = member(&scene, &search, &directory, &record, &mut progress, interrupt);
+        progress.finish();
+        if interrupt.requested() {
+            if !members.is_empty() {
+                print!("{}", table(&members));
+            }
+            println!("{name}: interrupted; what it did is in {}", directory.display());
+            return Err(Error::Solve(SolveError::Interrupted));
+        }
+        if let Err(error @ Error::Output(_)) = outcome {
+            return Err(error);
+        }
+        members.push(Member { name, outcome });
+        write(&root, &members)?;
+    }
+    print!("{}", table(&members));
+    println!("every output time, plots and, of sheets, pictures side by side: {}", root.display());
+    // Where nothing ran there is nothing to compare, and the first reason is that of all.
+    if members.iter().all(|m| m.outcome.is_err())
+        && let Some(error) = members.into_iter().find_map(|m| m.outcome.err())
+    {
+        return Err(error);
+    }
+    Ok(())
+}
+
+/// Every pairing, read before the first runs: a name that nothing has ends the comparison, a
+/// pairing that makes no sense does not.
+fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
+    let one = |list: &[String]| -> Vec<Option<String>> {
+        if list.is_empty() { vec![None] } else { list.iter().cloned().map(Some).collect() }
+    };
+    let mut planned: Vec<Planned> = Vec::new();
+    for policy in one(&args.policies) {
+        for integrator in one(&args.integrators) {
+            let mut overrides = Vec::new();
+            if let Some(policy) = &policy {
+                overrides.push(format!("time.policy={}", quoted(policy)));
+            }
+            if let Some(integrator) = &integrator {
+                overrides.push(format!("time.integrator={}", table_of(integrator)));
+            }
+            // Those of the user hold for all members.
+            overrides.extend_from_slice(&args.scene.overrides);
+            let scene = Scene::load(&args.scene.scene, &overrides)?;
+            let mut name =
+                format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
+            if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
+                name += &settings(table);
+            }
+            if planned.iter().any(|p| p.name == name) {
+                println!("{name}: listed twice, run once");
+            } else {
+                planned.push(Planned { name, scene });
+            }
+        }
+    }
+    Ok(planned)
+}
+
+/// Makes the directory; an earlier comparison in it is refused, or removed with `force`.
+fn make_room(root: &Path, force: bool) -> Result<()> {
+    let failed = |path: &Path, source| OutputError::Write { path: path.to_owned(), source };
+    std::fs::create_dir_all(root).map_err(|e| failed(root, e))?;
+    let entries = std::fs::read_dir(root).map_err(|e| failed(root, e))?;
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let named = entry.file_name().to_string_lossy().starts_with(|c: char| c.is_ascii_digit());
+        if !(named && path.join("ledger.csv").is_file()) {
+            continue;
+        }
+        if !force {
+            return Err(Error::Output(OutputError::Directory {
+                path: root.to_owned(),
+                message: "it holds an earlier comparison: choose another, or --force to replace it"
+                    .into(),
+            }));
+        }
+        std::fs::remove_dir_all(&path).map_err(|e| failed(&path, e))?;
+    }
+    Ok(())
+}
+
+/// Prints the timescales at the start, whatever the scene's own pairing.
+fn announce(args: &CompareArgs, search: &Search) -> Result<()> {
+    let mut overrides = args.scene.overrides.clone();
+    let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];
+    overrides.extend(plain.map(str::to_owned));
+    let mut setup = prepare(&Scene::load(&args.scene.scene, &overrides)?, search)?;
+    setup.system.relax(&mut setup.state)?;
+    match Timescales::of(&mut setup) {
+        Ok(Some(timescales)) => println!("{}", timescales.verdict()),
+        Ok(None) => {}
+        Err(error) => println!("the timescales are not known: {error}"),
+    }
+    Ok(())
+}
+
+/// Writes numbers, plots and pictures.
+fn write(root: &Path, members: &[Member]) -> Result<()> {
+    let figure = figure(members);
+    let mut files = vec![
+        ("compare.csv", csv(members).into_bytes()),
+        ("compare.svg", figure.svg()?.into_bytes()),
+        ("compare.png", figure.picture()?.png()?),
+    ];
+    if let Some(pictures) = contact_sheet(members)? {
+        files.push(("pictures.png", pictures.png()?));
+    }
+    for (name, bytes) in files {
+        atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
+    }
+    Ok(())
+}
+
+/// What of a table for an integrator its name does not say, as in `, rtol = 1e-4`.
+fn settings(table: &str) -> String {
+    let inner = table.trim().trim_start_matches('{').trim_end_matches('}');
+    let said = ["kind", "method", "chemistry"];
+    let rest = inner.split(',').filter(|pair| {
+        let key = pair.split('=').next().unwrap_or_default().trim();
+        !key.is_empty() && !said.contains(&key)
+    });
+    rest.map(|pair| {
+        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+        format!(", {} = {}", key.trim(), value.trim())
+    })
+    .collect()
+}
+
+/// A table as it is; a name as that of the kind.
+fn table_of(integrator: &str) -> String {
+    let table = integrator.trim_start().starts_with('{');
+    if table { integrator.to_owned() } else { format!("{{ kind = {} }}", quoted(integrator)) }
+}
+
+/// A name in quotes; a table as it is.
+fn quoted(value: &str) -> String {
+    let table = value.trim_start().starts_with(['{', '"']);
+    if table { value.to_owned() } else { format!("\"{value}\"") }
+}
+
+fn folder(name: &str, number: usize) -> String {
+    let plain: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let words: Vec<&str> = plain.split('-').filter(|word| !word.is_empty()).collect();
+    format!("{}-{}", number + 1, words.join("-").to_lowercase())
+}
