@@ -4,6 +4,7 @@
 //! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
 //! * `examples`: the numbered examples.
+//! * `formula`: laws written as text, their derivatives and errors, the shipped models as text.
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
 //! * `output`: frames, series, ledger, provenance, result directories, progress.
@@ -20,6 +21,7 @@ mod common;
 mod coupled;
 mod diffusion;
 mod examples;
+mod formula;
 mod house;
 mod mechanics;
 mod output;

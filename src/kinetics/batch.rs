@@ -37,6 +37,17 @@ impl<'a> Column<'a> {
         Self { data: self.data.get(point * self.stride..).unwrap_or(&[]), stride: self.stride }
     }
 
+    /// Copies the values from a point on.
+    ///
+    /// # Panics
+    /// Past the end.
+    pub(super) fn copy_to(&self, point: usize, out: &mut [f64]) {
+        match self.stride {
+            1 => out.copy_from_slice(&self.data[point..point + out.len()]),
+            _ => out.iter_mut().enumerate().for_each(|(k, out)| *out = self.at(point + k)),
+        }
+    }
+
     /// Whether `count` points can be read.
     #[must_use]
     pub fn covers(&self, count: usize) -> bool {

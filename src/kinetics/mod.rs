@@ -16,6 +16,7 @@ pub mod descriptor;
 pub mod differences;
 mod error;
 pub mod field;
+pub mod formula;
 mod library;
 mod metadata;
 mod parameters;

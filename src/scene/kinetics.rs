@@ -1,4 +1,4 @@
-//! `[kinetics]`: which plugin, its parameters, and how the species start.
+//! `[kinetics]`: which plugin or which law, its parameters, and how the species start.
 
 use std::collections::BTreeMap;
 
@@ -12,14 +12,16 @@ use crate::system::TensionReading;
 use super::deserialize::read;
 use super::document::{Node, Value};
 use super::initial::Initial;
+use super::law::SpeciesSpec;
 use super::problem::Problem;
 
 /// The table `[kinetics]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KineticsSpec {
-    /// Name of a plugin, or path of its library.
-    pub plugin: String,
+    /// Name of a plugin, or path of its library; none where the scene writes the law itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plugin: Option<String>,
     /// Where species live; without it, where the plugin says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub location: Option<Location>,
@@ -29,9 +31,24 @@ pub struct KineticsSpec {
     /// How the tension signal is read.
     #[serde(default)]
     pub tension: TensionReading,
-    /// Parameters that differ from the plugin's defaults.
+    /// Parameters that differ from the plugin's defaults, or all of a law.
     #[serde(default)]
     pub parameters: BTreeMap<String, Finite>,
+    /// Units of a law's parameters, in words.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub units: BTreeMap<String, String>,
+    /// A law's species, where they need more than a name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub species: BTreeMap<String, SpeciesSpec>,
+    /// Names for parts of a law's formulas.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub r#let: BTreeMap<String, String>,
+    /// A law: the rate of every species.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub rates: BTreeMap<String, String>,
+    /// A law's length factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_factor: Option<String>,
     /// Start of every species that does not start at 0.
     #[serde(skip_deserializing)]
     pub initial: BTreeMap<String, Initial>,
@@ -41,7 +58,7 @@ impl KineticsSpec {
     /// Whether `plugin` is the path of a library, not a name to look up.
     #[must_use]
     pub fn plugin_is_path(&self) -> bool {
-        search::is_path(&self.plugin)
+        self.plugin.as_deref().is_some_and(search::is_path)
     }
 }
 
@@ -65,5 +82,29 @@ pub(crate) fn read_kinetics(mut node: Node) -> Result<KineticsSpec, Problem> {
         }
     };
     let kinetics: KineticsSpec = read(node).map_err(|p: Problem| p.also_allowed(&["initial"]))?;
+    let law = !kinetics.rates.is_empty();
+    let parts = [
+        ("units", !kinetics.units.is_empty()),
+        ("species", !kinetics.species.is_empty()),
+        ("let", !kinetics.r#let.is_empty()),
+        ("length_factor", kinetics.length_factor.is_some()),
+    ];
+    match (&kinetics.plugin, law) {
+        (None, false) => {
+            return Err(Problem::missing_key("plugin")
+                .help("the name of a plugin, or the law itself: rates.c = \"k - beta*c\""));
+        }
+        (Some(_), true) => {
+            let message = "a plugin has its own rates: name a plugin or write rates, not both";
+            return Err(Problem::plain(message).under("rates"));
+        }
+        (Some(_), false) => {
+            if let Some((key, _)) = parts.iter().find(|(_, given)| *given) {
+                let message = "this is part of a law written as text; a plugin has its own";
+                return Err(Problem::plain(message).under(key));
+            }
+        }
+        (None, true) => {}
+    }
     Ok(KineticsSpec { initial, ..kinetics })
 }

@@ -9,6 +9,7 @@ mod document;
 mod error;
 mod initial;
 mod kinetics;
+mod law;
 mod material;
 mod output;
 mod overrides;
@@ -18,6 +19,7 @@ mod sheet;
 mod stability;
 mod time;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -30,6 +32,7 @@ pub use self::document::{Node, Place};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
 pub use self::kinetics::KineticsSpec;
+pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
 pub use self::output::{Format, OutputSpec};
 pub use self::problem::Problem;
@@ -149,6 +152,41 @@ impl Scene {
         self.error_placed(place, Problem::plain(format!("{path}: {message}")), help)
     }
 
+    /// An error about a part of the text at `path`: `span` are bytes of the text's value, which is
+    /// pointed to where the scene spells it without escapes.
+    #[must_use]
+    pub fn error_within(
+        &self,
+        path: &str,
+        text: &str,
+        span: &Range<usize>,
+        message: &str,
+        help: Option<&str>,
+    ) -> SceneError {
+        let place = self.origin.index.find(path).map(|(_, value)| self.within(value, text, span));
+        self.error_placed(place.as_ref(), Problem::plain(format!("{path}: {message}")), help)
+    }
+
+    fn within(&self, place: &Place, text: &str, span: &Range<usize>) -> Place {
+        let source = match place.source {
+            0 => &self.origin.text,
+            k => match self.origin.overrides.get(k - 1) {
+                Some(source) => source,
+                None => return place.clone(),
+            },
+        };
+        let written = source.get(place.span.clone()).unwrap_or_default();
+        match written.find(text) {
+            Some(offset) => {
+                let start = place.span.start + offset + span.start;
+                // Where something is missing there is still one character to point to.
+                let end = (start + span.len().max(1)).min(place.span.end);
+                Place { source: place.source, span: start..end }
+            }
+            None => place.clone(),
+        }
+    }
+
     /// An error about the key `key` of the table at `table`: it is none of the names `allowed`.
     ///
     /// `noun` says what it should name ("species", "parameter"). Help lists the allowed names and
@@ -193,8 +231,10 @@ impl Scene {
                     place(&mut field.file);
                 }
             }
-            if kinetics.plugin_is_path() {
-                kinetics.plugin = folder.join(&kinetics.plugin).to_string_lossy().into_owned();
+            if kinetics.plugin_is_path()
+                && let Some(plugin) = &mut kinetics.plugin
+            {
+                *plugin = folder.join(&*plugin).to_string_lossy().into_owned();
             }
         }
     }

@@ -20,8 +20,9 @@ use std::sync::Arc;
 
 use crate::effects::{Bending, Effect, EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
+use crate::kinetics::formula::{Formula, FormulaError, FormulaKinetics, Law, LawError, Which};
 use crate::kinetics::{Kinetics, KineticsError, Library, Location, Search, Signal};
-use crate::scene::{Scene, SheetSource};
+use crate::scene::{Scene, SheetSource, path_to};
 use crate::sheet::{self, Sheet};
 use crate::solve::Integrator;
 use crate::state::State;
@@ -102,7 +103,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
     let material = material(scene);
     let (kinetics, plugin) = load_kinetics(scene, search)?.unzip();
-    let kinetics: Option<Arc<dyn Kinetics>> = kinetics;
+    let (kinetics, plugin): (Option<Arc<dyn Kinetics>>, _) = (kinetics, plugin.flatten());
     check_basis(scene, kinetics.as_deref())?;
     let location = location(scene, kinetics.as_deref());
 
@@ -204,10 +205,24 @@ fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {
     chosen.or_else(usual).unwrap_or(Location::Vertex)
 }
 
-type Loaded = (Arc<dyn Kinetics>, PathBuf);
+/// Kinetics, and its file if it has one.
+type Loaded = (Arc<dyn Kinetics>, Option<PathBuf>);
 
 fn load_kinetics(scene: &Scene, search: &Search) -> Result<Option<Loaded>> {
     let Some(spec) = &scene.kinetics else { return Ok(None) };
+    if let Some(law) = spec.law() {
+        if let Some(name) =
+            spec.parameters.keys().find(|p| law.species.iter().any(|s| s.name == **p))
+        {
+            let message = "a species has this name already";
+            return Err(scene
+                .error_at(&path_to("kinetics.parameters", name), message, None)
+                .into());
+        }
+        let kinetics = FormulaKinetics::new(&law).map_err(|e| misspelt(scene, &law, &e))?;
+        return Ok(Some((Arc::new(kinetics), None)));
+    }
+    let Some(plugin) = &spec.plugin else { return Ok(None) };
     let blame = |error: KineticsError| {
         let path = match &error {
             KineticsError::UnknownParameter { name, .. }
@@ -218,10 +233,26 @@ fn load_kinetics(scene: &Scene, search: &Search) -> Result<Option<Loaded>> {
         };
         Error::Scene(scene.error_at(&path, &error.to_string(), None))
     };
-    let file = search.resolve(&spec.plugin, Path::new("")).map_err(blame)?;
+    let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
     let library = Library::load(&file).map_err(blame)?;
     let parameters: BTreeMap<String, f64> =
         spec.parameters.iter().map(|(name, value)| (name.clone(), value.get())).collect();
     let kinetics = library.instantiate(&parameters).map_err(blame)?;
-    Ok(Some((Arc::new(kinetics), file)))
+    Ok(Some((Arc::new(kinetics), Some(file))))
+}
+
+/// The error with its place in the scene.
+fn misspelt(scene: &Scene, law: &Law, error: &LawError) -> Error {
+    let named = |table: &str, formula: &Formula| {
+        (path_to(&format!("kinetics.{table}"), &formula.name), formula.text.clone())
+    };
+    let (path, text) = match error.formula {
+        Which::Let(k) => named("let", &law.lets[k]),
+        Which::Rate(k) => named("rates", &law.rates[k]),
+        Which::LengthFactor => {
+            ("kinetics.length_factor".into(), law.length_factor.clone().unwrap_or_default())
+        }
+    };
+    let FormulaError { span, message, help } = &error.error;
+    Error::Scene(scene.error_within(&path, &text, span, message, help.as_deref()))
 }

@@ -97,12 +97,12 @@ fn paths_count_from_the_scene() {
     let file = folder.path().join("m/x.obj");
     assert_eq!(scene.sheet.source, SheetSource::File { file });
     let kinetics = scene.kinetics.as_ref().unwrap();
-    assert_eq!(kinetics.plugin, folder.path().join("./libc.so").to_str().unwrap());
+    assert_eq!(kinetics.plugin.as_deref(), folder.path().join("./libc.so").to_str());
     assert!(
         matches!(&kinetics.initial["m"], Initial::File(f) if f.file == folder.path().join("c.vtu"))
     );
     let overridden = Scene::load(&path, &["kinetics.plugin=by-name".to_owned()]).unwrap();
-    assert_eq!(overridden.kinetics.unwrap().plugin, "by-name");
+    assert_eq!(overridden.kinetics.unwrap().plugin.as_deref(), Some("by-name"));
     let missing = Scene::load(&folder.path().join("b.toml"), &[]).unwrap_err();
     assert!(missing.to_string().contains("b.toml: cannot read the scene: "), "{missing}");
     std::fs::write(&path, [0xff, 0xfe, b'a']).unwrap();

@@ -1,0 +1,430 @@
+//! Formulas as one graph of operations: nothing is computed twice, and derivatives are part of it.
+//!
+//! Every operation is found again by what it does (common subexpressions), constants are folded,
+//! and `x + 0`, `1 x`, `0 x` and the like never become operations. The derivative of a node by an
+//! input is built from those of its operands by the chain rule, in the same graph.
+
+use std::collections::HashMap;
+
+use super::parse::{FormulaError, Function, Kind, Operation, Tree};
+
+/// A node, by its number.
+pub(super) type Id = u32;
+
+/// What a node does. Operands come before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Op {
+    Input(u32),
+    Constant(f64),
+    Add(Id, Id),
+    Subtract(Id, Id),
+    Multiply(Id, Id),
+    Divide(Id, Id),
+    /// Base to a whole number.
+    PowerI(Id, i32),
+    Power(Id, Id),
+    Negative(Id),
+    Exp(Id),
+    Log(Id),
+    Sqrt(Id),
+    Tanh(Id),
+    Sin(Id),
+    Cos(Id),
+    Abs(Id),
+    Sign(Id),
+    Pos(Id),
+    Step(Id),
+    Logistic(Id),
+    Min(Id, Id),
+    Max(Id, Id),
+}
+
+impl Op {
+    /// The operands.
+    pub(super) fn operands(self) -> [Option<Id>; 2] {
+        use Op::{
+            Abs, Add, Constant, Cos, Divide, Exp, Input, Log, Logistic, Max, Min, Multiply,
+            Negative, Pos, Power, PowerI, Sign, Sin, Sqrt, Step, Subtract, Tanh,
+        };
+        match self {
+            Input(_) | Constant(_) => [None, None],
+            Add(a, b)
+            | Subtract(a, b)
+            | Multiply(a, b)
+            | Divide(a, b)
+            | Power(a, b)
+            | Min(a, b)
+            | Max(a, b) => [Some(a), Some(b)],
+            PowerI(a, _)
+            | Negative(a)
+            | Exp(a)
+            | Log(a)
+            | Sqrt(a)
+            | Tanh(a)
+            | Sin(a)
+            | Cos(a)
+            | Abs(a)
+            | Sign(a)
+            | Pos(a)
+            | Step(a)
+            | Logistic(a) => [Some(a), None],
+        }
+    }
+
+    /// The value for given operands.
+    pub(super) fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Op::Input(_) => f64::NAN,
+            Op::Constant(c) => c,
+            Op::Add(..) => a + b,
+            Op::Subtract(..) => a - b,
+            Op::Multiply(..) => a * b,
+            Op::Divide(..) => a / b,
+            Op::PowerI(_, n) => a.powi(n),
+            Op::Power(..) => a.powf(b),
+            Op::Negative(_) => -a,
+            Op::Exp(_) => a.exp(),
+            Op::Log(_) => a.ln(),
+            Op::Sqrt(_) => a.sqrt(),
+            Op::Tanh(_) => a.tanh(),
+            Op::Sin(_) => a.sin(),
+            Op::Cos(_) => a.cos(),
+            Op::Abs(_) => a.abs(),
+            Op::Sign(_) => sign(a),
+            // Comparisons, so that NaN stays NaN where a value is asked for.
+            Op::Pos(_) => {
+                if a < 0.0 {
+                    0.0
+                } else {
+                    a
+                }
+            }
+            Op::Step(_) => {
+                if a > 0.0 {
+                    1.0
+                } else if a <= 0.0 {
+                    0.0
+                } else {
+                    a
+                }
+            }
+            Op::Logistic(_) => logistic(a),
+            Op::Min(..) => {
+                if b < a {
+                    b
+                } else {
+                    a
+                }
+            }
+            Op::Max(..) => {
+                if b > a {
+                    b
+                } else {
+                    a
+                }
+            }
+        }
+    }
+
+    /// A key under which the same operation is found again.
+    fn key(self) -> (std::mem::Discriminant<Self>, u64, u64) {
+        let [a, b] = self.operands().map(|id| id.map_or(u64::MAX, u64::from));
+        let kind = std::mem::discriminant(&self);
+        match self {
+            Op::Input(k) => (kind, u64::from(k), 0),
+            Op::Constant(c) => (kind, c.to_bits(), 0),
+            Op::PowerI(_, n) => (kind, a, u64::from(n.cast_unsigned())),
+            Op::Add(..) | Op::Multiply(..) => (kind, a.min(b), a.max(b)),
+            _ => (kind, a, b),
+        }
+    }
+}
+
+/// -1, 0 or 1.
+pub(super) fn sign(a: f64) -> f64 {
+    f64::from(a > 0.0) - f64::from(a < 0.0)
+}
+
+/// `1/(1 + e^{-a})` without overflow.
+pub(super) fn logistic(a: f64) -> f64 {
+    let e = (-a.abs()).exp();
+    (if a < 0.0 { e } else { 1.0 }) / (1.0 + e)
+}
+
+/// The graph.
+#[derive(Debug, Default)]
+pub(super) struct Graph {
+    ops: Vec<Op>,
+    known: HashMap<(std::mem::Discriminant<Op>, u64, u64), Id>,
+    slopes: HashMap<(Id, u32), Id>,
+}
+
+impl Graph {
+    pub(super) fn ops(&self) -> &[Op] {
+        &self.ops
+    }
+
+    pub(super) fn input(&mut self, number: u32) -> Id {
+        self.add(Op::Input(number))
+    }
+
+    pub(super) fn constant(&mut self, value: f64) -> Id {
+        // One zero only.
+        self.add(Op::Constant(value + 0.0))
+    }
+
+    pub(super) fn value(&self, id: Id) -> Option<f64> {
+        match self.ops[id as usize] {
+            Op::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The node that does `op`, simplified.
+    fn add(&mut self, op: Op) -> Id {
+        if let Some(id) = self.simplified(op) {
+            return id;
+        }
+        let next = crate::num::index(self.ops.len());
+        let id = *self.known.entry(op.key()).or_insert(next);
+        if id == next {
+            self.ops.push(op);
+        }
+        id
+    }
+
+    fn simplified(&mut self, op: Op) -> Option<Id> {
+        let [a, b] = op.operands();
+        let (x, y) = (a.and_then(|a| self.value(a)), b.and_then(|b| self.value(b)));
+        let foldable = a.is_some() && x.is_some() && (b.is_none() || y.is_some());
+        if foldable {
+            let value = op.apply(x?, y.unwrap_or(0.0));
+            // What has no value is left for the evaluation to complain about.
+            return value.is_finite().then(|| self.constant(value));
+        }
+        match op {
+            Op::Add(a, _) if y == Some(0.0) => Some(a),
+            Op::Add(_, b) if x == Some(0.0) => Some(b),
+            Op::Subtract(a, _) if y == Some(0.0) => Some(a),
+            Op::Subtract(_, b) if x == Some(0.0) => Some(self.add(Op::Negative(b))),
+            Op::Subtract(a, b) if a == b => Some(self.constant(0.0)),
+            Op::Multiply(a, _) if y == Some(1.0) => Some(a),
+            Op::Multiply(_, b) if x == Some(1.0) => Some(b),
+            Op::Multiply(a, _) if y == Some(-1.0) => Some(self.add(Op::Negative(a))),
+            Op::Multiply(_, b) if x == Some(-1.0) => Some(self.add(Op::Negative(b))),
+            Op::Multiply(..) if x == Some(0.0) || y == Some(0.0) => Some(self.constant(0.0)),
+            Op::Divide(a, _) if y == Some(1.0) => Some(a),
+            Op::Divide(..) if x == Some(0.0) => Some(self.constant(0.0)),
+            Op::Divide(a, _)
+                if y.is_some_and(|y| y != 0.0 && (1.0 / y).is_finite() && exact(y)) =>
+            {
+                let by = self.constant(1.0 / y?);
+                Some(self.add(Op::Multiply(a, by)))
+            }
+            Op::PowerI(_, 0) => Some(self.constant(1.0)),
+            Op::PowerI(a, 1) => Some(a),
+            Op::PowerI(a, 2) => Some(self.add(Op::Multiply(a, a))),
+            Op::PowerI(a, -1) => {
+                let one = self.constant(1.0);
+                Some(self.add(Op::Divide(one, a)))
+            }
+            Op::Power(a, _) => {
+                let whole = y.and_then(whole)?;
+                Some(self.add(Op::PowerI(a, whole)))
+            }
+            Op::Negative(a) => match self.ops[a as usize] {
+                Op::Negative(inner) => Some(inner),
+                Op::Subtract(p, q) => Some(self.add(Op::Subtract(q, p))),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Puts `tree` into the graph; `names` says what a name stands for.
+    pub(super) fn insert(
+        &mut self,
+        tree: &Tree,
+        names: &mut impl FnMut(&mut Self, &str) -> Result<Id, String>,
+    ) -> Result<Id, FormulaError> {
+        match &tree.kind {
+            Kind::Number(value) => Ok(self.constant(*value)),
+            Kind::Name(name) => names(self, name).map_err(|help| {
+                let message = format!("nothing is called `{name}`");
+                FormulaError::new(tree.span.clone(), message).help(help)
+            }),
+            Kind::Negative(inner) => {
+                let inner = self.insert(inner, names)?;
+                Ok(self.add(Op::Negative(inner)))
+            }
+            Kind::Binary(operation, left, right) => {
+                let (a, b) = (self.insert(left, names)?, self.insert(right, names)?);
+                if *operation == Operation::Divide && self.value(b) == Some(0.0) {
+                    return Err(FormulaError::new(right.span.clone(), "a division by nothing"));
+                }
+                Ok(self.add(match operation {
+                    Operation::Add => Op::Add(a, b),
+                    Operation::Subtract => Op::Subtract(a, b),
+                    Operation::Multiply => Op::Multiply(a, b),
+                    Operation::Divide => Op::Divide(a, b),
+                    Operation::Power => Op::Power(a, b),
+                }))
+            }
+            Kind::Call(function, arguments) => {
+                let mut all = Vec::new();
+                for argument in arguments {
+                    all.push(self.insert(argument, names)?);
+                }
+                Ok(self.call(*function, &all))
+            }
+        }
+    }
+
+    fn call(&mut self, function: Function, all: &[Id]) -> Id {
+        let a = all[0];
+        let op = match function {
+            Function::Pos => Op::Pos(a),
+            Function::Step => Op::Step(a),
+            Function::Exp => Op::Exp(a),
+            Function::Log => Op::Log(a),
+            Function::Sqrt => Op::Sqrt(a),
+            Function::Tanh => Op::Tanh(a),
+            Function::Sin => Op::Sin(a),
+            Function::Cos => Op::Cos(a),
+            Function::Abs => Op::Abs(a),
+            Function::Logistic => Op::Logistic(a),
+            Function::Min => Op::Min(a, all[1]),
+            Function::Max => Op::Max(a, all[1]),
+            Function::Hill => {
+                // r = (x/k)^n, r/(1 + r): a fraction of large numbers is never formed.
+                let x = self.add(Op::Pos(a));
+                let ratio = self.add(Op::Divide(x, all[1]));
+                let power = self.add(Op::Power(ratio, all[2]));
+                let one = self.constant(1.0);
+                let below = self.add(Op::Add(one, power));
+                Op::Divide(power, below)
+            }
+        };
+        self.add(op)
+    }
+
+    /// ∂node/∂input. At the kinks of `pos`, `abs`, `min` and `max` one of the two slopes is taken; the
+    /// jump of `step` has none.
+    pub(super) fn slope(&mut self, id: Id, input: u32) -> Id {
+        // Operands come first, so all slopes up to `id` can be made in order, without recursion.
+        for k in 0..=id {
+            if !self.slopes.contains_key(&(k, input)) {
+                let slope = self.slope_of(self.ops[k as usize], k, input);
+                self.slopes.insert((k, input), slope);
+            }
+        }
+        self.slopes[&(id, input)]
+    }
+
+    fn slope_of(&mut self, op: Op, id: Id, input: u32) -> Id {
+        let [a, b] = op.operands();
+        let zero = self.constant(0.0);
+        let of = |graph: &Self, k: Option<Id>| k.map_or(zero, |k| graph.slopes[&(k, input)]);
+        let (da, db) = (of(self, a), of(self, b));
+        if a.is_some() && da == zero && db == zero {
+            return zero;
+        }
+        let times = |graph: &mut Self, factor: Id| graph.add(Op::Multiply(factor, da));
+        match op {
+            Op::Input(k) => self.constant(if k == input { 1.0 } else { 0.0 }),
+            Op::Constant(_) | Op::Step(_) | Op::Sign(_) => zero,
+            Op::Add(..) => self.add(Op::Add(da, db)),
+            Op::Subtract(..) => self.add(Op::Subtract(da, db)),
+            Op::Multiply(a, b) => {
+                let (p, q) = (self.add(Op::Multiply(da, b)), self.add(Op::Multiply(a, db)));
+                self.add(Op::Add(p, q))
+            }
+            Op::Divide(_, b) => {
+                // (da - (a/b) db)/b
+                let q = self.add(Op::Multiply(id, db));
+                let top = self.add(Op::Subtract(da, q));
+                self.add(Op::Divide(top, b))
+            }
+            Op::PowerI(a, n) => {
+                let power = self.add(Op::PowerI(a, n - 1));
+                let n = self.constant(f64::from(n));
+                let factor = self.add(Op::Multiply(n, power));
+                times(self, factor)
+            }
+            Op::Power(a, b) => {
+                // b a^{b-1} da + a^b ln(a) db; the second only where the exponent moves.
+                let one = self.constant(1.0);
+                let less = self.add(Op::Subtract(b, one));
+                let power = self.add(Op::Power(a, less));
+                let factor = self.add(Op::Multiply(b, power));
+                let first = times(self, factor);
+                if db == zero {
+                    return first;
+                }
+                let log = self.add(Op::Log(a));
+                let factor = self.add(Op::Multiply(id, log));
+                let second = self.add(Op::Multiply(factor, db));
+                self.add(Op::Add(first, second))
+            }
+            Op::Negative(_) => self.add(Op::Negative(da)),
+            Op::Exp(_) => times(self, id),
+            Op::Log(a) => self.add(Op::Divide(da, a)),
+            Op::Sqrt(_) => {
+                let half = self.constant(0.5);
+                let top = self.add(Op::Multiply(half, da));
+                self.add(Op::Divide(top, id))
+            }
+            Op::Tanh(_) => {
+                let one = self.constant(1.0);
+                let square = self.add(Op::Multiply(id, id));
+                let factor = self.add(Op::Subtract(one, square));
+                times(self, factor)
+            }
+            Op::Sin(a) => {
+                let factor = self.add(Op::Cos(a));
+                times(self, factor)
+            }
+            Op::Cos(a) => {
+                let sine = self.add(Op::Sin(a));
+                let factor = self.add(Op::Negative(sine));
+                times(self, factor)
+            }
+            Op::Abs(a) => {
+                let factor = self.add(Op::Sign(a));
+                times(self, factor)
+            }
+            Op::Pos(a) => {
+                let factor = self.add(Op::Step(a));
+                times(self, factor)
+            }
+            Op::Logistic(_) => {
+                let one = self.constant(1.0);
+                let rest = self.add(Op::Subtract(one, id));
+                let factor = self.add(Op::Multiply(id, rest));
+                times(self, factor)
+            }
+            Op::Min(a, b) => self.chosen(b, a, (da, db)),
+            Op::Max(a, b) => self.chosen(a, b, (da, db)),
+        }
+    }
+
+    /// `db` where the `p > q` fails to hold against it, else `da`: slopes of min and max.
+    fn chosen(&mut self, p: Id, q: Id, (da, db): (Id, Id)) -> Id {
+        // db + step(p - q) (da - db)
+        let apart = self.add(Op::Subtract(p, q));
+        let first = self.add(Op::Step(apart));
+        let differ = self.add(Op::Subtract(da, db));
+        let change = self.add(Op::Multiply(first, differ));
+        self.add(Op::Add(db, change))
+    }
+}
+
+/// A power of two: its reciprocal is exact.
+fn exact(value: f64) -> bool {
+    value.abs().log2().fract() == 0.0
+}
+
+/// A whole number that is an exponent.
+fn whole(value: f64) -> Option<i32> {
+    (-16..=16).find(|n| f64::from(*n) == value)
+}

@@ -1,0 +1,91 @@
+//! `[kinetics]` with the law itself as text in place of a plugin.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::kinetics::descriptor::Default as ParameterDefault;
+use crate::kinetics::formula::{Formula, Law};
+use crate::kinetics::{Location, Parameter, Species};
+use crate::num::checked::{Finite, Positive};
+
+use super::KineticsSpec;
+
+/// What a species of a law is, where that is not the default.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SpeciesSpec {
+    /// Unit, in words.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Magnitude that matters.
+    pub typical: Positive,
+    /// Least value that makes sense.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lower: Option<Finite>,
+    /// Greatest value that makes sense.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper: Option<Finite>,
+}
+
+impl Default for SpeciesSpec {
+    fn default() -> Self {
+        let unit = "1".to_owned();
+        Self { unit, doc: String::new(), typical: Positive::ONE, lower: None, upper: None }
+    }
+}
+
+impl KineticsSpec {
+    /// The law that the scene writes out; `None` if it names a plugin.
+    #[must_use]
+    pub fn law(&self) -> Option<Law> {
+        if self.rates.is_empty() {
+            return None;
+        }
+        let named = |text: &BTreeMap<String, String>| -> Vec<Formula> {
+            let formula = |(name, text): (&String, &String)| Formula {
+                name: name.clone(),
+                text: text.clone(),
+            };
+            text.iter().map(formula).collect()
+        };
+        let mut names: Vec<&String> = self.rates.keys().chain(self.species.keys()).collect();
+        names.sort();
+        names.dedup();
+        let species = names.into_iter().map(|name| {
+            let spec = self.species.get(name).cloned().unwrap_or_default();
+            Species {
+                name: name.clone(),
+                unit: spec.unit,
+                doc: spec.doc,
+                typical: spec.typical.get(),
+                lower: spec.lower.map_or(f64::NEG_INFINITY, Finite::get),
+                upper: spec.upper.map_or(f64::INFINITY, Finite::get),
+                diffusion: 0.0,
+                location: Location::Vertex,
+            }
+        });
+        let parameters = self.parameters.iter().map(|(name, value)| {
+            let parameter = Parameter {
+                name: name.clone(),
+                unit: self.units.get(name).cloned().unwrap_or_else(|| "1".into()),
+                doc: String::new(),
+                default: ParameterDefault::Value(value.get()),
+                lower: f64::NEG_INFINITY,
+                lower_open: false,
+                upper: f64::INFINITY,
+                upper_open: false,
+            };
+            (parameter, value.get())
+        });
+        Some(Law {
+            name: "formula".into(),
+            species: species.collect(),
+            parameters: parameters.collect(),
+            lets: named(&self.r#let),
+            rates: named(&self.rates),
+            length_factor: self.length_factor.clone(),
+        })
+    }
+}
