@@ -130,8 +130,10 @@ fn make_room(root: &Path, force: bool) -> Result<()> {
     let entries = std::fs::read_dir(root).map_err(|e| failed(root, e))?;
     for entry in entries.flatten() {
         let path = entry.path();
-        let named = entry.file_name().to_string_lossy().starts_with(|c: char| c.is_ascii_digit());
-        if !(named && path.join("ledger.csv").is_file()) {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let number = name.split('-').next().unwrap_or_default();
+        let member = !number.is_empty() && number.chars().all(|c| c.is_ascii_digit());
+        if !(member && name.contains('-') && path.join("ledger.csv").is_file()) {
             continue;
         }
         if !force {
@@ -141,7 +143,11 @@ fn make_room(root: &Path, force: bool) -> Result<()> {
                     .into(),
             }));
         }
-        std::fs::remove_dir_all(&path).map_err(|e| failed(&path, e))?;
+        // What a run wrote goes; folders that hold anything else stay.
+        let old = ResultDirectory::prepare(&path, true)?;
+        for folder in [old.frames(), old.modes(), path] {
+            let _ = std::fs::remove_dir(folder);
+        }
     }
     Ok(())
 }

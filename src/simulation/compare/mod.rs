@@ -108,7 +108,8 @@ pub fn member(
     interrupt: Interrupt,
 ) -> Result<Ran> {
     let mut setup = prepare(scene, search)?;
-    let directory = ResultDirectory::prepare(root, false)?;
+    // Room was made before the first member: what is left here is none of ours.
+    let directory = ResultDirectory::prepare(root, true)?;
     record(&setup, &directory)?;
     let typical = setup
         .system
