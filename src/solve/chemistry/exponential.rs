@@ -50,6 +50,9 @@ impl<'a> Exponential<'a> {
         let n = y.len();
         let mut start = vec![0.0; n];
         for _ in 0..MOST_STEPS {
+            if self.system.interrupted() {
+                return Err(SolveError::Interrupted.into());
+            }
             self.coupled.residual(self.system, t, y, &mut start)?;
             let jacobian = self.coupled.jacobian(self.system, t, y)?.clone();
             loop {

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::num::real;
+use crate::solve::linear::{dot, norm};
 
 /// Largest Krylov space.
 const LARGEST: usize = 60;
@@ -97,12 +98,4 @@ pub(super) fn polynomial_forcing(
         basis.push(next);
     }
     None
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }

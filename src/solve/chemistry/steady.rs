@@ -59,18 +59,21 @@ pub fn relax_chemistry(
         if first == 0.0 {
             return Ok(step);
         }
+        if system.interrupted() {
+            return Err(SolveError::Interrupted.into());
+        }
         let jacobian = coupled.jacobian(system, state.time, &y)?;
         let newton = match &mut newton {
             Some(newton) => newton,
             None => newton.insert(Shifted::new(jacobian)?),
         };
         let mut change = rate.clone();
-        if newton.solve(jacobian, inverse_step, &mut change).is_err() {
+        if let Err(failure) = newton.solve(jacobian, inverse_step, &mut change) {
             // A shorter step makes the matrix easier; with no step to speak of it is the identity.
             inverse_step = 4.0 * inverse_step.max(1e-9 * first);
             rejected += 1;
             if rejected > MOST_FAILURES {
-                return Err(SolveError::NotSteady { time: state.time, rate: speed }.into());
+                return Err(failure.into());
             }
             continue;
         }
@@ -86,28 +89,23 @@ pub fn relax_chemistry(
         let mut shown = state.clone();
         coupled.unpack(system, &tried, state.time, &mut shown);
         let sensible = system.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
-        let done = sensible
-            .and_then(|()| coupled.residual(system, state.time, &tried, &mut rate))
-            .and_then(
-                |()| if largest.is_finite() { Ok(()) } else { Err(SolveError::NotFinite.into()) },
-            );
-        let mut error = 0.0;
-        let done = done.and_then(|()| {
-            let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
-            error = 0.5 / inverse_step * relative(&tried, &differ);
-            if error <= 4.0 * ERROR { Ok(()) } else { Err(SolveError::NotFinite.into()) }
-        });
-        match done {
-            Ok(()) => y = tried,
-            Err(failure) if failure.may_vanish_with_the_step() => {
-                let finite = error > 0.0 && error.is_finite();
-                let shorter = if finite { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
-                inverse_step = shorter * inverse_step.max(1e-9 * first);
-                rate = before;
-                continue;
+        let done = sensible.and_then(|()| coupled.residual(system, state.time, &tried, &mut rate));
+        let error = match done {
+            Ok(()) => {
+                let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
+                0.5 / inverse_step * relative(&tried, &differ)
             }
+            Err(failure) if failure.may_vanish_with_the_step() => f64::INFINITY,
             Err(failure) => return Err(failure),
+        };
+        if !(error <= 4.0 * ERROR && largest.is_finite()) {
+            let shorter =
+                if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
+            inverse_step = shorter * inverse_step.max(1e-9 * first);
+            rate = before;
+            continue;
         }
+        y = tried;
         speed = relative(&y, &rate);
         if !speed.is_finite() {
             break;

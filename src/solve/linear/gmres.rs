@@ -59,12 +59,13 @@ pub(super) fn multiply(matrix: SparseColMatRef<'_, usize, f64>, v: &[f64], out: 
     }
 }
 
-fn norm(v: &[f64]) -> f64 {
+/// Euclidean norm.
+pub(in crate::solve) fn norm(v: &[f64]) -> f64 {
     dot(v, v).sqrt()
 }
 
 /// Scalar product, in eight sums that do not wait for one another.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(in crate::solve) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (whole_a, whole_b) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(a, b)| a * b).sum();

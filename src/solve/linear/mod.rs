@@ -20,6 +20,7 @@ pub use analysis::Precision;
 pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use factor::{Factor, LinearChoice};
+pub(super) use gmres::{dot, norm};
 pub use ilu::Ilu;
 pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
