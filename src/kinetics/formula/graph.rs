@@ -1,8 +1,8 @@
 //! Formulas as one graph of operations: nothing is computed twice, and derivatives are part of it.
 //!
 //! Every operation is found again by what it does (common subexpressions), constants are folded,
-//! and `x + 0`, `1 x`, `0 x` and the like never become operations. The derivative of a node by an
-//! input is built from those of its operands by the chain rule, in the same graph.
+//! and `x + 0`, `1 x`, `0 x` and the like never become operations. Derivatives ([`derivative`]
+//! (super::derivative)) are nodes of the same graph.
 
 use std::collections::HashMap;
 
@@ -156,7 +156,7 @@ pub(super) fn logistic(a: f64) -> f64 {
 pub(super) struct Graph {
     ops: Vec<Op>,
     known: HashMap<(std::mem::Discriminant<Op>, u64, u64), Id>,
-    slopes: HashMap<(Id, u32), Id>,
+    pub(super) slopes: HashMap<(Id, u32), Id>,
 }
 
 impl Graph {
@@ -181,7 +181,7 @@ impl Graph {
     }
 
     /// The node that does `op`, simplified.
-    fn add(&mut self, op: Op) -> Id {
+    pub(super) fn add(&mut self, op: Op) -> Id {
         if let Some(id) = self.simplified(op) {
             return id;
         }
@@ -306,116 +306,6 @@ impl Graph {
             }
         };
         self.add(op)
-    }
-
-    /// ∂node/∂input. At the kinks of `pos`, `abs`, `min` and `max` one of the two slopes is taken; the
-    /// jump of `step` has none.
-    pub(super) fn slope(&mut self, id: Id, input: u32) -> Id {
-        // Operands come first, so all slopes up to `id` can be made in order, without recursion.
-        for k in 0..=id {
-            if !self.slopes.contains_key(&(k, input)) {
-                let slope = self.slope_of(self.ops[k as usize], k, input);
-                self.slopes.insert((k, input), slope);
-            }
-        }
-        self.slopes[&(id, input)]
-    }
-
-    fn slope_of(&mut self, op: Op, id: Id, input: u32) -> Id {
-        let [a, b] = op.operands();
-        let zero = self.constant(0.0);
-        let of = |graph: &Self, k: Option<Id>| k.map_or(zero, |k| graph.slopes[&(k, input)]);
-        let (da, db) = (of(self, a), of(self, b));
-        if a.is_some() && da == zero && db == zero {
-            return zero;
-        }
-        let times = |graph: &mut Self, factor: Id| graph.add(Op::Multiply(factor, da));
-        match op {
-            Op::Input(k) => self.constant(if k == input { 1.0 } else { 0.0 }),
-            Op::Constant(_) | Op::Step(_) | Op::Sign(_) => zero,
-            Op::Add(..) => self.add(Op::Add(da, db)),
-            Op::Subtract(..) => self.add(Op::Subtract(da, db)),
-            Op::Multiply(a, b) => {
-                let (p, q) = (self.add(Op::Multiply(da, b)), self.add(Op::Multiply(a, db)));
-                self.add(Op::Add(p, q))
-            }
-            Op::Divide(_, b) => {
-                // (da - (a/b) db)/b
-                let q = self.add(Op::Multiply(id, db));
-                let top = self.add(Op::Subtract(da, q));
-                self.add(Op::Divide(top, b))
-            }
-            Op::PowerI(a, n) => {
-                let power = self.add(Op::PowerI(a, n - 1));
-                let n = self.constant(f64::from(n));
-                let factor = self.add(Op::Multiply(n, power));
-                times(self, factor)
-            }
-            Op::Power(a, b) => {
-                // b a^{b-1} da + a^b ln(a) db; the second only where the exponent moves.
-                let one = self.constant(1.0);
-                let less = self.add(Op::Subtract(b, one));
-                let power = self.add(Op::Power(a, less));
-                let factor = self.add(Op::Multiply(b, power));
-                let first = times(self, factor);
-                if db == zero {
-                    return first;
-                }
-                let log = self.add(Op::Log(a));
-                let factor = self.add(Op::Multiply(id, log));
-                let second = self.add(Op::Multiply(factor, db));
-                self.add(Op::Add(first, second))
-            }
-            Op::Negative(_) => self.add(Op::Negative(da)),
-            Op::Exp(_) => times(self, id),
-            Op::Log(a) => self.add(Op::Divide(da, a)),
-            Op::Sqrt(_) => {
-                let half = self.constant(0.5);
-                let top = self.add(Op::Multiply(half, da));
-                self.add(Op::Divide(top, id))
-            }
-            Op::Tanh(_) => {
-                let one = self.constant(1.0);
-                let square = self.add(Op::Multiply(id, id));
-                let factor = self.add(Op::Subtract(one, square));
-                times(self, factor)
-            }
-            Op::Sin(a) => {
-                let factor = self.add(Op::Cos(a));
-                times(self, factor)
-            }
-            Op::Cos(a) => {
-                let sine = self.add(Op::Sin(a));
-                let factor = self.add(Op::Negative(sine));
-                times(self, factor)
-            }
-            Op::Abs(a) => {
-                let factor = self.add(Op::Sign(a));
-                times(self, factor)
-            }
-            Op::Pos(a) => {
-                let factor = self.add(Op::Step(a));
-                times(self, factor)
-            }
-            Op::Logistic(_) => {
-                let one = self.constant(1.0);
-                let rest = self.add(Op::Subtract(one, id));
-                let factor = self.add(Op::Multiply(id, rest));
-                times(self, factor)
-            }
-            Op::Min(a, b) => self.chosen(b, a, (da, db)),
-            Op::Max(a, b) => self.chosen(a, b, (da, db)),
-        }
-    }
-
-    /// `db` where the `p > q` fails to hold against it, else `da`: slopes of min and max.
-    fn chosen(&mut self, p: Id, q: Id, (da, db): (Id, Id)) -> Id {
-        // db + step(p - q) (da - db)
-        let apart = self.add(Op::Subtract(p, q));
-        let first = self.add(Op::Step(apart));
-        let differ = self.add(Op::Subtract(da, db));
-        let change = self.add(Op::Multiply(first, differ));
-        self.add(Op::Add(db, change))
     }
 }
 

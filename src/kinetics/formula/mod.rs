@@ -8,6 +8,7 @@
 //! Values of parameters become constants before anything is simplified. All partial derivatives are
 //! exact and share what they have in common with the rates.
 
+mod derivative;
 mod graph;
 mod parse;
 mod program;
