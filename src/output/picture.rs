@@ -189,7 +189,7 @@ pub fn labelled(
     let area = BitMapBackend::with_buffer(&mut picture.rgb, size).into_drawing_area();
     for (text, left, top) in texts {
         let place = (i32::try_from(*left).unwrap_or(0), i32::try_from(*top).unwrap_or(0));
-        let text = Text::new(text.clone(), place, ("sans-serif", 16).into_font());
+        let text = Text::new(text.clone(), place, (super::plot::FONT, 16).into_font());
         area.draw(&text).map_err(|e| refused(&e))?;
     }
     area.present().map_err(|e| refused(&e))

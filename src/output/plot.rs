@@ -42,7 +42,7 @@ pub struct Figure {
     pub columns: usize,
 }
 
-const FONT: &str = "sans-serif";
+pub(super) const FONT: &str = "sans-serif";
 const PANEL: (usize, usize) = (480, 340);
 const LINE: usize = 22;
 
@@ -194,9 +194,11 @@ impl Panel {
     }
 }
 
-fn label(value: f64, logarithmic: bool) -> String {
+/// A number in few digits, with a power of ten where it is large or small, or `always`.
+#[must_use]
+pub fn label(value: f64, always: bool) -> String {
     let size = value.abs();
-    if logarithmic || size >= 1e5 || (size > 0.0 && size < 1e-3) {
+    if always || size >= 1e5 || (size > 0.0 && size < 1e-3) {
         let text = format!("{value:.2e}");
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
         let digits = digits.trim_end_matches('0').trim_end_matches('.');

@@ -3,7 +3,7 @@
 use super::{Measures, Member, Ran};
 use crate::num::real;
 use crate::output::picture::{Picture, View, labelled, sheet};
-use crate::output::plot::{Curve, Figure, Panel};
+use crate::output::plot::{Curve, Figure, Panel, label};
 use crate::{Result, Vec3};
 
 /// Width and height of one picture on a contact sheet, pixels.
@@ -121,22 +121,20 @@ pub fn contact_sheet(members: &[Member]) -> Result<Option<Picture>> {
             let tile = sheet(x, ran.sheet.triangles(), &colour, &view, TILE);
             picture.place(&tile, column * TILE, top + LINE);
             texts.push((
-                format!("t = {}", short(ran.states[k].time)),
+                format!("t = {}", label(ran.states[k].time, false)),
                 column * TILE + 8,
                 top + LINE,
             ));
         }
     }
     if least < most {
-        let scale = format!("colours from {} (dark) to {} (light)", short(least), short(most));
+        let scale = format!(
+            "colours from {} (dark) to {} (light)",
+            label(least, false),
+            label(most, false)
+        );
         texts.push((scale, 8, height - LINE + 4));
     }
     labelled(&mut picture, &texts)?;
     Ok(Some(picture))
-}
-
-fn short(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let plain = text.trim_end_matches('0').trim_end_matches('.');
-    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.2e}") } else { plain.to_owned() }
 }
