@@ -1,4 +1,4 @@
-//! The table of functions, and what passes through them.
+//! The table of functions (each may be null in C), and what passes through them.
 //!
 //! With n_s species c and n_x signal columns x, at every point of a batch:
 //!
@@ -90,41 +90,54 @@ pub struct Batch {
     pub signals: *const Column,
     /// How many signal columns; 0 in calls for the length factor, which depends on species alone.
     pub signal_count: usize,
+    /// Where parameters differ from point to point: one column for each parameter of the
+    /// descriptor, which take the place of the instance's values. Only for plugins with
+    /// [`PARAMETER_FIELDS`](crate::Capabilities::PARAMETER_FIELDS); else null. Since minor version 1.
+    pub parameters: *const Column,
+    /// How many parameter columns: none, or as many as the descriptor has parameters. Since minor
+    /// version 1.
+    pub parameter_count: usize,
 }
 
 /// Makes an instance from `count` parameter values in the order of the descriptor and writes its
 /// handle to `instance`. The handle may be null if the plugin needs none.
-pub type Create = unsafe extern "C" fn(
-    parameters: *const f64,
-    count: usize,
-    instance: *mut *mut c_void,
-    report: *mut Report,
-) -> Status;
+pub type Create = Option<
+    unsafe extern "C" fn(
+        parameters: *const f64,
+        count: usize,
+        instance: *mut *mut c_void,
+        report: *mut Report,
+    ) -> Status,
+>;
 
 /// Frees an instance.
-pub type Destroy = unsafe extern "C" fn(instance: *mut c_void);
+pub type Destroy = Option<unsafe extern "C" fn(instance: *mut c_void)>;
 
 /// Writes values: for rates one output column a species, for the length factor one in all.
-pub type Evaluate = unsafe extern "C" fn(
-    instance: *const c_void,
-    batch: *const Batch,
-    values: *const ColumnMut,
-    report: *mut Report,
-) -> Status;
+pub type Evaluate = Option<
+    unsafe extern "C" fn(
+        instance: *const c_void,
+        batch: *const Batch,
+        values: *const ColumnMut,
+        report: *mut Report,
+    ) -> Status,
+>;
 
 /// Writes the values of [`Evaluate`] and their partial derivatives, row by row: for rates
 /// `species_count` rows of `species_count + signal_count` columns, for the length factor one row
 /// of `species_count`.
-pub type EvaluatePartials = unsafe extern "C" fn(
-    instance: *const c_void,
-    batch: *const Batch,
-    values: *const ColumnMut,
-    partials: *const ColumnMut,
-    report: *mut Report,
-) -> Status;
+pub type EvaluatePartials = Option<
+    unsafe extern "C" fn(
+        instance: *const c_void,
+        batch: *const Batch,
+        values: *const ColumnMut,
+        partials: *const ColumnMut,
+        report: *mut Report,
+    ) -> Status,
+>;
 
 /// A pointer to the extension of that name, or null. What it points to is fixed by the extension.
-pub type GetExtension = unsafe extern "C" fn(id: Str) -> *const c_void;
+pub type GetExtension = Option<unsafe extern "C" fn(id: Str) -> *const c_void>;
 
 /// What the plugin exports under [`ENTRY_SYMBOL`](crate::ENTRY_SYMBOL).
 #[repr(C)]
@@ -141,17 +154,17 @@ pub struct PluginTable {
     /// What the plugin says about itself.
     pub descriptor: *const Descriptor,
     /// Required.
-    pub create: Option<Create>,
+    pub create: Create,
     /// Required.
-    pub destroy: Option<Destroy>,
+    pub destroy: Destroy,
     /// Required.
-    pub rates: Option<Evaluate>,
+    pub rates: Evaluate,
     /// Required with `RATE_PARTIALS`, else null.
-    pub rate_partials: Option<EvaluatePartials>,
+    pub rate_partials: EvaluatePartials,
     /// Required with `LENGTH_FACTOR`, else null.
-    pub length_factor: Option<Evaluate>,
+    pub length_factor: Evaluate,
     /// Required with `LENGTH_FACTOR_PARTIALS`, else null.
-    pub length_factor_partials: Option<EvaluatePartials>,
+    pub length_factor_partials: EvaluatePartials,
     /// May be null: no extensions.
-    pub get_extension: Option<GetExtension>,
+    pub get_extension: GetExtension,
 }

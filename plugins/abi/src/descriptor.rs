@@ -181,7 +181,8 @@ impl Parameter {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Signal {
-    /// Which: the name of one of the constants below.
+    /// Which: `mean_curvature`, `gaussian_curvature`, `area_strain`, `tension`, `area_ratio`, `time`
+    /// (one column each), `position`, `normal` (three).
     pub name: Str,
     /// Magnitude that matters, > 0, in the signal's unit: scale of difference steps.
     pub typical: f64,
@@ -233,10 +234,13 @@ impl Capabilities {
     pub const LENGTH_FACTOR: Self = Self(1 << 2);
     /// Partial derivatives of the length factor; without them the engine takes differences.
     pub const LENGTH_FACTOR_PARTIALS: Self = Self(1 << 3);
+    /// Takes parameters that differ from point to point ([`Batch::parameters`](crate::Batch));
+    /// without it the engine makes an instance for every set of values. Since minor version 1.
+    pub const PARAMETER_FIELDS: Self = Self(1 << 4);
     /// A spontaneous curvature C₀(c), by an extension. Reserved.
-    pub const SPONTANEOUS_CURVATURE: Self = Self(1 << 32);
+    pub const SPONTANEOUS_CURVATURE: Self = Self(0x1_0000_0000);
     /// Instances have a state that must be saved and loaded, by an extension. Reserved.
-    pub const STATEFUL: Self = Self(1 << 33);
+    pub const STATEFUL: Self = Self(0x2_0000_0000);
 
     /// These and those.
     #[must_use]

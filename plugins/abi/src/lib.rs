@@ -24,12 +24,14 @@
 
 mod call;
 mod descriptor;
+mod observables;
 
 pub use call::{
     Batch, Column, ColumnMut, Create, Destroy, Evaluate, EvaluatePartials, GetExtension, NO_POINT,
     PluginTable, Report, Status,
 };
 pub use descriptor::{Capabilities, Descriptor, Location, Parameter, Signal, Species, Str};
+pub use observables::{OBSERVABLES, Observable, Observables};
 
 /// The name of the one exported symbol, a [`PluginTable`].
 pub const ENTRY_SYMBOL: &str = "rumple_plugin_entry";
@@ -41,8 +43,10 @@ pub const MAGIC: [u8; 8] = *b"RUMPLE\x1a\n";
 pub const ABI_MAJOR: u32 = 1;
 
 /// The version that may differ: how many times fields were added.
-pub const ABI_MINOR: u32 = 0;
+///
+/// * 1: [`Batch::parameters`], [`Capabilities::PARAMETER_FIELDS`].
+pub const ABI_MINOR: u32 = 1;
 
 /// Bytes of the table in minor version 0: no valid table is smaller.
 pub const MINIMUM_TABLE_SIZE: usize =
-    core::mem::offset_of!(PluginTable, get_extension) + size_of::<Option<GetExtension>>();
+    core::mem::offset_of!(PluginTable, get_extension) + size_of::<GetExtension>();
