@@ -10,10 +10,12 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct Brusselator {
-    a: f64,
-    b: f64,
+parameters! {
+    /// The law with its parameters.
+    pub struct Brusselator {
+        a: 1.0, "1", "supply", at_least(0.0);
+        b: 3.0, "1", "conversion", at_least(0.0);
+    }
 }
 
 impl Model for Brusselator {
@@ -25,14 +27,6 @@ impl Model for Brusselator {
         Species::new("u", "1", "first intermediate"),
         Species::new("v", "1", "second intermediate"),
     ];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("a", "1", 1.0, "supply").at_least(0.0),
-        Parameter::new("b", "1", 3.0, "conversion").at_least(0.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self { a: p.get("a")?, b: p.get("b")? })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let (u, v) = (at.species[0], at.species[1]);

@@ -19,16 +19,19 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters; symbols as in the equation.
-pub struct CurvatureFeedback {
-    w: f64,
-    beta: f64,
-    h_s: f64,
-    b: f64,
-    c_star: f64,
-    lambda_max: f64,
-    lambda_min: f64,
-    lambda_0: f64,
+parameters! {
+    /// The law with its parameters; symbols as in the equation.
+    pub struct CurvatureFeedback {
+        w: 15.0, "length/time", "production per upward curvature", at_least(0.0);
+        beta: 1.0, "1/time", "decay", at_least(0.0);
+        H_s: 0.05, "1/length", "curvature of half saturation", above(0.0);
+        b: 100.0, "1", "steepness of the switch", at_least(0.0);
+        c_star: 0.1, "1", "morphogen at half expansion", at_least(0.0);
+        lambda_max: 1.0, "1", "Lambda without morphogen", above(0.0);
+        lambda_min: 0.65, "1", "Lambda with much morphogen", above(0.0);
+        lambda_0: 1.0, "1", "Lambda that leaves lengths as they are",
+            default_of("lambda_max"), above(0.0);
+    }
 }
 
 impl Model for CurvatureFeedback {
@@ -40,36 +43,28 @@ impl Model for CurvatureFeedback {
     const SPECIES: &'static [Species] =
         &[Species::new("c", "1", "morphogen").typical(0.1).range(0.0, f64::INFINITY)];
     const SIGNALS: &'static [Signal] = &[Signal::MEAN_CURVATURE.typical(0.01)];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("w", "length/time", 15.0, "production per upward curvature").at_least(0.0),
-        Parameter::new("beta", "1/time", 1.0, "decay").at_least(0.0),
-        Parameter::new("H_s", "1/length", 0.05, "curvature of half saturation").above(0.0),
-        Parameter::new("b", "1", 100.0, "steepness of the switch").at_least(0.0),
-        Parameter::new("c_star", "1", 0.1, "morphogen at half expansion").at_least(0.0),
-        Parameter::new("lambda_max", "1", 1.0, "Lambda without morphogen").above(0.0),
-        Parameter::new("lambda_min", "1", 0.65, "Lambda with much morphogen").above(0.0),
-        Parameter::new("lambda_0", "1", 1.0, "Lambda that leaves lengths as they are")
-            .default_of("lambda_max")
-            .above(0.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self {
-            w: p.get("w")?,
-            beta: p.get("beta")?,
-            h_s: p.get("H_s")?,
-            b: p.get("b")?,
-            c_star: p.get("c_star")?,
-            lambda_max: p.get("lambda_max")?,
-            lambda_min: p.get("lambda_min")?,
-            lambda_0: p.get("lambda_0")?,
-        })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
-        let (c, upward) = (at.species[0], at.signals[0].positive_part());
-        let unsaturated = S::from(self.h_s) / (upward + self.h_s);
-        rate[0] = upward * unsaturated * self.w - c * self.beta;
+        let (c, curvature) = (at.species[0], at.signals[0]);
+        rate[0] = self.production(curvature) - c * self.beta;
+        Ok(())
+    }
+}
+
+impl CurvatureFeedback {
+    /// w H⁺/(1 + H⁺/H_s), written so that H_s → ∞ and H → ∞ are harmless.
+    fn production<S: Scalar>(&self, curvature: S) -> S {
+        let upward = curvature.positive_part();
+        upward * (S::from(self.H_s) / (upward + self.H_s)) * self.w
+    }
+}
+
+impl Observables for CurvatureFeedback {
+    const OBSERVABLES: &'static [Observable] =
+        &[Observable::new("production", "1/time", "what upward curvature makes of the morphogen")];
+
+    fn observe(&self, at: &Point<'_, f64>, out: &mut [f64]) -> Result<(), Failure> {
+        out[0] = self.production(at.signals[0]);
         Ok(())
     }
 }

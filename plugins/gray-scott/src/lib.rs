@@ -9,10 +9,12 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct GrayScott {
-    feed: f64,
-    kill: f64,
+parameters! {
+    /// The law with its parameters.
+    pub struct GrayScott {
+        feed: 0.04, "1/time", "feed rate F", at_least(0.0);
+        kill: 0.06, "1/time", "removal rate k", at_least(0.0);
+    }
 }
 
 impl Model for GrayScott {
@@ -22,14 +24,6 @@ impl Model for GrayScott {
     );
     const SPECIES: &'static [Species] =
         &[Species::new("u", "1", "substrate"), Species::new("v", "1", "autocatalyst")];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("feed", "1/time", 0.04, "feed rate F").at_least(0.0),
-        Parameter::new("kill", "1/time", 0.06, "removal rate k").at_least(0.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self { feed: p.get("feed")?, kill: p.get("kill")? })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let (u, v) = (at.species[0], at.species[1]);

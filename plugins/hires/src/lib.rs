@@ -5,8 +5,10 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct Hires;
+parameters! {
+    /// The law with its parameters.
+    pub struct Hires {}
+}
 
 impl Model for Hires {
     const ABOUT: About = about!(
@@ -23,10 +25,6 @@ impl Model for Hires {
         Species::new("y7", "1", "species 7").typical(0.001),
         Species::new("y8", "1", "species 8").typical(0.001),
     ];
-
-    fn new(_: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self)
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let y = at.species;

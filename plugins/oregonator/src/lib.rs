@@ -11,11 +11,13 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct Oregonator {
-    s: f64,
-    q: f64,
-    w: f64,
+parameters! {
+    /// The law with its parameters.
+    pub struct Oregonator {
+        s: 77.27, "1", "separation of time scales", above(0.0);
+        q: 8.375e-06, "1", "ratio of rates", at_least(0.0);
+        w: 0.161, "1/time", "recovery", at_least(0.0);
+    }
 }
 
 impl Model for Oregonator {
@@ -28,15 +30,6 @@ impl Model for Oregonator {
         Species::new("y2", "1", "bromide"),
         Species::new("y3", "1", "catalyst"),
     ];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("s", "1", 77.27, "separation of time scales").above(0.0),
-        Parameter::new("q", "1", 8.375e-06, "ratio of rates").at_least(0.0),
-        Parameter::new("w", "1/time", 0.161, "recovery").at_least(0.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self { s: p.get("s")?, q: p.get("q")?, w: p.get("w")? })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let [y1, y2, y3] = [at.species[0], at.species[1], at.species[2]];

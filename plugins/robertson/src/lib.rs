@@ -11,11 +11,13 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct Robertson {
-    k1: f64,
-    k2: f64,
-    k3: f64,
+parameters! {
+    /// The law with its parameters.
+    pub struct Robertson {
+        k1: 0.04, "1/time", "first rate", at_least(0.0);
+        k2: 30000000.0, "1/time", "second rate", at_least(0.0);
+        k3: 10000.0, "1/time", "third rate", at_least(0.0);
+    }
 }
 
 impl Model for Robertson {
@@ -28,15 +30,6 @@ impl Model for Robertson {
         Species::new("y2", "1", "intermediate").typical(1e-05),
         Species::new("y3", "1", "product"),
     ];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("k1", "1/time", 0.04, "first rate").at_least(0.0),
-        Parameter::new("k2", "1/time", 30000000.0, "second rate").at_least(0.0),
-        Parameter::new("k3", "1/time", 10000.0, "third rate").at_least(0.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self { k1: p.get("k1")?, k2: p.get("k2")?, k3: p.get("k3")? })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let [y1, y2, y3] = [at.species[0], at.species[1], at.species[2]];

@@ -10,11 +10,13 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct Schnakenberg {
-    a: f64,
-    b: f64,
-    gamma: f64,
+parameters! {
+    /// The law with its parameters.
+    pub struct Schnakenberg {
+        a: 0.1, "1", "supply of u", at_least(0.0);
+        b: 0.9, "1", "supply of v", at_least(0.0);
+        gamma: 1.0, "1/time", "pace", above(0.0);
+    }
 }
 
 impl Model for Schnakenberg {
@@ -24,15 +26,6 @@ impl Model for Schnakenberg {
     );
     const SPECIES: &'static [Species] =
         &[Species::new("u", "1", "activator"), Species::new("v", "1", "substrate")];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("a", "1", 0.1, "supply of u").at_least(0.0),
-        Parameter::new("b", "1", 0.9, "supply of v").at_least(0.0),
-        Parameter::new("gamma", "1/time", 1.0, "pace").above(0.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self { a: p.get("a")?, b: p.get("b")?, gamma: p.get("gamma")? })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let (u, v) = (at.species[0], at.species[1]);

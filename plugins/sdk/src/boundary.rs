@@ -8,21 +8,35 @@ use std::ffi::c_void;
 use rumple_plugin_abi::{Batch, ColumnMut, Report, Status};
 
 use crate::columns::{Inputs, Outputs};
+use crate::evaluate::{Law, Pass, Size, run};
 use crate::guard::guarded;
-use crate::{Dual, Failure, LengthFactor, Model, Parameters, Point, Scalar, Signal};
+use crate::{Dual, Failure, LengthFactor, Model, Observables, Parameters, Point, Scalar, Signal};
 
 /// Components of the signals of a model: one each, three for a vector.
-pub(crate) fn signal_columns(signals: &[Signal]) -> usize {
-    let vectors = [text(&Signal::POSITION.name), text(&Signal::NORMAL.name)];
-    signals.iter().map(|signal| if vectors.contains(&text(&signal.name)) { 3 } else { 1 }).sum()
+pub(crate) const fn signal_columns(signals: &[Signal]) -> usize {
+    let mut columns = 0;
+    let mut at = 0;
+    while at < signals.len() {
+        let name = &signals[at].name;
+        let vector = same(name, &Signal::POSITION.name) || same(name, &Signal::NORMAL.name);
+        columns += if vector { 3 } else { 1 };
+        at += 1;
+    }
+    columns
 }
 
-fn text(text: &rumple_plugin_abi::Str) -> &'static str {
-    // SAFETY: made by `Str::new` from a `&'static str`: the fields of a Rust model are constants.
-    unsafe {
-        let bytes = std::slice::from_raw_parts(text.data, text.length);
-        std::str::from_utf8(bytes).unwrap_or("")
+const fn same(a: &rumple_plugin_abi::Str, b: &rumple_plugin_abi::Str) -> bool {
+    let (a, b) = (text(a).as_bytes(), text(b).as_bytes());
+    let mut at = 0;
+    while at < a.len() && at < b.len() && a[at] == b[at] {
+        at += 1;
     }
+    at == a.len() && at == b.len()
+}
+
+pub(crate) const fn text(text: &rumple_plugin_abi::Str) -> &'static str {
+    // SAFETY: made by `Str::new` from a `&'static str`: the fields of a Rust model are constants.
+    unsafe { str::from_utf8_unchecked(std::slice::from_raw_parts(text.data, text.length)) }
 }
 
 /// # Safety
@@ -47,7 +61,7 @@ pub(crate) unsafe extern "C" fn create<M: Model>(
             unsafe { std::slice::from_raw_parts(parameters, count) }
         };
         let names: Vec<&str> = M::PARAMETERS.iter().map(|known| text(&known.name)).collect();
-        let model = M::new(&Parameters { names: &names, values })?;
+        let model = M::from_parameters(&Parameters { names: &names, values })?;
         // SAFETY: not null, and the caller's to write.
         unsafe { *instance = Box::into_raw(Box::new(model)).cast() };
         Ok(())
@@ -81,20 +95,8 @@ pub(crate) unsafe extern "C" fn rates<M: Model>(
 ) -> Status {
     let body = |at: &Cell<usize>| {
         // SAFETY: the caller's promises on instance, batch and columns.
-        let (model, inputs, mut values) = unsafe {
-            let inputs = Inputs::new(batch, M::SPECIES.len(), signal_columns(M::SIGNALS))?;
-            let values = Outputs::new(values, M::SPECIES.len(), inputs.points)?;
-            (model::<M>(instance)?, inputs, values)
-        };
-        let mut scratch = Scratch::new::<M>(f64::from);
-        over_points(inputs.points, at, |point| {
-            scratch.load(&inputs, point, |number, value| *number = value);
-            let outcome = scratch.rates(model);
-            for (column, rate) in scratch.rate.iter().enumerate() {
-                values.set(column, point, *rate);
-            }
-            outcome
-        })
+        let mut call = unsafe { Call::<M>::new(instance, batch, values, M::RATE_SIZE)? };
+        run::<M, f64, Rates>(call.model, call.pass(0, at))
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
@@ -110,23 +112,19 @@ pub(crate) unsafe extern "C" fn rate_partials<M: Model>(
     report: *mut Report,
 ) -> Status {
     let body = |at: &Cell<usize>| {
-        let species = M::SPECIES.len();
-        let signals = signal_columns(M::SIGNALS);
         // SAFETY: the caller's promises on instance, batch and columns.
-        let (model, inputs, mut values, mut partials) = unsafe {
-            let inputs = Inputs::new(batch, species, signals)?;
-            let values = Outputs::new(values, species, inputs.points)?;
-            let partials = Outputs::new(partials, species * (species + signals), inputs.points)?;
-            (model::<M>(instance)?, inputs, values, partials)
-        };
-        let (values, partials) = (&mut values, &mut partials);
+        let mut call = unsafe { Call::<M>::new(instance, batch, values, M::RATE_SIZE)? };
+        // SAFETY: as above.
+        unsafe { call.with_partials(partials)? };
         // As few passes as possible, and none wider than it must be: the cost of a pass grows
         // with its width, and each pass evaluates the law anew.
-        match species + signals {
-            1 => differentiate_rates::<M, 1>(model, &inputs, values, partials, at),
-            2 => differentiate_rates::<M, 2>(model, &inputs, values, partials, at),
-            3 => differentiate_rates::<M, 3>(model, &inputs, values, partials, at),
-            _ => differentiate_rates::<M, 4>(model, &inputs, values, partials, at),
+        match M::RATE_SIZE.inputs {
+            1 => differentiate_rates::<M, 1>(&mut call, at),
+            2 => differentiate_rates::<M, 2>(&mut call, at),
+            3 => differentiate_rates::<M, 3>(&mut call, at),
+            4 => differentiate_rates::<M, 4>(&mut call, at),
+            5 | 6 => differentiate_rates::<M, 6>(&mut call, at),
+            _ => differentiate_rates::<M, 8>(&mut call, at),
         }
     };
     // SAFETY: `report` comes from the caller under the same contract.
@@ -134,31 +132,25 @@ pub(crate) unsafe extern "C" fn rate_partials<M: Model>(
 }
 
 fn differentiate_rates<M: Model, const N: usize>(
-    model: &M,
-    inputs: &Inputs<'_>,
-    values: &mut Outputs<'_>,
-    partials: &mut Outputs<'_>,
+    call: &mut Call<'_, M>,
     at: &Cell<usize>,
 ) -> Result<(), Failure> {
-    let mut scratch = Scratch::new::<M>(Dual::<N>::from);
-    let width = scratch.species.len() + scratch.signals.len();
+    passes(M::RATE_SIZE.inputs, N, at, |start| {
+        run::<M, Dual<N>, Rates>(call.model, call.pass(start, at))
+    })
+}
+
+/// Differentiates by all inputs, some at a time. A result that is merely unreliable does not keep
+/// the others from being computed.
+fn passes(
+    inputs: usize,
+    width: usize,
+    at: &Cell<usize>,
+    mut pass: impl FnMut(usize) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let mut unreliable = None;
-    for start in (0..width).step_by(N) {
-        for (input, number) in scratch.species.iter_mut().chain(&mut scratch.signals).enumerate() {
-            *number = Dual::variable(0.0, input.wrapping_sub(start));
-        }
-        let outcome = over_points(inputs.points, at, |point| {
-            scratch.load(inputs, point, |number, value| number.value = value);
-            let outcome = scratch.rates(model);
-            for (row, rate) in scratch.rate.iter().enumerate() {
-                values.set(row, point, rate.value);
-                for (input, derivative) in (start..width).zip(rate.derivatives) {
-                    partials.set(row * width + input, point, derivative);
-                }
-            }
-            outcome
-        });
-        match outcome {
+    for start in (0..inputs).step_by(width) {
+        match pass(start) {
             Ok(()) => {}
             Err(failure @ Failure::Unreliable(_)) => {
                 unreliable.get_or_insert((at.get(), failure));
@@ -166,7 +158,10 @@ fn differentiate_rates<M: Model, const N: usize>(
             Err(failure) => return Err(failure),
         }
     }
-    finish(unreliable, at)
+    unreliable.map_or(Ok(()), |(point, failure)| {
+        at.set(point);
+        Err(failure)
+    })
 }
 
 /// # Safety
@@ -179,19 +174,8 @@ pub(crate) unsafe extern "C" fn length_factor<M: LengthFactor>(
 ) -> Status {
     let body = |at: &Cell<usize>| {
         // SAFETY: the caller's promises on instance, batch and columns.
-        let (model, inputs, mut values) = unsafe {
-            let inputs = Inputs::new(batch, M::SPECIES.len(), 0)?;
-            let values = Outputs::new(values, 1, inputs.points)?;
-            (model::<M>(instance)?, inputs, values)
-        };
-        let mut species = vec![0.0; M::SPECIES.len()];
-        over_points(inputs.points, at, |point| {
-            for (slot, value) in species.iter_mut().zip(inputs.species(point)) {
-                *slot = value;
-            }
-            values.set(0, point, model.length_factor(&species)?);
-            Ok(())
-        })
+        let mut call = unsafe { Call::<M>::new(instance, batch, values, M::FACTOR_SIZE)? };
+        run::<M, f64, Factor>(call.model, call.pass(0, at))
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
@@ -207,94 +191,145 @@ pub(crate) unsafe extern "C" fn length_factor_partials<M: LengthFactor>(
     report: *mut Report,
 ) -> Status {
     let body = |at: &Cell<usize>| {
-        let width = M::SPECIES.len();
         // SAFETY: the caller's promises on instance, batch and columns.
-        let (model, inputs, mut values, mut partials) = unsafe {
-            let inputs = Inputs::new(batch, width, 0)?;
-            let values = Outputs::new(values, 1, inputs.points)?;
-            let partials = Outputs::new(partials, width, inputs.points)?;
-            (model::<M>(instance)?, inputs, values, partials)
-        };
-        let mut species = vec![Dual::<1>::from(0.0); width];
-        over_points(inputs.points, at, |point| {
-            for direction in 0..width {
-                for (input, value) in inputs.species(point).enumerate() {
-                    species[input] = Dual::variable(value, input.wrapping_sub(direction));
-                }
-                let factor = model.length_factor(&species)?;
-                values.set(0, point, factor.value);
-                partials.set(direction, point, factor.derivatives[0]);
-            }
-            Ok(())
-        })
+        let mut call = unsafe { Call::<M>::new(instance, batch, values, M::FACTOR_SIZE)? };
+        // SAFETY: as above.
+        unsafe { call.with_partials(partials)? };
+        match M::FACTOR_SIZE.inputs {
+            1 => differentiate_factor::<M, 1>(&mut call, at),
+            2 => differentiate_factor::<M, 2>(&mut call, at),
+            _ => differentiate_factor::<M, 4>(&mut call, at),
+        }
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
 }
 
-/// # Safety
-/// `instance` is null or comes from [`create`] of the same model and is not yet destroyed.
-unsafe fn model<'a, M: Model>(instance: *const c_void) -> Result<&'a M, Failure> {
-    // SAFETY: the caller's promise; models are `Sync` and only ever shared.
-    unsafe { instance.cast::<M>().as_ref() }.ok_or_else(|| Failure::fatal("there is no instance"))
-}
-
-/// Runs `law` at every point, keeping `at` up to date. Stops at the first point without a result;
-/// a merely unreliable one is reported, as the first of its kind, after all are done.
-fn over_points(
-    points: usize,
+fn differentiate_factor<M: LengthFactor, const N: usize>(
+    call: &mut Call<'_, M>,
     at: &Cell<usize>,
-    mut law: impl FnMut(usize) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut unreliable = None;
-    for point in 0..points {
-        at.set(point);
-        match law(point) {
-            Ok(()) => {}
-            Err(failure @ Failure::Unreliable(_)) => {
-                unreliable.get_or_insert((point, failure));
-            }
-            Err(failure) => return Err(failure),
-        }
-    }
-    finish(unreliable, at)
-}
-
-/// The first unreliable point, if any, as the outcome.
-fn finish(unreliable: Option<(usize, Failure)>, at: &Cell<usize>) -> Result<(), Failure> {
-    unreliable.map_or(Ok(()), |(point, failure)| {
-        at.set(point);
-        Err(failure)
+    passes(M::FACTOR_SIZE.inputs, N, at, |start| {
+        run::<M, Dual<N>, Factor>(call.model, call.pass(start, at))
     })
 }
 
-/// Inputs and outputs of the law at one point, allocated once a call.
-struct Scratch<S> {
-    species: Vec<S>,
-    signals: Vec<S>,
-    rate: Vec<S>,
+/// # Safety
+/// As for [`rumple_plugin_abi::Evaluate`].
+pub(crate) unsafe extern "C" fn observe<M: Observables>(
+    instance: *const c_void,
+    batch: *const Batch,
+    values: *const ColumnMut,
+    report: *mut Report,
+) -> Status {
+    let body = |at: &Cell<usize>| {
+        let size = <Observed as Law<M, f64>>::SIZE;
+        // SAFETY: the caller's promises on instance, batch and columns.
+        let mut call = unsafe { Call::<M>::new(instance, batch, values, size)? };
+        run::<M, f64, Observed>(call.model, call.pass(0, at))
+    };
+    // SAFETY: `report` comes from the caller under the same contract.
+    unsafe { guarded(report, body) }
 }
 
-impl<S: Scalar> Scratch<S> {
-    fn new<M: Model>(from: impl Fn(f64) -> S) -> Self {
-        Self {
-            species: vec![from(0.0); M::SPECIES.len()],
-            signals: vec![from(0.0); signal_columns(M::SIGNALS)],
-            rate: vec![from(0.0); M::SPECIES.len()],
+/// The sizes of the laws of a model.
+trait Sizes: Model {
+    const RATE_SIZE: Size = Size {
+        inputs: Self::SPECIES.len() + signal_columns(Self::SIGNALS),
+        outputs: Self::SPECIES.len(),
+    };
+    const FACTOR_SIZE: Size = Size { inputs: Self::SPECIES.len(), outputs: 1 };
+
+    #[inline(always)]
+    fn point<S>(inputs: &[S]) -> Point<'_, S> {
+        let (species, signals) = inputs.split_at(Self::SPECIES.len());
+        Point { species, signals }
+    }
+}
+
+impl<M: Model> Sizes for M {}
+
+struct Rates;
+
+impl<M: Model, S: Scalar> Law<M, S> for Rates {
+    const SIZE: Size = M::RATE_SIZE;
+
+    #[inline(always)]
+    fn evaluate(model: &M, inputs: &[S], out: &mut [S]) -> Result<(), Failure> {
+        model.rates(&M::point(inputs), out)
+    }
+}
+
+struct Factor;
+
+impl<M: LengthFactor, S: Scalar> Law<M, S> for Factor {
+    const SIZE: Size = M::FACTOR_SIZE;
+
+    #[inline(always)]
+    fn evaluate(model: &M, species: &[S], out: &mut [S]) -> Result<(), Failure> {
+        out[0] = model.length_factor(species)?;
+        Ok(())
+    }
+}
+
+struct Observed;
+
+impl<M: Observables> Law<M, f64> for Observed {
+    const SIZE: Size = Size { outputs: M::OBSERVABLES.len(), ..M::RATE_SIZE };
+
+    #[inline(always)]
+    fn evaluate(model: &M, inputs: &[f64], out: &mut [f64]) -> Result<(), Failure> {
+        model.observe(&M::point(inputs), out)
+    }
+}
+
+/// The checked arguments of a call.
+struct Call<'a, M> {
+    model: &'a M,
+    size: Size,
+    inputs: Inputs<'a>,
+    values: Outputs<'a>,
+    partials: Option<Outputs<'a>>,
+}
+
+impl<'a, M: Model> Call<'a, M> {
+    /// # Safety
+    /// `instance` is null or comes from [`create`] of the same model and is not yet destroyed;
+    /// batch and columns are null or as the boundary promises.
+    unsafe fn new(
+        instance: *const c_void,
+        batch: *const Batch,
+        values: *const ColumnMut,
+        size: Size,
+    ) -> Result<Self, Failure> {
+        // SAFETY: the caller's promise; models are `Sync` and only ever shared.
+        let model = unsafe { instance.cast::<M>().as_ref() };
+        let model = model.ok_or_else(|| Failure::fatal("there is no instance"))?;
+        let (species, parameters) = (M::SPECIES.len(), M::PARAMETERS.len());
+        // SAFETY: the caller's promise.
+        unsafe {
+            let inputs = Inputs::new(batch, species, size.inputs - species, parameters)?;
+            let values = Outputs::new(values, size.outputs, inputs.points)?;
+            Ok(Self { model, size, inputs, values, partials: None })
         }
     }
 
-    fn load(&mut self, inputs: &Inputs<'_>, point: usize, set: impl Fn(&mut S, f64)) {
-        for (number, value) in self.species.iter_mut().zip(inputs.species(point)) {
-            set(number, value);
-        }
-        for (number, value) in self.signals.iter_mut().zip(inputs.signals(point)) {
-            set(number, value);
-        }
+    /// # Safety
+    /// The columns are null or as the boundary promises.
+    unsafe fn with_partials(&mut self, partials: *const ColumnMut) -> Result<(), Failure> {
+        let columns = self.size.outputs * self.size.inputs;
+        // SAFETY: the caller's promise.
+        self.partials = Some(unsafe { Outputs::new(partials, columns, self.inputs.points)? });
+        Ok(())
     }
 
-    fn rates(&mut self, model: &impl Model) -> Result<(), Failure> {
-        let point = Point { species: &self.species, signals: &self.signals };
-        model.rates(&point, &mut self.rate)
+    fn pass<'b>(&'b mut self, start: usize, at: &'b Cell<usize>) -> Pass<'b, 'a> {
+        Pass {
+            inputs: &self.inputs,
+            values: &mut self.values,
+            partials: self.partials.as_mut(),
+            start,
+            at,
+        }
     }
 }

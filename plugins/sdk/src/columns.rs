@@ -1,17 +1,26 @@
-//! Safe views of the columns that the engine hands over.
+//! Safe views of the columns that the engine hands over, block by block.
+//!
+//! Laws read and write plain contiguous numbers: a column that is stored otherwise (one value for
+//! all points, or one component of many) is copied to a buffer first.
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;
+use std::mem::{MaybeUninit, offset_of};
+use std::ptr;
 
 use rumple_plugin_abi::{Batch, Column, ColumnMut};
 
 use crate::Failure;
 
-/// Input columns, species first, then signals.
+/// Points in a block: small enough for its columns to stay on the stack and in the first-level cache.
+pub(crate) const BLOCK: usize = 128;
+
+/// The input columns of a batch.
 pub(crate) struct Inputs<'a> {
     pub(crate) points: usize,
-    species: &'a [Column],
-    signals: &'a [Column],
+    /// Species first, then signals.
+    columns: Vec<Column>,
+    parameters: &'a [Column],
 }
 
 impl<'a> Inputs<'a> {
@@ -21,36 +30,100 @@ impl<'a> Inputs<'a> {
         batch: *const Batch,
         species: usize,
         signals: usize,
+        parameters: usize,
     ) -> Result<Self, Failure> {
-        // SAFETY: null or valid by the caller's promise.
-        let Some(batch) = (unsafe { batch.as_ref() }) else {
+        // An engine of minor version 0 has a shorter batch: look at nothing beyond its size.
+        // SAFETY: null or valid by the caller's promise; the size comes first.
+        let Some(size) = (unsafe { batch.cast::<usize>().as_ref() }) else {
             return Err(Failure::fatal("the engine gave no batch"));
         };
-        if batch.species_count != species || batch.signal_count != signals {
+        // SAFETY: fields of every version.
+        let (points, given, read) =
+            unsafe { ((*batch).count, (*batch).species_count, (*batch).signal_count) };
+        if given != species || read != signals {
             return Err(Failure::Fatal(format!(
-                "the engine gave {} species and {} signal columns; expected {species} and {signals}",
-                batch.species_count, batch.signal_count
+                "the engine gave {given} species and {read} signal columns; expected {species} and \
+                 {signals}",
             )));
         }
-        Ok(Self {
-            points: batch.count,
-            // SAFETY: the arrays hold as many columns as the batch says.
-            species: unsafe { array(batch.species, species)? },
-            // SAFETY: as above.
-            signals: unsafe { array(batch.signals, signals)? },
-        })
+        let mut columns = Vec::with_capacity(species + signals);
+        // SAFETY: the arrays hold as many columns as the batch says.
+        unsafe {
+            columns.extend_from_slice(array((*batch).species, species)?);
+            columns.extend_from_slice(array((*batch).signals, signals)?);
+        }
+        let mut fields: &[Column] = &[];
+        if *size >= offset_of!(Batch, parameter_count) + size_of::<usize>() {
+            // SAFETY: the batch has these fields, and the array as many columns as it says.
+            unsafe {
+                if (*batch).parameter_count == parameters {
+                    fields = array((*batch).parameters, parameters)?;
+                } else if (*batch).parameter_count > 0 {
+                    return Err(Failure::Fatal(format!(
+                        "the engine gave {} parameter columns; expected {parameters} or none",
+                        (*batch).parameter_count
+                    )));
+                }
+            }
+        }
+        Ok(Self { points, columns, parameters: fields })
     }
 
-    pub(crate) fn species(&self, at: usize) -> impl Iterator<Item = f64> {
-        debug_assert!(at < self.points);
-        // SAFETY: every column is readable at every point of the batch.
-        self.species.iter().map(move |column| unsafe { *column.data.add(at * column.stride) })
+    /// Whether parameters differ from point to point.
+    pub(crate) fn has_fields(&self) -> bool {
+        !self.parameters.is_empty()
     }
 
-    pub(crate) fn signals(&self, at: usize) -> impl Iterator<Item = f64> {
+    /// The parameters at a point.
+    pub(crate) fn parameters(&self, at: usize, out: &mut [f64]) {
         debug_assert!(at < self.points);
+        for (out, column) in out.iter_mut().zip(self.parameters) {
+            // SAFETY: every column is readable at every point of the batch.
+            *out = unsafe { *column.data.add(at * column.stride) };
+        }
+    }
+
+    /// Where parameters begin to differ from those at `start`, at or before `end`.
+    pub(crate) fn same_parameters(&self, start: usize, end: usize) -> usize {
         // SAFETY: every column is readable at every point of the batch.
-        self.signals.iter().map(move |column| unsafe { *column.data.add(at * column.stride) })
+        let value = |column: &Column, at: usize| unsafe { *column.data.add(at * column.stride) };
+        let same = |at: usize| {
+            self.parameters.iter().all(|c| value(c, at).to_bits() == value(c, start).to_bits())
+        };
+        (start + 1..end).find(|at| !same(*at)).unwrap_or(end)
+    }
+
+    /// A buffer for [`Inputs::block`].
+    pub(crate) fn buffer(&self) -> Vec<f64> {
+        let scattered = self.columns.iter().filter(|column| column.stride != 1).count();
+        vec![0.0; scattered * BLOCK]
+    }
+
+    /// Contiguous columns of `count` ≤ [`BLOCK`] points from `start` on: one start a column, which
+    /// is readable at `count` points until the buffer is used again.
+    pub(crate) fn block(
+        &self,
+        start: usize,
+        count: usize,
+        buffer: &mut [f64],
+        out: &mut [*const f64],
+    ) {
+        debug_assert!(start + count <= self.points && count <= BLOCK);
+        let mut rest = buffer.chunks_exact_mut(BLOCK);
+        for (out, column) in out.iter_mut().zip(&self.columns) {
+            // SAFETY: every column is readable at every point of the batch.
+            let from = unsafe { column.data.add(start * column.stride) };
+            *out = from;
+            if column.stride != 1
+                && let Some(copy) = rest.next()
+            {
+                for (at, copy) in copy[..count].iter_mut().enumerate() {
+                    // SAFETY: as above.
+                    *copy = unsafe { *from.add(at * column.stride) };
+                }
+                *out = copy.as_ptr();
+            }
+        }
     }
 }
 
@@ -75,11 +148,25 @@ impl<'a> Outputs<'a> {
         Ok(Self { points, columns, exclusive: PhantomData })
     }
 
-    pub(crate) fn set(&mut self, column: usize, at: usize, value: f64) {
-        debug_assert!(at < self.points);
+    /// Writes values of a column from a point on.
+    ///
+    /// # Safety
+    /// The values are initialised.
+    pub(crate) unsafe fn write(&mut self, column: usize, at: usize, values: &[MaybeUninit<f64>]) {
+        debug_assert!(at + values.len() <= self.points);
         let column = &self.columns[column];
-        // SAFETY: the column is ours alone and writable at every point of the batch.
-        unsafe { *column.data.add(at * column.stride) = value };
+        // SAFETY: the column is ours alone and writable at every point of the batch, and the
+        // values are initialised by the caller's promise.
+        unsafe {
+            let to = column.data.add(at * column.stride);
+            if column.stride == 1 {
+                ptr::copy_nonoverlapping(values.as_ptr().cast(), to, values.len());
+            } else {
+                for (k, value) in values.iter().enumerate() {
+                    *to.add(k * column.stride) = value.assume_init();
+                }
+            }
+        }
     }
 }
 

@@ -48,7 +48,8 @@ impl<const N: usize> Scalar for Dual<N> {
 
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
-        if slope == 0.0 { Self::from(value) } else { self.map(value, |d| slope * d) }
+        // A choice, not a branch: signs of signals are unpredictable.
+        self.map(value, |d| if slope == 0.0 { 0.0 } else { slope * d })
     }
 }
 

@@ -1,15 +1,16 @@
 //! The exported table of a model.
 #![allow(unsafe_code)]
 
+use std::ffi::c_void;
 use std::marker::PhantomData;
 
 use rumple_plugin_abi::{
-    ABI_MAJOR, ABI_MINOR, Capabilities, Descriptor, Evaluate, EvaluatePartials, MAGIC, Parameter,
-    PluginTable, Signal, Species, Str,
+    self as abi, ABI_MAJOR, ABI_MINOR, Capabilities, Descriptor, Evaluate, EvaluatePartials,
+    GetExtension, MAGIC, Observable, Parameter, PluginTable, Signal, Species, Str,
 };
 
 use crate::boundary;
-use crate::{LengthFactor, Model};
+use crate::{LengthFactor, Model, Observables};
 
 /// The table as a static.
 #[repr(transparent)]
@@ -22,13 +23,15 @@ unsafe impl Sync for Exported {}
 impl Exported {
     /// The table of a model; made by [`export_plugin!`](crate::export_plugin).
     #[must_use]
-    pub const fn new<M: Model>(length_factor: Option<LengthFactorCalls>) -> Self {
-        let (descriptor, values, partials): (&'static Descriptor, _, _) = match length_factor {
-            None => (Tables::<M>::RATES_ONLY, None, None),
-            Some(calls) => {
-                (Tables::<M>::WITH_LENGTH_FACTOR, Some(calls.values), Some(calls.partials))
-            }
-        };
+    pub const fn new<M: Model>(
+        length_factor: Option<LengthFactorCalls>,
+        get_extension: GetExtension,
+    ) -> Self {
+        let (descriptor, values, partials): (&'static Descriptor, Evaluate, EvaluatePartials) =
+            match length_factor {
+                None => (Tables::<M>::RATES_ONLY, None, None),
+                Some(calls) => (Tables::<M>::WITH_LENGTH_FACTOR, calls.values, calls.partials),
+            };
         Self(PluginTable {
             magic: MAGIC,
             abi_major: ABI_MAJOR,
@@ -41,7 +44,7 @@ impl Exported {
             rate_partials: Some(boundary::rate_partials::<M>),
             length_factor: values,
             length_factor_partials: partials,
-            get_extension: None,
+            get_extension,
         })
     }
 }
@@ -49,14 +52,13 @@ impl Exported {
 struct Tables<M>(PhantomData<M>);
 
 impl<M: Model> Tables<M> {
-    const RATES_ONLY: &'static Descriptor =
-        &Self::descriptor(Capabilities::RATES.with(Capabilities::RATE_PARTIALS));
+    const ALWAYS: Capabilities =
+        Capabilities::RATES.with(Capabilities::RATE_PARTIALS).with(Capabilities::PARAMETER_FIELDS);
+
+    const RATES_ONLY: &'static Descriptor = &Self::descriptor(Self::ALWAYS);
 
     const WITH_LENGTH_FACTOR: &'static Descriptor = &Self::descriptor(
-        Capabilities::RATES
-            .with(Capabilities::RATE_PARTIALS)
-            .with(Capabilities::LENGTH_FACTOR)
-            .with(Capabilities::LENGTH_FACTOR_PARTIALS),
+        Self::ALWAYS.with(Capabilities::LENGTH_FACTOR).with(Capabilities::LENGTH_FACTOR_PARTIALS),
     );
 
     const fn descriptor(capabilities: Capabilities) -> Descriptor {
@@ -89,29 +91,56 @@ pub struct LengthFactorCalls {
     partials: EvaluatePartials,
 }
 
-/// Finds out at compile time whether `M` has a [`LengthFactor`]: an inherent constant wins over
-/// the one of [`WithoutLengthFactor`], and exists only if it does.
+/// Finds out at compile time whether `M` has a [`LengthFactor`] or [`Observables`]: an inherent
+/// constant wins over the one of [`Without`], and exists only if it does.
 #[derive(Debug)]
 pub struct Probe<M>(PhantomData<M>);
 
 impl<M: LengthFactor> Probe<M> {
     /// Its C functions.
     pub const LENGTH_FACTOR: Option<LengthFactorCalls> = Some(LengthFactorCalls {
-        values: boundary::length_factor::<M>,
-        partials: boundary::length_factor_partials::<M>,
+        values: Some(boundary::length_factor::<M>),
+        partials: Some(boundary::length_factor_partials::<M>),
     });
 }
 
-/// What holds for a [`Probe`] of a model without a length factor.
-pub trait WithoutLengthFactor {
-    /// None.
-    const LENGTH_FACTOR: Option<LengthFactorCalls> = None;
+impl<M: Observables> Probe<M> {
+    /// Its answer when asked for extensions.
+    pub const EXTENSIONS: GetExtension = Some(observables::<M>);
 }
 
-impl<M> WithoutLengthFactor for Probe<M> {}
+/// What holds for a [`Probe`] of a model without a length factor, or without observables.
+pub trait Without {
+    /// None.
+    const LENGTH_FACTOR: Option<LengthFactorCalls> = None;
+    /// None.
+    const EXTENSIONS: GetExtension = None;
+}
 
-/// Makes a [`Model`] loadable, with its [`LengthFactor`] if it has one: exports the one symbol of
-/// the boundary. Once in a library.
+impl<M> Without for Probe<M> {}
+
+/// # Safety
+/// `id` is text by start and length.
+unsafe extern "C" fn observables<M: Observables>(id: Str) -> *const c_void {
+    // SAFETY: the caller's promise.
+    let id = unsafe { std::slice::from_raw_parts(id.data, id.length) };
+    if id != abi::OBSERVABLES.as_bytes() {
+        return std::ptr::null();
+    }
+    let table: &'static abi::Observables = const {
+        &abi::Observables {
+            size: size_of::<abi::Observables>(),
+            observables: M::OBSERVABLES.as_ptr(),
+            observable_count: M::OBSERVABLES.len(),
+            observable_stride: size_of::<Observable>(),
+            observe: Some(boundary::observe::<M>),
+        }
+    };
+    std::ptr::from_ref(table).cast()
+}
+
+/// Makes a [`Model`] loadable, with its [`LengthFactor`] and its [`Observables`] if it has them:
+/// exports the one symbol of the boundary. Once in a library.
 #[macro_export]
 macro_rules! export_plugin {
     ($model:ty) => {
@@ -119,8 +148,11 @@ macro_rules! export_plugin {
         #[unsafe(export_name = "rumple_plugin_entry")]
         pub static RUMPLE_PLUGIN_ENTRY: $crate::Exported = {
             #[allow(unused_imports)]
-            use $crate::WithoutLengthFactor as _;
-            $crate::Exported::new::<$model>($crate::Probe::<$model>::LENGTH_FACTOR)
+            use $crate::Without as _;
+            $crate::Exported::new::<$model>(
+                $crate::Probe::<$model>::LENGTH_FACTOR,
+                $crate::Probe::<$model>::EXTENSIONS,
+            )
         };
     };
 }

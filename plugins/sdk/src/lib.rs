@@ -7,11 +7,13 @@
 //! ```
 //! use rumple_plugin_sdk::prelude::*;
 //!
-//! /// dc/dt = k σ⁺ (1 - c) - c/τ, lengths grow by 1 + g c.
-//! pub struct StretchActivated {
-//!     k: f64,
-//!     tau: f64,
-//!     g: f64,
+//! parameters! {
+//!     /// dc/dt = k σ⁺ (1 - c) - c/τ, lengths grow by 1 + g c.
+//!     pub struct StretchActivated {
+//!         k: 1e-3, "length/(force time)", "production", at_least(0.0);
+//!         tau: 1.0, "time", "lifetime", above(0.0);
+//!         g: 0.1, "1", "growth of lengths at c = 1", at_least(0.0);
+//!     }
 //! }
 //!
 //! impl Model for StretchActivated {
@@ -19,15 +21,6 @@
 //!     const SPECIES: &'static [Species] =
 //!         &[Species::new("c", "1", "activated fraction").range(0.0, 1.0)];
 //!     const SIGNALS: &'static [Signal] = &[Signal::TENSION.typical(1e3)];
-//!     const PARAMETERS: &'static [Parameter] = &[
-//!         Parameter::new("k", "length/(force time)", 1e-3, "production").at_least(0.0),
-//!         Parameter::new("tau", "time", 1.0, "lifetime").above(0.0),
-//!         Parameter::new("g", "1", 0.1, "growth of lengths at c = 1").at_least(0.0),
-//!     ];
-//!
-//!     fn new(p: &Parameters) -> Result<Self, Failure> {
-//!         Ok(Self { k: p.get("k")?, tau: p.get("tau")?, g: p.get("g")? })
-//!     }
 //!
 //!     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
 //!         let (c, tension) = (at.species[0], at.signals[0]);
@@ -42,6 +35,16 @@
 //!     }
 //! }
 //!
+//! impl Observables for StretchActivated {
+//!     const OBSERVABLES: &'static [Observable] =
+//!         &[Observable::new("production", "1/time", "what tension makes")];
+//!
+//!     fn observe(&self, at: &Point<'_, f64>, out: &mut [f64]) -> Result<(), Failure> {
+//!         out[0] = self.k * at.signals[0].max(0.0) * (1.0 - at.species[0]);
+//!         Ok(())
+//!     }
+//! }
+//!
 //! export_plugin!(StretchActivated);
 //! # fn main() {}
 //! ```
@@ -52,22 +55,23 @@
 mod boundary;
 mod columns;
 mod dual;
+mod evaluate;
 mod export;
 mod guard;
 mod model;
 mod scalar;
 
 pub use dual::Dual;
-pub use export::{Exported, LengthFactorCalls, Probe, WithoutLengthFactor};
-pub use model::{About, Failure, LengthFactor, Model, Parameters, Point};
-pub use rumple_plugin_abi::{Location, Parameter, Signal, Species};
+pub use export::{Exported, LengthFactorCalls, Probe, Without};
+pub use model::{About, Failure, LengthFactor, Model, Observables, Parameters, Parametric, Point};
+pub use rumple_plugin_abi::{Location, Observable, Parameter, Signal, Species};
 pub use scalar::Scalar;
 
 /// Everything that a plugin needs.
 pub mod prelude {
     pub use crate::{
-        About, Failure, LengthFactor, Location, Model, Parameter, Parameters, Point, Scalar,
-        Signal, Species, about, export_plugin,
+        About, Failure, LengthFactor, Location, Model, Observable, Observables, Parameter,
+        Parameters, Parametric, Point, Scalar, Signal, Species, about, export_plugin, parameters,
     };
 }
 
@@ -75,3 +79,8 @@ pub mod prelude {
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// Compiles the plugin of the guide.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Guide;

@@ -1,6 +1,7 @@
-//! What an author writes: a [`Model`], and a [`LengthFactor`] if chemistry changes lengths.
+//! What an author writes: [`parameters!`](crate::parameters), a [`Model`], a [`LengthFactor`] if
+//! chemistry changes lengths, [`Observables`] if there is more to look at.
 
-use crate::{Parameter, Scalar, Signal, Species};
+use crate::{Observable, Parameter, Scalar, Signal, Species};
 
 /// Who wrote what; [`about!`](crate::about) takes most of it from `Cargo.toml`.
 #[derive(Debug, Clone, Copy)]
@@ -66,18 +67,31 @@ impl Failure {
     }
 }
 
-/// Parameter values by name. Defaults are filled in and bounds checked by the engine.
+/// Parameter values, in the order of [`Parametric::PARAMETERS`]. Defaults are filled in and bounds
+/// checked by the engine.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameters<'a> {
     pub(crate) names: &'a [&'a str],
     pub(crate) values: &'a [f64],
 }
 
-impl Parameters<'_> {
+impl<'a> Parameters<'a> {
+    /// These values, without names: for calling a law without the engine, as tests do.
+    #[must_use]
+    pub fn new(values: &'a [f64]) -> Self {
+        Self { names: &[], values }
+    }
+
+    /// All values.
+    #[must_use]
+    pub fn values(&self) -> &'a [f64] {
+        self.values
+    }
+
     /// The value of a parameter.
     ///
     /// # Errors
-    /// If [`Model::PARAMETERS`] has none of this name.
+    /// If [`Parametric::PARAMETERS`] has none of this name.
     pub fn get(&self, name: &str) -> Result<f64, Failure> {
         self.names
             .iter()
@@ -91,22 +105,79 @@ impl Parameters<'_> {
     }
 }
 
+/// A law's parameters: written by [`parameters!`](crate::parameters), or by hand where values must
+/// be checked together or turned into something else.
+pub trait Parametric: Sized + Send + Sync + 'static {
+    /// The parameters.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The law with these parameters. Called anew for every stretch of points with other values
+    /// where a scene gives parameters that differ from place to place.
+    ///
+    /// # Errors
+    /// If they do not go together.
+    fn from_parameters(parameters: &Parameters<'_>) -> Result<Self, Failure>;
+}
+
+/// A struct with one `f64` a parameter, known to scenes under the field's name.
+///
+/// Every line is `name: default, "unit", "what it is";`, with any of the bounds of [`Parameter`]
+/// behind: `at_least(0.0)`, `above(0.0)`, `at_most(1.0)`, `below(1.0)`, `default_of("other")`.
+///
+/// ```
+/// use rumple_plugin_sdk::prelude::*;
+///
+/// parameters! {
+///     /// Production and decay.
+///     pub struct Law {
+///         k: 1.0, "1/time", "production", at_least(0.0);
+///         tau: 2.0, "time", "lifetime", above(0.0);
+///     }
+/// }
+/// ```
+#[macro_export]
+macro_rules! parameters {
+    (
+        $(#[$attribute:meta])*
+        $visibility:vis struct $law:ident {
+            $($name:ident: $default:expr, $unit:expr, $doc:expr
+                $(, $bound:ident($($argument:expr),*))* $(,)?;)*
+        }
+    ) => {
+        $(#[$attribute])*
+        #[allow(non_snake_case)]
+        #[derive(Debug, Clone, Copy)]
+        $visibility struct $law {
+            $(#[doc = $doc] $name: f64,)*
+        }
+
+        impl $crate::Parametric for $law {
+            const PARAMETERS: &'static [$crate::Parameter] = &[
+                $($crate::Parameter::new(stringify!($name), $unit, $default, $doc)
+                    $(.$bound($($argument),*))*,)*
+            ];
+
+            #[allow(non_snake_case)]
+            fn from_parameters(
+                parameters: &$crate::Parameters<'_>,
+            ) -> Result<Self, $crate::Failure> {
+                match *parameters.values() {
+                    [$($name),*] => Ok(Self { $($name),* }),
+                    _ => Err($crate::Failure::fatal("the engine gave other parameters")),
+                }
+            }
+        }
+    };
+}
+
 /// Kinetics: rates R(c, signals) of the species at a point.
-pub trait Model: Sized + Send + Sync + 'static {
+pub trait Model: Parametric {
     /// Who wrote what.
     const ABOUT: About;
     /// The species, at least one.
     const SPECIES: &'static [Species];
-    /// The parameters.
-    const PARAMETERS: &'static [Parameter] = &[];
     /// The signals that the rates read.
     const SIGNALS: &'static [Signal] = &[];
-
-    /// The model with these parameters.
-    ///
-    /// # Errors
-    /// If they do not go together.
-    fn new(parameters: &Parameters<'_>) -> Result<Self, Failure>;
 
     /// Writes the rate of each species at one point.
     ///
@@ -122,4 +193,16 @@ pub trait LengthFactor: Model {
     /// # Errors
     /// If the law has no value there, or none to be trusted.
     fn length_factor<S: Scalar>(&self, species: &[S]) -> Result<S, Failure>;
+}
+
+/// Quantities to look at besides the species: a scene lists them in `output.fields`.
+pub trait Observables: Model {
+    /// Which; names are not those of species or signals.
+    const OBSERVABLES: &'static [Observable];
+
+    /// Writes each of them at one point.
+    ///
+    /// # Errors
+    /// If there is no value.
+    fn observe(&self, at: &Point<'_, f64>, out: &mut [f64]) -> Result<(), Failure>;
 }

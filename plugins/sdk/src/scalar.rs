@@ -31,18 +31,21 @@ pub trait Scalar:
 
     /// 0.
     #[must_use]
+    #[inline]
     fn zero() -> Self {
         Self::from(0.0)
     }
 
     /// 1.
     #[must_use]
+    #[inline]
     fn one() -> Self {
         Self::from(1.0)
     }
 
     /// e^x.
     #[must_use]
+    #[inline]
     fn exp(self) -> Self {
         let value = self.value().exp();
         self.chain(value, value)
@@ -50,6 +53,7 @@ pub trait Scalar:
 
     /// ln x.
     #[must_use]
+    #[inline]
     fn ln(self) -> Self {
         let x = self.value();
         self.chain(x.ln(), 1.0 / x)
@@ -57,6 +61,7 @@ pub trait Scalar:
 
     /// √x.
     #[must_use]
+    #[inline]
     fn sqrt(self) -> Self {
         let value = self.value().sqrt();
         self.chain(value, 0.5 / value)
@@ -64,6 +69,7 @@ pub trait Scalar:
 
     /// x^n for a whole n.
     #[must_use]
+    #[inline]
     fn powi(self, n: i32) -> Self {
         let x = self.value();
         let slope = if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
@@ -72,6 +78,7 @@ pub trait Scalar:
 
     /// x^a for any real a, x > 0.
     #[must_use]
+    #[inline]
     fn powf(self, a: f64) -> Self {
         let x = self.value();
         let slope = if a == 0.0 { 0.0 } else { a * x.powf(a - 1.0) };
@@ -80,6 +87,7 @@ pub trait Scalar:
 
     /// sin x.
     #[must_use]
+    #[inline]
     fn sin(self) -> Self {
         let (sin, cos) = self.value().sin_cos();
         self.chain(sin, cos)
@@ -87,6 +95,7 @@ pub trait Scalar:
 
     /// cos x.
     #[must_use]
+    #[inline]
     fn cos(self) -> Self {
         let (sin, cos) = self.value().sin_cos();
         self.chain(cos, -sin)
@@ -94,6 +103,7 @@ pub trait Scalar:
 
     /// tanh x.
     #[must_use]
+    #[inline]
     fn tanh(self) -> Self {
         let value = self.value().tanh();
         self.chain(value, (1.0 - value) * (1.0 + value))
@@ -101,6 +111,7 @@ pub trait Scalar:
 
     /// |x|; slope 0 at 0.
     #[must_use]
+    #[inline]
     fn abs(self) -> Self {
         let x = self.value();
         let slope = if x > 0.0 {
@@ -115,26 +126,32 @@ pub trait Scalar:
 
     /// x⁺ = max(x, 0); slope 0 at 0. NaN stays NaN.
     #[must_use]
+    #[inline]
     fn positive_part(self) -> Self {
         let x = self.value();
-        if x > 0.0 || x.is_nan() { self } else { self.chain(0.0, 0.0) }
+        // Choices, not branches: signs of signals are unpredictable.
+        let dropped = x <= 0.0;
+        self.chain(if dropped { 0.0 } else { x }, if dropped { 0.0 } else { 1.0 })
     }
 
     /// 1/(1 + e^-x), without overflow for any x.
     #[must_use]
+    #[inline]
     fn logistic(self) -> Self {
         let x = self.value();
         let e = (-x.abs()).exp();
-        let value = if x >= 0.0 { 1.0 / (1.0 + e) } else { e / (1.0 + e) };
+        let value = (if x >= 0.0 { 1.0 } else { e }) / (1.0 + e);
         self.chain(value, e / ((1.0 + e) * (1.0 + e)))
     }
 }
 
 impl Scalar for f64 {
+    #[inline]
     fn value(self) -> f64 {
         self
     }
 
+    #[inline]
     fn chain(self, value: f64, _slope: f64) -> Self {
         value
     }

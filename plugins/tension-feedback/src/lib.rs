@@ -15,12 +15,14 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters; symbols as in the equation.
-pub struct TensionFeedback {
-    k_on: f64,
-    k_off: f64,
-    a: f64,
-    alpha: f64,
+parameters! {
+    /// The law with its parameters; symbols as in the equation.
+    pub struct TensionFeedback {
+        k_on: 0.2, "1/time", "binding", at_least(0.0);
+        k_off: 10.0, "1/time", "unbinding without tension", at_least(0.0);
+        a: 1e-4, "length/force", "how much tension holds motors", at_least(0.0);
+        alpha: 0.2, "1", "contraction of lengths at m = 1", at_least(0.0), below(1.0);
+    }
 }
 
 impl Model for TensionFeedback {
@@ -32,23 +34,6 @@ impl Model for TensionFeedback {
     const SPECIES: &'static [Species] =
         &[Species::new("m", "1", "bound fraction of the motor").range(0.0, 1.0)];
     const SIGNALS: &'static [Signal] = &[Signal::TENSION.typical(1e4)];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("k_on", "1/time", 0.2, "binding").at_least(0.0),
-        Parameter::new("k_off", "1/time", 10.0, "unbinding without tension").at_least(0.0),
-        Parameter::new("a", "length/force", 1e-4, "how much tension holds motors").at_least(0.0),
-        Parameter::new("alpha", "1", 0.2, "contraction of lengths at m = 1")
-            .at_least(0.0)
-            .below(1.0),
-    ];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self {
-            k_on: p.get("k_on")?,
-            k_off: p.get("k_off")?,
-            a: p.get("a")?,
-            alpha: p.get("alpha")?,
-        })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let (m, tension) = (at.species[0], at.signals[0].positive_part());

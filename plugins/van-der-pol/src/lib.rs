@@ -10,9 +10,11 @@
 
 use rumple_plugin_sdk::prelude::*;
 
-/// The law with its parameters.
-pub struct VanDerPol {
-    epsilon: f64,
+parameters! {
+    /// The law with its parameters.
+    pub struct VanDerPol {
+        epsilon: 1e-6, "time", "stiffness", above(0.0);
+    }
 }
 
 impl Model for VanDerPol {
@@ -22,12 +24,6 @@ impl Model for VanDerPol {
     );
     const SPECIES: &'static [Species] =
         &[Species::new("y1", "1", "position"), Species::new("y2", "1/time", "velocity")];
-    const PARAMETERS: &'static [Parameter] =
-        &[Parameter::new("epsilon", "time", 1e-06, "stiffness").above(0.0)];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        Ok(Self { epsilon: p.get("epsilon")? })
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let (y1, y2) = (at.species[0], at.species[1]);
