@@ -37,6 +37,12 @@ impl<'a> Column<'a> {
         Self { data: self.data.get(point * self.stride..).unwrap_or(&[]), stride: self.stride }
     }
 
+    /// The first `count` values, if they are stored one after the other.
+    #[must_use]
+    pub fn contiguous(&self, count: usize) -> Option<&'a [f64]> {
+        self.data.get(..count).filter(|_| self.stride == 1)
+    }
+
     /// Copies the values from a point on.
     ///
     /// # Panics
@@ -65,6 +71,15 @@ impl<'a> Column<'a> {
             1 => all(&self.data[..count]),
             _ => (0..count).all(|point| self.at(point).is_finite()),
         }
+    }
+
+    /// Where the values begin to differ from the one at `start`, at or before `end`.
+    pub(super) fn same_until(&self, start: usize, end: usize) -> usize {
+        if self.stride == 0 {
+            return end;
+        }
+        let value = self.at(start).to_bits();
+        (start + 1..end).find(|at| self.at(*at).to_bits() != value).unwrap_or(end)
     }
 
     pub(super) fn parts(&self) -> (&'a [f64], usize) {
@@ -98,6 +113,9 @@ pub struct Batch<'a> {
     /// The columns of the signals read, in the order of the descriptor; empty for the length
     /// factor. Time is a [`Column::uniform`].
     pub signals: &'a [Column<'a>],
+    /// Where parameters differ from point to point: one column a parameter of the descriptor, in
+    /// place of the law's own values. Else empty.
+    pub parameters: &'a [Column<'a>],
 }
 
 impl Batch<'_> {

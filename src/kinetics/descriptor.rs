@@ -130,6 +130,19 @@ pub struct Capabilities {
     pub length_factor: bool,
     /// Exact partial derivatives of the length factor.
     pub length_factor_partials: bool,
+    /// Takes parameters that differ from point to point as columns.
+    pub parameter_fields: bool,
+}
+
+/// A quantity to look at besides the species.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Observable {
+    /// Name in scenes and results.
+    pub name: String,
+    /// Unit, in words.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
 }
 
 /// What kinetics says about itself.
@@ -153,6 +166,8 @@ pub struct Descriptor {
     pub parameters: Vec<Parameter>,
     /// Signals that the rates read.
     pub signals: Vec<SignalRead>,
+    /// Quantities to look at.
+    pub observables: Vec<Observable>,
     /// What is given besides rates.
     pub capabilities: Capabilities,
 }

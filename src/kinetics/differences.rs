@@ -12,6 +12,15 @@
 use super::batch::{Batch, Column};
 use super::{Kinetics, Outcome};
 
+/// Which points a difference is taken between.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scheme {
+    /// x - h and x + h.
+    Central,
+    /// x and x + h: less exact, but at a kink it is another slope.
+    Forward,
+}
+
 /// ε^{1/3}: the relative step.
 pub const STEP: f64 = 6.055_454_452_393_343e-6;
 
@@ -26,10 +35,24 @@ pub fn rate_partials<K: Kinetics + ?Sized>(
     rates: &mut [&mut [f64]],
     partials: &mut [&mut [f64]],
 ) -> Outcome {
+    rate_partials_by(kinetics, batch, Scheme::Central, rates, partials)
+}
+
+/// As [`rate_partials`], by another scheme.
+///
+/// # Errors
+/// If the law fails at any of the points.
+pub fn rate_partials_by<K: Kinetics + ?Sized>(
+    kinetics: &K,
+    batch: &Batch<'_>,
+    scheme: Scheme,
+    rates: &mut [&mut [f64]],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
     let mut warning = kinetics.rates(batch, rates)?;
     let species = kinetics.descriptor().species.len();
     let inputs = kinetics.descriptor().inputs();
-    for (input, range) in ranges(kinetics).into_iter().enumerate() {
+    for (input, range) in ranges(kinetics, scheme).into_iter().enumerate() {
         let slopes =
             slopes(batch, species, input, range, |batch, values| kinetics.rates(batch, values))?;
         for (row, slope) in slopes.values.chunks(batch.count.max(1)).enumerate() {
@@ -53,12 +76,27 @@ pub fn length_factor_partials<K: Kinetics + ?Sized>(
     factor: &mut [f64],
     partials: &mut [&mut [f64]],
 ) -> Outcome {
+    length_factor_partials_by(kinetics, batch, Scheme::Central, factor, partials)
+}
+
+/// As [`length_factor_partials`], by another scheme.
+///
+/// # Errors
+/// If the law fails at any of the points.
+pub fn length_factor_partials_by<K: Kinetics + ?Sized>(
+    kinetics: &K,
+    batch: &Batch<'_>,
+    scheme: Scheme,
+    factor: &mut [f64],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
     let mut warning = kinetics.length_factor(batch, factor)?;
     if !kinetics.descriptor().capabilities.length_factor {
         partials.iter_mut().for_each(|partial| partial.fill(0.0));
         return Ok(warning);
     }
-    for (input, (range, partial)) in ranges(kinetics).into_iter().zip(partials).enumerate() {
+    for (input, (range, partial)) in ranges(kinetics, scheme).into_iter().zip(partials).enumerate()
+    {
         let slopes = slopes(batch, 1, input, range, |batch, values| match values {
             [factor] => kinetics.length_factor(batch, factor),
             _ => Ok(None),
@@ -123,20 +161,28 @@ pub fn check_rate_partials<K: Kinetics + ?Sized>(
 /// Typical magnitude and valid range of one input.
 #[derive(Clone, Copy)]
 struct Range {
+    scheme: Scheme,
     typical: f64,
     lower: f64,
     upper: f64,
 }
 
-fn ranges<K: Kinetics + ?Sized>(kinetics: &K) -> Vec<Range> {
+/// Typical magnitudes of all inputs.
+pub(super) fn typical<K: Kinetics + ?Sized>(kinetics: &K) -> Vec<f64> {
+    ranges(kinetics, Scheme::Central).iter().map(|range| range.typical).collect()
+}
+
+fn ranges<K: Kinetics + ?Sized>(kinetics: &K, scheme: Scheme) -> Vec<Range> {
     let descriptor = kinetics.descriptor();
     let species = descriptor.species.iter().map(|species| Range {
+        scheme,
         typical: species.typical,
         lower: species.lower,
         upper: species.upper,
     });
     let signals = descriptor.signals.iter().flat_map(|read| {
         read.signal.columns().iter().map(|_| Range {
+            scheme,
             typical: read.typical,
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
@@ -152,6 +198,7 @@ impl Range {
         match (down < self.lower, up > self.upper) {
             (true, false) => (x, up),
             (false, true) => (down, x),
+            (false, false) if self.scheme == Scheme::Forward => (x, up),
             _ => (down, up),
         }
     }

@@ -152,6 +152,48 @@ pub enum KineticsError {
     /// An output that is not a finite number, or a length factor that is not positive.
     #[error("{0}")]
     BadOutput(Box<BadValue>),
+    /// Two calls with the same inputs gave different results.
+    #[error(
+        "plugin `{plugin}` gave {first} and then {second} in rates for {quantity} at {location} {point} from \
+         the same inputs ({how}): a law may not keep a state of its own"
+    )]
+    Unsteady {
+        /// The plugin.
+        plugin: String,
+        /// What was returned.
+        quantity: String,
+        /// `vertex`, `face` or `edge`.
+        location: &'static str,
+        /// Number of the point.
+        point: usize,
+        /// The first value.
+        first: f64,
+        /// The other value.
+        second: f64,
+        /// How the calls differed.
+        how: &'static str,
+    },
+    /// A plugin wrote to what it may only read. The caller's values are untouched.
+    #[error(
+        "plugin `{plugin}` changed its input {input} at {location} {point} in {call}, from {before} \
+         to {after}: a law may write to its outputs only"
+    )]
+    ChangedInput {
+        /// The plugin.
+        plugin: String,
+        /// Which call.
+        call: &'static str,
+        /// Name of the species, signal column or parameter.
+        input: String,
+        /// `vertex`, `face` or `edge`.
+        location: &'static str,
+        /// Number of the point.
+        point: usize,
+        /// The value that was given.
+        before: f64,
+        /// The value after the call.
+        after: f64,
+    },
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {value} at {location} {point}: kinetics need finite inputs")]
     BadInput {
@@ -163,6 +205,28 @@ pub enum KineticsError {
         location: &'static str,
         /// Number of the point.
         point: usize,
+    },
+    /// `plugin validate` found something.
+    #[error("plugin {plugin} has {count} faults (--seed {seed} gives the same inputs again)")]
+    Faults {
+        /// The plugin.
+        plugin: String,
+        /// How many checks failed.
+        count: usize,
+        /// Seed of the inputs.
+        seed: u64,
+    },
+    /// The process that `plugin validate` needs cannot be started or watched.
+    #[error("the process that tries the plugin cannot be started: {reason}")]
+    NoChild {
+        /// What the system says.
+        reason: String,
+    },
+    /// `plugin new` cannot write a plugin.
+    #[error("{message}")]
+    NotMade {
+        /// Why.
+        message: String,
     },
     /// The caller's columns do not fit the descriptor.
     #[error("kinetics `{plugin}` were called with {what}: expected {expected}, found {found}")]
@@ -183,6 +247,8 @@ pub enum KineticsError {
 pub struct BadValue {
     /// The plugin.
     pub plugin: String,
+    /// Which call.
+    pub call: &'static str,
     /// What was returned, for example `the rate of species c`.
     pub quantity: String,
     /// The value.
@@ -197,8 +263,11 @@ pub struct BadValue {
 
 impl fmt::Display for BadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { plugin, quantity, value, location, point, inputs } = self;
-        write!(f, "plugin `{plugin}` returned {value} for {quantity} at {location} {point} (")?;
+        let Self { plugin, call, quantity, value, location, point, inputs } = self;
+        write!(
+            f,
+            "plugin `{plugin}` returned {value} in {call} for {quantity} at {location} {point} ("
+        )?;
         for (position, (name, value)) in inputs.iter().enumerate() {
             write!(f, "{}{name} = {value}", if position == 0 { "" } else { ", " })?;
         }

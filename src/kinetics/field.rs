@@ -92,8 +92,17 @@ pub fn length_factor_partials(
     evaluate(kinetics, Quantity::LengthFactorPartials, batch, &mut [factor], partials)
 }
 
+/// The observables: `values[o][point]`.
+///
+/// # Errors
+/// As for [`rates`].
+pub fn observe(kinetics: &dyn Kinetics, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
+    evaluate(kinetics, Quantity::Observables, batch, values, &mut [])
+}
+
 #[derive(Clone, Copy)]
 enum Quantity {
+    Observables,
     Rates,
     RatePartials,
     LengthFactor,
@@ -101,8 +110,20 @@ enum Quantity {
 }
 
 impl Quantity {
-    fn is_rate(self) -> bool {
-        matches!(self, Self::Rates | Self::RatePartials)
+    /// Whether signals are read.
+    fn reads_signals(self) -> bool {
+        matches!(self, Self::Rates | Self::RatePartials | Self::Observables)
+    }
+
+    /// The name of the call.
+    fn call(self) -> &'static str {
+        match self {
+            Self::Observables => "observe",
+            Self::Rates => "rates",
+            Self::RatePartials => "rate_partials",
+            Self::LengthFactor => "length_factor",
+            Self::LengthFactorPartials => "length_factor_partials",
+        }
     }
 
     /// Numbers of value columns and of partial columns.
@@ -110,6 +131,7 @@ impl Quantity {
         let descriptor = kinetics.descriptor();
         let species = descriptor.species.len();
         match self {
+            Self::Observables => (descriptor.observables.len(), 0),
             Self::Rates => (species, 0),
             Self::RatePartials => (species, species * descriptor.inputs()),
             Self::LengthFactor => (1, 0),
@@ -125,6 +147,7 @@ impl Quantity {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         match (self, values) {
+            (Self::Observables, values) => kinetics.observe(batch, values),
             (Self::Rates, rates) => kinetics.rates(batch, rates),
             (Self::RatePartials, rates) => kinetics.rate_partials(batch, rates, partials),
             (Self::LengthFactor, [factor]) => kinetics.length_factor(batch, factor),
@@ -141,7 +164,10 @@ impl Quantity {
         let input = |at: usize| descriptor.input_names().nth(at).unwrap_or("?").to_owned();
         let rate = |at: usize| format!("the rate of species {}", input(at));
         let factor = "the length factor".to_owned();
-        match (self.is_rate(), partial) {
+        if let (Self::Observables, Some(known)) = (self, descriptor.observables.get(column)) {
+            return format!("the observable {}", known.name);
+        }
+        match (self.reads_signals(), partial) {
             (true, None) => rate(column),
             (false, None) => factor,
             (true, Some(entry)) => {
@@ -172,12 +198,14 @@ fn evaluate(
             let start = block * BATCH;
             let species = from_point(batch.species, start);
             let signals = from_point(batch.signals, start);
+            let parameters = from_point(batch.parameters, start);
             let part = Batch {
                 location: batch.location,
                 first: batch.first + start,
                 count: BATCH.min(batch.count - start),
                 species: &species,
                 signals: &signals,
+                parameters: &parameters,
             };
             check_inputs(kinetics, &part)?;
             let outcome = quantity.evaluate(kinetics, &part, &mut values, &mut partials)?;
@@ -220,12 +248,15 @@ fn check_shapes(
         Err(KineticsError::Shape { plugin, what, expected, found })
     };
     let (value_columns, partial_columns) = quantity.columns(kinetics);
-    let signals = if quantity.is_rate() { descriptor.signal_columns() } else { 0 };
+    let signals = if quantity.reads_signals() { descriptor.signal_columns() } else { 0 };
     check("species columns", descriptor.species.len(), batch.species.len())?;
     check("signal columns", signals, batch.signals.len())?;
+    if !batch.parameters.is_empty() {
+        check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
+    }
     check("value columns", value_columns, values.len())?;
     check("derivative columns", partial_columns, partials.len())?;
-    for column in batch.inputs() {
+    for column in batch.inputs().chain(batch.parameters) {
         let found = if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
         check("values of an input", batch.count, found)?;
     }
@@ -262,7 +293,7 @@ fn check_outputs(
     values: &[&mut [f64]],
     partials: &[&mut [f64]],
 ) -> Result<(), KineticsError> {
-    let least = if quantity.is_rate() { f64::MIN } else { f64::MIN_POSITIVE };
+    let least = if quantity.reads_signals() { f64::MIN } else { f64::MIN_POSITIVE };
     if all_within(values, least) && all_within(partials, f64::MIN) {
         return Ok(());
     }
@@ -283,11 +314,11 @@ fn check_outputs(
     else {
         return Ok(());
     };
-    let quantity = quantity.describe(kinetics, partial, column);
     let names = kinetics.descriptor().input_names();
     Err(KineticsError::BadOutput(Box::new(BadValue {
         plugin: kinetics.descriptor().name.clone(),
-        quantity,
+        call: quantity.call(),
+        quantity: quantity.describe(kinetics, partial, column),
         value,
         location: batch.location.noun(),
         point: batch.first + point,

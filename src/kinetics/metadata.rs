@@ -20,6 +20,16 @@ pub(super) fn check(descriptor: &Descriptor) -> Result<(), Problem> {
     }
     unique("species", descriptor.species.iter().map(|species| species.name.as_str()))?;
     unique("parameter", descriptor.parameters.iter().map(|parameter| parameter.name.as_str()))?;
+    unique("observable", descriptor.observables.iter().map(|o| o.name.as_str()))?;
+    for observable in &descriptor.observables {
+        let name = &observable.name;
+        let place = |problem: String| (format!("observable `{name}`"), problem);
+        identifier(name).map_err(place)?;
+        not_a_signal(name).map_err(place)?;
+        if descriptor.species_index(name).is_some() {
+            return Err(place("has the name of a species; expected another".to_owned()));
+        }
+    }
     unique("signal", descriptor.signals.iter().map(|read| read.signal.name()))?;
     for species in &descriptor.species {
         check_species(species)
@@ -47,11 +57,7 @@ pub(super) fn check(descriptor: &Descriptor) -> Result<(), Problem> {
 
 fn check_species(species: &Species) -> Result<(), String> {
     identifier(&species.name)?;
-    if Signal::ALL.iter().any(|signal| {
-        signal.name() == species.name || signal.columns().contains(&species.name.as_str())
-    }) {
-        return Err("has the name of a signal; expected another".to_owned());
-    }
+    not_a_signal(&species.name)?;
     positive("typical magnitude", species.typical)?;
     ordered(species.lower, species.upper)?;
     if !(species.diffusion >= 0.0 && species.diffusion.is_finite()) {
@@ -82,6 +88,13 @@ fn identifier(name: &str) -> Result<(), String> {
     } else {
         Err("is no name; expected a letter, then letters, digits or `_`".to_owned())
     }
+}
+
+fn not_a_signal(name: &str) -> Result<(), String> {
+    if Signal::ALL.iter().any(|signal| signal.name() == name || signal.columns().contains(&name)) {
+        return Err("has the name of a signal; expected another".to_owned());
+    }
+    Ok(())
 }
 
 fn positive(what: &str, value: f64) -> Result<(), String> {

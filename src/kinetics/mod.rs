@@ -5,6 +5,7 @@
 //! ```text
 //! R_s(c, x)    rates                          ∂R_s/∂c_j, ∂R_s/∂x_k
 //! Φ(c) > 0     length factor of active strain ∂Φ/∂c_j
+//! o_k(c, x)    observables: to look at
 //! ```
 //!
 //! A law comes from a shared library ([`Library`], the only place with `unsafe`) or from Rust code
@@ -15,8 +16,10 @@ mod batch;
 pub mod descriptor;
 pub mod differences;
 mod error;
+pub mod examine;
 pub mod field;
 pub mod formula;
+mod joint;
 mod library;
 mod metadata;
 mod parameters;
@@ -24,9 +27,12 @@ pub mod search;
 mod signal;
 
 pub use batch::{Batch, Column};
-pub use descriptor::{Capabilities, Descriptor, Location, Parameter, SignalRead, Species};
+pub use descriptor::{
+    Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
+};
 pub use error::{BadValue, KineticsError};
-pub use library::{Library, PluginKinetics};
+pub use joint::{JointError, JointKinetics, Member};
+pub use library::{Library, Overdue, PluginKinetics, overdue};
 pub use search::Search;
 pub use signal::Signal;
 
@@ -97,5 +103,14 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         differences::length_factor_partials(self, batch, factor, partials)
+    }
+
+    /// Writes the observables of the descriptor, from the same inputs as the rates:
+    /// `values[o][point]`. Provided for laws without any.
+    ///
+    /// # Errors
+    /// If the law fails; the outputs are then unspecified.
+    fn observe(&self, _batch: &Batch<'_>, _values: &mut [&mut [f64]]) -> Outcome {
+        Ok(None)
     }
 }

@@ -5,6 +5,7 @@
 //! spots       the sum of several gaussians
 //! rectangle   c = value where |X_k - centre_k| ≤ size_k / 2 for k = x, y, else background
 //! stripe      c = value where |(X - centre) · normal| ≤ width / 2, else background
+//! formula     c = f(X_x, X_y, X_z), as text of x, y, z
 //! random      c = mean + amplitude · u,  u uniform in [-1, 1), seeded
 //! ```
 
@@ -58,6 +59,8 @@ pub enum Pattern {
     Spots(Vec<Gaussian>),
     /// Noise.
     Random(Random),
+    /// A formula of the rest position `x`, `y`, `z`.
+    Formula(String),
 }
 
 /// A round spot.
@@ -152,7 +155,7 @@ impl Initial {
             other => {
                 let expected = "a number or a table such as { gaussian = { … } }";
                 Err(Problem::mismatch(expected, other.describe())
-                    .help("allowed: gaussian, rectangle, stripe, spots, random, file"))
+                    .help("allowed: gaussian, rectangle, stripe, spots, random, formula, file"))
             }
         }
     }
@@ -167,12 +170,12 @@ impl Initial {
         }
     }
 
-    /// Values at the rest positions of all points, in their order; `None` for a file.
+    /// Values at the rest positions of all points, in their order; `None` for a file or a formula.
     #[must_use]
     pub fn values(&self, points: &[Vec3]) -> Option<Vec<f64>> {
         let everywhere = |value: &dyn Fn(&Vec3) -> f64| points.iter().map(value).collect();
         Some(match self {
-            Self::File(_) => return None,
+            Self::File(_) | Self::Pattern(Pattern::Formula(_)) => return None,
             Self::Uniform(value) => vec![value.get(); points.len()],
             Self::Pattern(Pattern::Gaussian(spot)) => everywhere(&|x| spot.at(x)),
             Self::Pattern(Pattern::Spots(spots)) => {

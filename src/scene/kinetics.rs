@@ -1,4 +1,5 @@
-//! `[kinetics]`: which plugin or which law, its parameters, and how the species start.
+//! `[kinetics]`: which plugin or which law, its parameters, and how the species start; `[[kinetics]]`
+//! several times for several laws on one sheet.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,7 @@ use crate::system::TensionReading;
 
 use super::deserialize::read;
 use super::document::{Node, Value};
-use super::initial::Initial;
+use super::initial::{FieldFile, Initial};
 use super::law::SpeciesSpec;
 use super::problem::Problem;
 
@@ -32,8 +33,14 @@ pub struct KineticsSpec {
     #[serde(default)]
     pub tension: TensionReading,
     /// Parameters that differ from the plugin's defaults, or all of a law.
-    #[serde(default)]
-    pub parameters: BTreeMap<String, Finite>,
+    #[serde(skip_deserializing)]
+    pub parameters: BTreeMap<String, ParameterSpec>,
+    /// Other names for the species and observables of a plugin.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub rename: BTreeMap<String, String>,
+    /// Species that are those of an earlier law.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shared: Vec<String>,
     /// Units of a law's parameters, in words.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub units: BTreeMap<String, String>,
@@ -49,9 +56,58 @@ pub struct KineticsSpec {
     /// A law's length factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_factor: Option<String>,
+    /// A law's quantities to look at.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub observables: BTreeMap<String, String>,
     /// Start of every species that does not start at 0.
     #[serde(skip_deserializing)]
     pub initial: BTreeMap<String, Initial>,
+}
+
+/// The value of a parameter: one number, or a field over the rest positions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum ParameterSpec {
+    /// The same everywhere.
+    Uniform(Finite),
+    /// A formula of the rest position `x`, `y`, `z`.
+    Formula(PositionFormula),
+    /// An array of a mesh file.
+    File(FieldFile),
+}
+
+/// A formula of the rest position.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionFormula {
+    /// Its text.
+    pub formula: String,
+}
+
+impl ParameterSpec {
+    /// The number, if it is one.
+    #[must_use]
+    pub fn uniform(&self) -> Option<f64> {
+        match self {
+            Self::Uniform(value) => Some(value.get()),
+            Self::Formula(_) | Self::File(_) => None,
+        }
+    }
+
+    fn read(node: Node) -> Result<Self, Problem> {
+        match &node.value {
+            Value::Integer(_) | Value::Float(_) => read(node).map(Self::Uniform),
+            Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
+            Value::Table(_) => {
+                read(node).map(Self::Formula).map_err(|p: Problem| p.also_allowed(&["file"]))
+            }
+            other => {
+                let expected = "a number or a table such as { formula = \"1 + 0.1*x\" }";
+                Err(Problem::mismatch(expected, other.describe())
+                    .help("allowed: a number, { formula = … }, { file = …, array = … }"))
+            }
+        }
+    }
 }
 
 impl KineticsSpec {
@@ -62,32 +118,82 @@ impl KineticsSpec {
     }
 }
 
-/// Reads the table `[kinetics]`.
-pub(crate) fn read_kinetics(mut node: Node) -> Result<KineticsSpec, Problem> {
-    let initial = match node.take("initial") {
-        None => BTreeMap::new(),
-        Some((_, Node { value: Value::Table(entries), .. })) => {
-            let mut initial = BTreeMap::new();
-            for (key, value) in entries {
-                let place = value.place.clone();
-                let start = Initial::read(value)
-                    .map_err(|problem| problem.placed(&place).under(&key.name).under("initial"))?;
-                initial.insert(key.name, start);
+/// Reads `[kinetics]`, or every `[[kinetics]]`. All laws of a scene share location, measure and
+/// reading of the tension: a later table takes over what it does not give.
+pub(crate) fn read_kinetics(node: Node) -> Result<Vec<KineticsSpec>, Problem> {
+    let Node { value: Value::Array(items), .. } = node else { return Ok(vec![read_one(node)?]) };
+    let mut all: Vec<KineticsSpec> = Vec::new();
+    for (number, item) in items.into_iter().enumerate() {
+        let place = item.place.clone();
+        let written = ["location", "measure", "tension"].map(|key| item.get(key).is_some());
+        let wrong = |p: Problem| p.placed(&place).under_index(number);
+        let mut one = read_one(item).map_err(wrong)?;
+        if let Some(first) = all.first() {
+            let same = [
+                !written[0] || one.location == first.location,
+                !written[1] || one.measure == first.measure,
+                !written[2] || one.tension == first.tension,
+            ];
+            let keys = ["location", "measure", "tension"];
+            if let Some((key, _)) = keys.iter().zip(same).find(|(_, same)| !same) {
+                let message = format!("{key} is the same for all laws of a scene");
+                let problem = Problem::plain(message).help("give it in the first [[kinetics]]");
+                return Err(wrong(problem.under(key)));
             }
-            initial
+            (one.location, one.measure, one.tension) =
+                (first.location, first.measure, first.tension);
         }
+        all.push(one);
+    }
+    Ok(all)
+}
+
+/// Writes one law as `[kinetics]`, several as `[[kinetics]]`.
+pub(super) fn one_or_all<S: serde::Serializer>(
+    all: &[KineticsSpec],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match all {
+        [one] => one.serialize(serializer),
+        all => all.serialize(serializer),
+    }
+}
+
+/// Takes the table at a key apart, entry by entry.
+fn entries<T>(
+    node: &mut Node,
+    key: &str,
+    expected: &str,
+    read: impl Fn(Node) -> Result<T, Problem>,
+) -> Result<BTreeMap<String, T>, Problem> {
+    match node.take(key) {
+        None => Ok(BTreeMap::new()),
+        Some((_, Node { value: Value::Table(entries), .. })) => entries
+            .into_iter()
+            .map(|(name, value)| {
+                let place = value.place.clone();
+                let wrong = |p: Problem| p.placed(&place).under(&name.name).under(key);
+                Ok((name.name.clone(), read(value).map_err(wrong)?))
+            })
+            .collect(),
         Some((_, Node { value, place })) => {
-            let problem = Problem::mismatch("a table of species", value.describe());
-            return Err(problem.placed(&place).under("initial"));
+            Err(Problem::mismatch(expected, value.describe()).placed(&place).under(key))
         }
-    };
-    let kinetics: KineticsSpec = read(node).map_err(|p: Problem| p.also_allowed(&["initial"]))?;
+    }
+}
+
+fn read_one(mut node: Node) -> Result<KineticsSpec, Problem> {
+    let initial = entries(&mut node, "initial", "a table of species", Initial::read)?;
+    let parameters = entries(&mut node, "parameters", "a table of numbers", ParameterSpec::read)?;
+    let kinetics: KineticsSpec =
+        read(node).map_err(|p: Problem| p.also_allowed(&["initial", "parameters"]))?;
     let law = !kinetics.rates.is_empty();
     let parts = [
         ("units", !kinetics.units.is_empty()),
         ("species", !kinetics.species.is_empty()),
         ("let", !kinetics.r#let.is_empty()),
         ("length_factor", kinetics.length_factor.is_some()),
+        ("observables", !kinetics.observables.is_empty()),
     ];
     match (&kinetics.plugin, law) {
         (None, false) => {
@@ -104,7 +210,11 @@ pub(crate) fn read_kinetics(mut node: Node) -> Result<KineticsSpec, Problem> {
                 return Err(Problem::plain(message).under(key));
             }
         }
+        (None, true) if !kinetics.rename.is_empty() => {
+            let message = "a law written as text has the names that it is written with";
+            return Err(Problem::plain(message).under("rename"));
+        }
         (None, true) => {}
     }
-    Ok(KineticsSpec { initial, ..kinetics })
+    Ok(KineticsSpec { initial, parameters, ..kinetics })
 }

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::kinetics::descriptor::Default as ParameterDefault;
 use crate::kinetics::formula::{Formula, Law};
-use crate::kinetics::{Location, Parameter, Species};
+use crate::kinetics::{Location, Observable, Parameter, Species};
 use crate::num::checked::{Finite, Positive};
 
-use super::KineticsSpec;
+use super::{KineticsSpec, ParameterSpec};
 
 /// What a species of a law is, where that is not the default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,26 +66,29 @@ impl KineticsSpec {
                 location: Location::Vertex,
             }
         });
-        let parameters = self.parameters.iter().map(|(name, value)| {
-            let parameter = Parameter {
-                name: name.clone(),
-                unit: self.units.get(name).cloned().unwrap_or_else(|| "1".into()),
-                doc: String::new(),
-                default: ParameterDefault::Value(value.get()),
-                lower: f64::NEG_INFINITY,
-                lower_open: false,
-                upper: f64::INFINITY,
-                upper_open: false,
-            };
-            (parameter, value.get())
+        let parameters = self.parameters.iter().map(|(name, value)| Parameter {
+            name: name.clone(),
+            unit: self.units.get(name).cloned().unwrap_or_else(|| "1".into()),
+            doc: String::new(),
+            default: ParameterDefault::Value(value.uniform().unwrap_or(0.0)),
+            lower: f64::NEG_INFINITY,
+            lower_open: false,
+            upper: f64::INFINITY,
+            upper_open: false,
+        });
+        let observables = self.observables.iter().map(|(name, text)| {
+            let unit = self.units.get(name).cloned().unwrap_or_else(|| "1".into());
+            (Observable { name: name.clone(), unit, doc: String::new() }, text.clone())
         });
         Some(Law {
             name: "formula".into(),
             species: species.collect(),
             parameters: parameters.collect(),
+            values: self.parameters.values().map(ParameterSpec::uniform).collect(),
             lets: named(&self.r#let),
             rates: named(&self.rates),
             length_factor: self.length_factor.clone(),
+            observables: observables.collect(),
         })
     }
 }

@@ -31,7 +31,7 @@ use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 pub use self::document::{Node, Place};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
-pub use self::kinetics::KineticsSpec;
+pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};
 pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
 pub use self::output::{Format, OutputSpec};
@@ -62,9 +62,9 @@ pub struct Scene {
     /// The effects, in the order of the scene.
     #[serde(rename = "effect")]
     pub effects: Vec<Box<dyn EffectSpec>>,
-    /// Species and their law, if the scene has any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub kinetics: Option<KineticsSpec>,
+    /// Species and their laws, if the scene has any.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "kinetics::one_or_all")]
+    pub kinetics: Vec<KineticsSpec>,
     /// Time stepping.
     pub time: TimeSpec,
     /// How mechanical equilibrium is found.
@@ -225,7 +225,12 @@ impl Scene {
         if let SheetSource::File { file } = &mut self.sheet.source {
             place(file);
         }
-        if let Some(kinetics) = &mut self.kinetics {
+        for kinetics in &mut self.kinetics {
+            for parameter in kinetics.parameters.values_mut() {
+                if let ParameterSpec::File(field) = parameter {
+                    place(&mut field.file);
+                }
+            }
             for initial in kinetics.initial.values_mut() {
                 if let Initial::File(field) = initial {
                     place(&mut field.file);
@@ -237,6 +242,15 @@ impl Scene {
                 *plugin = folder.join(&*plugin).to_string_lossy().into_owned();
             }
         }
+    }
+}
+
+impl Scene {
+    /// The key path of the k-th table of kinetics: `kinetics`, or `kinetics[k]` where there are
+    /// several.
+    #[must_use]
+    pub fn kinetics_path(&self, k: usize) -> String {
+        if self.kinetics.len() == 1 { "kinetics".to_owned() } else { format!("kinetics[{k}]") }
     }
 }
 
@@ -259,7 +273,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let sheet = section.required("sheet", sheet::read_sheet);
     let material = section.optional("material", read);
     let effects = section.effects();
-    let kinetics = section.optional("kinetics", kinetics::read_kinetics);
+    let kinetics = section.optional("kinetics", kinetics::read_kinetics).unwrap_or_default();
     let time = section.required("time", time::read_time);
     let equilibrium = section.equilibrium();
     let stability = section.optional("stability", read);

@@ -49,6 +49,8 @@ impl Fields {
             .map(|c| c.descriptor().species.iter().map(|s| s.name.as_str()).collect())
             .unwrap_or_default();
         let mut allowed = species.clone();
+        let observables = chemistry.map(|c| c.descriptor().observables.as_slice());
+        allowed.extend(observables.unwrap_or_default().iter().map(|o| o.name.as_str()));
         allowed.extend(Signal::ALL.iter().filter(|s| **s != Signal::Time).map(|s| s.name()));
         allowed.extend(OTHERS.map(|(name, _)| name));
         for (k, name) in scene.output.fields.iter().enumerate() {
@@ -64,8 +66,7 @@ impl Fields {
         };
         let wanted =
             Signal::ALL.into_iter().filter(|s| names.iter().any(|n| n == s.name())).collect();
-        let reading: TensionReading =
-            scene.kinetics.as_ref().map(|k| k.tension).unwrap_or_default();
+        let reading: TensionReading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
         let signals =
             Signals::new(wanted, Location::Vertex, area.clone(), material, reading, rest_area);
         Ok(Self { names, area, signals })
@@ -99,6 +100,7 @@ impl Fields {
                 }
             }
         }
+        self.observe(system, sheet, state, &mut point, &mut cell)?;
         let columns =
             system.mechanics().with_shape(&state.x, |s| self.signals.evaluate(s, state.time));
         let mut next = columns.into_iter();
@@ -144,6 +146,39 @@ impl Fields {
             cell,
             field_data,
         })
+    }
+}
+
+impl Fields {
+    /// Adds the observables that are asked for; without any the law is not called.
+    fn observe(
+        &self,
+        system: &mut System,
+        sheet: &Sheet,
+        state: &State,
+        point: &mut Vec<Field>,
+        cell: &mut Vec<Field>,
+    ) -> Result<()> {
+        let known = system.chemistry().map(|c| c.descriptor().observables.clone());
+        let known = known.unwrap_or_default();
+        if !known.iter().any(|o| self.names.contains(&o.name)) {
+            return Ok(());
+        }
+        let signals = system.signals(state);
+        let Some(chemistry) = system.chemistry() else { return Ok(()) };
+        let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+        let values = chemistry.observe(&species, &signals)?;
+        let at_vertices = chemistry.at_vertices(sheet, &values);
+        for (k, observable) in known.iter().enumerate() {
+            if self.names.contains(&observable.name) {
+                let title = titled(&observable.name, &observable.unit);
+                point.push(Field::scalar(title.clone(), at_vertices[k].clone()));
+                if chemistry.location() == Location::Face {
+                    cell.push(Field::scalar(title, values[k].clone()));
+                }
+            }
+        }
+        Ok(())
     }
 }
 

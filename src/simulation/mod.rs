@@ -7,6 +7,7 @@
 pub mod compare;
 mod fields;
 pub mod inspect;
+pub mod laws;
 mod notes;
 mod report;
 pub mod run;
@@ -14,19 +15,17 @@ pub mod stability;
 mod start;
 mod watch;
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::effects::{Bending, Effect, EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
-use crate::kinetics::formula::{Formula, FormulaError, FormulaKinetics, Law, LawError, Which};
-use crate::kinetics::{Kinetics, KineticsError, Library, Location, Search, Signal};
-use crate::scene::{Scene, SheetSource, path_to};
+use crate::kinetics::{Kinetics, Location, Search, Signal};
+use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Sheet};
 use crate::solve::Integrator;
 use crate::state::State;
-use crate::system::{Chemistry, Mechanics, Signals, System};
+use crate::system::{Chemistry, Mechanics, ParameterFields, Signals, System};
 use crate::{Error, Result, Vec3};
 
 pub use fields::Fields;
@@ -41,8 +40,8 @@ pub struct Setup {
     pub state: State,
     /// How it advances.
     pub integrator: Box<dyn Integrator>,
-    /// The plugin's file, if the scene has kinetics.
-    pub plugin: Option<PathBuf>,
+    /// The files of the plugins.
+    pub plugins: Vec<PathBuf>,
     /// What is written in frames.
     pub fields: Fields,
     /// What a person should know: odd things about the mesh, the scene or the plugin.
@@ -76,7 +75,7 @@ fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
                 read.signal.name()
             );
             let help = "give the scene a sheet, as shape = \"disc\"";
-            return Err(scene.error_at("kinetics.plugin", &message, Some(help)).into());
+            return Err(scene.error_at("kinetics", &message, Some(help)).into());
         }
         if kinetics.is_none() {
             let help = "a point has nothing but its chemistry";
@@ -102,12 +101,12 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
     let material = material(scene);
-    let (kinetics, plugin) = load_kinetics(scene, search)?.unzip();
-    let (kinetics, plugin): (Option<Arc<dyn Kinetics>>, _) = (kinetics, plugin.flatten());
+    let laws = laws::load(scene, search, &mut notes)?;
+    let kinetics = laws.as_ref().map(|laws| Arc::clone(&laws.kinetics));
     check_basis(scene, kinetics.as_deref())?;
     let location = location(scene, kinetics.as_deref());
 
-    let measure = scene.kinetics.as_ref().map(|k| k.measure).unwrap_or_default();
+    let measure = scene.kinetics.first().map(|k| k.measure).unwrap_or_default();
     let context = EffectContext {
         sheet: &sheet,
         material: &material,
@@ -150,12 +149,17 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     };
     let area = VertexArea::new(&sheet, Bending::default().area);
     let rest_area = rest_areas(&sheet);
+    let parameters = match &laws {
+        Some(laws) => laws::parameter_fields(scene, &sheet, location, laws)?,
+        None => ParameterFields::default(),
+    };
+    let plugins = laws.map(|laws| laws.files).unwrap_or_default();
     let chemistry = kinetics.map(|kinetics| {
         let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
-        let reading = scene.kinetics.as_ref().map(|k| k.tension).unwrap_or_default();
+        let reading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
         let signals =
             Signals::new(wanted, location, area.clone(), &material, reading, rest_area.clone());
-        Chemistry::new(&sheet, kinetics, location, signals, transport, measure)
+        Chemistry::new(&sheet, kinetics, parameters, location, signals, transport, measure)
     });
     let state = start::state(scene, &sheet, chemistry.as_ref())?;
     let policy = scene.time.policy.storage();
@@ -169,7 +173,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
         (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
     let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
     let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations, drag);
-    Ok(Setup { sheet, system, state, integrator, plugin, fields, notes })
+    Ok(Setup { sheet, system, state, integrator, plugins, fields, notes })
 }
 
 fn rest_areas(sheet: &Sheet) -> Vec<f64> {
@@ -200,59 +204,7 @@ fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet> {
 }
 
 fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {
-    let chosen = scene.kinetics.as_ref().and_then(|k| k.location);
+    let chosen = scene.kinetics.first().and_then(|k| k.location);
     let usual = || kinetics.and_then(|k| k.descriptor().species.first().map(|s| s.location));
     chosen.or_else(usual).unwrap_or(Location::Vertex)
-}
-
-/// Kinetics, and its file if it has one.
-type Loaded = (Arc<dyn Kinetics>, Option<PathBuf>);
-
-fn load_kinetics(scene: &Scene, search: &Search) -> Result<Option<Loaded>> {
-    let Some(spec) = &scene.kinetics else { return Ok(None) };
-    if let Some(law) = spec.law() {
-        if let Some(name) =
-            spec.parameters.keys().find(|p| law.species.iter().any(|s| s.name == **p))
-        {
-            let message = "a species has this name already";
-            return Err(scene
-                .error_at(&path_to("kinetics.parameters", name), message, None)
-                .into());
-        }
-        let kinetics = FormulaKinetics::new(&law).map_err(|e| misspelt(scene, &law, &e))?;
-        return Ok(Some((Arc::new(kinetics), None)));
-    }
-    let Some(plugin) = &spec.plugin else { return Ok(None) };
-    let blame = |error: KineticsError| {
-        let path = match &error {
-            KineticsError::UnknownParameter { name, .. }
-            | KineticsError::ParameterOutOfBounds { name, .. } => {
-                format!("kinetics.parameters.{name}")
-            }
-            _ => "kinetics.plugin".to_owned(),
-        };
-        Error::Scene(scene.error_at(&path, &error.to_string(), None))
-    };
-    let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
-    let library = Library::load(&file).map_err(blame)?;
-    let parameters: BTreeMap<String, f64> =
-        spec.parameters.iter().map(|(name, value)| (name.clone(), value.get())).collect();
-    let kinetics = library.instantiate(&parameters).map_err(blame)?;
-    Ok(Some((Arc::new(kinetics), Some(file))))
-}
-
-/// The error with its place in the scene.
-fn misspelt(scene: &Scene, law: &Law, error: &LawError) -> Error {
-    let named = |table: &str, formula: &Formula| {
-        (path_to(&format!("kinetics.{table}"), &formula.name), formula.text.clone())
-    };
-    let (path, text) = match error.formula {
-        Which::Let(k) => named("let", &law.lets[k]),
-        Which::Rate(k) => named("rates", &law.rates[k]),
-        Which::LengthFactor => {
-            ("kinetics.length_factor".into(), law.length_factor.clone().unwrap_or_default())
-        }
-    };
-    let FormulaError { span, message, help } = &error.error;
-    Error::Scene(scene.error_within(&path, &text, span, message, help.as_deref()))
 }

@@ -1,11 +1,13 @@
 //! The start of a run: sheet shapes of a scene, displaced positions, species.
 
+use std::collections::BTreeMap;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::kinetics::Location;
+use crate::kinetics::{Location, formula};
 use crate::num::checked::Finite;
-use crate::scene::{self, Direction, FieldFile, Initial, Scene};
+use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
 use crate::sheet::{self, Sheet};
 use crate::state::State;
 use crate::system::Chemistry;
@@ -85,7 +87,7 @@ fn vertex_normals(sheet: &Sheet) -> Vec<Vec3> {
 }
 
 /// Rest positions of the points that carry species.
-fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
+pub(super) fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
     match location {
         Location::Vertex => sheet.rest().to_vec(),
         _ => sheet
@@ -97,22 +99,38 @@ fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
 }
 
 fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Vec<f64>>> {
-    let Some(spec) = &scene.kinetics else { return Ok(Vec::new()) };
     let descriptor = chemistry.descriptor();
     let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
-    for name in spec.initial.keys() {
-        if descriptor.species_index(name).is_none() {
-            return Err(scene.unknown_key("kinetics.initial", name, "species", &names).into());
+    let mut given: BTreeMap<&str, (String, &Initial)> = BTreeMap::new();
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        let table = format!("{}.initial", scene.kinetics_path(number));
+        for (name, initial) in &spec.initial {
+            if descriptor.species_index(name).is_none() {
+                return Err(scene.unknown_key(&table, name, "species", &names).into());
+            }
+            let path = path_to(&table, name);
+            if given.contains_key(name.as_str()) {
+                let message = "an earlier [[kinetics]] gives the start of this species already";
+                return Err(scene.error_at(&path, message, None).into());
+            }
+            given.insert(name, (path, initial));
         }
     }
     let at = points(sheet, chemistry.location());
     let mut all = Vec::new();
     for species in &descriptor.species {
-        let path = format!("kinetics.initial.{}", species.name);
-        let values = match spec.initial.get(&species.name) {
-            None => vec![0.0; at.len()],
-            Some(Initial::File(file)) => from_file(scene, &path, file, sheet, chemistry)?,
-            Some(initial) => initial.values(&at).unwrap_or_default(),
+        let none = || ("kinetics".to_owned(), &Initial::Uniform(Finite::ZERO));
+        let (path, initial) = given.remove(species.name.as_str()).unwrap_or_else(none);
+        let values = match initial {
+            Initial::File(file) => {
+                from_file(scene, &path, file, chemistry.location(), chemistry.points(sheet))?
+            }
+            Initial::Pattern(Pattern::Formula(text)) => formula::over_positions(text, &at)
+                .map_err(|e| {
+                    let (path, help) = (format!("{path}.formula"), e.help.as_deref());
+                    scene.error_within(&path, text, &e.span, &e.message, help)
+                })?,
+            initial => initial.values(&at).unwrap_or_default(),
         };
         let wrong = values.iter().position(|c| !(*c >= species.lower && *c <= species.upper));
         if let Some(i) = wrong {
@@ -131,17 +149,17 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
     Ok(all)
 }
 
-fn from_file(
+/// The values of an array of a file, one a point.
+pub(super) fn from_file(
     scene: &Scene,
     path: &str,
     file: &FieldFile,
-    sheet: &Sheet,
-    chemistry: &Chemistry,
+    location: Location,
+    points: usize,
 ) -> Result<Vec<f64>> {
     let surface = sheet::read::surface(&file.file)
         .map_err(|e| scene.error_at(&format!("{path}.file"), &e.to_string(), None))?;
-    let points = chemistry.points(sheet);
-    let arrays = match chemistry.location() {
+    let arrays = match location {
         Location::Vertex => &surface.point_arrays,
         _ => &surface.cell_arrays,
     };
@@ -152,7 +170,7 @@ fn from_file(
             let message = format!(
                 "array `{}` has {found} numbers; {points} are needed, one a {}",
                 a.name,
-                chemistry.location().noun()
+                location.noun()
             );
             Err(scene.error_at(&format!("{path}.array"), &message, None).into())
         }

@@ -12,9 +12,32 @@ use crate::parallel;
 use crate::sheet::Sheet;
 use crate::state::FaceVertexAverage;
 
+/// Parameters of a law on a sheet: none of its own if all are as the law has them.
+#[derive(Debug, Clone, Default)]
+pub struct ParameterFields {
+    /// One a parameter: a single value, or one a point where species live.
+    pub at_points: Vec<Vec<f64>>,
+    /// The same at edges, where length factors are taken.
+    at_edges: Vec<Vec<f64>>,
+}
+
+impl ParameterFields {
+    /// These values: one for all points, or one a point.
+    #[must_use]
+    pub fn new(at_points: Vec<Vec<f64>>) -> Self {
+        Self { at_points, at_edges: Vec::new() }
+    }
+
+    fn columns(&self, location: Location, count: usize) -> Vec<Column<'_>> {
+        let all = if location == Location::Edge { &self.at_edges } else { &self.at_points };
+        all.iter().map(|values| column(values, count)).collect()
+    }
+}
+
 /// Kinetics on a sheet, with the transport of its species.
 pub struct Chemistry {
     kinetics: Arc<dyn Kinetics>,
+    parameters: ParameterFields,
     location: Location,
     signals: Signals,
     transport: Vec<Box<dyn Transport>>,
@@ -32,19 +55,51 @@ fn column(values: &[f64], count: usize) -> Column<'_> {
     }
 }
 
+/// Values at vertices, of values where species live.
+fn at_vertices(sheet: &Sheet, average: Option<&FaceVertexAverage>, values: &[f64]) -> Vec<f64> {
+    let Some(average) = average else { return values.to_vec() };
+    let mut out = vec![0.0; sheet.vertex_count()];
+    average.apply(sheet, values, &mut out);
+    out
+}
+
+/// Means of the two ends of every edge.
+fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
+    let edges = sheet.edges();
+    let mut mean = vec![0.0; edges.len()];
+    parallel::fill(&mut mean, |e| {
+        let [a, b] = edges[e].vertices;
+        0.5 * (at_vertices[a as usize] + at_vertices[b as usize])
+    });
+    mean
+}
+
 impl Chemistry {
     /// Puts `kinetics` on `sheet`.
     #[must_use]
     pub fn new(
         sheet: &Sheet,
         kinetics: Arc<dyn Kinetics>,
+        mut parameters: ParameterFields,
         location: Location,
         signals: Signals,
         transport: Vec<Box<dyn Transport>>,
         measure: Measure,
     ) -> Self {
-        let average = (location == Location::Face).then(|| FaceVertexAverage::new(sheet));
-        Self { kinetics, location, signals, transport, average, measure }
+        let mut average = (location == Location::Face).then(|| FaceVertexAverage::new(sheet));
+        if let Some(average) = &mut average {
+            average.update(sheet, sheet.rest());
+        }
+        if kinetics.descriptor().capabilities.length_factor {
+            let at_edges = |values: &Vec<f64>| {
+                if values.len() == 1 {
+                    return values.clone();
+                }
+                edge_means(sheet, &at_vertices(sheet, average.as_ref(), values))
+            };
+            parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
+        }
+        Self { kinetics, parameters, location, signals, transport, average, measure }
     }
 
     /// What the kinetics says about itself.
@@ -101,17 +156,7 @@ impl Chemistry {
     /// The species carried to the vertices (as they are, if they live there).
     #[must_use]
     pub fn at_vertices(&self, sheet: &Sheet, species: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        match &self.average {
-            None => species.to_vec(),
-            Some(average) => species
-                .iter()
-                .map(|c| {
-                    let mut out = vec![0.0; sheet.vertex_count()];
-                    average.apply(sheet, c, &mut out);
-                    out
-                })
-                .collect(),
-        }
+        species.iter().map(|c| at_vertices(sheet, self.average.as_ref(), c)).collect()
     }
 
     /// Length factor Φ at every edge, from the mean of the species at its two ends; `None` if the
@@ -145,7 +190,15 @@ impl Chemistry {
         let at_edges = self.at_edges(sheet, species);
         let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
         let (location, count) = (Location::Edge, sheet.edges().len());
-        let batch = Batch { location, first: 0, count, species: &columns, signals: &[] };
+        let parameters = self.parameters.columns(location, count);
+        let batch = Batch {
+            location,
+            first: 0,
+            count,
+            species: &columns,
+            signals: &[],
+            parameters: &parameters,
+        };
         let mut factor = vec![1.0; count];
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
@@ -155,18 +208,7 @@ impl Chemistry {
 
     /// Means of the ends of every edge.
     fn at_edges(&self, sheet: &Sheet, species: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let edges = sheet.edges();
-        self.at_vertices(sheet, species)
-            .iter()
-            .map(|c| {
-                let mut mean = vec![0.0; edges.len()];
-                parallel::fill(&mut mean, |e| {
-                    let [a, b] = edges[e].vertices;
-                    0.5 * (c[a as usize] + c[b as usize])
-                });
-                mean
-            })
-            .collect()
+        self.at_vertices(sheet, species).iter().map(|c| edge_means(sheet, c)).collect()
     }
 
     /// The average that carries species from faces to vertices, if they live on faces.
@@ -208,7 +250,15 @@ impl Chemistry {
     ) -> Result<Vec<f64>, KineticsError> {
         let columns: Vec<Column<'_>> = species.iter().map(Into::into).collect();
         let count = species.first().map_or(0, Vec::len);
-        let batch = Batch { location, first: 0, count, species: &columns, signals: &[] };
+        let parameters = self.parameters.columns(location, count);
+        let batch = Batch {
+            location,
+            first: 0,
+            count,
+            species: &columns,
+            signals: &[],
+            parameters: &parameters,
+        };
         let mut factor = vec![1.0; count];
         if self.descriptor().capabilities.length_factor {
             field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?;
@@ -231,7 +281,15 @@ impl Chemistry {
         let count = species.first().map_or(0, |c| c.len());
         let species: Vec<Column<'_>> = species.iter().map(|c| (*c).into()).collect();
         let signals: Vec<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
-        f(&Batch { location: self.location, first: 0, count, species: &species, signals: &signals })
+        let parameters = self.parameters.columns(self.location, count);
+        f(&Batch {
+            location: self.location,
+            first: 0,
+            count,
+            species: &species,
+            signals: &signals,
+            parameters: &parameters,
+        })
     }
 
     /// Reaction rates R at every point, one column a species.
@@ -246,6 +304,40 @@ impl Chemistry {
     ) -> Result<(), KineticsError> {
         self.batch(species, signals, |batch| field::rates(self.kinetics.as_ref(), batch, out))?;
         Ok(())
+    }
+
+    /// The observables at every point, one column each.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn observe(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+    ) -> Result<Vec<Vec<f64>>, KineticsError> {
+        let count = species.first().map_or(0, |c| c.len());
+        let mut all = vec![vec![0.0; count]; self.descriptor().observables.len()];
+        let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
+        self.batch(species, signals, |batch| {
+            field::observe(self.kinetics.as_ref(), batch, &mut out)
+        })?;
+        Ok(all)
+    }
+
+    /// The law.
+    #[must_use]
+    pub fn kinetics(&self) -> &dyn Kinetics {
+        self.kinetics.as_ref()
+    }
+
+    /// Hands the law's inputs at all points to `look`.
+    pub fn look<R>(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+        look: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
+    ) -> R {
+        self.batch(species, signals, |batch| look(self.kinetics.as_ref(), batch))
     }
 
     /// Partial derivatives of the reaction rates, column `s · inputs + j` for rate s by input j:

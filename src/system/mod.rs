@@ -14,7 +14,7 @@ mod course;
 mod mechanics;
 mod signals;
 
-pub use chemistry::{Chemistry, SignalColumns};
+pub use chemistry::{Chemistry, ParameterFields, SignalColumns};
 pub use coupled::{Coupled, CoupledWork, Layout};
 pub use course::Course;
 pub use mechanics::{Mechanics, Pins};

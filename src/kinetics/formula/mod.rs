@@ -10,17 +10,21 @@
 
 mod derivative;
 mod graph;
+mod names;
 mod parse;
+mod place;
 mod program;
 
 pub use parse::{FUNCTIONS, FormulaError, Function};
 
+pub use place::over_positions;
+
 use graph::{Graph, Id};
+use names::Names;
 use program::Program;
 
-use super::descriptor::{Capabilities, Default, Descriptor};
-use super::error::nearest;
-use super::{Batch, Kinetics, Outcome, Signal, SignalRead, Species};
+use super::descriptor::{Capabilities, Descriptor, Observable};
+use super::{Batch, Column, Kinetics, Outcome, Parameter, Signal, SignalRead, Species};
 
 /// One formula of a law.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,14 +42,18 @@ pub struct Law {
     pub name: String,
     /// Species, in order.
     pub species: Vec<Species>,
-    /// Parameters with their values.
-    pub parameters: Vec<(super::Parameter, f64)>,
+    /// Parameters.
+    pub parameters: Vec<Parameter>,
+    /// Their values; `None` for those that differ from point to point.
+    pub values: Vec<Option<f64>>,
     /// Names for parts of formulas, in any order.
     pub lets: Vec<Formula>,
     /// Rates; species without one do not react.
     pub rates: Vec<Formula>,
     /// The length factor.
     pub length_factor: Option<String>,
+    /// Quantities to look at.
+    pub observables: Vec<(Observable, String)>,
 }
 
 /// Which formula of a law is wrong, and how.
@@ -66,103 +74,26 @@ pub enum Which {
     Rate(usize),
     /// The length factor.
     LengthFactor,
+    /// The k-th of `observables`.
+    Observable(usize),
 }
-
-/// Short names of signals.
-const SHORT: [(&str, &str); 9] = [
-    ("H", "mean_curvature"),
-    ("K", "gaussian_curvature"),
-    ("sigma", "tension"),
-    ("strain", "area_strain"),
-    ("J", "area_ratio"),
-    ("t", "time"),
-    ("x", "position_x"),
-    ("y", "position_y"),
-    ("z", "position_z"),
-];
 
 /// Kinetics from formulas.
 #[derive(Debug)]
 pub struct FormulaKinetics {
     descriptor: Descriptor,
     parameters: Vec<f64>,
+    /// Numbers of the parameters that differ from point to point.
+    varying: Vec<usize>,
+    unused: Vec<String>,
     rates: Program,
     rate_partials: Program,
     factor: Option<(Program, Program)>,
+    observables: Program,
 }
 
-/// What names stand for while formulas are put into the graph.
-struct Names<'a> {
-    law: &'a Law,
-    lets: Vec<(String, Id)>,
-    /// Columns of all signals, by name; numbers follow those of the species.
-    columns: Vec<&'static str>,
-}
-
-impl Names<'_> {
-    fn find(&self, graph: &mut Graph, name: &str) -> Result<Id, String> {
-        if let Some((_, id)) = self.lets.iter().rev().find(|(known, _)| known == name) {
-            return Ok(*id);
-        }
-        if let Some(s) = self.law.species.iter().position(|s| s.name == name) {
-            return Ok(graph.input(crate::num::index(s)));
-        }
-        if let Some((_, value)) = self.law.parameters.iter().find(|(p, _)| p.name == name) {
-            return Ok(graph.constant(*value));
-        }
-        if name == "pi" {
-            return Ok(graph.constant(std::f64::consts::PI));
-        }
-        let full = SHORT.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
-        if let Some(column) = self.columns.iter().position(|column| *column == full) {
-            return Ok(graph.input(crate::num::index(self.law.species.len() + column)));
-        }
-        let mut all: Vec<&str> = self.law.species.iter().map(|s| s.name.as_str()).collect();
-        all.extend(self.lets.iter().map(|(name, _)| name.as_str()));
-        all.extend(self.law.parameters.iter().map(|(p, _)| p.name.as_str()));
-        all.extend(self.columns.iter().copied());
-        all.extend(SHORT.iter().map(|(short, _)| *short));
-        let list = all.join(", ");
-        Err(match nearest(name, all.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`? There are {list}"),
-            None => format!("there are {list}"),
-        })
-    }
-}
-
-impl Names<'_> {
-    /// Puts all `let`s into the graph, each after those that it is made of.
-    fn define(&mut self, graph: &mut Graph) -> Result<(), LawError> {
-        let law = self.law;
-        let wrong = |k: usize| move |error| LawError { formula: Which::Let(k), error };
-        let mut waiting = Vec::new();
-        for (k, part) in law.lets.iter().enumerate() {
-            let taken = law.species.iter().any(|s| s.name == part.name)
-                || law.parameters.iter().any(|(p, _)| p.name == part.name);
-            if taken {
-                let message = format!("`{}` is a species or a parameter already", part.name);
-                return Err(wrong(k)(FormulaError::new(0..part.text.len(), message)));
-            }
-            waiting.push((k, parse::parse(&part.text).map_err(wrong(k))?));
-        }
-        while !waiting.is_empty() {
-            let open = |name: &str| {
-                law.lets.iter().any(|l| l.name == name)
-                    && !self.lets.iter().any(|(known, _)| known == name)
-            };
-            let Some(next) = waiting.iter().position(|(_, tree)| !tree.mentions(&open)) else {
-                let (k, _) = waiting[0];
-                let part = &law.lets[k];
-                let message = format!("`{}` is made of itself", part.name);
-                return Err(wrong(k)(FormulaError::new(0..part.text.len(), message)));
-            };
-            let (k, tree) = waiting.remove(next);
-            let id = graph.insert(&tree, &mut |g, name| self.find(g, name)).map_err(wrong(k))?;
-            self.lets.push((law.lets[k].name.clone(), id));
-        }
-        Ok(())
-    }
-}
+/// Numbers of inputs among those that a call has, by their numbers in the graph.
+type Numbers = Vec<Option<usize>>;
 
 impl FormulaKinetics {
     /// Makes `law` ready.
@@ -171,8 +102,7 @@ impl FormulaKinetics {
     /// The first formula that is wrong.
     pub fn new(law: &Law) -> Result<Self, LawError> {
         let mut graph = Graph::default();
-        let columns = Signal::ALL.iter().flat_map(|s| s.columns()).copied().collect();
-        let mut names = Names { law, lets: Vec::new(), columns };
+        let mut names = Names::new(law);
         names.define(&mut graph)?;
         let zero = graph.constant(0.0);
         let mut rates = vec![zero; law.species.len()];
@@ -188,7 +118,7 @@ impl FormulaKinetics {
         if let Some(text) = &law.length_factor {
             let wrong = |error| LawError { formula: Which::LengthFactor, error };
             let id = insert(&mut graph, &names, text).map_err(wrong)?;
-            if let Some(column) = first_signal(&graph, id, law.species.len()) {
+            if let Some(column) = first_signal(&graph, id, law.species.len(), names.columns.len()) {
                 let message = format!(
                     "the length factor reads the signal {}; it is of species and parameters alone",
                     names.columns[column]
@@ -197,58 +127,57 @@ impl FormulaKinetics {
             }
             factor = Some(id);
         }
-        Ok(Self::compile(law, graph, &names.columns, &rates, factor))
+        let mut observables = Vec::new();
+        for (k, (_, text)) in law.observables.iter().enumerate() {
+            let wrong = |error| LawError { formula: Which::Observable(k), error };
+            observables.push(insert(&mut graph, &names, text).map_err(wrong)?);
+        }
+        let used = names.used.take();
+        let mut kinetics = Self::compile(law, graph, &rates, factor, &observables);
+        let all = law.parameters.iter().map(|p| &p.name);
+        kinetics.unused = all.filter(|name| !used.contains(*name)).cloned().collect();
+        Ok(kinetics)
     }
 
     fn compile(
         law: &Law,
         mut graph: Graph,
-        columns: &[&'static str],
         rates: &[Id],
         factor: Option<Id>,
+        observables: &[Id],
     ) -> Self {
         let species = law.species.len();
-        // Signals of which any column is read, in the order of all.
-        let read = inputs(&graph, rates);
-        let mut signals = Vec::new();
-        let mut number_of = vec![None; species + columns.len()];
-        for s in 0..species {
-            number_of[s] = Some(s);
-        }
-        let (mut column, mut next) = (species, species);
-        for signal in Signal::ALL {
-            let count = signal.columns().len();
-            if (column..column + count).any(|c| read.contains(&c)) {
-                for k in 0..count {
-                    number_of[column + k] = Some(next + k);
-                }
-                next += count;
-                signals.push(SignalRead { signal, typical: 1.0 });
-            }
-            column += count;
-        }
+        let varying: Vec<usize> =
+            (0..law.values.len()).filter(|k| law.values[*k].is_none()).collect();
+        let all_read = inputs(&graph, &[rates, observables].concat());
+        let (signals, of_rates) = numbers(species, varying.len(), Some(&all_read));
+        let (_, of_factor) = numbers(species, varying.len(), None);
+
         let mut wanted = rates.to_vec();
-        let all: Vec<usize> = (0..number_of.len()).filter(|k| number_of[*k].is_some()).collect();
+        let read: usize = signals.iter().map(|s| s.signal.columns().len()).sum();
+        let differentiated: Vec<usize> = (0..of_rates.len())
+            .filter(|k| of_rates[*k].is_some_and(|number| number < species + read))
+            .collect();
         for &rate in rates {
-            for &input in &all {
+            for &input in &differentiated {
                 wanted.push(graph.slope(rate, crate::num::index(input)));
             }
         }
-        let program = |graph: &Graph, outputs: &[Id]| {
+        let program = |graph: &Graph, outputs: &[Id], numbers: &Numbers| {
             let mut program = Program::new(graph, outputs);
-            program.renumber(&number_of);
+            program.renumber(numbers);
             program
         };
         let factor = factor.map(|id| {
             let mut wanted = vec![id];
             wanted.extend((0..species).map(|s| graph.slope(id, crate::num::index(s))));
-            (program(&graph, &[id]), program(&graph, &wanted))
+            (program(&graph, &[id], &of_factor), program(&graph, &wanted, &of_factor))
         });
-        let (parameters, values): (Vec<_>, Vec<f64>) = law.parameters.iter().cloned().unzip();
         let capabilities = Capabilities {
             rate_partials: true,
             length_factor: factor.is_some(),
             length_factor_partials: factor.is_some(),
+            parameter_fields: true,
         };
         let descriptor = Descriptor {
             id: format!("formula.{}", law.name),
@@ -258,20 +187,20 @@ impl FormulaKinetics {
             licence: String::new(),
             doc: law.rates.iter().map(|r| format!("d{}/dt = {}; ", r.name, r.text)).collect(),
             species: law.species.clone(),
-            parameters: parameters
-                .into_iter()
-                .zip(&values)
-                .map(|(p, value)| super::Parameter { default: Default::Value(*value), ..p })
-                .collect(),
+            parameters: law.parameters.clone(),
             signals,
+            observables: law.observables.iter().map(|(o, _)| o.clone()).collect(),
             capabilities,
         };
         Self {
             descriptor,
-            parameters: values,
-            rates: program(&graph, rates),
-            rate_partials: program(&graph, &wanted),
+            parameters: law.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect(),
+            varying,
+            unused: Vec::new(),
+            rates: program(&graph, rates, &of_rates),
+            rate_partials: program(&graph, &wanted, &of_rates),
             factor,
+            observables: program(&graph, observables, &of_rates),
         }
     }
 
@@ -280,6 +209,42 @@ impl FormulaKinetics {
     pub fn operations(&self) -> (usize, usize) {
         (self.rates.operations(), self.rate_partials.operations())
     }
+
+    /// Parameters that no formula mentions.
+    #[must_use]
+    pub fn unused(&self) -> &[String] {
+        &self.unused
+    }
+
+    /// The inputs of a call: species, signals, parameters that vary.
+    fn inputs<'a>(&'a self, batch: &'a Batch<'a>) -> Vec<Column<'a>> {
+        let varying = self.varying.iter().map(|&k| match batch.parameters.get(k) {
+            Some(column) => *column,
+            None => Column::uniform(&self.parameters[k]),
+        });
+        batch.inputs().copied().chain(varying).collect()
+    }
+}
+
+/// Which signals are read, in the order of all, and the numbers that inputs have in a call: species,
+/// columns of the signals read, parameters that vary. Without `read` there are no signals.
+fn numbers(species: usize, varying: usize, read: Option<&[usize]>) -> (Vec<SignalRead>, Numbers) {
+    let mut number_of: Numbers = (0..species).map(Some).collect();
+    let mut signals = Vec::new();
+    let mut next = species;
+    for signal in Signal::ALL {
+        let first = number_of.len();
+        let columns = first..first + signal.columns().len();
+        if read.is_some_and(|read| columns.clone().any(|c| read.contains(&c))) {
+            signals.push(SignalRead { signal, typical: 1.0 });
+            number_of.extend(columns.map(|column| Some(next + column - first)));
+            next += signal.columns().len();
+        } else {
+            number_of.extend(columns.map(|_| None));
+        }
+    }
+    number_of.extend((0..varying).map(|k| Some(next + k)));
+    (signals, number_of)
 }
 
 fn insert(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Id, FormulaError> {
@@ -304,8 +269,9 @@ fn inputs(graph: &Graph, nodes: &[Id]) -> Vec<usize> {
     read
 }
 
-fn first_signal(graph: &Graph, node: Id, species: usize) -> Option<usize> {
-    inputs(graph, &[node]).into_iter().find(|n| *n >= species).map(|n| n - species)
+fn first_signal(graph: &Graph, node: Id, species: usize, columns: usize) -> Option<usize> {
+    let signals = species..species + columns;
+    inputs(graph, &[node]).into_iter().find(|n| signals.contains(n)).map(|n| n - species)
 }
 
 impl Kinetics for FormulaKinetics {
@@ -318,8 +284,7 @@ impl Kinetics for FormulaKinetics {
     }
 
     fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        let inputs = [batch.species, batch.signals].concat();
-        self.rates.run(&inputs, batch.count, rates);
+        self.rates.run(&self.inputs(batch), batch.count, rates);
         Ok(None)
     }
 
@@ -329,17 +294,16 @@ impl Kinetics for FormulaKinetics {
         rates: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let inputs = [batch.species, batch.signals].concat();
         let mut all: Vec<&mut [f64]> = Vec::with_capacity(rates.len() + partials.len());
         all.extend(rates.iter_mut().map(|column| &mut **column));
         all.extend(partials.iter_mut().map(|column| &mut **column));
-        self.rate_partials.run(&inputs, batch.count, &mut all);
+        self.rate_partials.run(&self.inputs(batch), batch.count, &mut all);
         Ok(None)
     }
 
     fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
         match &self.factor {
-            Some((program, _)) => program.run(batch.species, batch.count, &mut [factor]),
+            Some((program, _)) => program.run(&self.inputs(batch), batch.count, &mut [factor]),
             None => factor.fill(1.0),
         }
         Ok(None)
@@ -358,7 +322,12 @@ impl Kinetics for FormulaKinetics {
         };
         let mut all: Vec<&mut [f64]> = vec![factor];
         all.extend(partials.iter_mut().map(|column| &mut **column));
-        program.run(batch.species, batch.count, &mut all);
+        program.run(&self.inputs(batch), batch.count, &mut all);
+        Ok(None)
+    }
+
+    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
+        self.observables.run(&self.inputs(batch), batch.count, values);
         Ok(None)
     }
 }

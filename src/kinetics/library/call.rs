@@ -2,6 +2,7 @@
 
 use rumple_plugin_abi as abi;
 
+use super::watch;
 use crate::kinetics::descriptor::Location;
 use crate::kinetics::{KineticsError, Outcome, Unreliable};
 
@@ -15,6 +16,10 @@ pub(super) struct Call<'a> {
     pub(super) location: Location,
     /// Number of the first point of the batch.
     pub(super) first: usize,
+    /// How many points.
+    pub(super) count: usize,
+    /// Number of the library.
+    pub(super) library: usize,
 }
 
 impl Call<'_> {
@@ -31,7 +36,10 @@ impl Call<'_> {
             point: abi::NO_POINT,
             factor: DEFAULT_FACTOR,
         };
-        let status = function(&raw mut report);
+        let status = {
+            let _watched = watch::begin(self);
+            function(&raw mut report)
+        };
         let (length, point, factor) = (report.length, report.point, report.factor);
         if status == abi::Status::OK {
             return Ok(None);

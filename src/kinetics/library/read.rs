@@ -10,7 +10,7 @@ use rumple_plugin_abi as abi;
 
 use crate::kinetics::KineticsError;
 use crate::kinetics::descriptor::{
-    Capabilities, Default, Descriptor, Location, Parameter, SignalRead, Species,
+    Capabilities, Default, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
 use crate::kinetics::metadata::{self, Problem};
 
@@ -130,10 +130,58 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
             rate_partials: given.contains(abi::Capabilities::RATE_PARTIALS),
             length_factor: given.contains(abi::Capabilities::LENGTH_FACTOR),
             length_factor_partials: given.contains(abi::Capabilities::LENGTH_FACTOR_PARTIALS),
+            parameter_fields: given.contains(abi::Capabilities::PARAMETER_FIELDS),
         },
+        observables: Vec::new(),
     };
     metadata::check(&descriptor)?;
     Ok(descriptor)
+}
+
+/// Asks for the extension with observables: notes them in the descriptor and returns their
+/// function, if there are any.
+///
+/// # Safety
+/// As for [`descriptor`]; the plugin answers with what the extension's id stands for.
+pub(super) unsafe fn observables(
+    table: &abi::PluginTable,
+    descriptor: &mut Descriptor,
+) -> Result<abi::Evaluate, Problem> {
+    let Some(get_extension) = table.get_extension else { return Ok(None) };
+    // SAFETY: a function of the table.
+    let answer = unsafe { get_extension(abi::Str::new(abi::OBSERVABLES)) };
+    let answer = answer.cast::<abi::Observables>();
+    if answer.is_null() {
+        return Ok(None);
+    }
+    let place = format!("extension `{}`", abi::OBSERVABLES);
+    let problem = |problem: &str| Err((place.clone(), problem.to_owned()));
+    if !answer.is_aligned() {
+        return problem("is not aligned");
+    }
+    // SAFETY: what the id stands for begins with its size.
+    if unsafe { (*answer).size } < size_of::<abi::Observables>() {
+        return problem("is truncated");
+    }
+    // SAFETY: aligned, and of at least this size.
+    let raw = unsafe { *answer };
+    if raw.observe.is_none() {
+        return problem("its function `observe` is null");
+    }
+    let all =
+        // SAFETY: as promised for all arrays.
+        unsafe { elements(&place, raw.observables, raw.observable_count, raw.observable_stride) }?;
+    for observable in all {
+        // SAFETY: as promised for all texts.
+        let text = |what, raw| unsafe { text(&format!("{what} of an observable"), raw) };
+        descriptor.observables.push(Observable {
+            name: text("name", observable.name)?,
+            unit: text("unit", observable.unit)?,
+            doc: text("doc", observable.doc)?,
+        });
+    }
+    metadata::check(descriptor)?;
+    Ok(raw.observe.filter(|_| !descriptor.observables.is_empty()))
 }
 
 /// # Safety

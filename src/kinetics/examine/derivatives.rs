@@ -1,0 +1,142 @@
+//! Given derivatives against differences, where differences can be trusted.
+//!
+//! A central and a forward difference agree where a law is smooth on their scale. Where they do not
+//! (a kink, a jump, round-off) nothing can be said, and nothing is.
+
+use crate::kinetics::differences::{self, Scheme};
+use crate::kinetics::field::Columns;
+use crate::kinetics::{Batch, Kinetics, KineticsError};
+
+/// A given derivative further from the difference than this share of their size is wrong.
+const WRONG: f64 = 1e-3;
+/// Two differences must agree by this share to be trusted; the central one is then far better.
+const SMOOTH: f64 = 3e-3;
+
+/// A wrong derivative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Wrong {
+    /// Number of the output column; `None` for the length factor.
+    species: Option<usize>,
+    input: usize,
+    pub(super) point: usize,
+    given: f64,
+    difference: f64,
+}
+
+impl Wrong {
+    pub(super) fn describe(
+        &self,
+        kinetics: &dyn Kinetics,
+        batch: &Batch<'_>,
+        point: usize,
+    ) -> String {
+        let descriptor = kinetics.descriptor();
+        let name = |input: usize| descriptor.input_names().nth(input).unwrap_or("?").to_owned();
+        let of = match self.species {
+            Some(species) => format!("the rate of species {}", name(species)),
+            None => "the length factor".to_owned(),
+        };
+        let call = if self.species.is_some() { "rate_partials" } else { "length_factor_partials" };
+        let inputs: Vec<String> = descriptor
+            .input_names()
+            .zip(batch.inputs())
+            .map(|(name, column)| format!("{name} = {}", column.at(self.point)))
+            .collect();
+        format!(
+            "plugin `{}` gives {} in {call} for the derivative by {} of {of} at {} {point} ({}), \
+             where differences give {:.9e}",
+            descriptor.name,
+            self.given,
+            name(self.input),
+            batch.location.noun(),
+            inputs.join(", "),
+            self.difference
+        )
+    }
+}
+
+/// Given derivatives of one output by one input, with differences by two schemes.
+struct Compared<'a> {
+    given: &'a [f64],
+    central: &'a [f64],
+    forward: &'a [f64],
+}
+
+/// The worst of what was found, by its relative error.
+#[derive(Default)]
+struct Worst(Option<(f64, Wrong)>);
+
+impl Worst {
+    /// Looks at all points; `scale` is the output over the input's typical magnitude, the size
+    /// to which differences lose what is smaller.
+    fn look(
+        &mut self,
+        compared: &Compared<'_>,
+        scale: impl Fn(usize) -> f64,
+        (species, input): (Option<usize>, usize),
+    ) {
+        let Compared { given, central, forward } = compared;
+        for (point, &given) in given.iter().enumerate() {
+            let (difference, other) = (central[point], forward[point]);
+            let size = difference.abs().max(other.abs());
+            let floor = scale(point);
+            let trusted = (difference - other).abs() <= SMOOTH * size + 1e-7 * floor;
+            let error = (given - difference).abs();
+            let size = size.max(given.abs());
+            if !trusted || error <= WRONG * size + 1e-6 * floor {
+                continue;
+            }
+            let relative = error / size;
+            if self.0.is_none_or(|(worst, _)| relative > worst) {
+                self.0 = Some((relative, Wrong { species, input, point, given, difference }));
+            }
+        }
+    }
+}
+
+/// The worst wrong derivative of the rates.
+pub(super) fn rates(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+) -> Result<Option<Wrong>, KineticsError> {
+    let (species, inputs) = (kinetics.descriptor().species.len(), kinetics.descriptor().inputs());
+    let mut rates = Columns::new(species, batch.count);
+    let mut given = Columns::new(species * inputs, batch.count);
+    let (mut central, mut forward) = (given.clone(), given.clone());
+    let by = differences::rate_partials_by;
+    by(kinetics, batch, Scheme::Forward, &mut rates.slices_mut(), &mut forward.slices_mut())?;
+    by(kinetics, batch, Scheme::Central, &mut rates.slices_mut(), &mut central.slices_mut())?;
+    kinetics.rate_partials(batch, &mut rates.slices_mut(), &mut given.slices_mut())?;
+    let typical = differences::typical(kinetics);
+    let mut worst = Worst::default();
+    for entry in 0..species * inputs {
+        let (row, input) = (entry / inputs, entry % inputs);
+        let [given, central, forward] = [&given, &central, &forward].map(|c| c.column(entry));
+        let scale = |point: usize| rates.column(row)[point].abs() / typical[input];
+        worst.look(&Compared { given, central, forward }, scale, (Some(row), input));
+    }
+    Ok(worst.0.map(|(_, wrong)| wrong))
+}
+
+/// The worst wrong derivative of the length factor.
+pub(super) fn length_factor(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+) -> Result<Option<Wrong>, KineticsError> {
+    let species = kinetics.descriptor().species.len();
+    let mut factor = vec![1.0; batch.count];
+    let mut given = Columns::new(species, batch.count);
+    let (mut central, mut forward) = (given.clone(), given.clone());
+    let by = differences::length_factor_partials_by;
+    by(kinetics, batch, Scheme::Forward, &mut factor, &mut forward.slices_mut())?;
+    by(kinetics, batch, Scheme::Central, &mut factor, &mut central.slices_mut())?;
+    kinetics.length_factor_partials(batch, &mut factor, &mut given.slices_mut())?;
+    let typical = differences::typical(kinetics);
+    let mut worst = Worst::default();
+    for input in 0..species {
+        let [given, central, forward] = [&given, &central, &forward].map(|c| c.column(input));
+        let scale = |point: usize| factor[point].abs() / typical[input];
+        worst.look(&Compared { given, central, forward }, scale, (None, input));
+    }
+    Ok(worst.0.map(|(_, wrong)| wrong))
+}

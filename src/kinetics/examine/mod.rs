@@ -1,0 +1,63 @@
+//! Whether a law keeps its promises: finite, pure, with the right derivatives, from any thread.
+//!
+//! [`trial`] looks at the state that a run starts from and costs a few evaluations; [`validate`]
+//! looks everywhere in the declared ranges.
+
+mod derivatives;
+mod repeat;
+mod sample;
+mod validate;
+
+pub use sample::Samples;
+pub use validate::{Finding, Made, Make, Verdict, validate};
+
+use super::field::{self, Columns};
+use super::{Batch, Kinetics, KineticsError};
+
+/// Points at which a trial compares derivatives with differences.
+const TRIAL_POINTS: usize = 64;
+
+/// Looks at a law at given inputs: whether it gives the same result twice and from several threads,
+/// and whether its derivatives are those of its rates. What a run can live with is returned as a
+/// note.
+///
+/// # Errors
+/// What the law reports, and [`KineticsError::Unsteady`] if results differ.
+pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, KineticsError> {
+    repeat::same_twice(kinetics, batch)?;
+    let mut notes = Vec::new();
+    if kinetics.descriptor().capabilities.rate_partials && batch.count > 0 {
+        let every = batch.count.div_ceil(TRIAL_POINTS);
+        let picked: Vec<usize> = (0..batch.count).step_by(every).collect();
+        let columns = |columns: &[super::Column<'_>]| -> Vec<Vec<f64>> {
+            columns.iter().map(|c| picked.iter().map(|p| c.at(*p)).collect()).collect()
+        };
+        let [species, signals, parameters] =
+            [batch.species, batch.signals, batch.parameters].map(columns);
+        let [species, signals, parameters] = [&species, &signals, &parameters]
+            .map(|all| all.iter().map(Into::into).collect::<Vec<super::Column<'_>>>());
+        let part = Batch {
+            count: picked.len(),
+            first: 0,
+            species: &species,
+            signals: &signals,
+            parameters: &parameters,
+            ..*batch
+        };
+        if let Some(wrong) = derivatives::rates(kinetics, &part)? {
+            let point = batch.first + picked[wrong.point];
+            notes.push(format!(
+                "{}; implicit methods will be slow or fail",
+                wrong.describe(kinetics, &part, point)
+            ));
+        }
+    }
+    Ok(notes)
+}
+
+/// Rates at all points, by the path that runs take.
+fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
+    let mut rates = Columns::new(kinetics.descriptor().species.len(), batch.count);
+    field::rates(kinetics, batch, &mut rates.slices_mut())?;
+    Ok(rates)
+}

@@ -1,0 +1,228 @@
+//! All checks of a law, one after the other.
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Samples, derivatives, rates, repeat};
+use crate::kinetics::descriptor::Default;
+use crate::kinetics::field::{self, Columns};
+use crate::kinetics::{Descriptor, Kinetics, KineticsError};
+
+/// Sampled points.
+const POINTS: usize = 4096;
+/// Points that are called one by one.
+const SINGLE: usize = 256;
+/// Sets of parameters besides the defaults.
+const SETS: usize = 8;
+/// Numbers around every output that must stay as they are.
+const MARGIN: usize = 64;
+/// What is there: a number that no law writes.
+const UNTOUCHED: u64 = 0x7ff8_5eed_5eed_5eed;
+
+/// What one check found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// The check.
+    pub check: &'static str,
+    /// How it ended.
+    pub verdict: Verdict,
+}
+
+/// How a check ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// Well, with what was looked at.
+    Good(String),
+    /// There was nothing to check.
+    Skipped(String),
+    /// Something is wrong.
+    Fault(String),
+}
+
+/// Makes a law with these parameters, the others at their defaults.
+pub type Make<'a> = dyn Fn(&BTreeMap<String, f64>) -> Made + 'a;
+/// A law, or why there is none.
+pub type Made = Result<Box<dyn Kinetics>, KineticsError>;
+
+type Check = Result<Verdict, KineticsError>;
+
+/// Runs every check on a law; `make` makes it with other parameters. `begin` hears
+/// of every check before it starts, `end` what it found: a law may end the process in between.
+pub fn validate(
+    kinetics: &dyn Kinetics,
+    make: Option<&Make<'_>>,
+    seed: u64,
+    begin: &mut dyn FnMut(&'static str),
+    end: &mut dyn FnMut(Finding),
+) {
+    let samples = Samples::new(kinetics.descriptor(), POINTS, seed);
+    let few = Samples::new(kinetics.descriptor(), SINGLE, seed);
+    let given = kinetics.descriptor().capabilities;
+    let mut run = |check: &'static str, body: &dyn Fn() -> Check| {
+        begin(check);
+        let verdict = body().unwrap_or_else(|error| Verdict::Fault(error.to_string()));
+        end(Finding { check, verdict });
+    };
+    let good = |text: String| Ok(Verdict::Good(text));
+    let skipped = |text: &str| Ok(Verdict::Skipped(text.to_owned()));
+    let points = format!("{POINTS} points");
+    run("finite rates", &|| {
+        samples.with(true, |batch| rates(kinetics, batch))?;
+        good(points.clone())
+    });
+    run("finite, positive length factor", &|| {
+        if !given.length_factor {
+            return skipped("none is given");
+        }
+        let mut factor = vec![1.0; POINTS];
+        samples.with(false, |batch| field::length_factor(kinetics, batch, &mut factor))?;
+        good(points.clone())
+    });
+    run("derivatives", &|| wrong_derivatives(kinetics, &samples));
+    run("observables", &|| {
+        let count = kinetics.descriptor().observables.len();
+        if count == 0 {
+            return skipped("there are none");
+        }
+        let mut values = Columns::new(count, POINTS);
+        samples.with(true, |batch| field::observe(kinetics, batch, &mut values.slices_mut()))?;
+        good(points.clone())
+    });
+    run("writes only where it may", &|| stray_writes(kinetics, &few));
+    run("same inputs, same outputs", &|| {
+        samples.with(true, |batch| repeat::same_twice(kinetics, batch))?;
+        few.with(true, |batch| repeat::one_by_one(kinetics, batch))?;
+        good("called twice, in batches and point by point".into())
+    });
+    run("several threads at once", &|| {
+        samples.with(true, |batch| repeat::threads(kinetics, batch))?;
+        good("8 threads".into())
+    });
+    run("other parameters", &|| other_parameters(kinetics, make, &samples, seed));
+}
+
+fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
+    let given = kinetics.descriptor().capabilities;
+    let mut what = Vec::new();
+    if given.rate_partials {
+        let wrong = samples.with(true, |batch| {
+            let descriptor = kinetics.descriptor();
+            let species = descriptor.species.len();
+            let mut values = Columns::new(species, POINTS);
+            let mut partials = Columns::new(species * descriptor.inputs(), POINTS);
+            let (values, partials) = (&mut values.slices_mut(), &mut partials.slices_mut());
+            field::rate_partials(kinetics, batch, values, partials)?;
+            let wrong = derivatives::rates(kinetics, batch)?;
+            Ok::<_, KineticsError>(wrong.map(|w| w.describe(kinetics, batch, w.point)))
+        })?;
+        if let Some(wrong) = wrong {
+            return Ok(Verdict::Fault(wrong));
+        }
+        what.push("rates");
+    }
+    if given.length_factor_partials {
+        let wrong = samples.with(false, |batch| {
+            let mut factor = vec![1.0; POINTS];
+            let mut partials = Columns::new(kinetics.descriptor().species.len(), POINTS);
+            let slices = &mut partials.slices_mut();
+            field::length_factor_partials(kinetics, batch, &mut factor, slices)?;
+            let wrong = derivatives::length_factor(kinetics, batch)?;
+            Ok::<_, KineticsError>(wrong.map(|w| w.describe(kinetics, batch, w.point)))
+        })?;
+        if let Some(wrong) = wrong {
+            return Ok(Verdict::Fault(wrong));
+        }
+        what.push("length factor");
+    }
+    Ok(match what.as_slice() {
+        [] => Verdict::Skipped("none are given: the engine takes differences".into()),
+        what => Verdict::Good(format!("{} against differences", what.join(" and "))),
+    })
+}
+
+/// Whether numbers beside the outputs stay as they are.
+fn stray_writes(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
+    let species = kinetics.descriptor().species.len();
+    samples.with(true, |batch| {
+        let length = batch.count + 2 * MARGIN;
+        let mut room = vec![f64::from_bits(UNTOUCHED); species * length];
+        let mut columns: Vec<&mut [f64]> = room
+            .chunks_mut(length)
+            .map(|column| &mut column[MARGIN..MARGIN + batch.count])
+            .collect();
+        kinetics.rates(batch, &mut columns)?;
+        for (s, column) in room.chunks(length).enumerate() {
+            let name = &kinetics.descriptor().species[s].name;
+            let stray = |range: std::ops::Range<usize>| {
+                column[range].iter().any(|value| value.to_bits() != UNTOUCHED)
+            };
+            if stray(0..MARGIN) || stray(MARGIN + batch.count..length) {
+                let message = format!("rates writes beyond the {} points of {name}", batch.count);
+                return Ok(Verdict::Fault(message));
+            }
+            let left = column[MARGIN..MARGIN + batch.count]
+                .iter()
+                .position(|value| value.to_bits() == UNTOUCHED);
+            if let Some(point) = left {
+                let message = format!("rates leaves the rate of {name} at point {point} unwritten");
+                return Ok(Verdict::Fault(message));
+            }
+        }
+        Ok(Verdict::Good(format!("{} points, inputs unchanged", batch.count)))
+    })
+}
+
+/// Rates with parameters around their defaults.
+fn other_parameters(
+    kinetics: &dyn Kinetics,
+    make: Option<&Make<'_>>,
+    samples: &Samples,
+    seed: u64,
+) -> Check {
+    let descriptor = kinetics.descriptor();
+    if descriptor.parameters.is_empty() {
+        return Ok(Verdict::Skipped("there are none".into()));
+    }
+    let Some(make) = make else { return Ok(Verdict::Skipped("the scene gives them".into())) };
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut refused = 0;
+    for _ in 0..SETS {
+        let set = parameters(descriptor, kinetics.parameters(), &mut random);
+        let text: Vec<String> =
+            set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        let law = match make(&set) {
+            Ok(law) => law,
+            // It may know that they do not go together.
+            Err(KineticsError::Failed { message, .. }) if !message.starts_with("panicked") => {
+                refused += 1;
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let outcome = samples.with(true, |batch| rates(law.as_ref(), batch));
+        if let Err(error) = outcome {
+            return Ok(Verdict::Fault(format!("{error}; with {}", text.join(", "))));
+        }
+    }
+    let note = if refused == 0 { String::new() } else { format!(", {refused} of them refused") };
+    Ok(Verdict::Good(format!("{SETS} sets from half to twice the defaults{note}")))
+}
+
+fn parameters(
+    descriptor: &Descriptor,
+    defaults: &[f64],
+    random: &mut ChaCha8Rng,
+) -> BTreeMap<String, f64> {
+    let mut set = BTreeMap::new();
+    for (parameter, default) in descriptor.parameters.iter().zip(defaults) {
+        if matches!(parameter.default, Default::SameAs(_)) {
+            continue;
+        }
+        let value = default * 2_f64.powf(random.random_range(-1.0..1.0));
+        let value = if parameter.allows(value) { value } else { *default };
+        set.insert(parameter.name.clone(), value);
+    }
+    set
+}

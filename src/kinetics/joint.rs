@@ -1,0 +1,323 @@
+//! Several laws on one sheet: their species side by side, their rates added, their length factors
+//! multiplied.
+//!
+//! ```text
+//! dc/dt = Σ_k R^k(c, x)        Φ = Π_k Φ^k(c)
+//! ```
+//!
+//! A law takes part with the species that it declares. One that two laws share is the same
+//! concentration for both: a law that only reads it gives it no rate.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::batch::{Batch, Column};
+use super::descriptor::{Capabilities, Descriptor, SignalRead};
+use super::field::Columns;
+use super::{Kinetics, Outcome};
+
+/// One law of several.
+#[derive(Debug)]
+pub struct Member {
+    /// The law.
+    pub kinetics: Arc<dyn Kinetics>,
+    /// Other names for its species and observables.
+    pub rename: BTreeMap<String, String>,
+    /// Species, by their new names, that are those of an earlier law.
+    pub shared: Vec<String>,
+}
+
+/// Why laws do not go together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JointError {
+    /// Number of the law.
+    pub member: usize,
+    /// What of it is to blame: `rename.c`, `shared`, or nothing.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Several laws as one.
+#[derive(Debug)]
+pub struct JointKinetics {
+    descriptor: Descriptor,
+    parameters: Vec<f64>,
+    members: Vec<Part>,
+}
+
+/// One law, with the numbers of its columns among all.
+#[derive(Debug)]
+struct Part {
+    kinetics: Arc<dyn Kinetics>,
+    species: Vec<usize>,
+    signals: Vec<usize>,
+    parameters: Range<usize>,
+    observables: Range<usize>,
+}
+
+impl JointKinetics {
+    /// Joins laws; the first one's name and location stand for all.
+    ///
+    /// # Errors
+    /// A name that is used twice without being shared, or given to nothing.
+    pub fn new(members: Vec<Member>) -> Result<Self, JointError> {
+        let mut joint = Self {
+            descriptor: Descriptor {
+                id: "joint".into(),
+                name: String::new(),
+                version: String::new(),
+                author: String::new(),
+                licence: String::new(),
+                doc: String::new(),
+                species: Vec::new(),
+                parameters: Vec::new(),
+                signals: Vec::new(),
+                observables: Vec::new(),
+                capabilities: Capabilities { parameter_fields: true, ..Capabilities::default() },
+            },
+            parameters: Vec::new(),
+            members: Vec::new(),
+        };
+        for (number, member) in members.into_iter().enumerate() {
+            let blame = |(key, message)| JointError { member: number, key, message };
+            joint.add(member).map_err(blame)?;
+        }
+        joint.connect();
+        Ok(joint)
+    }
+
+    fn add(&mut self, member: Member) -> Result<(), (String, String)> {
+        let Member { kinetics, rename, shared } = member;
+        let all = &mut self.descriptor;
+        let own = kinetics.descriptor();
+        let known: Vec<&str> = own
+            .species
+            .iter()
+            .map(|s| s.name.as_str())
+            .chain(own.observables.iter().map(|o| o.name.as_str()))
+            .collect();
+        if let Some(name) = rename.keys().find(|name| !known.contains(&name.as_str())) {
+            let message = format!("`{}` has no `{name}`; it has {}", own.name, known.join(", "));
+            return Err((format!("rename.{name}"), message));
+        }
+        let renamed = |name: &String| rename.get(name).unwrap_or(name).clone();
+        let mut species = Vec::new();
+        for one in &own.species {
+            let name = renamed(&one.name);
+            let is_shared = shared.contains(&name);
+            match all.species_index(&name) {
+                Some(number) if is_shared => species.push(number),
+                Some(_) => {
+                    let message = format!(
+                        "the species `{name}` belongs to an earlier law already; if it is the same \
+                         concentration, say shared = [\"{name}\"], else rename = {{ {} = \"…\" }}",
+                        one.name
+                    );
+                    return Err((String::new(), message));
+                }
+                None if is_shared => {
+                    let names: Vec<&str> = all.species.iter().map(|s| s.name.as_str()).collect();
+                    let message = format!(
+                        "no earlier law has a species `{name}`; there are {}",
+                        names.join(", ")
+                    );
+                    return Err(("shared".into(), message));
+                }
+                None => {
+                    species.push(all.species.len());
+                    let mut one = one.clone();
+                    one.name = name;
+                    all.species.push(one);
+                }
+            }
+        }
+        let names: Vec<String> = own.species.iter().map(|s| renamed(&s.name)).collect();
+        if let Some(name) = shared.iter().find(|name| !names.contains(name)) {
+            let message =
+                format!("`{}` has no species `{name}`; it has {}", own.name, names.join(", "));
+            return Err(("shared".into(), message));
+        }
+        let first = all.observables.len();
+        for one in &own.observables {
+            let name = renamed(&one.name);
+            if all.observables.iter().any(|o| o.name == name) || all.species_index(&name).is_some()
+            {
+                let message = format!(
+                    "the name `{name}` is taken by an earlier law: rename = {{ {} = \"…\" }}",
+                    one.name
+                );
+                return Err((String::new(), message));
+            }
+            all.observables.push(super::Observable { name, ..one.clone() });
+        }
+        let observables = first..all.observables.len();
+        for read in &own.signals {
+            match all.signals.iter_mut().find(|known| known.signal == read.signal) {
+                Some(known) => known.typical = known.typical.min(read.typical),
+                None => all.signals.push(*read),
+            }
+        }
+        if !all.name.is_empty() {
+            all.name.push_str(" + ");
+        }
+        all.name.push_str(&own.name);
+        let first = all.parameters.len();
+        all.parameters.extend(own.parameters.iter().cloned());
+        let parameters = first..all.parameters.len();
+        self.parameters.extend(kinetics.parameters());
+        all.capabilities.rate_partials = true;
+        all.capabilities.length_factor |= own.capabilities.length_factor;
+        all.capabilities.length_factor_partials = all.capabilities.length_factor;
+        self.members.push(Part { kinetics, species, signals: Vec::new(), parameters, observables });
+        Ok(())
+    }
+
+    /// Finds the columns of every member's signals among all, now that all are known.
+    fn connect(&mut self) {
+        let first_column = |wanted: &SignalRead| -> usize {
+            let before = self.descriptor.signals.iter().take_while(|s| s.signal != wanted.signal);
+            before.map(|read| read.signal.columns().len()).sum()
+        };
+        for part in &mut self.members {
+            let signals = &part.kinetics.descriptor().signals;
+            let columns = |read: &SignalRead| {
+                let first = first_column(read);
+                first..first + read.signal.columns().len()
+            };
+            part.signals = signals.iter().flat_map(columns).collect();
+        }
+    }
+}
+
+impl Part {
+    /// Hands this law's view of the inputs to `evaluate`.
+    fn see<R>(&self, batch: &Batch<'_>, evaluate: impl FnOnce(&Batch<'_>) -> R) -> R {
+        let species = take(&self.species, batch.species);
+        let signals = take(&self.signals, batch.signals);
+        let parameters = batch.parameters.get(self.parameters.clone()).unwrap_or(&[]);
+        evaluate(&Batch { species: &species, signals: &signals, parameters, ..*batch })
+    }
+}
+
+/// The columns of these numbers.
+fn take<'a>(numbers: &[usize], columns: &[Column<'a>]) -> Vec<Column<'a>> {
+    numbers.iter().filter_map(|number| columns.get(*number).copied()).collect()
+}
+
+fn add(to: &mut [f64], values: &[f64]) {
+    to.iter_mut().zip(values).for_each(|(to, value)| *to += value);
+}
+
+impl Kinetics for JointKinetics {
+    fn descriptor(&self) -> &Descriptor {
+        &self.descriptor
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
+        rates.iter_mut().for_each(|column| column.fill(0.0));
+        let mut warning = None;
+        for part in &self.members {
+            let mut own = Columns::new(part.species.len(), batch.count);
+            let outcome = part.see(batch, |b| part.kinetics.rates(b, &mut own.slices_mut()))?;
+            warning = warning.or(outcome);
+            for (row, &species) in part.species.iter().enumerate() {
+                add(rates[species], own.column(row));
+            }
+        }
+        Ok(warning)
+    }
+
+    fn rate_partials(
+        &self,
+        batch: &Batch<'_>,
+        rates: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        rates.iter_mut().for_each(|column| column.fill(0.0));
+        partials.iter_mut().for_each(|column| column.fill(0.0));
+        let (all, width) = (self.descriptor.species.len(), self.descriptor.inputs());
+        let mut warning = None;
+        for part in &self.members {
+            let (n, inputs) = (part.species.len(), part.kinetics.descriptor().inputs());
+            let mut own = Columns::new(n, batch.count);
+            let mut slopes = Columns::new(n * inputs, batch.count);
+            let outcome = part.see(batch, |b| {
+                part.kinetics.rate_partials(b, &mut own.slices_mut(), &mut slopes.slices_mut())
+            })?;
+            warning = warning.or(outcome);
+            let signals = part.signals.iter().map(|column| all + column);
+            let columns: Vec<usize> = part.species.iter().copied().chain(signals).collect();
+            for (row, &species) in part.species.iter().enumerate() {
+                add(rates[species], own.column(row));
+                for (input, &column) in columns.iter().enumerate() {
+                    add(partials[species * width + column], slopes.column(row * inputs + input));
+                }
+            }
+        }
+        Ok(warning)
+    }
+
+    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
+        factor.fill(1.0);
+        let mut own = vec![1.0; batch.count];
+        let mut warning = None;
+        for part in self.members.iter().filter(|p| p.gives_length_factor()) {
+            let outcome = part.see(batch, |b| part.kinetics.length_factor(b, &mut own))?;
+            warning = warning.or(outcome);
+            factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
+        }
+        Ok(warning)
+    }
+
+    fn length_factor_partials(
+        &self,
+        batch: &Batch<'_>,
+        factor: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        factor.fill(1.0);
+        partials.iter_mut().for_each(|column| column.fill(0.0));
+        let mut own = vec![1.0; batch.count];
+        let mut warning = None;
+        for part in self.members.iter().filter(|p| p.gives_length_factor()) {
+            let mut slopes = Columns::new(part.species.len(), batch.count);
+            let outcome = part.see(batch, |b| {
+                part.kinetics.length_factor_partials(b, &mut own, &mut slopes.slices_mut())
+            })?;
+            warning = warning.or(outcome);
+            // (Φ Ψ)' = Φ' Ψ + Φ Ψ'
+            for column in partials.iter_mut() {
+                column.iter_mut().zip(&own).for_each(|(slope, own)| *slope *= own);
+            }
+            for (row, &species) in part.species.iter().enumerate() {
+                let more = slopes.column(row).iter().zip(factor.iter());
+                let column = partials[species].iter_mut();
+                column.zip(more).for_each(|(slope, (own, before))| *slope += own * before);
+            }
+            factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
+        }
+        Ok(warning)
+    }
+
+    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
+        let mut warning = None;
+        for part in self.members.iter().filter(|p| !p.observables.is_empty()) {
+            let own = &mut values[part.observables.clone()];
+            let outcome = part.see(batch, |b| part.kinetics.observe(b, own))?;
+            warning = warning.or(outcome);
+        }
+        Ok(warning)
+    }
+}
+
+impl Part {
+    fn gives_length_factor(&self) -> bool {
+        self.kinetics.descriptor().capabilities.length_factor
+    }
+}

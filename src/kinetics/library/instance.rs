@@ -1,0 +1,413 @@
+//! A loaded law with its parameters, and the calls to it.
+//!
+//! A plugin gets copies of its inputs, contiguous ones: it cannot damage the caller's values, and
+//! what it writes to them is found: in the first calls, and later in some.
+
+use std::cell::Cell;
+use std::ffi::c_void;
+use std::ptr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rumple_plugin_abi as abi;
+
+use super::Library;
+use super::call::Call;
+use crate::kinetics::batch::{Batch, Column};
+use crate::kinetics::descriptor::{Descriptor, Location};
+use crate::kinetics::error::KineticsError;
+use crate::kinetics::{Kinetics, Outcome, differences};
+
+/// The law of a loaded plugin with its parameters.
+#[derive(Debug)]
+pub struct PluginKinetics {
+    library: Arc<Library>,
+    parameters: Vec<f64>,
+    instance: *mut c_void,
+    calls: AtomicUsize,
+}
+
+/// This many calls are watched for changed inputs, and after that every so many.
+const WATCHED: usize = 64;
+const EVERY: usize = 16;
+
+// SAFETY: the boundary demands that instances may be used from any number of threads at once.
+unsafe impl Send for PluginKinetics {}
+// SAFETY: as above.
+unsafe impl Sync for PluginKinetics {}
+
+impl Drop for PluginKinetics {
+    fn drop(&mut self) {
+        if let Some(destroy) = self.library.destroy {
+            // SAFETY: made by `create` of the same library, and never used again.
+            unsafe { destroy(self.instance) };
+        }
+    }
+}
+
+/// A function of the plugin's table that is called at points.
+#[derive(Clone, Copy)]
+enum Function {
+    Values(abi::Evaluate),
+    Partials(abi::EvaluatePartials),
+}
+
+/// One call as the caller wants it: its name, function and numbers of columns.
+struct Wanted {
+    name: &'static str,
+    function: Function,
+    signals: usize,
+    values: usize,
+    partials: usize,
+}
+
+impl PluginKinetics {
+    /// An instance with all its parameters, in the order of the descriptor.
+    pub(super) fn new(library: &Arc<Library>, parameters: Vec<f64>) -> Result<Self, KineticsError> {
+        let mut instance = ptr::null_mut();
+        let call = Call {
+            plugin: &library.descriptor.name,
+            name: "create",
+            location: Location::Vertex,
+            first: 0,
+            count: 0,
+            library: library.number,
+        };
+        call.run(|report| {
+            // SAFETY: as many parameters as the descriptor has; `instance` is ours to be written.
+            library.create.map_or(abi::Status::FATAL, |create| unsafe {
+                create(parameters.as_ptr(), parameters.len(), &raw mut instance, report)
+            })
+        })?;
+        let calls = AtomicUsize::new(0);
+        Ok(Self { library: Arc::clone(library), parameters, instance, calls })
+    }
+
+    /// The library that the law comes from.
+    #[must_use]
+    pub fn library(&self) -> &Arc<Library> {
+        &self.library
+    }
+
+    fn check(
+        &self,
+        what: &'static str,
+        expected: usize,
+        found: usize,
+    ) -> Result<(), KineticsError> {
+        if expected == found {
+            return Ok(());
+        }
+        let plugin = self.library.descriptor.name.clone();
+        Err(KineticsError::Shape { plugin, what, expected, found })
+    }
+
+    /// Checks that all columns are there and long enough, so that pointers to them may be given
+    /// away, and calls the plugin.
+    fn evaluate(
+        &self,
+        wanted: &Wanted,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let descriptor = &self.library.descriptor;
+        self.check("species columns", descriptor.species.len(), batch.species.len())?;
+        self.check("signal columns", wanted.signals, batch.signals.len())?;
+        self.check("output columns", wanted.values, values.len())?;
+        self.check("derivative columns", wanted.partials, partials.len())?;
+        for column in batch.inputs().chain(batch.parameters) {
+            let readable =
+                if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
+            self.check("values of an input", batch.count, readable)?;
+        }
+        for column in values.iter().chain(partials.iter()) {
+            self.check("values of an output", batch.count, column.len())?;
+        }
+        if batch.parameters.is_empty() {
+            return self.call(wanted, batch, values, partials);
+        }
+        self.check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
+        if descriptor.capabilities.parameter_fields {
+            self.call(wanted, batch, values, partials)
+        } else {
+            self.by_stretches(wanted, batch, values, partials)
+        }
+    }
+
+    /// One instance for every stretch of points with the same parameters.
+    fn by_stretches(
+        &self,
+        wanted: &Wanted,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let mut warning = None;
+        let mut from = 0;
+        while from < batch.count {
+            let until = |end: usize, column: &Column<'_>| column.same_until(from, end);
+            let to = batch.parameters.iter().fold(batch.count, until);
+            let parameters = batch.parameters.iter().map(|column| column.at(from)).collect();
+            let instance = Self::new(&self.library, parameters)?;
+            let species: Vec<Column<'_>> = batch.species.iter().map(|c| c.from(from)).collect();
+            let signals: Vec<Column<'_>> = batch.signals.iter().map(|c| c.from(from)).collect();
+            let part = Batch {
+                first: batch.first + from,
+                count: to - from,
+                species: &species,
+                signals: &signals,
+                parameters: &[],
+                ..*batch
+            };
+            let mut values: Vec<_> = values.iter_mut().map(|c| &mut c[from..to]).collect();
+            let mut partials: Vec<_> = partials.iter_mut().map(|c| &mut c[from..to]).collect();
+            let outcome = instance.call(wanted, &part, &mut values, &mut partials)?;
+            warning = warning.or(outcome);
+            from = to;
+        }
+        Ok(warning)
+    }
+
+    /// Calls the plugin with columns that were checked.
+    fn call(
+        &self,
+        wanted: &Wanted,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let inputs = Inputs::new(batch);
+        let raw = |columns: &mut [&mut [f64]]| -> Vec<abi::ColumnMut> {
+            let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
+            columns.iter_mut().map(raw).collect()
+        };
+        let (values, partials) = (raw(values), raw(partials));
+        let call = Call {
+            plugin: &self.library.descriptor.name,
+            name: wanted.name,
+            location: batch.location,
+            first: batch.first,
+            count: batch.count,
+            library: self.library.number,
+        };
+        let outcome = call.run(|report| {
+            let (batch, values) = (inputs.raw(), values.as_ptr());
+            // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
+            unsafe {
+                match wanted.function {
+                    Function::Values(Some(function)) => {
+                        function(self.instance, &batch, values, report)
+                    }
+                    Function::Partials(Some(function)) => {
+                        function(self.instance, &batch, values, partials.as_ptr(), report)
+                    }
+                    Function::Values(None) | Function::Partials(None) => abi::Status::FATAL,
+                }
+            }
+        });
+        let calls = self.calls.fetch_add(1, Ordering::Relaxed);
+        if calls < WATCHED || calls.is_multiple_of(EVERY) {
+            inputs.check(self, wanted.name, batch)?;
+        }
+        outcome
+    }
+}
+
+impl Kinetics for PluginKinetics {
+    fn descriptor(&self) -> &Descriptor {
+        &self.library.descriptor
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
+        let wanted = Wanted {
+            name: "rates",
+            function: Function::Values(self.library.rates),
+            signals: self.descriptor().signal_columns(),
+            values: self.descriptor().species.len(),
+            partials: 0,
+        };
+        self.evaluate(&wanted, batch, rates, &mut [])
+    }
+
+    fn rate_partials(
+        &self,
+        batch: &Batch<'_>,
+        rates: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        if self.library.rate_partials.is_none() {
+            return differences::rate_partials(self, batch, rates, partials);
+        }
+        let descriptor = self.descriptor();
+        let species = descriptor.species.len();
+        let wanted = Wanted {
+            name: "rate_partials",
+            function: Function::Partials(self.library.rate_partials),
+            signals: descriptor.signal_columns(),
+            values: species,
+            partials: species * descriptor.inputs(),
+        };
+        self.evaluate(&wanted, batch, rates, partials)
+    }
+
+    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
+        if self.library.length_factor.is_none() {
+            factor.fill(1.0);
+            return Ok(None);
+        }
+        let (name, function) = ("length_factor", Function::Values(self.library.length_factor));
+        let wanted = Wanted { name, function, signals: 0, values: 1, partials: 0 };
+        self.evaluate(&wanted, batch, &mut [factor], &mut [])
+    }
+
+    fn length_factor_partials(
+        &self,
+        batch: &Batch<'_>,
+        factor: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        if self.library.length_factor_partials.is_none() {
+            return differences::length_factor_partials(self, batch, factor, partials);
+        }
+        let function = Function::Partials(self.library.length_factor_partials);
+        let name = "length_factor_partials";
+        let species = self.library.descriptor.species.len();
+        let wanted = Wanted { name, function, signals: 0, values: 1, partials: species };
+        self.evaluate(&wanted, batch, &mut [factor], partials)
+    }
+
+    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
+        if self.library.observe.is_none() {
+            return Ok(None);
+        }
+        let descriptor = self.descriptor();
+        let wanted = Wanted {
+            name: "observe",
+            function: Function::Values(self.library.observe),
+            signals: descriptor.signal_columns(),
+            values: descriptor.observables.len(),
+            partials: 0,
+        };
+        self.evaluate(&wanted, batch, values, &mut [])
+    }
+}
+
+/// Copies of input columns: species, signals, parameters; contiguous, or one value for all points.
+struct Inputs {
+    count: usize,
+    data: Vec<f64>,
+    columns: Vec<abi::Column>,
+    species: usize,
+    signals: usize,
+    parameters: usize,
+}
+
+thread_local! {
+    /// Room for the copies of one call, used again for the next: it stays in the cache.
+    static ROOM: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+}
+
+impl Drop for Inputs {
+    fn drop(&mut self) {
+        ROOM.set(std::mem::take(&mut self.data));
+    }
+}
+
+impl Inputs {
+    fn new(batch: &Batch<'_>) -> Self {
+        let all = || batch.inputs().chain(batch.parameters);
+        let length = |column: &Column<'_>| if column.parts().1 == 0 { 1 } else { batch.count };
+        let mut data = ROOM.take();
+        data.clear();
+        data.reserve(all().map(length).sum());
+        let mut starts = Vec::with_capacity(all().count());
+        for column in all() {
+            let (values, stride) = column.parts();
+            starts.push((data.len(), stride.min(1)));
+            match stride {
+                0 => data.extend(values.first()),
+                1 => data.extend_from_slice(&values[..batch.count]),
+                _ => data.extend((0..batch.count).map(|point| column.at(point))),
+            }
+        }
+        // Pointers that may be written through, for plugins that do what they must not.
+        let base = data.as_mut_ptr();
+        let column = |(start, stride)| {
+            // SAFETY: within the vector, or one past its end where there are no points.
+            abi::Column { data: unsafe { base.add(start) }.cast_const(), stride }
+        };
+        let columns = starts.into_iter().map(column).collect();
+        Self {
+            count: batch.count,
+            data,
+            columns,
+            species: batch.species.len(),
+            signals: batch.signals.len(),
+            parameters: batch.parameters.len(),
+        }
+    }
+
+    fn raw(&self) -> abi::Batch {
+        let (signals, parameters) = (self.species, self.species + self.signals);
+        abi::Batch {
+            size: size_of::<abi::Batch>(),
+            count: self.count,
+            species: self.columns.as_ptr(),
+            species_count: self.species,
+            signals: self.columns[signals..].as_ptr(),
+            signal_count: self.signals,
+            parameters: if self.parameters == 0 {
+                ptr::null()
+            } else {
+                self.columns[parameters..].as_ptr()
+            },
+            parameter_count: self.parameters,
+        }
+    }
+
+    /// Whether the copies are still what they were.
+    fn check(
+        &self,
+        kinetics: &PluginKinetics,
+        call: &'static str,
+        batch: &Batch<'_>,
+    ) -> Result<(), KineticsError> {
+        let mut start = 0;
+        for (number, column) in batch.inputs().chain(batch.parameters).enumerate() {
+            let stride = column.parts().1;
+            let length = if stride == 0 { self.count.min(1) } else { self.count };
+            let copy = &self.data[start..start + length];
+            start += length;
+            let changed = match stride {
+                1 => {
+                    let pairs = copy.iter().zip(column.parts().0);
+                    pairs.fold(0, |all, (a, b)| all | (a.to_bits() ^ b.to_bits())) != 0
+                }
+                _ => copy.iter().enumerate().any(|(k, a)| a.to_bits() != column.at(k).to_bits()),
+            };
+            if !changed {
+                continue;
+            }
+            let differs = |k: &usize| copy[*k].to_bits() != column.at(*k).to_bits();
+            let point = (0..length).find(differs).unwrap_or(0);
+            let descriptor = kinetics.descriptor();
+            let parameters = descriptor.parameters.iter().map(|p| p.name.as_str());
+            let names = descriptor.input_names().take(self.species + self.signals);
+            return Err(KineticsError::ChangedInput {
+                plugin: descriptor.name.clone(),
+                call,
+                input: names.chain(parameters).nth(number).unwrap_or("?").to_owned(),
+                location: batch.location.noun(),
+                point: batch.first + point,
+                before: column.at(point),
+                after: copy[point],
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,216 @@
+//! The laws of a scene: loaded plugins and formulas, joined where there are several, and their
+//! parameters over the sheet.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::start;
+use crate::kinetics::descriptor::Default;
+use crate::kinetics::examine;
+use crate::kinetics::formula::{
+    self, Formula, FormulaError, FormulaKinetics, Law, LawError, Which,
+};
+use crate::kinetics::{
+    JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter, Search,
+};
+use crate::scene::{KineticsSpec, ParameterSpec, Scene, path_to};
+use crate::sheet::Sheet;
+use crate::state::State;
+use crate::system::{ParameterFields, System};
+use crate::{Error, Result};
+
+/// The laws of a scene as one.
+pub struct Laws {
+    /// All of them.
+    pub kinetics: Arc<dyn Kinetics>,
+    /// Files of the plugins among them.
+    pub files: Vec<PathBuf>,
+    /// The parameters of each table of the scene.
+    parameters: Vec<Vec<Parameter>>,
+}
+
+/// Loads every law of the scene; `None` if it has none.
+///
+/// # Errors
+/// A plugin that is not found or refused, a formula or a parameter that is wrong, names that
+/// clash; with the place.
+pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<Option<Laws>> {
+    let mut members = Vec::new();
+    let (mut files, mut parameters) = (Vec::new(), Vec::new());
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        let path = scene.kinetics_path(number);
+        let (kinetics, file): (Arc<dyn Kinetics>, _) = match spec.law() {
+            Some(law) => (Arc::new(written(scene, &path, spec, &law, notes)?), None),
+            None => {
+                let (kinetics, file) = loaded(scene, &path, spec, search)?;
+                (kinetics, Some(file))
+            }
+        };
+        files.extend(file);
+        parameters.push(kinetics.descriptor().parameters.clone());
+        let (rename, shared) = (spec.rename.clone(), spec.shared.clone());
+        members.push(Member { kinetics, rename, shared });
+    }
+    let plain = |member: &Member| member.rename.is_empty() && member.shared.is_empty();
+    let kinetics: Arc<dyn Kinetics> = match members.as_slice() {
+        [] => return Ok(None),
+        [one] if plain(one) => Arc::clone(&one.kinetics),
+        _ => {
+            let joint = JointKinetics::new(members).map_err(|e| {
+                let table = scene.kinetics_path(e.member);
+                let path = if e.key.is_empty() { table } else { format!("{table}.{}", e.key) };
+                scene.error_at(&path, &e.message, None)
+            })?;
+            Arc::new(joint)
+        }
+    };
+    Ok(Some(Laws { kinetics, files, parameters }))
+}
+
+/// Looks at the laws where a run begins: whether they are pure, and whether derivatives are right.
+///
+/// # Errors
+/// A law that fails there, or gives different results for the same inputs.
+pub fn try_out(system: &mut System, state: &State) -> Result<Vec<String>> {
+    if system.chemistry().is_none() {
+        return Ok(Vec::new());
+    }
+    system.follow(state)?;
+    let signals = system.signals(state);
+    let Some(chemistry) = system.chemistry() else { return Ok(Vec::new()) };
+    let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+    Ok(chemistry.look(&species, &signals, examine::trial)?)
+}
+
+/// A law that the scene writes out.
+fn written(
+    scene: &Scene,
+    path: &str,
+    spec: &KineticsSpec,
+    law: &Law,
+    notes: &mut Vec<String>,
+) -> Result<FormulaKinetics> {
+    let taken = |name: &String| law.species.iter().any(|s| s.name == *name);
+    for (table, mut names) in [
+        ("parameters", spec.parameters.keys().collect::<Vec<_>>().into_iter()),
+        ("observables", spec.observables.keys().collect::<Vec<_>>().into_iter()),
+    ] {
+        if let Some(name) = names.find(|name| taken(name)) {
+            let path = path_to(&format!("{path}.{table}"), name);
+            return Err(scene.error_at(&path, "a species has this name already", None).into());
+        }
+    }
+    let kinetics = FormulaKinetics::new(law).map_err(|e| misspelt(scene, path, law, &e))?;
+    for name in kinetics.unused() {
+        notes.push(format!("no formula of {path} mentions its parameter `{name}`"));
+    }
+    Ok(kinetics)
+}
+
+/// The law of a plugin.
+fn loaded(
+    scene: &Scene,
+    path: &str,
+    spec: &KineticsSpec,
+    search: &Search,
+) -> Result<(Arc<dyn Kinetics>, PathBuf)> {
+    let plugin = spec.plugin.as_deref().unwrap_or_default();
+    let blame = |error: KineticsError| {
+        let path = match &error {
+            KineticsError::UnknownParameter { name, .. }
+            | KineticsError::ParameterOutOfBounds { name, .. } => {
+                path_to(&format!("{path}.parameters"), name)
+            }
+            _ => format!("{path}.plugin"),
+        };
+        Error::Scene(scene.error_at(&path, &error.to_string(), None))
+    };
+    let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
+    let library = Library::load(&file).map_err(blame)?;
+    let mut given = BTreeMap::new();
+    for (name, value) in &spec.parameters {
+        let known = library.descriptor().parameters.iter().any(|p| p.name == *name);
+        match value.uniform() {
+            Some(value) => drop(given.insert(name.clone(), value)),
+            // The instance has the default; points have the field.
+            None if known => {}
+            None => drop(given.insert(name.clone(), 0.0)),
+        }
+    }
+    Ok((Arc::new(library.instantiate(&given).map_err(blame)?), file))
+}
+
+/// The error with its place in the scene.
+fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
+    let named = |part: &str, formula: &Formula| {
+        (path_to(&format!("{table}.{part}"), &formula.name), formula.text.clone())
+    };
+    let (path, text) = match error.formula {
+        Which::Let(k) => named("let", &law.lets[k]),
+        Which::Rate(k) => named("rates", &law.rates[k]),
+        Which::LengthFactor => {
+            (format!("{table}.length_factor"), law.length_factor.clone().unwrap_or_default())
+        }
+        Which::Observable(k) => {
+            let (observable, text) = &law.observables[k];
+            (path_to(&format!("{table}.observables"), &observable.name), text.clone())
+        }
+    };
+    let FormulaError { span, message, help } = &error.error;
+    Error::Scene(scene.error_within(&path, &text, span, message, help.as_deref()))
+}
+
+/// The parameters at every point where species live, if any differ from point to point.
+///
+/// # Errors
+/// A field that cannot be read, or with a value out of bounds; with the place and the point.
+pub fn parameter_fields(
+    scene: &Scene,
+    sheet: &Sheet,
+    location: Location,
+    laws: &Laws,
+) -> Result<ParameterFields> {
+    let varies = |spec: &KineticsSpec| spec.parameters.values().any(|p| p.uniform().is_none());
+    if !scene.kinetics.iter().any(varies) {
+        return Ok(ParameterFields::default());
+    }
+    let points = start::points(sheet, location);
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    let uniform = laws.kinetics.parameters();
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        let table = format!("{}.parameters", scene.kinetics_path(number));
+        let first = all.len();
+        for parameter in &laws.parameters[number] {
+            let path = path_to(&table, &parameter.name);
+            let values = match (spec.parameters.get(&parameter.name), parameter.default) {
+                (Some(ParameterSpec::Formula(text)), _) => {
+                    formula::over_positions(&text.formula, &points).map_err(|e| {
+                        let path = format!("{path}.formula");
+                        let help = e.help.as_deref();
+                        scene.error_within(&path, &text.formula, &e.span, &e.message, help)
+                    })?
+                }
+                (Some(ParameterSpec::File(file)), _) => {
+                    start::from_file(scene, &path, file, location, points.len())?
+                }
+                (None, Default::SameAs(earlier)) => all[first + earlier].clone(),
+                _ => vec![uniform[all.len()]],
+            };
+            if let Some(point) = values.iter().position(|value| !parameter.allows(*value)) {
+                let message = format!(
+                    "is {} at {} {point} (x = {}, y = {}, z = {}); allowed: {}",
+                    values[point],
+                    location.noun(),
+                    points[point].x,
+                    points[point].y,
+                    points[point].z,
+                    parameter.range()
+                );
+                return Err(scene.error_at(&path, &message, None).into());
+            }
+            all.push(values);
+        }
+    }
+    Ok(ParameterFields::new(all))
+}
