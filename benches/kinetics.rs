@@ -1,16 +1,25 @@
-//! Time per field evaluation at 20 000 points: the shipped plugins through the boundary, and the
-//! same laws as text.
+//! Time per field evaluation at 20 000 points: the same laws compiled into the engine, as plugins
+//! through the boundary, and as text.
+//!
+//! The built-in ones are the plugins' own source in this program, called in a plain loop. Beside
+//! them stand laws with derivatives by hand: the fastest that this interface allows. After criterion's own figures comes a table of ratios, measured turn by turn.
 //!
 //! Build the plugins first: `cargo build --release -p curvature-feedback -p tension-feedback`.
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::path::Path;
+use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rumple::kinetics::formula::FormulaKinetics;
 use rumple::kinetics::{Batch, Kinetics, Library, Location, Search, field};
 use rumple::scene::Scene;
+
+#[path = "kinetics/laws.rs"]
+mod laws;
+
+use laws::{BuiltIn, ByHand, CurvatureFeedback, TensionFeedback};
 
 const POINTS: usize = 20_000;
 
@@ -31,12 +40,73 @@ fn kinetics(criterion: &mut Criterion) {
         let native = library.instantiate(&BTreeMap::new()).expect("an instance");
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);
         let scene = Scene::load(&path, &[]).expect("a scene");
-        let law = scene.kinetics.and_then(|k| k.law()).expect("a law");
+        let law = scene.kinetics.first().and_then(|k| k.law()).expect("a law");
         let text = FormulaKinetics::new(&law).expect("formulas");
         let signals: Vec<f64> = (0..POINTS).map(|k| scale * (fraction(7 * k) - 0.5)).collect();
         // Turn by turn, so that both see the same machine.
-        measure(criterion, name, &native, &species, &signals);
-        measure(criterion, &format!("{name} as text"), &text, &species, &signals);
+        let by_hand = ByHand::new(&library, native.parameters());
+        let built_in: Box<dyn Kinetics> = if name == "curvature-feedback" {
+            Box::new(BuiltIn::<CurvatureFeedback>::new(&native))
+        } else {
+            Box::new(BuiltIn::<TensionFeedback>::new(&native))
+        };
+        let laws: [(&str, &dyn Kinetics); 4] =
+            [("built in", &*built_in), ("by hand", &by_hand), ("plugin", &native), ("text", &text)];
+        for (kind, law) in laws {
+            measure(criterion, &format!("{name}, {kind}"), law, &species, &signals);
+        }
+        compare(name, &laws, &species, &signals);
+    }
+}
+
+/// Prints medians of single evaluations, each law in turn, so that all see the same machine.
+fn compare(name: &str, laws: &[(&str, &dyn Kinetics)], species: &[f64], signals: &[f64]) {
+    const ROUNDS: usize = 400;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let (species, signals) = ([species.into()], [signals.into()]);
+    let (location, first, count) = (Location::Vertex, 0, POINTS);
+    let (species, signals) = (&species[..], &signals[..]);
+    let batch = Batch { location, first, count, species, signals, parameters: &[] };
+    let still = Batch { signals: &[], ..batch };
+    let mut values = vec![0.0; POINTS];
+    let mut partials = field::Columns::new(2, POINTS);
+    let what = ["rates", "rates and partials", "length factor and partials"];
+    let mut times = vec![[const { Vec::new() }; 3]; laws.len()];
+    // All within the pool: to hand work to another thread takes longer than the work.
+    pool.install(|| {
+        for (which, law) in (0..ROUNDS).flat_map(|_| laws.iter().enumerate()) {
+            let times = &mut times[which];
+            let partials = &mut partials.slices_mut();
+            for (quantity, times) in times.iter_mut().enumerate() {
+                let start = Instant::now();
+                let outcome = match quantity {
+                    0 => field::rates(law.1, black_box(&batch), &mut [&mut values]),
+                    1 => field::rate_partials(law.1, &batch, &mut [&mut values], partials),
+                    _ => field::length_factor_partials(
+                        law.1,
+                        &still,
+                        &mut values,
+                        &mut partials[..1],
+                    ),
+                };
+                outcome.expect("numbers");
+                times.push(start.elapsed().as_secs_f64());
+            }
+        }
+    });
+    println!("\n{name}: nanoseconds a point, one thread (ratio to built in)");
+    for (quantity, what) in what.iter().enumerate() {
+        let mut line = format!("{what:<28}");
+        let median = |times: &mut Vec<f64>| {
+            times.sort_by(f64::total_cmp);
+            times[ROUNDS / 2] * 1e9 / rumple::num::real(POINTS)
+        };
+        let reference = median(&mut times[0][quantity]);
+        for (law, times) in laws.iter().zip(&mut times) {
+            let median = median(&mut times[quantity]);
+            line += &format!("  {} {median:.2} ({:.2})", law.0, median / reference);
+        }
+        println!("{line}");
     }
 }
 
@@ -49,7 +119,8 @@ fn measure(
 ) {
     let (species, signals) = ([species.into()], [signals.into()]);
     let (location, first, count) = (Location::Vertex, 0, POINTS);
-    let batch = Batch { location, first, count, species: &species, signals: &signals };
+    let batch =
+        Batch { location, first, count, species: &species, signals: &signals, parameters: &[] };
     let still = Batch { signals: &[], ..batch };
     let mut values = vec![0.0; POINTS];
     let mut partials = field::Columns::new(2, POINTS);

@@ -23,6 +23,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let mut setup = simulation::prepare(&scene, &search)?;
     // The start must be one that every effect and the plugin can evaluate.
     setup.system.follow(&setup.state)?;
+    setup.notes.extend(simulation::laws::try_out(&mut setup.system, &setup.state)?);
     if args.resolved {
         print!("{}", scene.resolved()?);
         return Ok(());

@@ -4,7 +4,9 @@ mod check;
 mod compare;
 mod inspect;
 pub mod mesh;
+mod plugin;
 mod run;
+mod watchdog;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -39,6 +41,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Generate, check and describe meshes.
     Mesh(mesh::MeshArgs),
+    /// Write, list, describe, validate and time kinetics plugins.
+    Plugin(plugin::PluginArgs),
 }
 
 /// What every command that takes a scene takes.
@@ -56,6 +60,9 @@ struct SceneArgs {
     /// Threads to compute with; all cores by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Seconds that one call of a plugin (for at most 1024 points) may take.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    plugin_limit: f64,
 }
 
 impl SceneArgs {
@@ -65,6 +72,7 @@ impl SceneArgs {
             // Only fails if a pool exists already, which then serves as well.
             let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         }
+        watchdog::start(self.plugin_limit);
         let scene = Scene::load(&self.scene, &self.overrides)?;
         Ok((scene, Search::from_environment(&self.plugin_path)))
     }
@@ -75,7 +83,7 @@ fn record(path: &Path, scene: &Scene, setup: &Setup, directory: &ResultDirectory
     let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
     let mut provenance = Provenance::new(mesh);
     provenance.scene = Some(FileRecord::of(path)?);
-    if let Some(plugin) = &setup.plugin {
+    for plugin in &setup.plugins {
         provenance.plugins.push(FileRecord::of(plugin)?);
     }
     provenance.write(directory, &scene.resolved()?)?;
@@ -92,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Mesh(args) => mesh::run(args),
+        Command::Plugin(args) => plugin::run(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

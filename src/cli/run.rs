@@ -39,6 +39,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
+    setup.notes.extend(simulation::laws::try_out(&mut setup.system, &setup.state)?);
     for note in &setup.notes {
         progress.message(note);
     }

@@ -15,7 +15,9 @@ use rumple::sheet::Sheet;
 use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::LbfgsSpec;
 use rumple::state::State;
-use rumple::system::{Chemistry, Coupled, Mechanics, Signals, System, TensionReading};
+use rumple::system::{
+    Chemistry, Coupled, Mechanics, ParameterFields, Signals, System, TensionReading,
+};
 use rumple::timescale::Storage;
 
 use crate::common::{Noise, irregular};
@@ -51,7 +53,9 @@ impl Everything {
                 rate_partials: true,
                 length_factor: true,
                 length_factor_partials: true,
+                parameter_fields: false,
             },
+            observables: Vec::new(),
         })
     }
 
@@ -157,7 +161,15 @@ fn system(
         TensionReading::Paper,
         rest_area,
     );
-    let chemistry = Chemistry::new(sheet, kinetics, location, signals, transport, measure);
+    let chemistry = Chemistry::new(
+        sheet,
+        kinetics,
+        ParameterFields::default(),
+        location,
+        signals,
+        transport,
+        measure,
+    );
     let equilibrium = LbfgsSpec::default().build(&mechanics).unwrap();
     System::new(mechanics, Some(chemistry), Some(equilibrium), 1e-6, 1000, 3.0)
 }

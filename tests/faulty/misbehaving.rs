@@ -7,6 +7,19 @@ pub struct Misbehaving {
     fault: f64,
 }
 
+impl Parametric for Misbehaving {
+    const PARAMETERS: &'static [Parameter] = &[Parameter::new("fault", "1", if cfg!(panics) { 10.0 } else { 0.0 }, "which")];
+
+    fn from_parameters(p: &Parameters<'_>) -> Result<Self, Failure> {
+        match p.get("fault")? {
+            1.0 => panic!("no luck in create"),
+            2.0 => Err(Failure::fatal("these do not go together")),
+            3.0 => p.get("flaut").map(|fault| Self { fault }),
+            fault => Ok(Self { fault }),
+        }
+    }
+}
+
 impl Model for Misbehaving {
     const ABOUT: About = About {
         id: "org.rumple.test.misbehaving",
@@ -18,16 +31,6 @@ impl Model for Misbehaving {
     };
     const SPECIES: &'static [Species] = &[Species::new("c", "1", "any")];
     const SIGNALS: &'static [Signal] = &[Signal::MEAN_CURVATURE];
-    const PARAMETERS: &'static [Parameter] = &[Parameter::new("fault", "1", 0.0, "which")];
-
-    fn new(p: &Parameters<'_>) -> Result<Self, Failure> {
-        match p.get("fault")? {
-            1.0 => panic!("no luck in create"),
-            2.0 => Err(Failure::fatal("these do not go together")),
-            3.0 => p.get("flaut").map(|fault| Self { fault }),
-            fault => Ok(Self { fault }),
-        }
-    }
 
     fn rates<S: Scalar>(&self, at: &Point<'_, S>, rate: &mut [S]) -> Result<(), Failure> {
         let c = at.species[0];

@@ -24,18 +24,17 @@ fn species(name: &str) -> Species {
     }
 }
 
-fn parameter(name: &str, value: f64) -> (Parameter, f64) {
-    let parameter = Parameter {
+fn parameter(name: &str) -> Parameter {
+    Parameter {
         name: name.into(),
         unit: "1".into(),
         doc: String::new(),
-        default: descriptor::Default::Value(value),
+        default: descriptor::Default::Value(0.0),
         lower: f64::NEG_INFINITY,
         lower_open: false,
         upper: f64::INFINITY,
         upper_open: false,
-    };
-    (parameter, value)
+    }
 }
 
 /// Species u and v, parameters k = 2 and n = 2.5, one rate.
@@ -43,10 +42,12 @@ fn law(rate: &str) -> Law {
     Law {
         name: "test".into(),
         species: vec![species("u"), species("v")],
-        parameters: vec![parameter("k", 2.0), parameter("n", 2.5)],
+        parameters: vec![parameter("k"), parameter("n")],
+        values: vec![Some(2.0), Some(2.5)],
         lets: Vec::new(),
         rates: vec![Formula { name: "u".into(), text: rate.into() }],
         length_factor: None,
+        observables: Vec::new(),
     }
 }
 
@@ -60,7 +61,8 @@ fn evaluate(kinetics: &dyn Kinetics, inputs: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec
     let d = kinetics.descriptor();
     let columns: Vec<Column<'_>> = inputs.iter().map(Into::into).collect();
     let (species, signals) = columns.split_at(d.species.len());
-    let batch = Batch { location: Location::Vertex, first: 0, count, species, signals };
+    let batch =
+        Batch { location: Location::Vertex, first: 0, count, species, signals, parameters: &[] };
     let mut rates = vec![vec![0.0; count]; d.species.len()];
     let mut partials = vec![vec![0.0; count]; d.species.len() * d.inputs()];
     let mut out: Vec<&mut [f64]> = rates.iter_mut().map(Vec::as_mut_slice).collect();
@@ -217,7 +219,7 @@ proptest! {
 /// The law of a shipped scene as text against the plugin of the same model.
 fn against(scene: &str, plugin: &str, range: impl Fn(&mut Noise) -> Vec<f64>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);
-    let law = Scene::load(&path, &[]).unwrap().kinetics.unwrap().law().unwrap();
+    let law = Scene::load(&path, &[]).unwrap().kinetics[0].law().unwrap();
     let text = FormulaKinetics::new(&law).unwrap();
     let native = build::plugin(plugin, &[]);
     assert_eq!(text.descriptor().signals[0].signal, native.descriptor().signals[0].signal);
@@ -241,6 +243,7 @@ fn against(scene: &str, plugin: &str, range: impl Fn(&mut Noise) -> Vec<f64>) {
             count: 1000,
             species: &columns,
             signals: &[],
+            parameters: &[],
         };
         let (mut factor, mut slope) = (vec![0.0; 1000], vec![0.0; 1000]);
         kinetics.length_factor_partials(&batch, &mut factor, &mut [&mut slope]).unwrap();

@@ -1,9 +1,9 @@
 //! Builds the libraries that the tests load.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rumple::kinetics::{Library, PluginKinetics, search};
 use rumple_plugin_abi as abi;
@@ -72,14 +72,22 @@ pub fn c_library(source: &str, name: &str, definitions: &[&str]) -> PathBuf {
 pub fn misbehaving() -> Arc<Library> {
     static LIBRARY: OnceLock<Arc<Library>> = OnceLock::new();
     Arc::clone(LIBRARY.get_or_init(|| {
+        Library::load(&rust_library("tests/faulty/misbehaving.rs", "misbehaving", &[])).unwrap()
+    }))
+}
+
+/// A library from one Rust source, with these `cfg`s.
+pub fn rust_library(source: &str, name: &str, cfgs: &[&str]) -> PathBuf {
+    {
         let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or("rustc".into()));
         rustc.args(["--edition", "2024", "--crate-type", "cdylib", "-O"]);
-        rustc.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faulty/misbehaving.rs"));
+        rustc.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(source));
+        rustc.args(cfgs.iter().flat_map(|cfg| ["--cfg", cfg]));
         let sdk = directory().join("librumple_plugin_sdk.rlib");
         rustc.arg("--extern").arg(format!("rumple_plugin_sdk={}", sdk.display()));
         rustc.arg("-L").arg(format!("dependency={}", directory().join("deps").display()));
-        Library::load(&compile(&mut rustc, "misbehaving")).unwrap()
-    }))
+        compile(&mut rustc, name)
+    }
 }
 
 /// Sizes and offsets of the boundary, for a C source to compare with its own.
@@ -102,10 +110,17 @@ fn layout() -> Vec<String> {
 /// Has a compiler write the library of this name, and puts it into place in one go: another test
 /// process may have the file of the last run mapped.
 fn compile(compiler: &mut Command, name: &str) -> PathBuf {
+    // One at a time and each once: several tests want the same library.
+    static MADE: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     let output = Path::new(env!("CARGO_TARGET_TMPDIR")).join(search::file_name(name));
+    if made.contains(name) {
+        return output;
+    }
     let fresh = output.with_extension(std::process::id().to_string());
     run(compiler.arg("-o").arg(&fresh));
     std::fs::rename(&fresh, &output).unwrap();
+    made.insert(name.to_owned());
     output
 }
 

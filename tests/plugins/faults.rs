@@ -48,15 +48,15 @@ fn faulty_tables_and_descriptors_are_refused() {
 
     let cases: &[(&str, &[&str], &str)] = &[
         ("magic", &["MAGIC={'F','U','M','P','L','E',26,10}"], "(magic)"),
-        ("major", &["MAJOR=2"], "built for version 2.0 of the plugin boundary"),
-        ("old", &["MAJOR=0"], "built for version 0.0 of the plugin boundary"),
+        ("major", &["MAJOR=2"], "built for version 2.1 of the plugin boundary"),
+        ("old", &["MAJOR=0"], "built for version 0.1 of the plugin boundary"),
         ("truncated", &["TABLE_SIZE=40"], "truncated table: 40 bytes"),
         ("null", &["DESCRIPTOR=NULL"], "descriptor: is null"),
         ("short", &["DESCRIPTOR_SIZE=16"], "descriptor: is truncated"),
         ("create", &["CREATE=NULL"], "function `create`: is null"),
         ("name", &["NAME={NULL,0}"], "name: is empty"),
         ("null_name", &["NAME={NULL,9}"], "name: the text is null"),
-        ("long_name", &["NAME={\"x\",(size_t)-5}"], "bytes long; expected at most"),
+        ("long_name", &["NAME={(const uint8_t*)\"x\",(size_t)-5}"], "bytes long; expected at most"),
         ("utf8", &["NAME=RUMPLE_STR(\"\\xff\\xfe\")"], "name: the text is not UTF-8"),
         ("no_species", &["SPECIES_COUNT=0"], "species: there are none"),
         ("count", &["SPECIES_COUNT=4000000000u"], "species: there are 4000000000"),
@@ -113,6 +113,7 @@ fn evaluate(kinetics: &dyn Kinetics, count: usize) -> Outcome {
         count,
         species: &[(&c).into()],
         signals: &[Column::uniform(&0.125)],
+        parameters: &[],
     };
     let mut rates = vec![0.0; count];
     field::rates(kinetics, &batch, &mut [&mut rates])
@@ -147,11 +148,11 @@ fn bad_numbers_name_species_point_and_inputs() {
     let error = evaluate(&misbehave(11.0), COUNT).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "plugin `misbehaving` returned NaN for the rate of species c at vertex 2600 \
+        "plugin `misbehaving` returned NaN in rates for the rate of species c at vertex 2600 \
          (c = 0.75, mean_curvature = 0.125)"
     );
     let error = evaluate(&misbehave(12.0), COUNT).unwrap_err();
-    assert!(error.to_string().contains("returned inf for the rate"), "{error}");
+    assert!(error.to_string().contains("returned inf in rates for the rate"), "{error}");
 }
 
 #[test]
@@ -182,20 +183,22 @@ fn bad_derivatives_and_length_factors_are_refused() {
         count: COUNT,
         species: &[(&c).into()],
         signals: &[Column::uniform(&0.0)],
+        parameters: &[],
     };
     let mut rate = vec![0.0; COUNT];
     let mut partials = field::Columns::new(2, COUNT);
     let slices = &mut partials.slices_mut();
     let error = field::rate_partials(&misbehave(18.0), &batch, &mut [&mut rate], slices);
     let text = error.unwrap_err().to_string();
-    let expected = "inf for the derivative by c of the rate of species c at face 2500";
+    let expected =
+        "inf in rate_partials for the derivative by c of the rate of species c at face 2500";
     assert!(text.contains(expected), "{text}");
 
     let mut c = c.clone();
     c[CULPRIT] = 1.0;
     let batch = Batch { species: &[(&c).into()], signals: &[], ..batch };
     let error = field::length_factor(&misbehave(20.0), &batch, &mut rate).unwrap_err();
-    let expected = "returned 0 for the length factor at face 2500 (c = 1)";
+    let expected = "returned 0 in length_factor for the length factor at face 2500 (c = 1)";
     assert!(error.to_string().contains(expected), "{error}");
     let error = field::length_factor(&misbehave(21.0), &batch, &mut rate).unwrap_err();
     assert!(error.to_string().contains("failed in length_factor at face 0: panicked"), "{error}");
@@ -211,6 +214,7 @@ fn inputs_that_are_not_finite_are_not_blamed_on_the_plugin() {
         count: 3,
         species: &[Column::uniform(&0.0)],
         signals: &[[0.0, f64::NAN, 0.0].as_slice().into()],
+        parameters: &[],
     };
     let error = field::rates(&kinetics, &batch, &mut [&mut rates]).unwrap_err();
     let expected = "mean_curvature = NaN at vertex 1: kinetics need finite inputs";
@@ -224,7 +228,7 @@ fn columns_that_do_not_fit_are_refused_before_any_pointer_is_given_away() {
     let call = |species: &Vec<f64>, signals: &[_], outputs: usize| {
         let mut rates = vec![0.0; outputs];
         let (location, species) = (Location::Vertex, &[species.into()][..]);
-        let batch = Batch { location, first: 0, count: 3, species, signals };
+        let batch = Batch { location, first: 0, count: 3, species, signals, parameters: &[] };
         kinetics.rates(&batch, &mut [&mut rates]).map_err(|error| error.to_string())
     };
     assert_eq!(call(&long, &[(&long).into()], 3), Ok(None));

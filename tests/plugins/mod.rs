@@ -2,6 +2,11 @@
 
 pub mod build;
 mod faults;
+mod fields;
+mod joint;
+mod made;
 mod models;
 mod parameters;
+mod planted;
 mod search;
+mod versions;

@@ -7,7 +7,7 @@ use rumple::kinetics::{
 use super::build::{c_library, library, map, plugin};
 
 fn batch<'a>(species: &'a [Column<'a>], signals: &'a [Column<'a>], count: usize) -> Batch<'a> {
-    Batch { location: Location::Vertex, first: 0, count, species, signals }
+    Batch { location: Location::Vertex, first: 0, count, species, signals, parameters: &[] }
 }
 
 fn rates(kinetics: &PluginKinetics, c: &[f64], signal: &[f64]) -> Vec<f64> {
@@ -18,6 +18,7 @@ fn rates(kinetics: &PluginKinetics, c: &[f64], signal: &[f64]) -> Vec<f64> {
         count: c.len(),
         species: &[c.into()],
         signals: &[signal.into()],
+        parameters: &[],
     };
     assert_eq!(field::rates(kinetics, &batch, &mut [&mut rates]).unwrap(), None);
     rates

@@ -134,5 +134,5 @@ fn a_scene_without_kinetics_has_no_species_and_no_plugin() {
     let setup = rumple::simulation::prepare(&scene, &search).unwrap();
     assert!(setup.system.chemistry().is_none());
     assert!(setup.state.species.is_empty());
-    assert!(setup.plugin.is_none());
+    assert!(setup.plugins.is_empty());
 }

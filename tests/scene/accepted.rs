@@ -30,8 +30,8 @@ fn a_scene_with_every_table() {
     );
     let names: Vec<_> = scene.effects.iter().map(|effect| effect.name()).collect();
     assert_eq!(names, ["spring 2", "weightless"]);
-    let kinetics = scene.kinetics.as_ref().unwrap();
-    assert_eq!(kinetics.parameters["b"].get(), 100.0);
+    let kinetics = &scene.kinetics[0];
+    assert_eq!(kinetics.parameters["b"].uniform(), Some(100.0));
     assert_eq!((kinetics.location, kinetics.measure), (None, Measure::Concentration));
     assert_eq!(kinetics.tension, TensionReading::Trace);
     assert_eq!(scene.time.policy.name(), "still");
@@ -79,7 +79,7 @@ fn tables_that_may_be_absent() {
     let (head, tail) = SCENE.split_once("[kinetics]").unwrap();
     let tail = &tail[tail.find("[time]").unwrap()..tail.find("[output]").unwrap()];
     let scene = scene(&format!("{head}{tail}"));
-    assert!(scene.kinetics.is_none());
+    assert!(scene.kinetics.is_empty());
     assert_eq!((scene.output.every, scene.output.compression), (None, Compression::Zlib));
     assert!(!scene.resolved().unwrap().contains("kinetics"));
 }
@@ -96,13 +96,13 @@ fn paths_count_from_the_scene() {
     let scene = Scene::load(&path, &[]).unwrap();
     let file = folder.path().join("m/x.obj");
     assert_eq!(scene.sheet.source, SheetSource::File { file });
-    let kinetics = scene.kinetics.as_ref().unwrap();
+    let kinetics = &scene.kinetics[0];
     assert_eq!(kinetics.plugin.as_deref(), folder.path().join("./libc.so").to_str());
     assert!(
         matches!(&kinetics.initial["m"], Initial::File(f) if f.file == folder.path().join("c.vtu"))
     );
     let overridden = Scene::load(&path, &["kinetics.plugin=by-name".to_owned()]).unwrap();
-    assert_eq!(overridden.kinetics.unwrap().plugin.as_deref(), Some("by-name"));
+    assert_eq!(overridden.kinetics[0].plugin.as_deref(), Some("by-name"));
     let missing = Scene::load(&folder.path().join("b.toml"), &[]).unwrap_err();
     assert!(missing.to_string().contains("b.toml: cannot read the scene: "), "{missing}");
     std::fs::write(&path, [0xff, 0xfe, b'a']).unwrap();
@@ -162,7 +162,7 @@ fn a_name_alone_stands_for_a_kind_without_parameters() {
 fn initial_fields_follow_their_formulas() {
     let start = |value: &str| {
         let text = SCENE.replacen("initial.m = 0.25", &format!("initial.m = {value}"), 1);
-        scene(&text).kinetics.unwrap().initial["m"].clone()
+        scene(&text).kinetics[0].initial["m"].clone()
     };
     let x = |x: f64, y: f64| Vec3::new(x, y, 0.0);
     let points = [x(0.0, 0.0), x(2.0, 0.0), x(0.0, -2.0), x(5.0, 5.0)];

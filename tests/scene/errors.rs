@@ -119,7 +119,9 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
         "gausian",
         "gausian",
         "kinetics.initial.c: unknown name \"gausian\"",
-        Some("did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random"),
+        Some(
+            "did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, formula",
+        ),
     );
 }
 
@@ -346,7 +348,7 @@ fn tables_of_the_wrong_shape() {
         "initial.m = \"high\"",
         "\"high\"",
         &format!("kinetics.initial.m must be {expected}, not the text \"high\""),
-        Some("allowed: gaussian, rectangle, stripe, spots, random, file"),
+        Some("allowed: gaussian, rectangle, stripe, spots, random, formula, file"),
     );
     wrong(
         "initial.m = 0.25",

@@ -25,7 +25,7 @@ fn values_are_replaced_and_tables_made() {
     let resolved = scene.resolved().unwrap();
     assert!(resolved.contains("weight = \"optimal-area\"") && resolved.contains("share = 0.25"));
     assert_eq!(scene.sheet.bump.as_ref().unwrap().centre[0].get(), 0.0);
-    assert_eq!(scene.kinetics.unwrap().parameters["odd. key"].get(), 3.0);
+    assert_eq!(scene.kinetics[0].parameters["odd. key"].uniform(), Some(3.0));
     let SheetSource::Generated(Shape::Disc(disc)) = scene.sheet.source else { panic!() };
     assert_eq!(disc.radius.get(), 100.0);
 }

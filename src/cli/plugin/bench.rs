@@ -1,0 +1,92 @@
+//! `rumple plugin bench`: nanoseconds a point.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+
+use super::{Found, LawArgs};
+use crate::Result;
+use crate::kinetics::examine::Samples;
+use crate::kinetics::field::{self, Columns};
+use crate::kinetics::{Kinetics, KineticsError};
+
+/// Arguments of `plugin bench`.
+#[derive(Debug, Args)]
+pub(super) struct BenchArgs {
+    #[command(flatten)]
+    law: LawArgs,
+    /// Points of a field.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    points: u32,
+    /// Threads to compute with; all cores by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+/// Every quantity is timed for about this long.
+const TIME: Duration = Duration::from_millis(700);
+
+pub(super) fn run(args: &BenchArgs) -> Result<()> {
+    if let Some(threads) = args.threads {
+        // Only fails if a pool exists already, which then serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    }
+    let kinetics: Arc<dyn Kinetics> = match args.law.find()? {
+        Found::Library(library) => Arc::new(library.instantiate(&BTreeMap::new())?),
+        Found::Scene(kinetics) => kinetics,
+    };
+    let count = args.points as usize;
+    let samples = Samples::new(kinetics.descriptor(), count, 1);
+    let (species, inputs) = (kinetics.descriptor().species.len(), kinetics.descriptor().inputs());
+    let mut values = Columns::new(species, count);
+    let mut partials = Columns::new(species * inputs, count);
+    println!(
+        "{}: {count} points, {} threads",
+        kinetics.descriptor().name,
+        rayon::current_num_threads()
+    );
+    let (values, partials) = (&mut values.slices_mut(), &mut partials.slices_mut());
+    samples.with(true, |batch| {
+        time("rates", count, || field::rates(&*kinetics, batch, values).map(drop))?;
+        let text = if kinetics.descriptor().capabilities.rate_partials {
+            "rates and exact derivatives"
+        } else {
+            "rates and differences"
+        };
+        time(text, count, || field::rate_partials(&*kinetics, batch, values, partials).map(drop))
+    })?;
+    if kinetics.descriptor().capabilities.length_factor {
+        samples.with(false, |batch| {
+            let partials = &mut partials[..species];
+            time("length factor and derivatives", count, || {
+                field::length_factor_partials(&*kinetics, batch, values[0], partials).map(drop)
+            })
+        })?;
+    }
+    Ok(())
+}
+
+/// Prints the median time a point.
+fn time(
+    what: &str,
+    points: usize,
+    mut run: impl FnMut() -> Result<(), KineticsError> + Send,
+) -> Result<(), KineticsError> {
+    let mut times = Vec::new();
+    // All within the pool: to hand work to another thread takes longer than the work.
+    rayon::scope(|_| {
+        let start = Instant::now();
+        while start.elapsed() < TIME || times.len() < 3 {
+            let one = Instant::now();
+            run()?;
+            times.push(one.elapsed().as_secs_f64());
+        }
+        Ok::<(), KineticsError>(())
+    })?;
+    times.sort_by(f64::total_cmp);
+    let median = times[times.len() / 2] * 1e9 / crate::num::real(points);
+    println!("{what:<32} {median:8.2} ns a point (median of {})", times.len());
+    Ok(())
+}

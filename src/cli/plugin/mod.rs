@@ -1,0 +1,92 @@
+//! `rumple plugin …`: from an idea to a law that a scene can name.
+
+mod bench;
+mod describe;
+mod new;
+mod validate;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::{Args, Subcommand};
+
+use crate::Result;
+use crate::kinetics::{Kinetics, Library, Search};
+use crate::scene::Scene;
+use crate::simulation::laws;
+
+/// Arguments of `plugin`.
+#[derive(Debug, Args)]
+pub(super) struct PluginArgs {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Write a plugin that builds and runs as it is: a crate, or a C file with its header.
+    New(new::NewArgs),
+    /// List the plugins that scenes can name.
+    List(SearchArgs),
+    /// Say what a plugin, or the law of a scene, reads and gives.
+    Describe(describe::DescribeArgs),
+    /// Look for faults, in a process of its own: bad numbers, wrong derivatives, hidden state, …
+    Validate(validate::ValidateArgs),
+    /// Time a law, per point.
+    Bench(bench::BenchArgs),
+}
+
+/// Where to look for plugins.
+#[derive(Debug, Args)]
+struct SearchArgs {
+    /// Directory to look for plugins in, before RUMPLE_PLUGIN_PATH and the program's own
+    /// directory; may be repeated.
+    #[arg(long = "plugin-path", value_name = "DIR")]
+    plugin_path: Vec<PathBuf>,
+}
+
+impl SearchArgs {
+    fn search(&self) -> Search {
+        Search::from_environment(&self.plugin_path)
+    }
+}
+
+/// A law to look at.
+#[derive(Debug, Args)]
+struct LawArgs {
+    /// Name of a plugin, path of its library, or a scene (.toml), whose laws are taken.
+    law: String,
+    #[command(flatten)]
+    search: SearchArgs,
+}
+
+/// A law that was found: a library, or what a scene makes of libraries and formulas.
+enum Found {
+    Library(Arc<Library>),
+    Scene(Arc<dyn Kinetics>),
+}
+
+impl LawArgs {
+    fn find(&self) -> Result<Found> {
+        let search = self.search.search();
+        let path = Path::new(&self.law);
+        if path.extension().is_some_and(|ending| ending == "toml") {
+            let scene = Scene::load(path, &[])?;
+            let laws = laws::load(&scene, &search, &mut Vec::new())?;
+            let none = || scene.missing_table("kinetics", "this scene has no law");
+            return Ok(Found::Scene(laws.ok_or_else(none)?.kinetics));
+        }
+        let file = search.resolve(&self.law, Path::new(""))?;
+        Ok(Found::Library(Library::load(&file)?))
+    }
+}
+
+pub(super) fn run(args: &PluginArgs) -> Result<()> {
+    match &args.command {
+        Command::New(args) => new::run(args),
+        Command::List(args) => describe::list(&args.search()),
+        Command::Describe(args) => describe::run(args),
+        Command::Validate(args) => validate::run(args),
+        Command::Bench(args) => bench::run(args),
+    }
+}

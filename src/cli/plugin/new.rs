@@ -1,0 +1,179 @@
+//! `rumple plugin new`: files from the templates beside this one.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use crate::kinetics::{KineticsError, search};
+use crate::{Error, Result};
+
+/// Arguments of `plugin new`.
+#[derive(Debug, Args)]
+pub(super) struct NewArgs {
+    /// Name of the plugin, for example `stretch-growth`.
+    name: String,
+    /// Language.
+    #[arg(long, value_enum, default_value_t = Language::Rust)]
+    lang: Language,
+    /// Folder to make; by default one of the plugin's name here.
+    #[arg(long, value_name = "DIR")]
+    dir: Option<PathBuf>,
+    /// Folder of the SDK for Rust; by default that of the source this program was built from.
+    #[arg(long, value_name = "DIR")]
+    sdk: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Language {
+    Rust,
+    C,
+}
+
+const SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/plugins/sdk");
+
+/// What the placeholders of a template stand for.
+struct Names {
+    name: String,
+    stem: String,
+    law: String,
+    library: String,
+    author: String,
+    sdk: String,
+}
+
+impl Names {
+    fn fill(&self, template: &str) -> String {
+        [
+            ("@name@", &self.name),
+            ("@stem@", &self.stem),
+            ("@Law@", &self.law),
+            ("@library@", &self.library),
+            ("@author@", &self.author),
+            ("@sdk@", &self.sdk),
+        ]
+        .iter()
+        .fold(template.to_owned(), |text, (mark, value)| text.replace(mark, value))
+    }
+}
+
+pub(super) fn run(args: &NewArgs) -> Result<()> {
+    let name = &args.name;
+    let folder = args.dir.clone().unwrap_or_else(|| PathBuf::from(name));
+    check_name(name)?;
+    if folder.exists() {
+        return Err(refuse(format!("{} exists already; nothing is written", folder.display())));
+    }
+    let stem = name.replace('-', "_");
+    let file = search::file_name(name);
+    let mut names = Names {
+        law: camel_case(name),
+        library: file.clone(),
+        author: std::env::var("USER").unwrap_or_else(|_| "me".into()).replace(['"', '\\'], ""),
+        sdk: String::new(),
+        name: name.clone(),
+        stem,
+    };
+    let (files, build): (Vec<(&str, String)>, &str) = match args.lang {
+        Language::Rust => {
+            names.sdk = sdk(args)?;
+            names.library = format!("target/release/{file}");
+            let files = vec![
+                ("Cargo.toml", names.fill(include_str!("templates/rust/Cargo.toml.in"))),
+                ("src/lib.rs", names.fill(include_str!("templates/rust/lib.rs.in"))),
+            ];
+            (files, "cargo build --release")
+        }
+        Language::C => {
+            let files = vec![
+                (
+                    "rumple_plugin.h",
+                    include_str!("../../../plugins/abi/include/rumple_plugin.h").to_owned(),
+                ),
+                ("Makefile", names.fill(include_str!("templates/c/Makefile.in"))),
+                ("law.c", names.fill(include_str!("templates/c/law.c.in"))),
+            ];
+            (files, "make")
+        }
+    };
+    let scene = names.fill(include_str!("templates/scene.toml.in"));
+    // In a folder beside it first: what is there is whole or not there.
+    let fresh = folder.with_extension("part");
+    let write = || -> io::Result<()> {
+        if fresh.exists() {
+            fs::remove_dir_all(&fresh)?;
+        }
+        fs::create_dir_all(fresh.join("src"))?;
+        for (path, text) in &files {
+            let path =
+                if *path == "law.c" { format!("{}.c", names.stem) } else { (*path).to_owned() };
+            fs::write(fresh.join(path), text)?;
+        }
+        if args.lang == Language::C {
+            fs::remove_dir(fresh.join("src"))?;
+        }
+        fs::write(fresh.join("scene.toml"), scene)?;
+        fs::rename(&fresh, &folder)
+    };
+    write().map_err(|e| refuse(format!("{} cannot be written: {e}", folder.display())))?;
+    println!("{} is written. Next:", folder.display());
+    println!("  cd {}", folder.display());
+    println!("  {build}");
+    println!("  rumple plugin validate ./{}", names.library);
+    println!("  rumple run scene.toml --out results      # and open results/sheet.pvd in ParaView");
+    Ok(())
+}
+
+fn refuse(message: String) -> Error {
+    Error::Kinetics(KineticsError::NotMade { message })
+}
+
+fn check_name(name: &str) -> Result<()> {
+    let mut letters = name.chars();
+    let first = letters.next().is_some_and(|c| c.is_ascii_lowercase());
+    if first && letters.all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-') {
+        return Ok(());
+    }
+    let near: String = name
+        .to_lowercase()
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+        .collect();
+    Err(refuse(format!(
+        "`{name}` is no name for a plugin; expected a lower-case letter, then lower-case letters, \
+         digits or `-`, for example `{}`",
+        near.trim_matches(|c: char| !c.is_ascii_lowercase())
+    )))
+}
+
+fn camel_case(name: &str) -> String {
+    name.split('-')
+        .map(|word| {
+            let mut letters = word.chars();
+            letters
+                .next()
+                .map(|c| c.to_ascii_uppercase())
+                .into_iter()
+                .chain(letters)
+                .collect::<String>()
+        })
+        .collect()
+}
+
+fn sdk(args: &NewArgs) -> Result<String> {
+    let folder = args.sdk.clone().unwrap_or_else(|| PathBuf::from(SDK));
+    if !folder.join("Cargo.toml").is_file() {
+        return Err(refuse(format!(
+            "there is no SDK at {}; expected the folder plugins/sdk of the source of rumple: give \
+             it by --sdk",
+            folder.display()
+        )));
+    }
+    let full = fs::canonicalize(&folder).unwrap_or(folder);
+    Ok(path_text(&full))
+}
+
+fn path_text(path: &Path) -> String {
+    path.display().to_string().replace('\\', "/")
+}

@@ -1,0 +1,220 @@
+//! `rumple plugin validate`: all checks, in a process of its own that may crash or hang.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::path::PathBuf;
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use super::{Found, LawArgs};
+use crate::kinetics::examine::{self, Finding, Made, Make, Verdict};
+use crate::kinetics::{Kinetics, KineticsError};
+use crate::{Error, Result};
+
+/// Arguments of `plugin validate`.
+#[derive(Debug, Args)]
+pub(super) struct ValidateArgs {
+    #[command(flatten)]
+    law: LawArgs,
+    /// Seed of the inputs.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Seconds that a check may take.
+    #[arg(long, value_name = "S", default_value_t = 20.0)]
+    time_limit: f64,
+    /// The part that touches the plugin.
+    #[arg(long, hide = true)]
+    in_child: bool,
+}
+
+/// The check before all others.
+const LOADING: &str = "table, description, instance";
+
+/// What the child tells; one line of standard output each, after [`MARK`].
+#[derive(Debug, Serialize, Deserialize)]
+enum Told {
+    Begin(String),
+    Good(String, String),
+    Skipped(String, String),
+    Fault(String, String),
+    Done,
+}
+
+/// Before every line of the child: a plugin may print what it likes.
+const MARK: &str = "\u{1}rumple ";
+
+fn tell(told: &Told) {
+    let text = serde_json::to_string(told).unwrap_or_default();
+    let mut out = std::io::stdout().lock();
+    // Nobody is left to hear of a broken pipe.
+    let _ = writeln!(out, "\n{MARK}{text}").and_then(|()| out.flush());
+}
+
+pub(super) fn run(args: &ValidateArgs) -> Result<()> {
+    if args.in_child { child(args) } else { parent(args) }
+}
+
+fn child(args: &ValidateArgs) -> Result<()> {
+    tell(&Told::Begin(LOADING.to_owned()));
+    let outcome = args.law.find().and_then(|found| match found {
+        Found::Library(library) => {
+            let make = |set: &BTreeMap<String, f64>| -> Made {
+                library.instantiate(set).map(|law| Box::new(law) as Box<dyn Kinetics>)
+            };
+            let law = make(&BTreeMap::new())?;
+            try_out(&*law, Some(&make), args.seed.unwrap_or_default());
+            Ok(())
+        }
+        Found::Scene(law) => {
+            try_out(&*law, None, args.seed.unwrap_or_default());
+            Ok(())
+        }
+    });
+    if let Err(error) = outcome {
+        let text = match error {
+            Error::Scene(scene) => scene.rendered(false),
+            other => other.to_string(),
+        };
+        tell(&Told::Fault(LOADING.to_owned(), text));
+    }
+    tell(&Told::Done);
+    Ok(())
+}
+
+/// Runs all checks and tells what they find.
+fn try_out(law: &dyn Kinetics, make: Option<&Make<'_>>, seed: u64) {
+    let d = law.descriptor();
+    let read: Vec<&str> = d.signals.iter().map(|s| s.signal.name()).collect();
+    let text = format!(
+        "{} {}: {} species, {} parameters, reads {}",
+        d.name,
+        d.version,
+        d.species.len(),
+        d.parameters.len(),
+        if read.is_empty() { "nothing".to_owned() } else { read.join(", ") }
+    );
+    tell(&Told::Good(LOADING.to_owned(), text));
+    examine::validate(
+        law,
+        make,
+        seed,
+        &mut |check| tell(&Told::Begin(check.to_owned())),
+        &mut |Finding { check, verdict }| {
+            let check = check.to_owned();
+            tell(&match verdict {
+                Verdict::Good(text) => Told::Good(check, text),
+                Verdict::Skipped(text) => Told::Skipped(check, text),
+                Verdict::Fault(text) => Told::Fault(check, text),
+            });
+        },
+    );
+}
+
+fn parent(args: &ValidateArgs) -> Result<()> {
+    let seed = args.seed.unwrap_or_else(fresh_seed);
+    let limit = Duration::try_from_secs_f64(args.time_limit).unwrap_or(Duration::from_secs(20));
+    let program: PathBuf = std::env::current_exe().map_err(|e| no_child(&e))?;
+    let mut command = Command::new(program);
+    command.args(["plugin", "validate", "--in-child", "--seed", &seed.to_string()]);
+    for directory in &args.law.search.plugin_path {
+        command.arg("--plugin-path").arg(directory);
+    }
+    command.arg("--").arg(&args.law.law);
+    command.stdin(Stdio::null()).stdout(Stdio::piped());
+    let mut child = command.spawn().map_err(|e| no_child(&e))?;
+    println!("validating {} (--seed {seed})", args.law.law);
+
+    let (send, receive) = mpsc::channel();
+    if let Some(out) = child.stdout.take() {
+        thread::spawn(move || {
+            for line in BufReader::new(out).split(b'\n').map_while(std::result::Result::ok) {
+                let line = String::from_utf8_lossy(&line).into_owned();
+                let told = line.strip_prefix(MARK).and_then(|t| serde_json::from_str(t).ok());
+                if send.send(told.ok_or(line)).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    let mut faults = 0;
+    let mut current = String::new();
+    let mut report = |verdict: &str, check: &str, text: &str| {
+        if verdict == "FAULT" {
+            faults += 1;
+        }
+        println!("  {verdict:<6} {check:<32} {text}");
+    };
+    loop {
+        match receive.recv_timeout(limit) {
+            Ok(Ok(Told::Begin(check))) => current = check,
+            Ok(Ok(Told::Good(check, text))) => report("ok", &check, &text),
+            Ok(Ok(Told::Skipped(check, text))) => report("-", &check, &text),
+            Ok(Ok(Told::Fault(check, text))) => report("FAULT", &check, &text),
+            Ok(Ok(Told::Done)) => break,
+            Ok(Err(line)) if line.trim().is_empty() => {}
+            Ok(Err(line)) => println!("  it prints: {line}"),
+            Err(RecvTimeoutError::Timeout) => {
+                let text = format!("does not return within {} s (--time-limit)", args.time_limit);
+                report("FAULT", &current, &text);
+                break;
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                let status = child.wait().map_err(|e| no_child(&e))?;
+                report("FAULT", &current, &format!("ends the process: {}", ending(status)));
+                break;
+            }
+        }
+    }
+    // It may hang, or have ended already.
+    let _ = child.kill();
+    let _ = child.wait();
+    match faults {
+        0 => {
+            println!("no faults found");
+            Ok(())
+        }
+        n => {
+            let plugin = args.law.law.clone();
+            Err(Error::Kinetics(KineticsError::Faults { plugin, count: n, seed }))
+        }
+    }
+}
+
+fn fresh_seed() -> u64 {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    now.map_or(1, |t| u64::from(t.subsec_micros()))
+}
+
+fn no_child(error: &std::io::Error) -> Error {
+    Error::Kinetics(KineticsError::NoChild { reason: error.to_string() })
+}
+
+#[cfg(unix)]
+fn ending(status: ExitStatus) -> String {
+    use std::os::unix::process::ExitStatusExt;
+    const KNOWN: [(i32, &str); 6] = [
+        (4, "an illegal instruction"),
+        (6, "abort: a failed assertion, or a panic where it cannot be caught"),
+        (7, "a bus error"),
+        (8, "an arithmetic exception"),
+        (9, "killed, perhaps for memory"),
+        (11, "a segmentation fault: it reads or writes where nothing is"),
+    ];
+    match status.signal() {
+        Some(signal) => match KNOWN.iter().find(|(known, _)| *known == signal) {
+            Some((_, text)) => format!("{text} (signal {signal})"),
+            None => format!("signal {signal}"),
+        },
+        None => format!("it exits by itself, {status}"),
+    }
+}
+
+#[cfg(not(unix))]
+fn ending(status: ExitStatus) -> String {
+    status.to_string()
+}

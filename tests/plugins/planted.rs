@@ -1,0 +1,167 @@
+//! Planted faults: `plugin validate` finds every one, and a run ends with a message about it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use super::build::{c_library, library, rust_library};
+use crate::run::program;
+
+fn rumple(folder: &Path, args: &[&str]) -> Output {
+    Command::new(program()).current_dir(folder).args(args).output().unwrap()
+}
+
+fn planted(fault: &str) -> PathBuf {
+    let definition = format!("FAULT={fault}");
+    c_library("tests/faulty/planted.c", &format!("planted_{fault}"), &[&definition])
+}
+
+fn table(name: &str, definition: &str) -> PathBuf {
+    c_library("tests/faulty/table.c", &format!("planted_table_{name}"), &[definition])
+}
+
+/// What `validate` prints, and its exit code.
+fn validate(library: &Path) -> (String, i32) {
+    let library = library.to_str().unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let arguments = ["plugin", "validate", library, "--seed", "7", "--time-limit", "3"];
+    let out = rumple(place.path(), &arguments);
+    let text =
+        format!("{}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+    assert!(text.contains("--seed 7"), "{text}");
+    (text, out.status.code().unwrap())
+}
+
+#[test]
+fn validate_finds_every_planted_fault() {
+    let (text, code) = validate(&planted("NONE"));
+    assert!(code == 0 && text.contains("no faults found") && !text.contains("FAULT"), "{text}");
+
+    let panics = rust_library("tests/faulty/misbehaving.rs", "panicking", &["panics"]);
+    let cases: &[(PathBuf, &str, &str)] = &[
+        (table("version", "MAJOR=2"), "table, description", "built for version 2.1"),
+        (table("truncated", "TABLE_SIZE=40"), "table, description", "truncated table: 40 bytes"),
+        (table("metadata", "TYPICAL=-1.0"), "table, description", "typical magnitude is -1"),
+        (planted("NOT_FINITE"), "finite rates", "NaN in rates for the rate of species c at vertex"),
+        (planted("WRONG_DERIVATIVE"), "derivatives", "gives -2 in rate_partials"),
+        (planted("WRONG_FACTOR_DERIVATIVE"), "derivatives", "gives 0.2 in length_factor_partials"),
+        (planted("NEGATIVE_FACTOR"), "positive length factor", "returned -1 in length_factor"),
+        (planted("HIDDEN_STATE"), "same outputs", "may not keep a state of its own"),
+        (planted("MUTATED_INPUT"), "finite rates", "changed its input c at vertex"),
+        (planted("NOT_THREAD_SAFE"), "several threads", "from several at once"),
+        (planted("ENDLESS"), "finite rates", "does not return within 3 s"),
+        (planted("ABORTS"), "finite rates", "ends the process: abort"),
+        (planted("SEGFAULT"), "finite rates", "a segmentation fault"),
+        (planted("EXITS"), "finite rates", "it exits by itself"),
+        (planted("BEYOND"), "writes only", "writes beyond the 256 points"),
+        (planted("UNWRITTEN"), "writes only", "unwritten"),
+        (panics, "finite rates", "failed in rates at vertex"),
+    ];
+    for (library, check, message) in cases {
+        let (text, code) = validate(library);
+        assert_eq!(code, 2, "{text}");
+        let found = text
+            .lines()
+            .any(|line| line.contains("FAULT") && line.contains(check) && line.contains(message));
+        assert!(found, "{}: {text}", library.display());
+    }
+}
+
+#[test]
+fn validate_finds_nothing_in_what_is_shipped() {
+    for name in super::build::SHIPPED {
+        let (text, code) = validate(library(name).path());
+        assert_eq!(code, 0, "{text}");
+    }
+}
+
+const SCENE: &str = r#"
+[sheet]
+shape = "disc"
+radius = 40.0
+vertices = 3000
+
+[kinetics]
+plugin = "PLUGIN"
+initial.c = { gaussian = { width = 8.0, amplitude = 0.8 } }
+
+[time]
+policy = "quasi-static"
+integrator = { kind = "staggered", method = "euler", step = 0.1 }
+until = 0.3
+
+[output]
+every = 0.1
+"#;
+
+#[test]
+fn a_run_survives_every_planted_fault() {
+    let panics = rust_library("tests/faulty/misbehaving.rs", "panicking", &["panics"]);
+    let named = "plugin `planted`";
+    let cases: &[(PathBuf, i32, &[&str])] = &[
+        (table("version", "MAJOR=2"), 2, &["built for version 2.1", "kinetics.plugin"]),
+        (table("truncated", "TABLE_SIZE=40"), 2, &["truncated table"]),
+        (table("metadata", "TYPICAL=-1.0"), 2, &["typical magnitude is -1"]),
+        (
+            planted("NOT_FINITE"),
+            2,
+            &[named, "NaN in rates for the rate of species c at vertex", "(c = 0."],
+        ),
+        (planted("HIDDEN_STATE"), 2, &[named, "for the rate of species c at vertex", "gave"]),
+        (
+            planted("MUTATED_INPUT"),
+            2,
+            &[named, "its input c at vertex", "in rates, from 0.", "to 0.5"],
+        ),
+        (planted("NOT_THREAD_SAFE"), 2, &[named, "for the rate of species c at vertex"]),
+        (
+            planted("ENDLESS"),
+            1,
+            &[named, "does not return from rates at vertices", "--plugin-limit"],
+        ),
+        (
+            planted("NEGATIVE_FACTOR"),
+            2,
+            &[named, "returned -1 in length_factor for the length factor at edge", "(c = 0."],
+        ),
+        (panics, 2, &["plugin `misbehaving` failed in rates at vertex", "no luck with c = 0."]),
+    ];
+    for (library, code, messages) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = SCENE.replace("PLUGIN", library.to_str().unwrap());
+        let elastic = "[material]\nyoung = 1e6\npoisson = 0.3333333333333333\nthickness = 0.5\n\n\
+                       [[effect]]\nkind = \"stretching\"\n\n[kinetics]";
+        let scene = if library.to_str().unwrap().contains("FACTOR") {
+            scene.replace("[kinetics]", elastic)
+        } else {
+            scene
+        };
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let arguments =
+            ["run", "scene.toml", "--out", "result", "--plugin-limit", "1", "--threads", "2"];
+        let out = rumple(folder.path(), &arguments);
+        let text = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(*code), "{}: {text}", library.display());
+        for message in *messages {
+            // Messages in scenes are wrapped and framed.
+            let plain: String = text.replace(['│', '\n'], " ");
+            let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(plain.contains(message), "{}: no {message:?} in {text}", library.display());
+        }
+    }
+}
+
+#[test]
+fn a_run_says_which_derivative_is_wrong_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = SCENE.replace("PLUGIN", planted("WRONG_DERIVATIVE").to_str().unwrap());
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
+    assert!(out.status.success(), "{text}");
+    assert!(
+        text.contains("plugin `planted` gives -2 in rate_partials for the derivative"),
+        "{text}"
+    );
+    assert!(text.contains("where differences give -1.0000000"), "{text}");
+}
