@@ -173,7 +173,7 @@ pub enum KineticsError {
         /// How the calls differed.
         how: &'static str,
     },
-    /// A plugin wrote to what it may only read. The caller's values are untouched.
+    /// A plugin wrote to what it may only read; seen in a call that got copies.
     #[error(
         "plugin `{plugin}` changed its input {input} at {location} {point} in {call}, from {before} \
          to {after}: a law may write to its outputs only"
@@ -207,7 +207,7 @@ pub enum KineticsError {
         point: usize,
     },
     /// `plugin validate` found something.
-    #[error("plugin {plugin} has {count} faults (--seed {seed} gives the same inputs again)")]
+    #[error("plugin {plugin} has {count} fault{} (--seed {seed} gives the same inputs again)", if *count == 1 { "" } else { "s" })]
     Faults {
         /// The plugin.
         plugin: String,

@@ -13,7 +13,7 @@ use rumple_plugin_abi::{Batch, Column, ColumnMut};
 use crate::Failure;
 
 /// Points in a block: small enough for its columns to stay on the stack and in the first-level cache.
-pub(crate) const BLOCK: usize = 128;
+pub(crate) const BLOCK: usize = 256;
 
 /// The input columns of a batch.
 pub(crate) struct Inputs<'a> {

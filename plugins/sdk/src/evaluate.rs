@@ -9,7 +9,7 @@ use crate::columns::{BLOCK, Inputs, Outputs};
 use crate::{Dual, Failure, Model, Parameters, Scalar};
 
 /// Laws with no more inputs and outputs than this are evaluated in registers and on the stack
-/// (72 KiB of it).
+/// (144 KiB of it).
 const SMALL: usize = 8;
 
 /// The most derivatives that a number carries.

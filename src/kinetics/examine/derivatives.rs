@@ -9,6 +9,9 @@ use crate::kinetics::{Batch, Kinetics, KineticsError};
 
 /// A given derivative further from the difference than this share of their size is wrong.
 const WRONG: f64 = 1e-3;
+/// Derivatives that matter less than this share of the output over the input's typical magnitude are
+/// not compared: at the edge of a range differences are one-sided, and no better.
+const SMALL: f64 = 1e-4;
 /// Two differences must agree by this share to be trusted; the central one is then far better.
 const SMOOTH: f64 = 3e-3;
 
@@ -83,7 +86,7 @@ impl Worst {
             let trusted = (difference - other).abs() <= SMOOTH * size + 1e-7 * floor;
             let error = (given - difference).abs();
             let size = size.max(given.abs());
-            if !trusted || error <= WRONG * size + 1e-6 * floor {
+            if !trusted || error <= WRONG * size + SMALL * floor {
                 continue;
             }
             let relative = error / size;

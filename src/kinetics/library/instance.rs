@@ -1,7 +1,7 @@
 //! A loaded law with its parameters, and the calls to it.
 //!
-//! A plugin gets copies of its inputs, contiguous ones: it cannot damage the caller's values, and
-//! what it writes to them is found: in the first calls, and later in some.
+//! The first calls, and later some, are watched: they get copies of their inputs, and what a plugin
+//! writes to these is found. The others are lent the caller's own columns, which costs nothing.
 
 use std::cell::Cell;
 use std::ffi::c_void;
@@ -27,7 +27,7 @@ pub struct PluginKinetics {
     calls: AtomicUsize,
 }
 
-/// This many calls are watched for changed inputs, and after that every so many.
+/// This many calls of an instance are watched for changed inputs, and after that every so many.
 const WATCHED: usize = 64;
 const EVERY: usize = 16;
 
@@ -177,7 +177,9 @@ impl PluginKinetics {
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let inputs = Inputs::new(batch);
+        let calls = self.calls.fetch_add(1, Ordering::Relaxed);
+        let watched = calls < WATCHED || calls.is_multiple_of(EVERY);
+        let inputs = if watched { Inputs::new(batch) } else { Inputs::lent(batch) };
         let raw = |columns: &mut [&mut [f64]]| -> Vec<abi::ColumnMut> {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
             columns.iter_mut().map(raw).collect()
@@ -206,8 +208,7 @@ impl PluginKinetics {
                 }
             }
         });
-        let calls = self.calls.fetch_add(1, Ordering::Relaxed);
-        if calls < WATCHED || calls.is_multiple_of(EVERY) {
+        if watched {
             inputs.check(self, wanted.name, batch)?;
         }
         outcome
@@ -314,7 +315,9 @@ thread_local! {
 
 impl Drop for Inputs {
     fn drop(&mut self) {
-        ROOM.set(std::mem::take(&mut self.data));
+        if self.data.capacity() > 0 {
+            ROOM.set(std::mem::take(&mut self.data));
+        }
     }
 }
 
@@ -346,6 +349,22 @@ impl Inputs {
             count: batch.count,
             data,
             columns,
+            species: batch.species.len(),
+            signals: batch.signals.len(),
+            parameters: batch.parameters.len(),
+        }
+    }
+
+    /// The caller's own columns, for a call that is not watched.
+    fn lent(batch: &Batch<'_>) -> Self {
+        let lent = |column: &Column<'_>| {
+            let (data, stride) = column.parts();
+            abi::Column { data: data.as_ptr(), stride }
+        };
+        Self {
+            count: batch.count,
+            data: Vec::new(),
+            columns: batch.inputs().chain(batch.parameters).map(lent).collect(),
             species: batch.species.len(),
             signals: batch.signals.len(),
             parameters: batch.parameters.len(),
