@@ -7,6 +7,7 @@
 #![allow(unsafe_code)]
 
 mod call;
+mod inputs;
 mod instance;
 mod read;
 mod watch;
