@@ -162,7 +162,7 @@ fn a_parameter_that_no_formula_mentions_is_told() {
 }
 
 #[test]
-fn observables_are_fields_of_frames_and_the_same_in_text_and_rust() {
+fn observables_are_fields_of_frames_and_the_same_in_text_rust_and_c() {
     let text = "rates.c = \"made - beta*c\"\nlet.made = \"15*pos(H)/(1 + pos(H)/0.05)\"\n\
                 observables.production = \"made\"\nunits.production = \"1/time\"\n\
                 parameters = { beta = 1.0 }";
@@ -181,9 +181,11 @@ fn observables_are_fields_of_frames_and_the_same_in_text_and_rust() {
         let found = frame.point.iter().find(|f| f.name == "production [1/time]").unwrap();
         found.data.clone()
     };
+    let c = c_library("tests/plugins/model_i.c", "model_i_observed", &["WITH_PARTIALS"]);
+    let c = observed(&format!("plugin = \"{}\"", c.display()));
     let (rust, text) = (observed("plugin = \"curvature-feedback\""), observed(text));
     assert!(rust.iter().fold(0.0_f64, |m, p| m.max(*p)) > 0.1);
-    for (rust, text) in rust.iter().zip(text) {
-        assert!((rust - text).abs() < 1e-13, "{rust} {text}");
+    for ((rust, text), c) in rust.iter().zip(text).zip(c) {
+        assert!((rust - text).abs() < 1e-13 && (rust - c).abs() < 1e-13, "{rust} {text} {c}");
     }
 }

@@ -109,6 +109,34 @@ static int32_t length_factor(const void *instance, const RumpleBatch *batch,
     return RUMPLE_OK;
 }
 
+static const RumpleObservable observed[] = {
+    {RUMPLE_STR("production"), RUMPLE_STR("1/time"), RUMPLE_STR("what upward curvature makes")},
+};
+
+static RumpleStatus observe(const void *instance, const RumpleBatch *batch,
+                            const RumpleColumnMut *values, RumpleReport *report) {
+    (void)report;
+    const Model *m = instance;
+    for (size_t i = 0; i < batch->count; i++) {
+        double upward = fmax(rumple_get(batch->signals[0], i), 0.0);
+        rumple_set(values[0], i, m->w * upward / (1.0 + upward / m->H_s));
+    }
+    return RUMPLE_OK;
+}
+
+static const RumpleObservables observables = {
+    .size = sizeof observables,
+    .observables = observed,
+    .observable_count = 1,
+    .observable_stride = sizeof *observed,
+    .observe = observe,
+};
+
+static const void *get_extension(RumpleStr id) {
+    static const char name[] = RUMPLE_OBSERVABLES;
+    return id.length == sizeof name - 1 && !memcmp(id.data, name, id.length) ? &observables : NULL;
+}
+
 RUMPLE_PLUGIN = {
     RUMPLE_HEADER,
     .descriptor = &descriptor,
@@ -119,6 +147,7 @@ RUMPLE_PLUGIN = {
     .rate_partials = rate_partials,
 #endif
     .length_factor = length_factor,
+    .get_extension = get_extension,
 };
 
 /* Sizes as the engine has them. */
