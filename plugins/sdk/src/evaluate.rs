@@ -12,6 +12,10 @@ use crate::{Dual, Failure, Model, Parameters, Scalar};
 /// (144 KiB of it).
 const SMALL: usize = 8;
 
+/// Numbers in a row of results: a block and a little more, so that rows do not lie at the same places
+/// of different pages, where writing to one waits for the other.
+const ROW: usize = BLOCK + 8;
+
 /// The most derivatives that a number carries.
 const WIDEST: usize = 8;
 
@@ -143,7 +147,7 @@ fn stretch<M: Model, S: Number, L: Law<M, S>>(
             let mut starts = [ptr::null(); SMALL];
             pass.inputs.block(first, count, &mut buffer, &mut starts[..inputs]);
             let mut numbers = ([S::from(0.0); SMALL], [S::from(0.0); SMALL]);
-            let mut found = [const { [MaybeUninit::uninit(); BLOCK] }; SMALL * (1 + WIDEST)];
+            let mut found = [const { [MaybeUninit::uninit(); ROW] }; SMALL * (1 + WIDEST)];
             let room = Room {
                 arguments: &mut numbers.0[..inputs],
                 results: &mut numbers.1[..outputs],
@@ -155,7 +159,7 @@ fn stretch<M: Model, S: Number, L: Law<M, S>>(
             let mut starts = vec![ptr::null(); inputs];
             pass.inputs.block(first, count, &mut buffer, &mut starts);
             let mut numbers = (vec![S::from(0.0); inputs], vec![S::from(0.0); outputs]);
-            let mut found = vec![[MaybeUninit::uninit(); BLOCK]; outputs * (1 + WIDEST)];
+            let mut found = vec![[MaybeUninit::uninit(); ROW]; outputs * (1 + WIDEST)];
             let room =
                 Room { arguments: &mut numbers.0, results: &mut numbers.1, found: &mut found };
             let block = Block { first, count, starts: &starts };
@@ -178,7 +182,7 @@ struct Block<'a> {
 struct Room<'a, S> {
     arguments: &'a mut [S],
     results: &'a mut [S],
-    found: &'a mut [[MaybeUninit<f64>; BLOCK]],
+    found: &'a mut [[MaybeUninit<f64>; ROW]],
 }
 
 /// Says where a panic happened: only when it does.
