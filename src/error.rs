@@ -29,6 +29,9 @@ pub enum Error {
     /// A run could not go on; says when and where the last good state is.
     #[error(transparent)]
     Stopped(#[from] Failure),
+    /// A command cannot do what it was asked, and why.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Shorthand for results with the crate's [`Error`].
@@ -51,7 +54,7 @@ impl Error {
             ),
             // Optimal lengths that make no triangle.
             Self::Sheet(_) => true,
-            Self::Scene(_) | Self::Output(_) | Self::Stopped(_) => false,
+            Self::Scene(_) | Self::Output(_) | Self::Stopped(_) | Self::Refused(_) => false,
         }
     }
 }

@@ -117,7 +117,11 @@ pub fn main() -> ExitCode {
 
 fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::Scene(_) | Error::Sheet(_) | Error::Kinetics(_) | Error::Output(_) => 2,
+        Error::Scene(_)
+        | Error::Sheet(_)
+        | Error::Kinetics(_)
+        | Error::Output(_)
+        | Error::Refused(_) => 2,
         Error::Solve(_) | Error::Stopped(_) => 1,
     }
 }

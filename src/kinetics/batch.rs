@@ -119,8 +119,29 @@ pub struct Batch<'a> {
 }
 
 impl Batch<'_> {
+    /// Hands `count` of the points, from one on, to `evaluate`.
+    pub(super) fn with_part<R>(
+        &self,
+        start: usize,
+        count: usize,
+        evaluate: impl FnOnce(&Batch<'_>) -> R,
+    ) -> R {
+        evaluate(&Batch {
+            location: self.location,
+            first: self.first + start,
+            count,
+            species: &from_point(self.species, start),
+            signals: &from_point(self.signals, start),
+            parameters: &from_point(self.parameters, start),
+        })
+    }
+
     /// All input columns, species first.
     pub fn inputs(&self) -> impl Iterator<Item = &Column<'_>> {
         self.species.iter().chain(self.signals)
     }
+}
+
+fn from_point<'a>(columns: &[Column<'a>], start: usize) -> Vec<Column<'a>> {
+    columns.iter().map(|column| column.from(start)).collect()
 }

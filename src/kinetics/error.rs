@@ -206,28 +206,6 @@ pub enum KineticsError {
         /// Number of the point.
         point: usize,
     },
-    /// `plugin validate` found something.
-    #[error("plugin {plugin} has {count} fault{} (--seed {seed} gives the same inputs again)", if *count == 1 { "" } else { "s" })]
-    Faults {
-        /// The plugin.
-        plugin: String,
-        /// How many checks failed.
-        count: usize,
-        /// Seed of the inputs.
-        seed: u64,
-    },
-    /// The process that `plugin validate` needs cannot be started or watched.
-    #[error("the process that tries the plugin cannot be started: {reason}")]
-    NoChild {
-        /// What the system says.
-        reason: String,
-    },
-    /// `plugin new` cannot write a plugin.
-    #[error("{message}")]
-    NotMade {
-        /// Why.
-        message: String,
-    },
     /// The caller's columns do not fit the descriptor.
     #[error("kinetics `{plugin}` were called with {what}: expected {expected}, found {found}")]
     Shape {

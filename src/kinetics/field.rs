@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::batch::{Batch, Column};
+use super::batch::Batch;
 use super::error::{BadValue, KineticsError};
 use super::{Kinetics, Outcome};
 
@@ -196,28 +196,16 @@ fn evaluate(
         .enumerate()
         .map(|(block, (mut values, mut partials))| {
             let start = block * BATCH;
-            let species = from_point(batch.species, start);
-            let signals = from_point(batch.signals, start);
-            let parameters = from_point(batch.parameters, start);
-            let part = Batch {
-                location: batch.location,
-                first: batch.first + start,
-                count: BATCH.min(batch.count - start),
-                species: &species,
-                signals: &signals,
-                parameters: &parameters,
-            };
-            check_inputs(kinetics, &part)?;
-            let outcome = quantity.evaluate(kinetics, &part, &mut values, &mut partials)?;
-            check_outputs(kinetics, quantity, &part, &values, &partials)?;
-            Ok(outcome)
+            let count = BATCH.min(batch.count - start);
+            batch.with_part(start, count, |part| {
+                check_inputs(kinetics, part)?;
+                let outcome = quantity.evaluate(kinetics, part, &mut values, &mut partials)?;
+                check_outputs(kinetics, quantity, part, &values, &partials)?;
+                Ok(outcome)
+            })
         })
         .collect();
     outcomes.into_iter().try_fold(None, |first, outcome| Ok(first.or(outcome?)))
-}
-
-fn from_point<'a>(columns: &[Column<'a>], start: usize) -> Vec<Column<'a>> {
-    columns.iter().map(|column| column.from(start)).collect()
 }
 
 /// The columns cut into blocks of [`BATCH`] points: `blocks[b][column]`.

@@ -131,11 +131,9 @@ fn loaded(
     let mut given = BTreeMap::new();
     for (name, value) in &spec.parameters {
         let known = library.descriptor().parameters.iter().any(|p| p.name == *name);
-        match value.uniform() {
-            Some(value) => drop(given.insert(name.clone(), value)),
-            // The instance has the default; points have the field.
-            None if known => {}
-            None => drop(given.insert(name.clone(), 0.0)),
+        // A field leaves the instance its default; a name that is not known is refused below.
+        if let Some(value) = value.uniform().or((!known).then_some(0.0)) {
+            given.insert(name.clone(), value);
         }
     }
     Ok((Arc::new(library.instantiate(&given).map_err(blame)?), file))

@@ -324,12 +324,6 @@ impl Chemistry {
         Ok(all)
     }
 
-    /// The law.
-    #[must_use]
-    pub fn kinetics(&self) -> &dyn Kinetics {
-        self.kinetics.as_ref()
-    }
-
     /// Hands the law's inputs at all points to `look`.
     pub fn look<R>(
         &self,

@@ -94,6 +94,17 @@ until = 0.3
 every = 0.1
 "#;
 
+fn scene_of(library: &Path) -> String {
+    SCENE.replace("PLUGIN", library.to_str().unwrap())
+}
+
+/// With an effect that needs the length factor.
+fn scene_that_pulls(library: &Path) -> String {
+    let elastic = "[material]\nyoung = 1e6\npoisson = 0.3333333333333333\nthickness = 0.5\n\n\
+                   [[effect]]\nkind = \"stretching\"\n\n[kinetics]";
+    scene_of(library).replace("[kinetics]", elastic)
+}
+
 #[test]
 fn a_run_survives_every_planted_fault() {
     let panics = rust_library("tests/faulty/misbehaving.rs", "panicking", &["panics"]);
@@ -128,14 +139,8 @@ fn a_run_survives_every_planted_fault() {
     ];
     for (library, code, messages) in cases {
         let folder = tempfile::tempdir().unwrap();
-        let scene = SCENE.replace("PLUGIN", library.to_str().unwrap());
-        let elastic = "[material]\nyoung = 1e6\npoisson = 0.3333333333333333\nthickness = 0.5\n\n\
-                       [[effect]]\nkind = \"stretching\"\n\n[kinetics]";
-        let scene = if library.to_str().unwrap().contains("FACTOR") {
-            scene.replace("[kinetics]", elastic)
-        } else {
-            scene
-        };
+        let pulls = library.to_str().unwrap().contains("FACTOR");
+        let scene = if pulls { scene_that_pulls(library) } else { scene_of(library) };
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let arguments =
             ["run", "scene.toml", "--out", "result", "--plugin-limit", "1", "--threads", "2"];
@@ -154,7 +159,7 @@ fn a_run_survives_every_planted_fault() {
 #[test]
 fn a_run_says_which_derivative_is_wrong_and_goes_on() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = SCENE.replace("PLUGIN", planted("WRONG_DERIVATIVE").to_str().unwrap());
+    let scene = scene_of(&planted("WRONG_DERIVATIVE"));
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
     let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
@@ -164,4 +169,14 @@ fn a_run_says_which_derivative_is_wrong_and_goes_on() {
         "{text}"
     );
     assert!(text.contains("where differences give -1.0000000"), "{text}");
+
+    let scene = scene_that_pulls(&planted("WRONG_FACTOR_DERIVATIVE"));
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "other"]);
+    let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
+    assert!(out.status.success(), "{text}");
+    assert!(
+        text.contains("plugin `planted` gives 0.2 in length_factor_partials for the derivative"),
+        "{text}"
+    );
 }

@@ -104,16 +104,15 @@ pub(crate) fn run<M: Model, S: Number, L: Law<M, S>>(
     let mut unreliable = None;
     let mut from = 0;
     while from < points {
-        let (mut to, own);
-        let mut here = model;
-        to = points;
-        if fields {
+        let own;
+        let (here, to) = if fields {
             pass.at.set(from);
-            to = pass.inputs.same_parameters(from, points);
             pass.inputs.parameters(from, &mut values);
             own = M::from_parameters(&Parameters { names: &names, values: &values })?;
-            here = &own;
-        }
+            (&own, pass.inputs.same_parameters(from, points))
+        } else {
+            (model, points)
+        };
         // The only call: a function that is called once is inlined, and the law with it.
         stretch::<M, S, L>(here, &mut pass, from, to, &mut unreliable)?;
         from = to;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use crate::kinetics::{KineticsError, search};
+use crate::kinetics::search;
 use crate::{Error, Result};
 
 /// Arguments of `plugin new`.
@@ -75,48 +75,29 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
         name: name.clone(),
         stem,
     };
-    let (files, build): (Vec<(&str, String)>, &str) = match args.lang {
+    let header = include_str!("../../../plugins/abi/include/rumple_plugin.h");
+    let (mut files, build) = match args.lang {
         Language::Rust => {
             names.sdk = sdk(args)?;
             names.library = format!("target/release/{file}");
             let files = vec![
-                ("Cargo.toml", names.fill(include_str!("templates/rust/Cargo.toml.in"))),
-                ("src/lib.rs", names.fill(include_str!("templates/rust/lib.rs.in"))),
+                ("Cargo.toml".to_owned(), names.fill(include_str!("templates/rust/Cargo.toml.in"))),
+                ("src/lib.rs".to_owned(), names.fill(include_str!("templates/rust/lib.rs.in"))),
             ];
             (files, "cargo build --release")
         }
         Language::C => {
             let files = vec![
-                (
-                    "rumple_plugin.h",
-                    include_str!("../../../plugins/abi/include/rumple_plugin.h").to_owned(),
-                ),
-                ("Makefile", names.fill(include_str!("templates/c/Makefile.in"))),
-                ("law.c", names.fill(include_str!("templates/c/law.c.in"))),
+                ("rumple_plugin.h".to_owned(), header.to_owned()),
+                ("Makefile".to_owned(), names.fill(include_str!("templates/c/Makefile.in"))),
+                (format!("{}.c", names.stem), names.fill(include_str!("templates/c/law.c.in"))),
             ];
             (files, "make")
         }
     };
-    let scene = names.fill(include_str!("templates/scene.toml.in"));
-    // In a folder beside it first: what is there is whole or not there.
-    let fresh = folder.with_extension("part");
-    let write = || -> io::Result<()> {
-        if fresh.exists() {
-            fs::remove_dir_all(&fresh)?;
-        }
-        fs::create_dir_all(fresh.join("src"))?;
-        for (path, text) in &files {
-            let path =
-                if *path == "law.c" { format!("{}.c", names.stem) } else { (*path).to_owned() };
-            fs::write(fresh.join(path), text)?;
-        }
-        if args.lang == Language::C {
-            fs::remove_dir(fresh.join("src"))?;
-        }
-        fs::write(fresh.join("scene.toml"), scene)?;
-        fs::rename(&fresh, &folder)
-    };
-    write().map_err(|e| refuse(format!("{} cannot be written: {e}", folder.display())))?;
+    files.push(("scene.toml".to_owned(), names.fill(include_str!("templates/scene.toml.in"))));
+    write(&folder, &files)
+        .map_err(|e| refuse(format!("{} cannot be written: {e}", folder.display())))?;
     println!("{} is written. Next:", folder.display());
     println!("  cd {}", folder.display());
     println!("  {build}");
@@ -125,8 +106,33 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
     Ok(())
 }
 
+/// Writes the files of a folder that does not exist yet. They are put together in another one
+/// first: what is there is whole, or not there.
+fn write(folder: &Path, files: &[(String, String)]) -> io::Result<()> {
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let fresh = unused_name(parent.unwrap_or(Path::new(".")));
+    let all = || -> io::Result<()> {
+        for (path, text) in files {
+            let path = fresh.join(path);
+            path.parent().map_or(Ok(()), fs::create_dir_all)?;
+            fs::write(path, text)?;
+        }
+        fs::rename(&fresh, folder)
+    };
+    all().inspect_err(|_| {
+        // Its own files only; if even that fails there is nothing more to do.
+        let _ = fs::remove_dir_all(&fresh);
+    })
+}
+
+/// A name that nothing has.
+fn unused_name(parent: &Path) -> PathBuf {
+    let name = |k: u32| parent.join(format!(".rumple-new-{}-{k}", std::process::id()));
+    (0..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
+}
+
 fn refuse(message: String) -> Error {
-    Error::Kinetics(KineticsError::NotMade { message })
+    Error::Refused(message)
 }
 
 fn check_name(name: &str) -> Result<()> {

@@ -12,8 +12,8 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{Found, LawArgs};
+use crate::kinetics::Kinetics;
 use crate::kinetics::examine::{self, Finding, Made, Make, Verdict};
-use crate::kinetics::{Kinetics, KineticsError};
 use crate::{Error, Result};
 
 /// Arguments of `plugin validate`.
@@ -179,8 +179,9 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             Ok(())
         }
         n => {
-            let plugin = args.law.law.clone();
-            Err(Error::Kinetics(KineticsError::Faults { plugin, count: n, seed }))
+            let (law, s) = (&args.law.law, if n == 1 { "" } else { "s" });
+            let again = format!("--seed {seed} gives the same inputs again");
+            Err(Error::Refused(format!("{law} has {n} fault{s} ({again})")))
         }
     }
 }
@@ -191,7 +192,7 @@ fn fresh_seed() -> u64 {
 }
 
 fn no_child(error: &std::io::Error) -> Error {
-    Error::Kinetics(KineticsError::NoChild { reason: error.to_string() })
+    Error::Refused(format!("the process that tries the plugin cannot be started: {error}"))
 }
 
 #[cfg(unix)]

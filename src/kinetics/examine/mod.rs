@@ -25,8 +25,9 @@ const TRIAL_POINTS: usize = 64;
 /// What the law reports, and [`KineticsError::Unsteady`] if results differ.
 pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, KineticsError> {
     repeat::same_twice(kinetics, batch)?;
+    let given = kinetics.descriptor().capabilities;
     let mut notes = Vec::new();
-    if kinetics.descriptor().capabilities.rate_partials && batch.count > 0 {
+    if (given.rate_partials || given.length_factor_partials) && batch.count > 0 {
         let every = batch.count.div_ceil(TRIAL_POINTS);
         let picked: Vec<usize> = (0..batch.count).step_by(every).collect();
         let columns = |columns: &[super::Column<'_>]| -> Vec<Vec<f64>> {
@@ -44,13 +45,19 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
             parameters: &parameters,
             ..*batch
         };
-        if let Some(wrong) = derivatives::rates(kinetics, &part)? {
-            let point = batch.first + picked[wrong.point];
-            notes.push(format!(
-                "{}; implicit methods will be slow or fail",
-                wrong.describe(kinetics, &part, point)
-            ));
+        let mut wrong = Vec::new();
+        if given.rate_partials {
+            wrong.extend(derivatives::rates(kinetics, &part)?);
         }
+        if given.length_factor_partials {
+            let part = Batch { signals: &[], ..part };
+            wrong.extend(derivatives::length_factor(kinetics, &part)?);
+        }
+        notes.extend(wrong.iter().map(|wrong| {
+            let point = batch.first + picked[wrong.point];
+            let text = wrong.describe(kinetics, &part, point);
+            format!("{text}; implicit methods will be slow or fail")
+        }));
     }
     Ok(notes)
 }

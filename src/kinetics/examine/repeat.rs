@@ -4,7 +4,7 @@ use std::thread;
 
 use super::rates;
 use crate::kinetics::field::{BATCH, Columns};
-use crate::kinetics::{Batch, Column, Kinetics, KineticsError};
+use crate::kinetics::{Batch, Kinetics, KineticsError};
 
 /// How many threads call at once, and how often each.
 const THREADS: usize = 8;
@@ -27,29 +27,9 @@ fn alone(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, Kinetics
         let mut columns = all.slices_mut();
         let mut part: Vec<&mut [f64]> =
             columns.iter_mut().map(|column| &mut column[start..start + count]).collect();
-        with_points(batch, start, count, |b| kinetics.rates(b, &mut part))?;
+        batch.with_part(start, count, |b| kinetics.rates(b, &mut part))?;
     }
     Ok(all)
-}
-
-/// Hands the points from one on to `evaluate`.
-fn with_points<R>(
-    batch: &Batch<'_>,
-    start: usize,
-    count: usize,
-    evaluate: impl FnOnce(&Batch<'_>) -> R,
-) -> R {
-    let species: Vec<Column<'_>> = batch.species.iter().map(|c| c.from(start)).collect();
-    let signals: Vec<Column<'_>> = batch.signals.iter().map(|c| c.from(start)).collect();
-    let parameters: Vec<Column<'_>> = batch.parameters.iter().map(|c| c.from(start)).collect();
-    evaluate(&Batch {
-        first: batch.first + start,
-        count,
-        species: &species,
-        signals: &signals,
-        parameters: &parameters,
-        ..*batch
-    })
 }
 
 /// Every point in a call of its own, the last one first.
@@ -60,7 +40,7 @@ pub(super) fn one_by_one(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(
         let mut columns = single.slices_mut();
         let mut part: Vec<&mut [f64]> =
             columns.iter_mut().map(|column| &mut column[point..=point]).collect();
-        with_points(batch, point, 1, |b| kinetics.rates(b, &mut part))?;
+        batch.with_part(point, 1, |b| kinetics.rates(b, &mut part))?;
     }
     compare(kinetics, batch, &together, &single, 0, "in a batch, and on its own")
 }
@@ -73,7 +53,7 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
         let count = share.min(batch.count - start);
         for _ in 0..ROUNDS {
             let mut found = Columns::new(kinetics.descriptor().species.len(), count);
-            with_points(batch, start, count, |b| {
+            batch.with_part(start, count, |b| {
                 kinetics.rates(b, &mut found.slices_mut())?;
                 let how = "called from one thread, and from several at once";
                 compare(kinetics, b, &expected, &found, start, how)
@@ -84,7 +64,10 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
     thread::scope(|scope| {
         let handles: Vec<_> =
             (0..batch.count).step_by(share).map(|start| scope.spawn(move || work(start))).collect();
-        handles.into_iter().try_for_each(|handle| handle.join().unwrap_or(Ok(())))
+        handles.into_iter().try_for_each(|handle| match handle.join() {
+            Ok(outcome) => outcome,
+            Err(panic) => std::panic::resume_unwind(panic),
+        })
     })
 }
 

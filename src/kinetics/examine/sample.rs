@@ -8,7 +8,6 @@ use crate::kinetics::{Batch, Column, Descriptor, Location, Signal};
 /// Inputs at many points.
 #[derive(Debug, Clone)]
 pub struct Samples {
-    location: Location,
     count: usize,
     species: Vec<Vec<f64>>,
     signals: Vec<Vec<f64>>,
@@ -60,7 +59,7 @@ impl Samples {
                 unit(&mut signals[first..]);
             }
         }
-        let mut samples = Self { location: Location::Vertex, count, species, signals };
+        let mut samples = Self { count, species, signals };
         samples.mark(descriptor);
         samples
     }
@@ -95,7 +94,7 @@ impl Samples {
         let species: Vec<Column<'_>> = self.species.iter().map(Into::into).collect();
         let read: Vec<Column<'_>> = self.signals.iter().map(Into::into).collect();
         evaluate(&Batch {
-            location: self.location,
+            location: Location::Vertex,
             first: 0,
             count: self.count,
             species: &species,

@@ -150,19 +150,12 @@ impl PluginKinetics {
             let to = batch.parameters.iter().fold(batch.count, until);
             let parameters = batch.parameters.iter().map(|column| column.at(from)).collect();
             let instance = Self::new(&self.library, parameters)?;
-            let species: Vec<Column<'_>> = batch.species.iter().map(|c| c.from(from)).collect();
-            let signals: Vec<Column<'_>> = batch.signals.iter().map(|c| c.from(from)).collect();
-            let part = Batch {
-                first: batch.first + from,
-                count: to - from,
-                species: &species,
-                signals: &signals,
-                parameters: &[],
-                ..*batch
-            };
             let mut values: Vec<_> = values.iter_mut().map(|c| &mut c[from..to]).collect();
             let mut partials: Vec<_> = partials.iter_mut().map(|c| &mut c[from..to]).collect();
-            let outcome = instance.call(wanted, &part, &mut values, &mut partials)?;
+            let outcome = batch.with_part(from, to - from, |part| {
+                let part = Batch { parameters: &[], ..*part };
+                instance.call(wanted, &part, &mut values, &mut partials)
+            })?;
             warning = warning.or(outcome);
             from = to;
         }
