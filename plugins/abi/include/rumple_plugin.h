@@ -222,7 +222,7 @@ typedef struct {
   size_t parameter_count;
 } RumpleBatch;
 
-// One output at successive points.
+// One output at successive points. It overlaps with no other output and with no input.
 typedef struct {
   // Value at the first point.
   double *data;

@@ -64,7 +64,7 @@ pub struct Column {
     pub stride: usize,
 }
 
-/// One output at successive points.
+/// One output at successive points. It overlaps with no other output and with no input.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct ColumnMut {

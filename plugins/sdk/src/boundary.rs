@@ -95,8 +95,8 @@ pub(crate) unsafe extern "C" fn rates<M: Model>(
 ) -> Status {
     let body = |at: &Cell<usize>| {
         // SAFETY: the caller's promises on instance, batch and columns.
-        let mut call = unsafe { Call::<M>::new(instance, batch, values, M::RATE_SIZE)? };
-        run::<M, f64, Rates>(call.model, call.pass(0, at))
+        let call = unsafe { Call::<M>::new(instance, batch, values, M::RATE_SIZE)? };
+        run::<M, f64, Rates>(call.model, &call.pass(0, at))
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
@@ -136,7 +136,7 @@ fn differentiate_rates<M: Model, const N: usize>(
     at: &Cell<usize>,
 ) -> Result<(), Failure> {
     passes(M::RATE_SIZE.inputs, N, at, |start| {
-        run::<M, Dual<N>, Rates>(call.model, call.pass(start, at))
+        run::<M, Dual<N>, Rates>(call.model, &call.pass(start, at))
     })
 }
 
@@ -174,8 +174,8 @@ pub(crate) unsafe extern "C" fn length_factor<M: LengthFactor>(
 ) -> Status {
     let body = |at: &Cell<usize>| {
         // SAFETY: the caller's promises on instance, batch and columns.
-        let mut call = unsafe { Call::<M>::new(instance, batch, values, M::FACTOR_SIZE)? };
-        run::<M, f64, Factor>(call.model, call.pass(0, at))
+        let call = unsafe { Call::<M>::new(instance, batch, values, M::FACTOR_SIZE)? };
+        run::<M, f64, Factor>(call.model, &call.pass(0, at))
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
@@ -210,7 +210,7 @@ fn differentiate_factor<M: LengthFactor, const N: usize>(
     at: &Cell<usize>,
 ) -> Result<(), Failure> {
     passes(M::FACTOR_SIZE.inputs, N, at, |start| {
-        run::<M, Dual<N>, Factor>(call.model, call.pass(start, at))
+        run::<M, Dual<N>, Factor>(call.model, &call.pass(start, at))
     })
 }
 
@@ -225,8 +225,8 @@ pub(crate) unsafe extern "C" fn observe<M: Observables>(
     let body = |at: &Cell<usize>| {
         let size = <Observed as Law<M, f64>>::SIZE;
         // SAFETY: the caller's promises on instance, batch and columns.
-        let mut call = unsafe { Call::<M>::new(instance, batch, values, size)? };
-        run::<M, f64, Observed>(call.model, call.pass(0, at))
+        let call = unsafe { Call::<M>::new(instance, batch, values, size)? };
+        run::<M, f64, Observed>(call.model, &call.pass(0, at))
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
@@ -309,7 +309,7 @@ impl<'a, M: Model> Call<'a, M> {
         // SAFETY: the caller's promise.
         unsafe {
             let inputs = Inputs::new(batch, species, size.inputs - species, parameters)?;
-            let values = Outputs::new(values, size.outputs, inputs.points)?;
+            let values = Outputs::new(values, size.outputs)?;
             Ok(Self { model, size, inputs, values, partials: None })
         }
     }
@@ -319,15 +319,15 @@ impl<'a, M: Model> Call<'a, M> {
     unsafe fn with_partials(&mut self, partials: *const ColumnMut) -> Result<(), Failure> {
         let columns = self.size.outputs * self.size.inputs;
         // SAFETY: the caller's promise.
-        self.partials = Some(unsafe { Outputs::new(partials, columns, self.inputs.points)? });
+        self.partials = Some(unsafe { Outputs::new(partials, columns)? });
         Ok(())
     }
 
-    fn pass<'b>(&'b mut self, start: usize, at: &'b Cell<usize>) -> Pass<'b, 'a> {
+    fn pass<'b>(&'b self, start: usize, at: &'b Cell<usize>) -> Pass<'b, 'a> {
         Pass {
             inputs: &self.inputs,
-            values: &mut self.values,
-            partials: self.partials.as_mut(),
+            values: &self.values,
+            partials: self.partials.as_ref(),
             start,
             at,
         }

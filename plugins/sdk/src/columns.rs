@@ -4,7 +4,6 @@
 //! all points, or one component of many) is copied to a buffer first.
 #![allow(unsafe_code)]
 
-use std::marker::PhantomData;
 use std::mem::{MaybeUninit, offset_of};
 use std::ptr;
 
@@ -18,8 +17,8 @@ pub(crate) const BLOCK: usize = 256;
 /// The input columns of a batch.
 pub(crate) struct Inputs<'a> {
     pub(crate) points: usize,
-    /// Species first, then signals.
-    columns: Vec<Column>,
+    species: &'a [Column],
+    signals: &'a [Column],
     parameters: &'a [Column],
 }
 
@@ -46,12 +45,9 @@ impl<'a> Inputs<'a> {
                  {signals}",
             )));
         }
-        let mut columns = Vec::with_capacity(species + signals);
         // SAFETY: the arrays hold as many columns as the batch says.
-        unsafe {
-            columns.extend_from_slice(array((*batch).species, species)?);
-            columns.extend_from_slice(array((*batch).signals, signals)?);
-        }
+        let (species, signals) =
+            unsafe { (array((*batch).species, species)?, array((*batch).signals, signals)?) };
         let mut fields: &[Column] = &[];
         if *size >= offset_of!(Batch, parameter_count) + size_of::<usize>() {
             // SAFETY: the batch has these fields, and the array as many columns as it says.
@@ -66,7 +62,12 @@ impl<'a> Inputs<'a> {
                 }
             }
         }
-        Ok(Self { points, columns, parameters: fields })
+        Ok(Self { points, species, signals, parameters: fields })
+    }
+
+    /// Species first, then signals.
+    fn columns(&self) -> impl Iterator<Item = &Column> {
+        self.species.iter().chain(self.signals)
     }
 
     /// Whether parameters differ from point to point.
@@ -95,12 +96,12 @@ impl<'a> Inputs<'a> {
 
     /// A buffer for [`Inputs::block`].
     pub(crate) fn buffer(&self) -> Vec<f64> {
-        let scattered = self.columns.iter().filter(|column| column.stride != 1).count();
+        let scattered = self.columns().filter(|column| column.stride != 1).count();
         vec![0.0; scattered * BLOCK]
     }
 
-    /// Contiguous columns of `count` ≤ [`BLOCK`] points from `start` on: one start a column, which
-    /// is readable at `count` points until the buffer is used again.
+    /// Contiguous columns of `count` points from `start` on, at most [`BLOCK`] if there is a buffer:
+    /// one start a column, which is readable at `count` points until the buffer is used again.
     pub(crate) fn block(
         &self,
         start: usize,
@@ -108,9 +109,9 @@ impl<'a> Inputs<'a> {
         buffer: &mut [f64],
         out: &mut [*const f64],
     ) {
-        debug_assert!(start + count <= self.points && count <= BLOCK);
+        debug_assert!(start + count <= self.points);
         let mut rest = buffer.chunks_exact_mut(BLOCK);
-        for (out, column) in out.iter_mut().zip(&self.columns) {
+        for (out, column) in out.iter_mut().zip(self.columns()) {
             // SAFETY: every column is readable at every point of the batch.
             let from = unsafe { column.data.add(start * column.stride) };
             *out = from;
@@ -128,44 +129,62 @@ impl<'a> Inputs<'a> {
 }
 
 /// Output columns.
-pub(crate) struct Outputs<'a> {
-    points: usize,
-    columns: &'a [ColumnMut],
-    exclusive: PhantomData<&'a mut f64>,
-}
+pub(crate) struct Outputs<'a>(&'a [ColumnMut]);
 
 impl<'a> Outputs<'a> {
     /// # Safety
-    /// `columns` is null or holds `count` columns that nobody else touches for `'a`, each
-    /// writable at `points` points.
-    pub(crate) unsafe fn new(
-        columns: *const ColumnMut,
-        count: usize,
-        points: usize,
-    ) -> Result<Self, Failure> {
+    /// `columns` is null or holds `count` columns for `'a`.
+    pub(crate) unsafe fn new(columns: *const ColumnMut, count: usize) -> Result<Self, Failure> {
         // SAFETY: the caller's promise.
-        let columns = unsafe { array(columns, count)? };
-        Ok(Self { points, columns, exclusive: PhantomData })
+        Ok(Self(unsafe { array(columns, count)? }))
     }
 
-    /// Writes values of a column from a point on.
+    /// Where the values of a column go.
+    pub(crate) fn target(&self, column: usize) -> Target {
+        Target(self.0[column])
+    }
+}
+
+/// Room for a number.
+pub(crate) type Slot = MaybeUninit<f64>;
+
+/// Where the results of one kind go: a column of the batch, or nowhere.
+#[derive(Clone, Copy)]
+pub(crate) struct Target(ColumnMut);
+
+impl Target {
+    /// For results that nobody wants.
+    pub(crate) const NOWHERE: Self = Self(ColumnMut { data: ptr::null_mut(), stride: 0 });
+
+    /// Whether the values of successive points lie side by side.
+    pub(crate) fn side_by_side(self) -> bool {
+        self.0.stride == 1
+    }
+
+    /// The points from one on as they lie in memory, if they lie side by side.
     ///
     /// # Safety
-    /// The values are initialised.
-    pub(crate) unsafe fn write(&mut self, column: usize, at: usize, values: &[MaybeUninit<f64>]) {
-        debug_assert!(at + values.len() <= self.points);
-        let column = &self.columns[column];
-        // SAFETY: the column is ours alone and writable at every point of the batch, and the
-        // values are initialised by the caller's promise.
-        unsafe {
-            let to = column.data.add(at * column.stride);
-            if column.stride == 1 {
-                ptr::copy_nonoverlapping(values.as_ptr().cast(), to, values.len());
-            } else {
-                for (k, value) in values.iter().enumerate() {
-                    *to.add(k * column.stride) = value.assume_init();
-                }
-            }
+    /// The column is writable at these points, and nobody else touches them for `'a`.
+    pub(crate) unsafe fn direct<'a>(self, first: usize, count: usize) -> Option<&'a mut [Slot]> {
+        self.side_by_side().then(|| {
+            // SAFETY: the caller's promise.
+            unsafe { std::slice::from_raw_parts_mut(self.0.data.add(first).cast(), count) }
+        })
+    }
+
+    /// Writes values from a point on, if the points do not lie side by side.
+    ///
+    /// # Safety
+    /// The column is writable at these points, nobody else touches them, and the values are
+    /// initialised.
+    pub(crate) unsafe fn scatter(self, first: usize, values: &[Slot]) {
+        let ColumnMut { data, stride } = self.0;
+        if data.is_null() || self.side_by_side() {
+            return;
+        }
+        for (k, value) in values.iter().enumerate() {
+            // SAFETY: the caller's promise.
+            unsafe { *data.add((first + k) * stride) = value.assume_init() };
         }
     }
 }

@@ -52,6 +52,7 @@
 //! A law must be pure: same inputs, same outputs, from any thread. A panic is caught and reported
 //! to the engine as a fatal error; build with the default `panic = "unwind"`.
 
+mod block;
 mod boundary;
 mod columns;
 mod dual;
