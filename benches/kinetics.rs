@@ -2,7 +2,8 @@
 //! through the boundary, and as text.
 //!
 //! The built-in ones are the plugins' own source in this program, called in a plain loop. Beside
-//! them stand laws with derivatives by hand: the fastest that this interface allows. After criterion's own figures comes a table of ratios, measured turn by turn.
+//! them stand laws with derivatives by hand: the fastest that this interface allows. After
+//! criterion's own figures comes a table of ratios, measured turn by turn.
 //!
 //! Build the plugins first: `cargo build --release -p curvature-feedback -p tension-feedback`.
 
@@ -19,7 +20,9 @@ use rumple::scene::Scene;
 #[path = "kinetics/laws.rs"]
 mod laws;
 
-use laws::{BuiltIn, ByHand, CurvatureFeedback, TensionFeedback};
+use laws::curvature_feedback::CurvatureFeedback;
+use laws::tension_feedback::TensionFeedback;
+use laws::{BuiltIn, CurvatureByHand, InProgram, TensionByHand};
 
 const POINTS: usize = 20_000;
 
@@ -43,15 +46,21 @@ fn kinetics(criterion: &mut Criterion) {
         let law = scene.kinetics.first().and_then(|k| k.law()).expect("a law");
         let text = FormulaKinetics::new(&law).expect("formulas");
         let signals: Vec<f64> = (0..POINTS).map(|k| scale * (fraction(7 * k) - 0.5)).collect();
-        // Turn by turn, so that both see the same machine.
-        let by_hand = ByHand::new(&library, native.parameters());
-        let built_in: Box<dyn Kinetics> = if name == "curvature-feedback" {
-            Box::new(BuiltIn::<CurvatureFeedback>::new(&native))
+        let built_in: [Box<dyn Kinetics>; 2] = if name == "curvature-feedback" {
+            let law = BuiltIn::<CurvatureFeedback>::new(native.parameters());
+            let by_hand = CurvatureByHand(native.parameters().try_into().expect("parameters"));
+            [Box::new(InProgram::new(&native, law)), Box::new(InProgram::new(&native, by_hand))]
         } else {
-            Box::new(BuiltIn::<TensionFeedback>::new(&native))
+            let law = BuiltIn::<TensionFeedback>::new(native.parameters());
+            let by_hand = TensionByHand(native.parameters().try_into().expect("parameters"));
+            [Box::new(InProgram::new(&native, law)), Box::new(InProgram::new(&native, by_hand))]
         };
-        let laws: [(&str, &dyn Kinetics); 4] =
-            [("built in", &*built_in), ("by hand", &by_hand), ("plugin", &native), ("text", &text)];
+        let laws: [(&str, &dyn Kinetics); 4] = [
+            ("built in", &*built_in[0]),
+            ("by hand", &*built_in[1]),
+            ("plugin", &native),
+            ("text", &text),
+        ];
         for (kind, law) in laws {
             measure(criterion, &format!("{name}, {kind}"), law, &species, &signals);
         }
