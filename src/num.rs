@@ -26,3 +26,56 @@ pub fn index(position: usize) -> u32 {
 pub fn whole(value: f64) -> usize {
     value.round().max(0.0) as usize
 }
+
+/// Whether no value is infinite or NaN.
+#[must_use]
+pub fn all_finite(values: &[f64]) -> bool {
+    // Zero times what is not finite is NaN.
+    none(values, |value| value * 0.0)
+}
+
+/// Whether no value is infinite, NaN or less than `least`.
+#[must_use]
+pub fn all_finite_from(values: &[f64], least: f64) -> bool {
+    none(values, |value| value * 0.0 + if value < least { 1.0 } else { 0.0 })
+}
+
+/// Whether no value has a fault, which is zero or else positive or NaN. It looks at all of them
+/// without short cuts, so that the common case is a few vector instructions.
+fn none(values: &[f64], fault: impl Fn(f64) -> f64) -> bool {
+    let mut sums = [0.0; 8];
+    let (chunks, rest) = values.as_chunks::<8>();
+    for chunk in chunks {
+        for (sum, value) in sums.iter_mut().zip(chunk) {
+            *sum += fault(*value);
+        }
+    }
+    sums.into_iter().chain(rest.iter().map(|value| fault(*value))).sum::<f64>() == 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{all_finite, all_finite_from};
+
+    #[test]
+    fn what_is_not_finite_is_found_wherever_it_stands() {
+        for length in [0, 1, 7, 8, 9, 100] {
+            let mut values = vec![-f64::MAX; length];
+            assert!(all_finite(&values));
+            for at in 0..length {
+                for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                    values[at] = bad;
+                    assert!(!all_finite(&values), "{bad} at {at} of {length}");
+                    assert!(!all_finite_from(&values, f64::MIN), "{bad} at {at} of {length}");
+                }
+                values[at] = 1.0;
+            }
+            assert!(all_finite_from(&values, 1.0));
+            for at in 0..length {
+                values[at] = 0.5;
+                assert!(!all_finite_from(&values, 1.0), "{at} of {length}");
+                values[at] = 1.0;
+            }
+        }
+    }
+}

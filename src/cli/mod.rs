@@ -60,7 +60,7 @@ struct SceneArgs {
     /// Threads to compute with; all cores by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Seconds that one call of a plugin (for at most 1024 points) may take.
+    /// Seconds that one call of a plugin (for at most 4096 points) may take.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     plugin_limit: f64,
 }

@@ -1,6 +1,9 @@
 //! The inputs of kinetics at a batch of points, as borrowed columns.
 
+use smallvec::SmallVec;
+
 use super::descriptor::Location;
+use crate::num::all_finite;
 
 /// One input at successive points. Stride 0 is one value for all points.
 #[derive(Debug, Clone, Copy)]
@@ -65,10 +68,9 @@ impl<'a> Column<'a> {
 
     /// Whether the values at the first `count` points are finite.
     pub(super) fn is_finite(&self, count: usize) -> bool {
-        let all = |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
         match self.stride {
-            0 => all(&self.data[..self.data.len().min(1)]),
-            1 => all(&self.data[..count]),
+            0 => all_finite(&self.data[..self.data.len().min(1)]),
+            1 => all_finite(&self.data[..count]),
             _ => (0..count).all(|point| self.at(point).is_finite()),
         }
     }
@@ -142,6 +144,6 @@ impl Batch<'_> {
     }
 }
 
-fn from_point<'a>(columns: &[Column<'a>], start: usize) -> Vec<Column<'a>> {
+fn from_point<'a>(columns: &[Column<'a>], start: usize) -> SmallVec<[Column<'a>; 4]> {
     columns.iter().map(|column| column.from(start)).collect()
 }

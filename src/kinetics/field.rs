@@ -1,18 +1,26 @@
 //! Kinetics on a whole field: in parallel batches, and no bad number passes.
 //!
-//! Batches have a fixed size and errors are taken in the order of points, so results and messages
-//! are the same for any number of threads.
+//! Sizes of batches follow from the number of points, and errors are taken in the order of points,
+//! so results and messages are the same for any number of threads.
 
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::batch::Batch;
 use super::error::{BadValue, KineticsError};
 use super::{Kinetics, Outcome};
+use crate::num::{all_finite, all_finite_from};
 
-/// Points in a batch. Above some 64 the call itself costs nothing; this many values of a dozen
-/// columns still fit into the second-level cache, and a sheet of 20 000 points gives every thread
-/// some batches.
-pub const BATCH: usize = 1024;
+/// The most points in a batch. What a call costs by itself is as much as a cheap law at a hundred
+/// points; this many values of a dozen columns still fit into the second-level cache.
+pub const BATCH: usize = 4096;
+
+/// Points in a batch of a field of `count` points: every thread gets some.
+pub(super) fn batch_size(count: usize) -> usize {
+    const LEAST: usize = 512;
+    const BATCHES: usize = 8;
+    count.div_ceil(BATCHES).clamp(LEAST, BATCH)
+}
 
 /// Columns of equal length, one after the other.
 #[derive(Debug, Clone, PartialEq)]
@@ -190,13 +198,14 @@ fn evaluate(
         return Ok(None);
     }
     check_shapes(kinetics, quantity, batch, values, partials)?;
+    let size = batch_size(batch.count);
     let outcomes: Vec<Outcome> = blocks(batch.count, values)
         .into_par_iter()
         .zip(blocks(batch.count, partials))
         .enumerate()
         .map(|(block, (mut values, mut partials))| {
-            let start = block * BATCH;
-            let count = BATCH.min(batch.count - start);
+            let start = block * size;
+            let count = size.min(batch.count - start);
             batch.with_part(start, count, |part| {
                 check_inputs(kinetics, part)?;
                 let outcome = quantity.evaluate(kinetics, part, &mut values, &mut partials)?;
@@ -208,12 +217,13 @@ fn evaluate(
     outcomes.into_iter().try_fold(None, |first, outcome| Ok(first.or(outcome?)))
 }
 
-/// The columns cut into blocks of [`BATCH`] points: `blocks[b][column]`.
-fn blocks<'a>(count: usize, columns: &'a mut [&mut [f64]]) -> Vec<Vec<&'a mut [f64]>> {
-    let mut blocks: Vec<Vec<&mut [f64]>> = Vec::new();
-    blocks.resize_with(count.div_ceil(BATCH), Vec::new);
+/// The columns cut into blocks of [`batch_size`] points: `blocks[b][column]`.
+fn blocks<'a>(count: usize, columns: &'a mut [&mut [f64]]) -> Vec<SmallVec<[&'a mut [f64]; 4]>> {
+    let mut blocks = Vec::new();
+    let size = batch_size(count);
+    blocks.resize_with(count.div_ceil(size), SmallVec::new);
     for column in columns {
-        for (block, part) in blocks.iter_mut().zip(column.chunks_mut(BATCH)) {
+        for (block, part) in blocks.iter_mut().zip(column.chunks_mut(size)) {
             block.push(part);
         }
     }
@@ -317,10 +327,10 @@ fn check_outputs(
     })))
 }
 
-/// Whether no value is less than `least`, infinite or NaN. It looks at all of a column without
-/// short cuts, so that the common case is a few vector instructions.
+/// Whether no value is less than `least`, infinite or NaN.
 fn all_within(columns: &[&mut [f64]], least: f64) -> bool {
-    columns.iter().all(|column| {
-        column.iter().fold(true, |all, value| all & (least..=f64::MAX).contains(value))
-    })
+    match least {
+        f64::MIN => columns.iter().all(|column| all_finite(column)),
+        _ => columns.iter().all(|column| all_finite_from(column, least)),
+    }
 }

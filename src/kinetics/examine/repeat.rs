@@ -3,7 +3,7 @@
 use std::thread;
 
 use super::rates;
-use crate::kinetics::field::{BATCH, Columns};
+use crate::kinetics::field::{Columns, batch_size};
 use crate::kinetics::{Batch, Kinetics, KineticsError};
 
 /// How many threads call at once, and how often each.
@@ -22,8 +22,9 @@ pub(super) fn same_twice(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(
 /// All batches by this thread.
 fn alone(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
     let mut all = Columns::new(kinetics.descriptor().species.len(), batch.count);
-    for start in (0..batch.count).step_by(BATCH) {
-        let count = BATCH.min(batch.count - start);
+    let size = batch_size(batch.count);
+    for start in (0..batch.count).step_by(size) {
+        let count = size.min(batch.count - start);
         let mut columns = all.slices_mut();
         let mut part: Vec<&mut [f64]> =
             columns.iter_mut().map(|column| &mut column[start..start + count]).collect();

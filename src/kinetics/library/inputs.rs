@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::ptr;
 
 use rumple_plugin_abi as abi;
+use smallvec::SmallVec;
 
 use crate::kinetics::KineticsError;
 use crate::kinetics::batch::{Batch, Column};
@@ -13,7 +14,7 @@ use crate::kinetics::descriptor::Descriptor;
 pub(super) struct Inputs {
     count: usize,
     data: Vec<f64>,
-    columns: Vec<abi::Column>,
+    columns: SmallVec<[abi::Column; 8]>,
     species: usize,
     signals: usize,
     parameters: usize,
@@ -39,7 +40,7 @@ impl Inputs {
         let mut data = ROOM.take();
         data.clear();
         data.reserve(all().map(length).sum());
-        let mut starts = Vec::with_capacity(all().count());
+        let mut starts: SmallVec<[_; 8]> = SmallVec::new();
         for column in all() {
             let (values, stride) = column.parts();
             starts.push((data.len(), stride.min(1)));

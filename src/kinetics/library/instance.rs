@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rumple_plugin_abi as abi;
+use smallvec::SmallVec;
 
 use super::Library;
 use super::call::Call;
@@ -29,7 +30,7 @@ pub struct PluginKinetics {
 
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
 const WATCHED: usize = 64;
-const EVERY: usize = 16;
+const EVERY: usize = 64;
 
 // SAFETY: the boundary demands that instances may be used from any number of threads at once.
 unsafe impl Send for PluginKinetics {}
@@ -173,7 +174,7 @@ impl PluginKinetics {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
         let watched = calls < WATCHED || calls.is_multiple_of(EVERY);
         let inputs = if watched { Inputs::new(batch) } else { Inputs::lent(batch) };
-        let raw = |columns: &mut [&mut [f64]]| -> Vec<abi::ColumnMut> {
+        let raw = |columns: &mut [&mut [f64]]| -> SmallVec<[abi::ColumnMut; 8]> {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
             columns.iter_mut().map(raw).collect()
         };
