@@ -22,49 +22,58 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
     let mut setup = simulation::prepare(&scene, &search)?;
     // The start must be one that every effect and the plugin can evaluate.
-    setup.system.follow(&setup.state)?;
     setup.notes.extend(simulation::laws::try_out(&mut setup.system, &setup.state)?);
+    setup.system.follow(&setup.state)?;
     if args.resolved {
-        print!("{}", scene.resolved()?);
+        say!("{}", scene.resolved()?.trim_end());
         return Ok(());
     }
-    println!("{}: ready to run", scene.name());
+    say!("{}: ready to run", scene.name());
     if setup.sheet.triangles().is_empty() {
-        println!("sheet      none: one point");
+        say!("sheet      none: one point");
     } else {
-        println!("sheet\n{}", MeshReport::new(&setup.sheet));
+        say!("sheet\n{}", MeshReport::new(&setup.sheet));
     }
     if scene.material.is_some() {
         let material = simulation::material(&scene);
-        println!(
+        say!(
             "material   Y = {:.6e} force/length, B = {:.6e} energy",
             material.stretching_modulus(),
             material.bending_rigidity()
         );
     }
     for effect in &scene.effects {
-        println!("effect     {}", effect.name());
+        say!("effect     {}", effect.name());
     }
     if let Some(chemistry) = setup.system.chemistry() {
         let d = chemistry.descriptor();
-        println!("kinetics   {} {} ({})", d.name, d.version, d.id);
+        say!(
+            "kinetics   {}{}",
+            d.title(),
+            if d.version.is_empty() { String::new() } else { format!(" {} ({})", d.version, d.id) }
+        );
         for species in &d.species {
-            println!("species    {} on {}", species.name, chemistry.location().nouns());
+            say!("species    {} on {}", species.name, chemistry.location().nouns());
+        }
+        for (parameter, field) in d.parameters.iter().zip(&chemistry.parameters().at_points) {
+            if field.len() > 1 {
+                say!("parameter  {} = {}", parameter.name, super::plugin::over_the_sheet(field));
+            }
         }
         for signal in chemistry.signals().wanted() {
-            println!("signal     {} [{}]", signal.name(), signal.unit());
+            say!("signal     {} [{}]", signal.name(), signal.unit());
         }
         if chemistry.location() == Location::Face && !chemistry.transport().is_empty() {
-            println!(
+            say!(
                 "warning    the Green-Gauss scheme hardly damps half of the face modes and does \
                  not converge on irregular meshes; it is meant for comparison with the paper"
             );
         }
     }
-    println!("policy     {}", scene.time.policy.name());
-    println!("integrator {}", scene.time.integrator.name());
+    say!("policy     {}", scene.time.policy.name());
+    say!("integrator {}", scene.time.integrator.name());
     if setup.system.moves() {
-        println!(
+        say!(
             "relaxation {}, tolerance {:e}",
             scene.equilibrium.name(),
             scene.equilibrium.tolerance()
@@ -72,24 +81,31 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         let held: usize =
             setup.system.mechanics().pins().iter().flatten().filter(|held| **held).count();
         let free = 3 * setup.sheet.vertex_count() - held;
-        println!("unknowns   {free} positions free, {held} held");
+        say!("unknowns   {free} positions free, {held} held");
+        let motions = setup.system.mechanics().free_motions();
+        if motions > 0 {
+            say!(
+                "           pins leave {motions} of 6 rigid motions free: positions are found up to \
+                 these, strains and curvatures are not concerned"
+            );
+        }
     } else {
-        println!("mechanics  none: the shape does not move");
+        say!("mechanics  none: the shape does not move");
     }
     if let Some(chemistry) = setup.system.chemistry() {
         let (points, species) =
             (chemistry.points(&setup.sheet), chemistry.descriptor().species.len());
-        println!("unknowns   {} values of species", points * species);
+        say!("unknowns   {} values of species", points * species);
     }
     let flat = setup.state.x.iter().all(|x| x.z == setup.state.x[0].z);
     if flat && !setup.system.mechanics().is_empty() {
-        println!(
+        say!(
             "warning    the start is perfectly flat: only forces out of the plane leave it, even where \
              it is a saddle; give sheet.imperfection or sheet.bump to say how the symmetry is broken"
         );
     }
     for note in &setup.notes {
-        println!("note       {note}");
+        say!("note       {note}");
     }
     Ok(())
 }

@@ -54,7 +54,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         false => None,
     };
     if let Some(report) = &stability {
-        print!("{report}");
+        say!("{}", report.to_string().trim_end());
     }
     let mut result = inspect::inspect(&mut setup)?;
     if let (Some(report), Some(all)) = (&stability, result.as_object_mut()) {
@@ -63,7 +63,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let text = serde_json::to_string(&result).unwrap_or_default();
     match &args.json {
         Some(path) => atomic::replace(path, |writer| writeln!(writer, "{text}"))?,
-        None if args.vtu.is_none() && stability.is_none() => println!("{text}"),
+        None if args.vtu.is_none() && stability.is_none() => say!("{text}"),
         None => {}
     }
     if let Some(path) = &args.vtu {

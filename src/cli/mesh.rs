@@ -181,9 +181,9 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
 /// Prints one of the two forms.
 fn print(as_json: bool, value: &Value, text: &str) {
     if as_json {
-        println!("{value:#}");
+        say!("{value:#}");
     } else {
-        println!("{text}");
+        say!("{text}");
     }
 }
 

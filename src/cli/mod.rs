@@ -1,5 +1,14 @@
 //! Commands: each parses its arguments, calls the library and prints.
 
+/// Prints a line on standard output. Nobody may be left to read it, as in `rumple check … | head`:
+/// that is no reason to stop.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 mod check;
 mod compare;
 mod inspect;
@@ -8,7 +17,7 @@ mod plugin;
 mod run;
 mod watchdog;
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -109,10 +118,15 @@ pub fn main() -> ExitCode {
                 Error::Scene(scene) => scene.rendered(std::io::stderr().is_terminal()),
                 other => format!("error: {other}"),
             };
-            eprintln!("{}", text.trim_end());
+            warn(&text);
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// Prints a line on standard error, whether anybody reads it or not.
+fn warn(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
 }
 
 fn exit_code(error: &Error) -> u8 {

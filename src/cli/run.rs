@@ -22,7 +22,7 @@ pub(super) struct RunArgs {
     /// Replace the results of an earlier run in that directory.
     #[arg(long)]
     force: bool,
-    /// Print nothing but errors.
+    /// Print nothing but errors, and wrong derivatives.
     #[arg(long)]
     quiet: bool,
 }
@@ -39,9 +39,12 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
-    setup.notes.extend(simulation::laws::try_out(&mut setup.system, &setup.state)?);
-    for note in &setup.notes {
+    let faults = simulation::laws::try_out(&mut setup.system, &setup.state)?;
+    for note in setup.notes.iter().chain(&faults) {
         progress.message(note);
+    }
+    if args.quiet {
+        faults.iter().for_each(|fault| super::warn(fault));
     }
     let outcome = simulation::run::run(&scene, &mut setup, &directory, &mut progress, interrupt);
     progress.finish();
@@ -55,21 +58,24 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
         Ending::Steps => "the number of steps is reached",
         Ending::Interrupted => "interrupted; the last accepted state is written",
     };
-    println!("time {}: {why}", done.time);
-    println!(
+    say!("time {}: {why}", done.time);
+    say!(
         "{} steps ({} rejected tries), {} iterations, {} factorisations",
-        done.steps, done.rejected, done.iterations, done.factorisations
+        done.steps,
+        done.rejected,
+        done.iterations,
+        done.factorisations
     );
-    println!(
+    say!(
         "{:.1} s, of these {:.1} s for the first relaxation and {:.1} s for output",
         done.wall.as_secs_f64(),
         done.start.as_secs_f64(),
         done.output.as_secs_f64()
     );
     if done.frames > 0 {
-        println!("{} frames; open {} in ParaView", done.frames, directory.pvd().display());
+        say!("{} frames; open {} in ParaView", done.frames, directory.pvd().display());
     } else {
-        println!("the species at every step are in {}", directory.ledger().display());
+        say!("the species at every step are in {}", directory.ledger().display());
     }
     Ok(())
 }

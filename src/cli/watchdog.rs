@@ -17,7 +17,9 @@ pub(super) fn start(limit: f64) {
         loop {
             thread::sleep(PAUSE);
             if let Some(call) = overdue(limit) {
-                eprintln!("error: {call} (--plugin-limit); what was written until now is whole");
+                super::warn(&format!(
+                    "error: {call} (--plugin-limit); what was written until now is whole"
+                ));
                 end();
             }
         }

@@ -172,7 +172,21 @@ pub struct Descriptor {
     pub capabilities: Capabilities,
 }
 
+/// Before the name, in the id of a law that a scene writes out.
+pub(super) const FORMULA: &str = "formula.";
+
 impl Descriptor {
+    /// What messages call the law.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let noun = match self.id.as_str() {
+            "joint" => "the laws",
+            id if id.starts_with(FORMULA) => "the law",
+            _ => "plugin",
+        };
+        format!("{noun} `{}`", self.name)
+    }
+
     /// The number of signal columns: one a scalar, three a vector.
     #[must_use]
     pub fn signal_columns(&self) -> usize {

@@ -1,7 +1,8 @@
 //! Why kinetics could not be found, loaded, made or evaluated.
 
-use std::fmt;
 use std::path::PathBuf;
+
+use super::site::{BadValue, Site};
 
 /// Anything that can go wrong with kinetics.
 #[derive(Debug, thiserror::Error)]
@@ -121,29 +122,29 @@ pub enum KineticsError {
         range: String,
     },
     /// A call ended without a result.
-    #[error("plugin `{plugin}` failed in {call}{}: {message}", place(point.as_ref()))]
+    #[error("plugin `{plugin}` failed in {call}{}: {message}", place(point.as_deref()))]
     Failed {
         /// The plugin.
         plugin: String,
         /// Which call.
         call: &'static str,
-        /// Kind and number of the point to blame, if known.
-        point: Option<(&'static str, usize)>,
+        /// The point to blame, if known.
+        point: Option<Box<Site>>,
         /// What the plugin says.
         message: String,
     },
     /// A call asks for a shorter time step.
     #[error(
         "plugin `{plugin}` asks in {call}{} for a time step shorter by {factor}: {message}",
-        place(point.as_ref())
+        place(point.as_deref())
     )]
     Retry {
         /// The plugin.
         plugin: String,
         /// Which call.
         call: &'static str,
-        /// Kind and number of the point to blame, if known.
-        point: Option<(&'static str, usize)>,
+        /// The point to blame, if known.
+        point: Option<Box<Site>>,
         /// By what to multiply the step, in (0, 1).
         factor: f64,
         /// What the plugin says.
@@ -172,6 +173,23 @@ pub enum KineticsError {
         second: f64,
         /// How the calls differed.
         how: &'static str,
+    },
+    /// Parameters that differ from point to point do not do what those of an instance do.
+    #[error(
+        "plugin `{plugin}` says that it reads parameters from point to point, but gives {found} for \
+         {quantity} at point {point}, where an instance with these parameters gives {expected}"
+    )]
+    Fields {
+        /// The plugin.
+        plugin: String,
+        /// What was returned.
+        quantity: String,
+        /// Number of the point.
+        point: usize,
+        /// With the parameters of the batch.
+        found: f64,
+        /// By an instance.
+        expected: f64,
     },
     /// A plugin wrote to what it may only read; seen in a call that got copies.
     #[error(
@@ -220,36 +238,24 @@ pub enum KineticsError {
     },
 }
 
-/// A bad output, with all that is needed to reproduce it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BadValue {
-    /// The plugin.
-    pub plugin: String,
-    /// Which call.
-    pub call: &'static str,
-    /// What was returned, for example `the rate of species c`.
-    pub quantity: String,
-    /// The value.
-    pub value: f64,
-    /// `vertex` or `face`.
-    pub location: &'static str,
-    /// Number of the point.
-    pub point: usize,
-    /// Name and value of every input at that point.
-    pub inputs: Vec<(String, f64)>,
-}
-
-impl fmt::Display for BadValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { plugin, call, quantity, value, location, point, inputs } = self;
-        write!(
-            f,
-            "plugin `{plugin}` returned {value} in {call} for {quantity} at {location} {point} ("
-        )?;
-        for (position, (name, value)) in inputs.iter().enumerate() {
-            write!(f, "{}{name} = {value}", if position == 0 { "" } else { ", " })?;
+impl KineticsError {
+    /// The point to blame, if it is known.
+    #[must_use]
+    pub fn site(&self) -> Option<&Site> {
+        match self {
+            Self::Failed { point, .. } | Self::Retry { point, .. } => point.as_deref(),
+            Self::BadOutput(bad) => Some(&bad.site),
+            _ => None,
         }
-        write!(f, ")")
+    }
+
+    /// As [`KineticsError::site`], to say more of it.
+    pub fn site_mut(&mut self) -> Option<&mut Site> {
+        match self {
+            Self::Failed { point, .. } | Self::Retry { point, .. } => point.as_deref_mut(),
+            Self::BadOutput(bad) => Some(&mut bad.site),
+            _ => None,
+        }
     }
 }
 
@@ -279,6 +285,6 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "(none)".to_owned() } else { names.join(", ") }
 }
 
-fn place(point: Option<&(&'static str, usize)>) -> String {
-    point.map(|(noun, number)| format!(" at {noun} {number}")).unwrap_or_default()
+fn place(site: Option<&Site>) -> String {
+    site.map(|site| format!(" at {site}")).unwrap_or_default()
 }

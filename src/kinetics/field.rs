@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::batch::Batch;
-use super::error::{BadValue, KineticsError};
+use super::error::KineticsError;
+use super::site::{BadValue, Site};
 use super::{Kinetics, Outcome};
 use crate::num::{all_finite, all_finite_from};
 
@@ -312,18 +313,12 @@ fn check_outputs(
     else {
         return Ok(());
     };
-    let names = kinetics.descriptor().input_names();
     Err(KineticsError::BadOutput(Box::new(BadValue {
-        plugin: kinetics.descriptor().name.clone(),
+        law: kinetics.descriptor().title(),
         call: quantity.call(),
         quantity: quantity.describe(kinetics, partial, column),
         value,
-        location: batch.location.noun(),
-        point: batch.first + point,
-        inputs: names
-            .map(str::to_owned)
-            .zip(batch.inputs().map(|column| column.at(point)))
-            .collect(),
+        site: Site::of(batch, kinetics.descriptor(), point),
     })))
 }
 

@@ -25,16 +25,18 @@ mod metadata;
 mod parameters;
 pub mod search;
 mod signal;
+mod site;
 
 pub use batch::{Batch, Column};
 pub use descriptor::{
     Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
-pub use error::{BadValue, KineticsError};
+pub use error::KineticsError;
 pub use joint::{JointError, JointKinetics, Member};
 pub use library::{Library, Overdue, PluginKinetics, overdue};
 pub use search::Search;
 pub use signal::Signal;
+pub use site::{BadValue, Site};
 
 /// A result that was given, but outside the range that the law was made for.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -152,6 +152,14 @@ impl Initial {
                 let pattern = read(node).map_err(|p: Problem| p.also_allowed(&["file"]))?;
                 Self::checked(pattern)
             }
+            Value::Table(entries) if entries.len() > 1 => {
+                let keys: Vec<&str> = entries.iter().map(|(key, _)| key.name.as_str()).collect();
+                let message = format!("a start has one of its kinds; found {}", keys.join(", "));
+                Err(Problem::plain(message).help(
+                    "what belongs to a kind stands within it: \
+                     { gaussian = { width = 5.0, amplitude = 0.2, background = 0.1 } }",
+                ))
+            }
             other => {
                 let expected = "a number or a table such as { gaussian = { … } }";
                 Err(Problem::mismatch(expected, other.describe())

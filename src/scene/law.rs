@@ -81,7 +81,7 @@ impl KineticsSpec {
             (Observable { name: name.clone(), unit, doc: String::new() }, text.clone())
         });
         Some(Law {
-            name: "formula".into(),
+            name: "kinetics".into(),
             species: species.collect(),
             parameters: parameters.collect(),
             values: self.parameters.values().map(ParameterSpec::uniform).collect(),

@@ -20,6 +20,13 @@ const OTHERS: [(&str, &str); 5] = [
     ("rest_position", "length"),
 ];
 
+/// Whether frames use this name for something that is of no law.
+pub(super) fn is_built_in(name: &str) -> bool {
+    name == "displacement"
+        || OTHERS.iter().any(|(known, _)| *known == name)
+        || Signal::ALL.iter().any(|signal| *signal != Signal::Time && signal.name() == name)
+}
+
 /// The fields that a scene wants in its frames.
 pub struct Fields {
     names: Vec<String>,

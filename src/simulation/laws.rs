@@ -12,7 +12,8 @@ use crate::kinetics::formula::{
     self, Formula, FormulaError, FormulaKinetics, Law, LawError, Which,
 };
 use crate::kinetics::{
-    JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter, Search,
+    Descriptor, JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter,
+    Search,
 };
 use crate::scene::{KineticsSpec, ParameterSpec, Scene, path_to};
 use crate::sheet::Sheet;
@@ -41,7 +42,10 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
     for (number, spec) in scene.kinetics.iter().enumerate() {
         let path = scene.kinetics_path(number);
         let (kinetics, file): (Arc<dyn Kinetics>, _) = match spec.law() {
-            Some(law) => (Arc::new(written(scene, &path, spec, &law, notes)?), None),
+            Some(law) => {
+                let law = Law { name: path.clone(), ..law };
+                (Arc::new(written(scene, &path, spec, &law, notes)?), None)
+            }
             None => {
                 let (kinetics, file) = loaded(scene, &path, spec, search)?;
                 (kinetics, Some(file))
@@ -65,7 +69,57 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
             Arc::new(joint)
         }
     };
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        check_names(scene, number, spec, kinetics.descriptor())?;
+    }
     Ok(Some(Laws { kinetics, files, parameters }))
+}
+
+/// Refuses names that frames use for something else.
+fn check_names(scene: &Scene, number: usize, spec: &KineticsSpec, all: &Descriptor) -> Result<()> {
+    let names = all.species.iter().map(|s| &s.name).chain(all.observables.iter().map(|o| &o.name));
+    for name in names.filter(|name| super::fields::is_built_in(name)) {
+        let table = scene.kinetics_path(number);
+        let (part, help) = if spec.observables.contains_key(name) {
+            ("observables", None)
+        } else if spec.rates.contains_key(name) {
+            ("rates", None)
+        } else if spec.plugin.is_some() {
+            ("plugin", Some(format!("rename = {{ {name} = \"…\" }} gives it another name here")))
+        } else {
+            continue;
+        };
+        let path = if help.is_some() {
+            format!("{table}.plugin")
+        } else {
+            path_to(&format!("{table}.{part}"), name)
+        };
+        let message = format!("frames have a field `{name}` of their own");
+        return Err(scene.error_at(&path, &message, help.as_deref()).into());
+    }
+    Ok(())
+}
+
+/// The laws of a scene with their parameters over its sheet, and nothing else of it.
+///
+/// # Errors
+/// As for [`load`] and [`parameter_fields`], and if the scene has no law.
+pub fn over_the_sheet(scene: &Scene, search: &Search) -> Result<(Laws, ParameterFields)> {
+    let none = || scene.missing_table("kinetics", "this scene has no law");
+    let laws = load(scene, search, &mut Vec::new())?.ok_or_else(none)?;
+    if !vary(scene) {
+        return Ok((laws, ParameterFields::default()));
+    }
+    let sheet = super::read_sheet(scene, &mut Vec::new())?;
+    let location = super::location(scene, Some(laws.kinetics.as_ref()));
+    let fields = parameter_fields(scene, &sheet, location, &laws)?;
+    Ok((laws, fields))
+}
+
+/// Whether some parameter differs from place to place.
+fn vary(scene: &Scene) -> bool {
+    let mut parameters = scene.kinetics.iter().flat_map(|spec| spec.parameters.values());
+    parameters.any(|value| value.uniform().is_none())
 }
 
 /// Looks at the laws where a run begins: whether they are pure, and whether derivatives are right.
@@ -76,6 +130,11 @@ pub fn try_out(system: &mut System, state: &State) -> Result<Vec<String>> {
     if system.chemistry().is_none() {
         return Ok(Vec::new());
     }
+    let notes = tried(system, state);
+    notes.map_err(|error| super::located(error, system.mechanics().sheet(), &state.x))
+}
+
+fn tried(system: &mut System, state: &State) -> Result<Vec<String>> {
     system.follow(state)?;
     let signals = system.signals(state);
     let Some(chemistry) = system.chemistry() else { return Ok(Vec::new()) };
@@ -101,7 +160,20 @@ fn written(
             return Err(scene.error_at(&path, "a species has this name already", None).into());
         }
     }
+    let measured: Vec<&str> =
+        spec.parameters.keys().chain(spec.observables.keys()).map(String::as_str).collect();
+    if let Some(name) = spec.units.keys().find(|name| !measured.contains(&name.as_str())) {
+        let table = format!("{path}.units");
+        return Err(scene.unknown_key(&table, name, "parameter or observable", &measured).into());
+    }
     let kinetics = FormulaKinetics::new(law).map_err(|e| misspelt(scene, path, law, &e))?;
+    let still = |name: &&String| !spec.rates.contains_key(*name) && !spec.shared.contains(name);
+    for name in spec.species.keys().filter(still) {
+        notes.push(format!(
+            "the species `{name}` of {path} has no rate, and changes by diffusion only; if it is \
+             another law's, say shared = [\"{name}\"]"
+        ));
+    }
     for name in kinetics.unused() {
         notes.push(format!("no formula of {path} mentions its parameter `{name}`"));
     }
@@ -156,7 +228,18 @@ fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
         }
     };
     let FormulaError { span, message, help } = &error.error;
-    Error::Scene(scene.error_within(&path, &text, span, message, help.as_deref()))
+    let unknown = text.get(span.clone()).unwrap_or_default();
+    let elsewhere = |spec: &&KineticsSpec| {
+        spec.rates.contains_key(unknown)
+            || spec.plugin.is_some() && spec.initial.contains_key(unknown)
+    };
+    let foreign = help.is_some() && scene.kinetics.iter().any(|spec| elsewhere(&spec));
+    let hint = format!(
+        "`{unknown}` is a species of another law: to read it here, add species.{unknown} = {{}}; the \
+         later of the two tables says shared = [\"{unknown}\"]"
+    );
+    let help = if foreign { Some(hint.as_str()) } else { help.as_deref() };
+    Error::Scene(scene.error_within(&path, &text, span, message, help))
 }
 
 /// The parameters at every point where species live, if any differ from point to point.
@@ -169,8 +252,7 @@ pub fn parameter_fields(
     location: Location,
     laws: &Laws,
 ) -> Result<ParameterFields> {
-    let varies = |spec: &KineticsSpec| spec.parameters.values().any(|p| p.uniform().is_none());
-    if !scene.kinetics.iter().any(varies) {
+    if !vary(scene) {
         return Ok(ParameterFields::default());
     }
     let points = start::points(sheet, location);

@@ -176,6 +176,25 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     Ok(Setup { sheet, system, state, integrator, plugins, fields, notes })
 }
 
+/// Says where the point is that an error blames.
+fn located(mut error: Error, sheet: &Sheet, x: &[Vec3]) -> Error {
+    if let Error::Kinetics(kinetics) = &mut error
+        && let Some(site) = kinetics.site_mut()
+    {
+        let corners: &[u32] = match site.location {
+            "vertex" => &[crate::num::index(site.point)],
+            "edge" => sheet.edges().get(site.point).map_or(&[], |edge| &edge.vertices),
+            _ => sheet.triangles().get(site.point).map_or(&[], |corners| corners),
+        };
+        let places: Vec<&Vec3> = corners.iter().filter_map(|v| x.get(*v as usize)).collect();
+        if !places.is_empty() {
+            let mean = places.iter().copied().sum::<Vec3>() / crate::num::real(places.len());
+            site.position = Some(mean.into());
+        }
+    }
+    error
+}
+
 fn rest_areas(sheet: &Sheet) -> Vec<f64> {
     let mut faces = Faces::default();
     faces.update(sheet, sheet.rest());

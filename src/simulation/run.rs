@@ -243,6 +243,7 @@ fn stopped(
     compression: Compression,
     error: Error,
 ) -> Error {
+    let error = super::located(error, &setup.sheet, &setup.state.x);
     let path = directory.root().join("failed.vtu");
     // The system still holds the rest metric of the failed try.
     let followed = setup.system.follow(&setup.state);

@@ -108,6 +108,12 @@ impl Chemistry {
         self.kinetics.descriptor()
     }
 
+    /// Where parameters differ from place to place.
+    #[must_use]
+    pub fn parameters(&self) -> &ParameterFields {
+        &self.parameters
+    }
+
     /// What the values of species are per.
     #[must_use]
     pub fn measure(&self) -> Measure {

@@ -1,4 +1,4 @@
-/* dc/dt = -c, with the fault that FAULT names; where c matters, at points with c > 0.5. */
+/* dc/dt = -k c, with the fault that FAULT names; where c matters, at points with c > 0.5. */
 #define _DEFAULT_SOURCE
 #include "rumple_plugin.h"
 
@@ -9,6 +9,7 @@
 enum {
     NONE, NOT_FINITE, WRONG_DERIVATIVE, HIDDEN_STATE, MUTATED_INPUT, NOT_THREAD_SAFE, ENDLESS,
     ABORTS, SEGFAULT, BEYOND, EXITS, UNWRITTEN, NEGATIVE_FACTOR, WRONG_FACTOR_DERIVATIVE,
+    FIELDS_IGNORED,
 };
 
 static const RumpleSpecies species[] = {
@@ -24,18 +25,20 @@ static const RumpleDescriptor descriptor = {
     .version = RUMPLE_STR("0.1.0"),
     RUMPLE_ARRAYS(species, parameters, signals),
     .capabilities = RUMPLE_RATES | RUMPLE_RATE_PARTIALS | RUMPLE_LENGTH_FACTOR |
-                    RUMPLE_LENGTH_FACTOR_PARTIALS,
+                    RUMPLE_LENGTH_FACTOR_PARTIALS |
+                    (FAULT == FIELDS_IGNORED ? RUMPLE_PARAMETER_FIELDS : 0),
 };
 
 static RumpleStatus create(const double *values, size_t count, void **instance,
                            RumpleReport *report) {
-    (void)values, (void)count, (void)report;
-    static int nothing;
-    *instance = &nothing;
+    (void)report;
+    double *k = malloc(count * sizeof *k);
+    *k = *values;
+    *instance = k;
     return RUMPLE_OK;
 }
 
-static void destroy(void *instance) { (void)instance; }
+static void destroy(void *instance) { free(instance); }
 
 static double scratch[1024];
 static double calls;
@@ -43,10 +46,11 @@ static volatile int *volatile nowhere = (volatile int *)8;
 
 static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                           const RumpleColumnMut *values, RumpleReport *report) {
-    (void)instance, (void)report;
+    (void)report;
+    const double k = *(const double *)instance;
     calls += 1.0;
     for (size_t i = 0; i < batch->count; i++) {
-        double c = rumple_get(batch->species[0], i), rate = -c;
+        double c = rumple_get(batch->species[0], i), rate = -k * c;
         if (c > 0.5) {
             if (FAULT == NOT_FINITE)
                 rate = NAN;

@@ -9,4 +9,5 @@ mod models;
 mod parameters;
 mod planted;
 mod search;
+mod told;
 mod versions;

@@ -55,6 +55,11 @@ fn validate_finds_every_planted_fault() {
         (planted("EXITS"), "finite rates", "it exits by itself"),
         (planted("BEYOND"), "writes only", "writes beyond the 256 points"),
         (planted("UNWRITTEN"), "writes only", "unwritten"),
+        (
+            planted("FIELDS_IGNORED"),
+            "parameters over the sheet",
+            "an instance with these parameters",
+        ),
         (panics, "finite rates", "failed in rates at vertex"),
     ];
     for (library, check, message) in cases {
@@ -116,7 +121,7 @@ fn a_run_survives_every_planted_fault() {
         (
             planted("NOT_FINITE"),
             2,
-            &[named, "NaN in rates for the rate of species c at vertex", "(c = 0."],
+            &[named, "NaN in rates for the rate of species c at vertex", "(c = 0.", "position ("],
         ),
         (planted("HIDDEN_STATE"), 2, &[named, "for the rate of species c at vertex", "gave"]),
         (
@@ -175,8 +180,8 @@ fn a_run_says_which_derivative_is_wrong_and_goes_on() {
     let out = rumple(folder.path(), &["run", "scene.toml", "--out", "other"]);
     let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
     assert!(out.status.success(), "{text}");
-    assert!(
-        text.contains("plugin `planted` gives 0.2 in length_factor_partials for the derivative"),
-        "{text}"
-    );
+    let wrong = "plugin `planted` gives 0.2 in length_factor_partials for the derivative";
+    assert!(text.contains(wrong), "{text}");
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "third", "--quiet"]);
+    assert!(String::from_utf8_lossy(&out.stderr).contains(wrong));
 }

@@ -67,9 +67,9 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
         progress.finish();
         if interrupt.requested() {
             if !members.is_empty() {
-                print!("{}", table(&members));
+                say!("{}", table(&members).trim_end());
             }
-            println!("{name}: interrupted; what it did is in {}", directory.display());
+            say!("{name}: interrupted; what it did is in {}", directory.display());
             return Err(Error::Solve(SolveError::Interrupted));
         }
         if let Err(error @ Error::Output(_)) = outcome {
@@ -78,8 +78,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
         members.push(Member { name, outcome });
         write(&root, &members)?;
     }
-    print!("{}", table(&members));
-    println!("every output time, plots and, of sheets, pictures side by side: {}", root.display());
+    say!("{}", table(&members).trim_end());
+    say!("every output time, plots and, of sheets, pictures side by side: {}", root.display());
     // Where nothing ran there is nothing to compare, and the first reason is that of all.
     if members.iter().all(|m| m.outcome.is_err())
         && let Some(error) = members.into_iter().find_map(|m| m.outcome.err())
@@ -114,7 +114,7 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
                 name += &settings(table);
             }
             if planned.iter().any(|p| p.name == name) {
-                println!("{name}: listed twice, run once");
+                say!("{name}: listed twice, run once");
             } else {
                 planned.push(Planned { name, scene });
             }
@@ -160,9 +160,9 @@ fn announce(args: &CompareArgs, search: &Search) -> Result<()> {
     let mut setup = prepare(&Scene::load(&args.scene.scene, &overrides)?, search)?;
     setup.system.relax(&mut setup.state)?;
     match Timescales::of(&mut setup) {
-        Ok(Some(timescales)) => println!("{}", timescales.verdict()),
+        Ok(Some(timescales)) => say!("{}", timescales.verdict()),
         Ok(None) => {}
-        Err(error) => println!("the timescales are not known: {error}"),
+        Err(error) => say!("the timescales are not known: {error}"),
     }
     Ok(())
 }

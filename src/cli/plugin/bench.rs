@@ -33,16 +33,16 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
         // Only fails if a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
-    let kinetics: Arc<dyn Kinetics> = match args.law.find()? {
-        Found::Library(library) => Arc::new(library.instantiate(&BTreeMap::new())?),
-        Found::Scene(kinetics) => kinetics,
+    let (kinetics, fields): (Arc<dyn Kinetics>, _) = match args.law.find()? {
+        Found::Library(library) => (Arc::new(library.instantiate(&BTreeMap::new())?), Vec::new()),
+        Found::Scene { kinetics, fields } => (kinetics, fields),
     };
     let count = args.points as usize;
-    let samples = Samples::new(kinetics.descriptor(), count, 1);
+    let samples = Samples::new(kinetics.descriptor(), count, 1).with_parameters(&fields, 1);
     let (species, inputs) = (kinetics.descriptor().species.len(), kinetics.descriptor().inputs());
     let mut values = Columns::new(species, count);
     let mut partials = Columns::new(species * inputs, count);
-    println!(
+    say!(
         "{}: {count} points, {} threads",
         kinetics.descriptor().name,
         rayon::current_num_threads()
@@ -87,6 +87,6 @@ fn time(
     })?;
     times.sort_by(f64::total_cmp);
     let median = times[times.len() / 2] * 1e9 / crate::num::real(points);
-    println!("{what:<32} {median:8.2} ns a point (median of {})", times.len());
+    say!("{what:<32} {median:8.2} ns a point (median of {})", times.len());
     Ok(())
 }

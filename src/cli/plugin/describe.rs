@@ -20,17 +20,17 @@ pub(super) fn list(search: &Search) -> Result<()> {
         match Library::load(file) {
             Ok(library) => {
                 let d = library.descriptor();
-                println!("{name:<20} {:<8} {}", d.version, d.doc);
+                say!("{name:<20} {:<8} {}", d.version, d.doc);
             }
-            Err(error) => println!("{name:<20} refused  {error}"),
+            Err(error) => say!("{name:<20} refused  {error}"),
         }
     }
     if found.is_empty() {
-        println!("no plugins");
+        say!("no plugins");
     }
-    println!("\nlooked in:");
+    say!("\nlooked in:");
     for directory in search.directories() {
-        println!("  {}", directory.display());
+        say!("  {}", directory.display());
     }
     Ok(())
 }
@@ -38,19 +38,39 @@ pub(super) fn list(search: &Search) -> Result<()> {
 pub(super) fn run(args: &DescribeArgs) -> Result<()> {
     match args.law.find()? {
         Found::Library(library) => {
-            println!("file        {}", library.path().display());
-            describe(library.descriptor());
+            say!("file        {}", library.path().display());
+            describe(library.descriptor(), &|p| match library.descriptor().parameters[p].default {
+                Default::Value(value) => value.to_string(),
+                Default::SameAs(earlier) => library.descriptor().parameters[earlier].name.clone(),
+            });
         }
-        Found::Scene(kinetics) => describe(kinetics.descriptor()),
+        Found::Scene { kinetics, fields } => {
+            describe(
+                kinetics.descriptor(),
+                &|p| match fields.get(p).map_or(&[][..], Vec::as_slice) {
+                    [] => kinetics.parameters()[p].to_string(),
+                    [one] => one.to_string(),
+                    field => over_the_sheet(field),
+                },
+            );
+        }
     }
     Ok(())
 }
 
-fn describe(d: &Descriptor) {
-    println!("name        {} {} ({})", d.name, d.version, d.id);
+/// The least and the greatest value of a parameter that differs from place to place.
+pub(in crate::cli) fn over_the_sheet(field: &[f64]) -> String {
+    let least = field.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = field.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    format!("{least} to {most} over the sheet")
+}
+
+/// Prints a description; `value` says what each parameter is.
+fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
+    say!("name        {} {} ({})", d.name, d.version, d.id);
     for (what, text) in [("author", &d.author), ("licence", &d.licence), ("doc", &d.doc)] {
         if !text.is_empty() {
-            println!("{what:<11} {text}");
+            say!("{what:<11} {text}");
         }
     }
     for s in &d.species {
@@ -62,7 +82,7 @@ fn describe(d: &Descriptor) {
         };
         let diffusion =
             if s.diffusion > 0.0 { format!(", D = {}", s.diffusion) } else { String::new() };
-        println!(
+        say!(
             "species     {} [{}] {}, typically {}{range}{diffusion}, on {}",
             s.name,
             s.unit,
@@ -71,15 +91,12 @@ fn describe(d: &Descriptor) {
             s.location.nouns()
         );
     }
-    for p in &d.parameters {
-        let default = match p.default {
-            Default::Value(value) => value.to_string(),
-            Default::SameAs(earlier) => d.parameters[earlier].name.clone(),
-        };
-        println!("parameter   {} = {default} [{}] {} ({})", p.name, p.unit, p.doc, p.range());
+    for (number, p) in d.parameters.iter().enumerate() {
+        let doc = if p.doc.is_empty() { String::new() } else { format!(" {}", p.doc) };
+        say!("parameter   {} = {} [{}]{doc} ({})", p.name, value(number), p.unit, p.range());
     }
     for read in &d.signals {
-        println!(
+        say!(
             "reads       {} [{}], typically {}",
             read.signal.name(),
             read.signal.unit(),
@@ -88,14 +105,14 @@ fn describe(d: &Descriptor) {
     }
     let exact =
         |exact: bool| if exact { "exact derivatives" } else { "derivatives by differences" };
-    println!("gives       rates, {}", exact(d.capabilities.rate_partials));
+    say!("gives       rates, {}", exact(d.capabilities.rate_partials));
     if d.capabilities.length_factor {
-        println!("gives       length factor, {}", exact(d.capabilities.length_factor_partials));
+        say!("gives       length factor, {}", exact(d.capabilities.length_factor_partials));
     }
     for o in &d.observables {
-        println!("gives       observable {} [{}] {}", o.name, o.unit, o.doc);
+        say!("gives       observable {} [{}] {}", o.name, o.unit, o.doc);
     }
     if !d.capabilities.parameter_fields && !d.parameters.is_empty() {
-        println!("fields      parameters that differ from place to place cost an instance each");
+        say!("fields      parameters that differ from place to place cost an instance each");
     }
 }

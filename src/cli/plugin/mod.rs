@@ -15,6 +15,8 @@ use crate::kinetics::{Kinetics, Library, Search};
 use crate::scene::Scene;
 use crate::simulation::laws;
 
+pub(super) use describe::over_the_sheet;
+
 /// Arguments of `plugin`.
 #[derive(Debug, Args)]
 pub(super) struct PluginArgs {
@@ -63,7 +65,11 @@ struct LawArgs {
 /// A law that was found: a library, or what a scene makes of libraries and formulas.
 enum Found {
     Library(Arc<Library>),
-    Scene(Arc<dyn Kinetics>),
+    Scene {
+        kinetics: Arc<dyn Kinetics>,
+        /// Where parameters differ over the sheet: one column a parameter.
+        fields: Vec<Vec<f64>>,
+    },
 }
 
 impl LawArgs {
@@ -72,9 +78,8 @@ impl LawArgs {
         let path = Path::new(&self.law);
         if path.extension().is_some_and(|ending| ending == "toml") {
             let scene = Scene::load(path, &[])?;
-            let laws = laws::load(&scene, &search, &mut Vec::new())?;
-            let none = || scene.missing_table("kinetics", "this scene has no law");
-            return Ok(Found::Scene(laws.ok_or_else(none)?.kinetics));
+            let (laws, fields) = laws::over_the_sheet(&scene, &search)?;
+            return Ok(Found::Scene { kinetics: laws.kinetics, fields: fields.at_points });
         }
         let file = search.resolve(&self.law, Path::new(""))?;
         Ok(Found::Library(Library::load(&file)?))

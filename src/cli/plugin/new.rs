@@ -98,11 +98,11 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
     files.push(("scene.toml".to_owned(), names.fill(include_str!("templates/scene.toml.in"))));
     write(&folder, &files)
         .map_err(|e| refuse(format!("{} cannot be written: {e}", folder.display())))?;
-    println!("{} is written. Next:", folder.display());
-    println!("  cd {}", folder.display());
-    println!("  {build}");
-    println!("  rumple plugin validate ./{}", names.library);
-    println!("  rumple run scene.toml --out results      # and open results/sheet.pvd in ParaView");
+    say!("{} is written. Next:", folder.display());
+    say!("  cd {}", folder.display());
+    say!("  {build}");
+    say!("  rumple plugin validate ./{}", names.library);
+    say!("  rumple run scene.toml --out results      # and open results/sheet.pvd in ParaView");
     Ok(())
 }
 

@@ -67,11 +67,11 @@ fn child(args: &ValidateArgs) -> Result<()> {
                 library.instantiate(set).map(|law| Box::new(law) as Box<dyn Kinetics>)
             };
             let law = make(&BTreeMap::new())?;
-            try_out(&*law, Some(&make), args.seed.unwrap_or_default());
+            try_out(&*law, &[], Some(&make), args.seed.unwrap_or_default());
             Ok(())
         }
-        Found::Scene(law) => {
-            try_out(&*law, None, args.seed.unwrap_or_default());
+        Found::Scene { kinetics, fields } => {
+            try_out(&*kinetics, &fields, None, args.seed.unwrap_or_default());
             Ok(())
         }
     });
@@ -87,7 +87,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
 }
 
 /// Runs all checks and tells what they find.
-fn try_out(law: &dyn Kinetics, make: Option<&Make<'_>>, seed: u64) {
+fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, seed: u64) {
     let d = law.descriptor();
     let read: Vec<&str> = d.signals.iter().map(|s| s.signal.name()).collect();
     let text = format!(
@@ -101,6 +101,7 @@ fn try_out(law: &dyn Kinetics, make: Option<&Make<'_>>, seed: u64) {
     tell(&Told::Good(LOADING.to_owned(), text));
     examine::validate(
         law,
+        fields,
         make,
         seed,
         &mut |check| tell(&Told::Begin(check.to_owned())),
@@ -127,7 +128,7 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     command.arg("--").arg(&args.law.law);
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     let mut child = command.spawn().map_err(|e| no_child(&e))?;
-    println!("validating {} (--seed {seed})", args.law.law);
+    say!("validating {} at random points of its ranges (--seed {seed})", args.law.law);
 
     let (send, receive) = mpsc::channel();
     if let Some(out) = child.stdout.take() {
@@ -141,13 +142,19 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             }
         });
     }
-    let mut faults = 0;
+    let mut faults: Vec<(String, String)> = Vec::new();
     let mut current = String::new();
     let mut report = |verdict: &str, check: &str, text: &str| {
-        if verdict == "FAULT" {
-            faults += 1;
+        let cause = cause(text);
+        let known = || faults.iter().find(|(known, _)| *known == cause);
+        if verdict != "FAULT" {
+            say!("  {verdict:<6} {check:<32} {text}");
+        } else if let Some((_, earlier)) = known() {
+            say!("  {verdict:<6} {check:<32} as in \"{earlier}\"");
+        } else {
+            say!("  {verdict:<6} {check:<32} {text}");
+            faults.push((cause, check.to_owned()));
         }
-        println!("  {verdict:<6} {check:<32} {text}");
     };
     loop {
         match receive.recv_timeout(limit) {
@@ -157,7 +164,7 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             Ok(Ok(Told::Fault(check, text))) => report("FAULT", &check, &text),
             Ok(Ok(Told::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}
-            Ok(Err(line)) => println!("  it prints: {line}"),
+            Ok(Err(line)) => say!("  it prints: {line}"),
             Err(RecvTimeoutError::Timeout) => {
                 let text = format!("does not return within {} s (--time-limit)", args.time_limit);
                 report("FAULT", &current, &text);
@@ -173,9 +180,9 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     // It may hang, or have ended already.
     let _ = child.kill();
     let _ = child.wait();
-    match faults {
+    match faults.len() {
         0 => {
-            println!("no faults found");
+            say!("no faults found");
             Ok(())
         }
         n => {
@@ -184,6 +191,12 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             Err(Error::Refused(format!("{law} has {n} fault{s} ({again})")))
         }
     }
+}
+
+/// What is wrong, without the numbers: the same cause shows at other points in other checks.
+fn cause(text: &str) -> String {
+    let plain = |word: &&str| !word.contains(|c: char| c.is_ascii_digit());
+    text.split_whitespace().filter(plain).collect::<Vec<_>>().join(" ")
 }
 
 fn fresh_seed() -> u64 {

@@ -5,7 +5,7 @@
 
 use crate::kinetics::differences::{self, Scheme};
 use crate::kinetics::field::Columns;
-use crate::kinetics::{Batch, Kinetics, KineticsError};
+use crate::kinetics::{Batch, Kinetics, KineticsError, Site};
 
 /// A given derivative further from the difference than this share of their size is wrong.
 const WRONG: f64 = 1e-3;
@@ -40,19 +40,13 @@ impl Wrong {
             None => "the length factor".to_owned(),
         };
         let call = if self.species.is_some() { "rate_partials" } else { "length_factor_partials" };
-        let inputs: Vec<String> = descriptor
-            .input_names()
-            .zip(batch.inputs())
-            .map(|(name, column)| format!("{name} = {}", column.at(self.point)))
-            .collect();
+        let site = Site { point, ..Site::of(batch, descriptor, self.point) };
         format!(
-            "plugin `{}` gives {} in {call} for the derivative by {} of {of} at {} {point} ({}), \
-             where differences give {:.9e}",
-            descriptor.name,
+            "{} gives {} in {call} for the derivative by {} of {of} at {site}, where differences \
+             give {:.9e}",
+            descriptor.title(),
             self.given,
             name(self.input),
-            batch.location.noun(),
-            inputs.join(", "),
             self.difference
         )
     }
@@ -84,7 +78,10 @@ impl Worst {
             let size = difference.abs().max(other.abs());
             let floor = scale(point);
             let trusted = (difference - other).abs() <= SMOOTH * size + 1e-7 * floor;
-            let error = (given - difference).abs();
+            // A small kink met exactly passes for smooth; any slope between those of its sides is
+            // right there. The central difference is their mean.
+            let left = 2.0 * difference - other;
+            let error = (other.min(left) - given).max(given - other.max(left)).max(0.0);
             let size = size.max(given.abs());
             if !trusted || error <= WRONG * size + SMALL * floor {
                 continue;

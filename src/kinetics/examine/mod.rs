@@ -4,6 +4,7 @@
 //! looks everywhere in the declared ranges.
 
 mod derivatives;
+mod other;
 mod repeat;
 mod sample;
 mod validate;

@@ -11,6 +11,8 @@ pub struct Samples {
     count: usize,
     species: Vec<Vec<f64>>,
     signals: Vec<Vec<f64>>,
+    /// Where they differ from point to point.
+    parameters: Vec<Vec<f64>>,
 }
 
 /// Magnitudes from a thousandth of the typical one to ten times it.
@@ -59,9 +61,25 @@ impl Samples {
                 unit(&mut signals[first..]);
             }
         }
-        let mut samples = Self { count, species, signals };
+        let mut samples = Self { count, species, signals, parameters: Vec::new() };
         samples.mark(descriptor);
         samples
+    }
+
+    /// With the parameters of random places of a sheet: one column a parameter, of one value or one
+    /// a place; none for those of the law.
+    #[must_use]
+    pub fn with_parameters(mut self, fields: &[Vec<f64>], seed: u64) -> Self {
+        let places = fields.iter().map(Vec::len).max().unwrap_or(0);
+        if places > 0 {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let chosen: Vec<usize> =
+                (0..self.count).map(|_| random.random_range(0..places)).collect();
+            let at = |field: &Vec<f64>, place: usize| *field.get(place).unwrap_or(&field[0]);
+            let column = |field| chosen.iter().map(|place| at(field, *place)).collect();
+            self.parameters = fields.iter().map(column).collect();
+        }
+        self
     }
 
     /// Puts the corners of the ranges first.
@@ -93,13 +111,14 @@ impl Samples {
     pub fn with<R>(&self, signals: bool, evaluate: impl FnOnce(&Batch<'_>) -> R) -> R {
         let species: Vec<Column<'_>> = self.species.iter().map(Into::into).collect();
         let read: Vec<Column<'_>> = self.signals.iter().map(Into::into).collect();
+        let parameters: Vec<Column<'_>> = self.parameters.iter().map(Into::into).collect();
         evaluate(&Batch {
             location: Location::Vertex,
             first: 0,
             count: self.count,
             species: &species,
             signals: if signals { &read } else { &[] },
-            parameters: &[],
+            parameters: &parameters,
         })
     }
 }

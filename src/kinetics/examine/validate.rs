@@ -2,20 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
-use super::{Samples, derivatives, rates, repeat};
-use crate::kinetics::descriptor::Default;
+use super::{Samples, derivatives, other, rates, repeat};
 use crate::kinetics::field::{self, Columns};
-use crate::kinetics::{Descriptor, Kinetics, KineticsError};
+use crate::kinetics::{Kinetics, KineticsError};
 
 /// Sampled points.
 const POINTS: usize = 4096;
 /// Points that are called one by one.
 const SINGLE: usize = 256;
-/// Sets of parameters besides the defaults.
-const SETS: usize = 8;
 /// Numbers around every output that must stay as they are.
 const MARGIN: usize = 64;
 /// What is there: a number that no law writes.
@@ -46,19 +40,23 @@ pub type Make<'a> = dyn Fn(&BTreeMap<String, f64>) -> Made + 'a;
 /// A law, or why there is none.
 pub type Made = Result<Box<dyn Kinetics>, KineticsError>;
 
-type Check = Result<Verdict, KineticsError>;
+pub(super) type Check = Result<Verdict, KineticsError>;
 
-/// Runs every check on a law; `make` makes it with other parameters. `begin` hears
-/// of every check before it starts, `end` what it found: a law may end the process in between.
+/// Runs every check on a law: with its own parameters, or with those of random places of `fields`
+/// (one column a parameter, of one value or one a place; empty for none). `make` makes it with other
+/// parameters. `begin` hears of every check before it starts, `end` what it found: a law may end the
+/// process in between.
 pub fn validate(
     kinetics: &dyn Kinetics,
+    fields: &[Vec<f64>],
     make: Option<&Make<'_>>,
     seed: u64,
     begin: &mut dyn FnMut(&'static str),
     end: &mut dyn FnMut(Finding),
 ) {
-    let samples = Samples::new(kinetics.descriptor(), POINTS, seed);
-    let few = Samples::new(kinetics.descriptor(), SINGLE, seed);
+    let sample =
+        |count| Samples::new(kinetics.descriptor(), count, seed).with_parameters(fields, seed);
+    let (samples, few) = (sample(POINTS), sample(SINGLE));
     let given = kinetics.descriptor().capabilities;
     let mut run = |check: &'static str, body: &dyn Fn() -> Check| {
         begin(check);
@@ -80,6 +78,15 @@ pub fn validate(
         samples.with(false, |batch| field::length_factor(kinetics, batch, &mut factor))?;
         good(points.clone())
     });
+    run("same inputs, same outputs", &|| {
+        samples.with(true, |batch| repeat::same_twice(kinetics, batch))?;
+        few.with(true, |batch| repeat::one_by_one(kinetics, batch))?;
+        good("called twice, in batches and point by point".into())
+    });
+    run("several threads at once", &|| {
+        samples.with(true, |batch| repeat::threads(kinetics, batch))?;
+        good("8 threads".into())
+    });
     run("derivatives", &|| wrong_derivatives(kinetics, &samples));
     run("observables", &|| {
         let count = kinetics.descriptor().observables.len();
@@ -91,16 +98,8 @@ pub fn validate(
         good(points.clone())
     });
     run("writes only where it may", &|| stray_writes(kinetics, &few));
-    run("same inputs, same outputs", &|| {
-        samples.with(true, |batch| repeat::same_twice(kinetics, batch))?;
-        few.with(true, |batch| repeat::one_by_one(kinetics, batch))?;
-        good("called twice, in batches and point by point".into())
-    });
-    run("several threads at once", &|| {
-        samples.with(true, |batch| repeat::threads(kinetics, batch))?;
-        good("8 threads".into())
-    });
-    run("other parameters", &|| other_parameters(kinetics, make, &samples, seed));
+    run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
+    run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
 }
 
 fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
@@ -172,57 +171,4 @@ fn stray_writes(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
         }
         Ok(Verdict::Good(format!("{} points, inputs unchanged", batch.count)))
     })
-}
-
-/// Rates with parameters around their defaults.
-fn other_parameters(
-    kinetics: &dyn Kinetics,
-    make: Option<&Make<'_>>,
-    samples: &Samples,
-    seed: u64,
-) -> Check {
-    let descriptor = kinetics.descriptor();
-    if descriptor.parameters.is_empty() {
-        return Ok(Verdict::Skipped("there are none".into()));
-    }
-    let Some(make) = make else { return Ok(Verdict::Skipped("the scene gives them".into())) };
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut refused = 0;
-    for _ in 0..SETS {
-        let set = parameters(descriptor, kinetics.parameters(), &mut random);
-        let text: Vec<String> =
-            set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        let law = match make(&set) {
-            Ok(law) => law,
-            // It may know that they do not go together.
-            Err(KineticsError::Failed { message, .. }) if !message.starts_with("panicked") => {
-                refused += 1;
-                continue;
-            }
-            Err(error) => return Err(error),
-        };
-        let outcome = samples.with(true, |batch| rates(law.as_ref(), batch));
-        if let Err(error) = outcome {
-            return Ok(Verdict::Fault(format!("{error}; with {}", text.join(", "))));
-        }
-    }
-    let note = if refused == 0 { String::new() } else { format!(", {refused} of them refused") };
-    Ok(Verdict::Good(format!("{SETS} sets from half to twice the defaults{note}")))
-}
-
-fn parameters(
-    descriptor: &Descriptor,
-    defaults: &[f64],
-    random: &mut ChaCha8Rng,
-) -> BTreeMap<String, f64> {
-    let mut set = BTreeMap::new();
-    for (parameter, default) in descriptor.parameters.iter().zip(defaults) {
-        if matches!(parameter.default, Default::SameAs(_)) {
-            continue;
-        }
-        let value = default * 2_f64.powf(random.random_range(-1.0..1.0));
-        let value = if parameter.allows(value) { value } else { *default };
-        set.insert(parameter.name.clone(), value);
-    }
-    set
 }

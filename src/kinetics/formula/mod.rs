@@ -23,7 +23,7 @@ use graph::{Graph, Id};
 use names::Names;
 use program::Program;
 
-use super::descriptor::{Capabilities, Descriptor, Observable};
+use super::descriptor::{Capabilities, Descriptor, FORMULA, Observable};
 use super::{Batch, Column, Kinetics, Outcome, Parameter, Signal, SignalRead, Species};
 
 /// One formula of a law.
@@ -180,7 +180,7 @@ impl FormulaKinetics {
             parameter_fields: true,
         };
         let descriptor = Descriptor {
-            id: format!("formula.{}", law.name),
+            id: format!("{FORMULA}{}", law.name),
             name: law.name.clone(),
             version: String::new(),
             author: String::new(),

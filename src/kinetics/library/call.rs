@@ -4,7 +4,7 @@ use rumple_plugin_abi as abi;
 
 use super::watch;
 use crate::kinetics::descriptor::Location;
-use crate::kinetics::{KineticsError, Outcome, Unreliable};
+use crate::kinetics::{KineticsError, Outcome, Site, Unreliable};
 
 /// Bytes that a plugin has for a message.
 const MESSAGE_CAPACITY: usize = 1024;
@@ -49,7 +49,10 @@ impl Call<'_> {
         let message = if text.is_empty() { "it gives no reason".to_owned() } else { text };
         let number = (point != abi::NO_POINT).then(|| self.first.saturating_add(point));
         let plugin = self.plugin.to_owned();
-        let point = number.map(|number| (self.location.noun(), number));
+        let point = number.map(|point| {
+            let location = self.location.noun();
+            Box::new(Site { location, point, inputs: Vec::new(), position: None })
+        });
         let call = self.name;
         match status {
             abi::Status::UNRELIABLE => Ok(Some(Unreliable { message, point: number })),

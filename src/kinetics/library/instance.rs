@@ -17,7 +17,7 @@ use super::inputs::Inputs;
 use crate::kinetics::batch::{Batch, Column};
 use crate::kinetics::descriptor::{Descriptor, Location};
 use crate::kinetics::error::KineticsError;
-use crate::kinetics::{Kinetics, Outcome, differences};
+use crate::kinetics::{Kinetics, Outcome, Site, differences};
 
 /// The law of a loaded plugin with its parameters.
 #[derive(Debug)]
@@ -205,7 +205,13 @@ impl PluginKinetics {
         if watched {
             inputs.check(&self.library.descriptor, wanted.name, batch)?;
         }
-        outcome
+        outcome.map_err(|mut error| {
+            if let Some(site) = error.site_mut() {
+                let point = site.point.saturating_sub(batch.first);
+                *site = Site::of(batch, &self.library.descriptor, point);
+            }
+            error
+        })
     }
 }
 

@@ -1,0 +1,82 @@
+//! The point to blame for an error, with what the law saw there.
+
+use std::fmt;
+
+use super::{Batch, Descriptor};
+
+/// A point of a call.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// `vertex`, `face` or `edge`.
+    pub location: &'static str,
+    /// Its number.
+    pub point: usize,
+    /// Name and value of every input there: species, signal columns, parameters that vary.
+    pub inputs: Vec<(String, f64)>,
+    /// Where it is, if somebody who knows has said so.
+    pub position: Option<[f64; 3]>,
+}
+
+impl Site {
+    /// A point of a batch, counted from the first one of it.
+    pub(super) fn of(batch: &Batch<'_>, descriptor: &Descriptor, point: usize) -> Self {
+        let values = batch.inputs().map(|column| column.at(point));
+        let names = descriptor.input_names().map(str::to_owned);
+        let parameters = descriptor.parameters.iter().zip(batch.parameters);
+        let varying = parameters.filter(|(_, column)| column.parts().1 > 0);
+        let inputs = if point < batch.count {
+            let varying = varying.map(|(parameter, c)| (parameter.name.clone(), c.at(point)));
+            names.zip(values).chain(varying).collect()
+        } else {
+            Vec::new()
+        };
+        let (location, point) = (batch.location.noun(), batch.first.saturating_add(point));
+        Self { location, point, inputs, position: None }
+    }
+}
+
+impl fmt::Display for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.location, self.point)?;
+        if !self.inputs.is_empty() {
+            let inputs: Vec<String> =
+                self.inputs.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            write!(f, " ({})", inputs.join(", "))?;
+        }
+        if let Some([x, y, z]) = self.position {
+            write!(f, ", position ({x:.4}, {y:.4}, {z:.4})")?;
+        }
+        Ok(())
+    }
+}
+
+/// A bad output, with all that is needed to reproduce it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BadValue {
+    /// The law, as messages call it.
+    pub law: String,
+    /// Which call.
+    pub call: &'static str,
+    /// What was returned, for example `the rate of species c`.
+    pub quantity: String,
+    /// The value.
+    pub value: f64,
+    /// Where.
+    pub site: Site,
+}
+
+impl fmt::Display for BadValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { law, call, quantity, value, site } = self;
+        write!(f, "{law} returned {value} in {call} for {quantity} at {site}")?;
+        if *value <= 0.0 {
+            // The only outputs with a sign of their own.
+            write!(
+                f,
+                "; a length factor must be positive: keep the species in their range, or let the \
+                 factor level off as 1 + a*tanh(c) does"
+            )?;
+        }
+        Ok(())
+    }
+}
