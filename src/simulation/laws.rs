@@ -238,7 +238,13 @@ fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
         "`{unknown}` is a species of another law: to read it here, add species.{unknown} = {{}}; the \
          later of the two tables says shared = [\"{unknown}\"]"
     );
-    let help = if foreign { Some(hint.as_str()) } else { help.as_deref() };
+    let product = format!("`{unknown}` is a value of this law: to multiply, write {unknown}*(…)");
+    let called = message.starts_with("no function") && law.has(unknown);
+    let help = match (called, foreign) {
+        (true, _) => Some(product.as_str()),
+        (_, true) => Some(hint.as_str()),
+        _ => help.as_deref(),
+    };
     Error::Scene(scene.error_within(&path, &text, span, message, help))
 }
 

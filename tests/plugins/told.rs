@@ -74,6 +74,12 @@ fn the_species_of_another_law_is_known_by_name() {
 }
 
 #[test]
+fn a_value_that_is_called_is_a_product_to_be() {
+    let text = refused("[kinetics]\nrates.c = \"-tau(1 + c)\"\nparameters.tau = 1.0");
+    assert!(text.contains("to multiply, write tau*(…)"), "{text}");
+}
+
+#[test]
 fn a_start_of_two_kinds_says_what_is_one() {
     let law = "[kinetics]\nrates.c = \"-c\"\n\
                initial.c = { gaussian = { width = 1.0, amplitude = 1.0 }, background = 1.0 }";

@@ -56,6 +56,16 @@ pub struct Law {
     pub observables: Vec<(Observable, String)>,
 }
 
+impl Law {
+    /// Whether a species, a parameter or a `let` has this name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.species.iter().any(|s| s.name == name)
+            || self.parameters.iter().any(|p| p.name == name)
+            || self.lets.iter().any(|l| l.name == name)
+    }
+}
+
 /// Which formula of a law is wrong, and how.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LawError {
