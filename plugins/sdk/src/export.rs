@@ -21,6 +21,12 @@ pub struct Exported(PluginTable);
 unsafe impl Sync for Exported {}
 
 impl Exported {
+    /// What an engine reads.
+    #[must_use]
+    pub const fn table(&self) -> &PluginTable {
+        &self.0
+    }
+
     /// The table of a model; made by [`export_plugin!`](crate::export_plugin).
     #[must_use]
     pub const fn new<M: Model>(
