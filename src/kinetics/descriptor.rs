@@ -168,8 +168,15 @@ pub struct Descriptor {
     pub signals: Vec<SignalRead>,
     /// Quantities to look at.
     pub observables: Vec<Observable>,
+    /// Signals that these read: computed for frames only.
+    pub observed: Vec<SignalRead>,
     /// What is given besides rates.
     pub capabilities: Capabilities,
+}
+
+/// The names of the columns of signals.
+pub(super) fn columns(signals: &[SignalRead]) -> impl Iterator<Item = &'static str> {
+    signals.iter().flat_map(|read| read.signal.columns()).copied()
 }
 
 /// Before the name, in the id of a law that a scene writes out.
@@ -187,10 +194,10 @@ impl Descriptor {
         format!("{noun} `{}`", self.name)
     }
 
-    /// The number of signal columns: one a scalar, three a vector.
+    /// The number of signal columns of the rates: one a scalar, three a vector.
     #[must_use]
     pub fn signal_columns(&self) -> usize {
-        self.signals.iter().map(|read| read.signal.columns().len()).sum()
+        columns(&self.signals).count()
     }
 
     /// The number of inputs of the rates: species and signal columns.
@@ -199,10 +206,17 @@ impl Descriptor {
         self.species.len() + self.signal_columns()
     }
 
-    /// The names of the inputs, in the order of partial derivatives.
+    /// The names of the inputs of the rates, in the order of partial derivatives.
     pub fn input_names(&self) -> impl Iterator<Item = &str> {
-        let columns = self.signals.iter().flat_map(|read| read.signal.columns());
-        self.species.iter().map(|species| species.name.as_str()).chain(columns.copied())
+        self.names_with(&self.signals)
+    }
+
+    /// The names of the species, and of the columns of these signals.
+    pub fn names_with<'a>(&'a self, signals: &'a [SignalRead]) -> impl Iterator<Item = &'a str> {
+        self.species
+            .iter()
+            .map(|species| species.name.as_str())
+            .chain(columns(signals).map(|c| c as &str))
     }
 
     /// The position of a species, by name.

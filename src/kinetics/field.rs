@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::batch::Batch;
+use super::descriptor::{self, Descriptor, SignalRead};
 use super::error::KineticsError;
 use super::site::{BadValue, Site};
 use super::{Kinetics, Outcome};
@@ -124,6 +125,15 @@ impl Quantity {
         matches!(self, Self::Rates | Self::RatePartials | Self::Observables)
     }
 
+    /// The signals that are read.
+    fn signals(self, descriptor: &Descriptor) -> &[SignalRead] {
+        match self {
+            Self::Rates | Self::RatePartials => &descriptor.signals,
+            Self::Observables => &descriptor.observed,
+            Self::LengthFactor | Self::LengthFactorPartials => &[],
+        }
+    }
+
     /// The name of the call.
     fn call(self) -> &'static str {
         match self {
@@ -208,7 +218,7 @@ fn evaluate(
             let start = block * size;
             let count = size.min(batch.count - start);
             batch.with_part(start, count, |part| {
-                check_inputs(kinetics, part)?;
+                check_inputs(kinetics, quantity, part)?;
                 let outcome = quantity.evaluate(kinetics, part, &mut values, &mut partials)?;
                 check_outputs(kinetics, quantity, part, &values, &partials)?;
                 Ok(outcome)
@@ -247,7 +257,7 @@ fn check_shapes(
         Err(KineticsError::Shape { plugin, what, expected, found })
     };
     let (value_columns, partial_columns) = quantity.columns(kinetics);
-    let signals = if quantity.reads_signals() { descriptor.signal_columns() } else { 0 };
+    let signals = descriptor::columns(quantity.signals(descriptor)).count();
     check("species columns", descriptor.species.len(), batch.species.len())?;
     check("signal columns", signals, batch.signals.len())?;
     if !batch.parameters.is_empty() {
@@ -265,7 +275,11 @@ fn check_shapes(
     Ok(())
 }
 
-fn check_inputs(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {
+fn check_inputs(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
+    batch: &Batch<'_>,
+) -> Result<(), KineticsError> {
     if batch.inputs().all(|column| column.is_finite(batch.count)) {
         return Ok(());
     }
@@ -273,8 +287,10 @@ fn check_inputs(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), Kineti
         if let Some((input, column)) =
             batch.inputs().enumerate().find(|(_, column)| !column.at(point).is_finite())
         {
+            let descriptor = kinetics.descriptor();
+            let mut names = descriptor.names_with(quantity.signals(descriptor));
             return Err(KineticsError::BadInput {
-                input: kinetics.descriptor().input_names().nth(input).unwrap_or("?").to_owned(),
+                input: names.nth(input).unwrap_or("?").to_owned(),
                 value: column.at(point),
                 location: batch.location.noun(),
                 point: batch.first + point,
@@ -313,12 +329,13 @@ fn check_outputs(
     else {
         return Ok(());
     };
+    let descriptor = kinetics.descriptor();
     Err(KineticsError::BadOutput(Box::new(BadValue {
-        law: kinetics.descriptor().title(),
+        law: descriptor.title(),
         call: quantity.call(),
         quantity: quantity.describe(kinetics, partial, column),
         value,
-        site: Site::of(batch, kinetics.descriptor(), point),
+        site: Site::of(batch, descriptor, quantity.signals(descriptor), point),
     })))
 }
 

@@ -55,6 +55,8 @@ struct Part {
     signals: Vec<usize>,
     parameters: Range<usize>,
     observables: Range<usize>,
+    /// As `signals`, for these.
+    observed: Vec<usize>,
 }
 
 impl JointKinetics {
@@ -75,6 +77,7 @@ impl JointKinetics {
                 parameters: Vec::new(),
                 signals: Vec::new(),
                 observables: Vec::new(),
+                observed: Vec::new(),
                 capabilities: Capabilities { parameter_fields: true, ..Capabilities::default() },
             },
             parameters: Vec::new(),
@@ -153,12 +156,8 @@ impl JointKinetics {
             all.observables.push(super::Observable { name, ..one.clone() });
         }
         let observables = first..all.observables.len();
-        for read in &own.signals {
-            match all.signals.iter_mut().find(|known| known.signal == read.signal) {
-                Some(known) => known.typical = known.typical.min(read.typical),
-                None => all.signals.push(*read),
-            }
-        }
+        unite(&mut all.signals, &own.signals);
+        unite(&mut all.observed, &own.observed);
         if !all.name.is_empty() {
             all.name.push_str(" + ");
         }
@@ -170,32 +169,55 @@ impl JointKinetics {
         all.capabilities.rate_partials = true;
         all.capabilities.length_factor |= own.capabilities.length_factor;
         all.capabilities.length_factor_partials = all.capabilities.length_factor;
-        self.members.push(Part { kinetics, species, signals: Vec::new(), parameters, observables });
+        let (signals, observed) = (Vec::new(), Vec::new());
+        self.members.push(Part { kinetics, species, signals, parameters, observables, observed });
         Ok(())
     }
 
     /// Finds the columns of every member's signals among all, now that all are known.
     fn connect(&mut self) {
-        let first_column = |wanted: &SignalRead| -> usize {
-            let before = self.descriptor.signals.iter().take_while(|s| s.signal != wanted.signal);
-            before.map(|read| read.signal.columns().len()).sum()
-        };
         for part in &mut self.members {
-            let signals = &part.kinetics.descriptor().signals;
-            let columns = |read: &SignalRead| {
-                let first = first_column(read);
-                first..first + read.signal.columns().len()
-            };
-            part.signals = signals.iter().flat_map(columns).collect();
+            let own = part.kinetics.descriptor();
+            part.signals = among(&self.descriptor.signals, &own.signals);
+            part.observed = among(&self.descriptor.observed, &own.observed);
         }
     }
+}
+
+/// Adds signals that are not there yet.
+fn unite(all: &mut Vec<SignalRead>, more: &[SignalRead]) {
+    for read in more {
+        match all.iter_mut().find(|known| known.signal == read.signal) {
+            Some(known) => known.typical = known.typical.min(read.typical),
+            None => all.push(*read),
+        }
+    }
+}
+
+/// The numbers of the columns of some signals among those of all.
+fn among(all: &[SignalRead], some: &[SignalRead]) -> Vec<usize> {
+    let columns = |wanted: &SignalRead| {
+        let before = all.iter().take_while(|read| read.signal != wanted.signal);
+        let first: usize = before.map(|read| read.signal.columns().len()).sum();
+        first..first + wanted.signal.columns().len()
+    };
+    some.iter().flat_map(columns).collect()
 }
 
 impl Part {
     /// Hands this law's view of the inputs to `evaluate`.
     fn see<R>(&self, batch: &Batch<'_>, evaluate: impl FnOnce(&Batch<'_>) -> R) -> R {
+        self.see_with(&self.signals, batch, evaluate)
+    }
+
+    fn see_with<R>(
+        &self,
+        signals: &[usize],
+        batch: &Batch<'_>,
+        evaluate: impl FnOnce(&Batch<'_>) -> R,
+    ) -> R {
         let species = take(&self.species, batch.species);
-        let signals = take(&self.signals, batch.signals);
+        let signals = take(signals, batch.signals);
         let parameters = batch.parameters.get(self.parameters.clone()).unwrap_or(&[]);
         evaluate(&Batch { species: &species, signals: &signals, parameters, ..*batch })
     }
@@ -309,7 +331,8 @@ impl Kinetics for JointKinetics {
         let mut warning = None;
         for part in self.members.iter().filter(|p| !p.observables.is_empty()) {
             let own = &mut values[part.observables.clone()];
-            let outcome = part.see(batch, |b| part.kinetics.observe(b, own))?;
+            let outcome =
+                part.see_with(&part.observed, batch, |b| part.kinetics.observe(b, own))?;
             warning = warning.or(outcome);
         }
         Ok(warning)

@@ -5,7 +5,7 @@
 //! ```text
 //! R_s(c, x)    rates                          ∂R_s/∂c_j, ∂R_s/∂x_k
 //! Φ(c) > 0     length factor of active strain ∂Φ/∂c_j
-//! o_k(c, x)    observables: to look at
+//! o_k(c, y)    observables: to look at; y may be other signals
 //! ```
 //!
 //! A law comes from a shared library ([`Library`], the only place with `unsafe`) or from Rust code
@@ -107,8 +107,8 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         differences::length_factor_partials(self, batch, factor, partials)
     }
 
-    /// Writes the observables of the descriptor, from the same inputs as the rates:
-    /// `values[o][point]`. Provided for laws without any.
+    /// Writes the observables of the descriptor, from the species and the signals that these read
+    /// ([`Descriptor::observed`]): `values[o][point]`. Provided for laws without any.
     ///
     /// # Errors
     /// If the law fails; the outputs are then unspecified.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Batch, Descriptor};
+use super::{Batch, Descriptor, SignalRead};
 
 /// A point of a call.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,10 +18,15 @@ pub struct Site {
 }
 
 impl Site {
-    /// A point of a batch, counted from the first one of it.
-    pub(super) fn of(batch: &Batch<'_>, descriptor: &Descriptor, point: usize) -> Self {
+    /// A point of a batch with these signals, counted from the first one of it.
+    pub(super) fn of(
+        batch: &Batch<'_>,
+        descriptor: &Descriptor,
+        signals: &[SignalRead],
+        point: usize,
+    ) -> Self {
         let values = batch.inputs().map(|column| column.at(point));
-        let names = descriptor.input_names().map(str::to_owned);
+        let names = descriptor.names_with(signals).map(str::to_owned);
         let parameters = descriptor.parameters.iter().zip(batch.parameters);
         let varying = parameters.filter(|(_, column)| column.parts().1 > 0);
         let inputs = if point < batch.count {

@@ -32,6 +32,8 @@ pub struct Fields {
     names: Vec<String>,
     area: VertexArea,
     signals: Signals,
+    /// What observables read, where species live; if any are asked for.
+    observed: Option<Signals>,
 }
 
 /// `name [unit]`, or the bare name of a number without unit.
@@ -74,9 +76,23 @@ impl Fields {
         let wanted =
             Signal::ALL.into_iter().filter(|s| names.iter().any(|n| n == s.name())).collect();
         let reading: TensionReading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
-        let signals =
-            Signals::new(wanted, Location::Vertex, area.clone(), material, reading, rest_area);
-        Ok(Self { names, area, signals })
+        let observed = chemistry.and_then(|chemistry| {
+            let d = chemistry.descriptor();
+            let wanted = d.observed.iter().map(|read| read.signal).collect();
+            let place = chemistry.location();
+            let signals =
+                || Signals::new(wanted, place, area.clone(), material, reading, rest_area.clone());
+            d.observables.iter().any(|o| names.contains(&o.name)).then(signals)
+        });
+        let signals = Signals::new(
+            wanted,
+            Location::Vertex,
+            area.clone(),
+            material,
+            reading,
+            rest_area.clone(),
+        );
+        Ok(Self { names, area, signals, observed })
     }
 
     /// The frame of `state`: current positions, displacement, and the chosen fields.
@@ -166,13 +182,11 @@ impl Fields {
         point: &mut Vec<Field>,
         cell: &mut Vec<Field>,
     ) -> Result<()> {
-        let known = system.chemistry().map(|c| c.descriptor().observables.clone());
-        let known = known.unwrap_or_default();
-        if !known.iter().any(|o| self.names.contains(&o.name)) {
-            return Ok(());
-        }
-        let signals = system.signals(state);
+        let Some(observed) = &self.observed else { return Ok(()) };
+        let signals =
+            system.mechanics().with_shape(&state.x, |shape| observed.evaluate(shape, state.time));
         let Some(chemistry) = system.chemistry() else { return Ok(()) };
+        let known = chemistry.descriptor().observables.clone();
         let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
         let values = chemistry.observe(&species, &signals)?;
         let at_vertices = chemistry.at_vertices(sheet, &values);

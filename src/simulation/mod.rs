@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use crate::effects::{Bending, Effect, EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
-use crate::kinetics::{Kinetics, Location, Search, Signal};
+use crate::kinetics::{Kinetics, Location, Search, Signal, SignalRead};
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Sheet};
 use crate::solve::Integrator;
@@ -63,7 +63,10 @@ pub fn material(scene: &Scene) -> Material {
 
 /// Refuses what a scene without a material, or without space, cannot have.
 fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
-    let signals = kinetics.map(|k| k.descriptor().signals.as_slice()).unwrap_or_default();
+    let signals: Vec<SignalRead> = kinetics
+        .map(Kinetics::descriptor)
+        .map(|d| d.signals.iter().chain(&d.observed).copied().collect())
+        .unwrap_or_default();
     if matches!(scene.sheet.source, SheetSource::Point { .. }) {
         if !scene.effects.is_empty() {
             let message = "a point has no shape and no neighbours: no effect acts on it";

@@ -56,6 +56,7 @@ impl Everything {
                 parameter_fields: false,
             },
             observables: Vec::new(),
+            observed: Vec::new(),
         })
     }
 

@@ -189,3 +189,40 @@ fn observables_are_fields_of_frames_and_the_same_in_text_rust_and_c() {
         assert!((rust - text).abs() < 1e-13 && (rust - c).abs() < 1e-13, "{rust} {text} {c}");
     }
 }
+
+/// Signals that only observables read are no inputs of the rates, and those of several laws find
+/// their columns.
+#[test]
+fn what_observables_read_is_computed_for_them_alone() {
+    let laws = "[[kinetics]]\nrates.c = \"H*0.1 - c\"\nobservables.both = \"H + 2*K\"\n\
+                initial.c = 1.0\n\
+                [[kinetics]]\nrates.d = \"K - d\"\nobservables.bent = \"J + K + d\"\n";
+    let text = SCENE
+        .replace("[kinetics]\nLAW\ninitial.c = { formula = \"1 + 0.5*x/10\" }\n", laws)
+        .replace("shape = \"disc\"\nradius = 10.0", "shape = \"sphere\"\nradius = 2.0");
+    let fields =
+        r#"fields = ["both", "bent", "mean_curvature", "gaussian_curvature", "area_ratio"]"#;
+    let (_, mut setup) = prepare(&text.replace("fields = [\"c\"]", fields), &[]);
+    let d = setup.system.chemistry().unwrap().descriptor();
+    let names = |read: &[rumple::kinetics::SignalRead]| -> Vec<&str> {
+        read.iter().map(|read| read.signal.name()).collect()
+    };
+    assert_eq!(names(&d.signals), ["mean_curvature", "gaussian_curvature"]);
+    assert_eq!(names(&d.observed), ["mean_curvature", "gaussian_curvature", "area_ratio"]);
+
+    let frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state).unwrap();
+    let field = |name: &str| {
+        let found = frame.point.iter().find(|f| f.name.split(' ').next() == Some(name));
+        found.unwrap().data.clone()
+    };
+    let (h, k, j) = (field("mean_curvature"), field("gaussian_curvature"), field("area_ratio"));
+    for (i, (both, bent)) in field("both").iter().zip(field("bent")).enumerate() {
+        assert!((both - h[i] - 2.0 * k[i]).abs() < 1e-12, "{i}");
+        assert!((bent - j[i] - k[i]).abs() < 1e-12, "{i}");
+    }
+
+    // Not asked for, they cost nothing.
+    let (_, setup) = prepare(&text.replace("fields = [\"c\"]", ""), &[]);
+    let wanted = setup.system.chemistry().unwrap().signals().wanted().to_vec();
+    assert!(!wanted.contains(&rumple::kinetics::Signal::AreaRatio));
+}

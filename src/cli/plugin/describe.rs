@@ -5,7 +5,7 @@ use clap::Args;
 use super::{Found, LawArgs};
 use crate::Result;
 use crate::kinetics::descriptor::Default;
-use crate::kinetics::{Descriptor, Library, Search};
+use crate::kinetics::{Descriptor, Library, Search, SignalRead};
 
 /// Arguments of `plugin describe`.
 #[derive(Debug, Args)]
@@ -102,6 +102,10 @@ fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
             read.signal.unit(),
             read.typical
         );
+    }
+    let more = |read: &&SignalRead| !d.signals.iter().any(|s| s.signal == read.signal);
+    for read in d.observed.iter().filter(more) {
+        say!("reads       {} [{}], for observables", read.signal.name(), read.signal.unit());
     }
     let exact =
         |exact: bool| if exact { "exact derivatives" } else { "derivatives by differences" };

@@ -40,7 +40,7 @@ impl Wrong {
             None => "the length factor".to_owned(),
         };
         let call = if self.species.is_some() { "rate_partials" } else { "length_factor_partials" };
-        let site = Site { point, ..Site::of(batch, descriptor, self.point) };
+        let site = Site { point, ..Site::of(batch, descriptor, &descriptor.signals, self.point) };
         format!(
             "{} gives {} in {call} for the derivative by {} of {of} at {site}, where differences \
              give {:.9e}",

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::kinetics::{Batch, Column, Descriptor, Location, Signal};
+use crate::kinetics::{Batch, Column, Descriptor, Location, Signal, SignalRead};
 
 /// Inputs at many points.
 #[derive(Debug, Clone)]
@@ -26,6 +26,16 @@ impl Samples {
     /// is positive, a normal has length 1, time is not negative.
     #[must_use]
     pub fn new(descriptor: &Descriptor, count: usize, seed: u64) -> Self {
+        Self::reading(descriptor, &descriptor.signals, count, seed)
+    }
+
+    /// As [`Samples::new`], for what observables read.
+    #[must_use]
+    pub fn observing(descriptor: &Descriptor, count: usize, seed: u64) -> Self {
+        Self::reading(descriptor, &descriptor.observed, count, seed)
+    }
+
+    fn reading(descriptor: &Descriptor, read: &[SignalRead], count: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut species: Vec<Vec<f64>> = Vec::new();
         for one in &descriptor.species {
@@ -42,7 +52,7 @@ impl Samples {
             species.push((0..count).map(|_| draw(&mut random)).collect());
         }
         let mut signals = Vec::new();
-        for read in &descriptor.signals {
+        for read in read {
             let first = signals.len();
             for _ in read.signal.columns() {
                 let draw = |random: &mut ChaCha8Rng| {
@@ -62,7 +72,7 @@ impl Samples {
             }
         }
         let mut samples = Self { count, species, signals, parameters: Vec::new() };
-        samples.mark(descriptor);
+        samples.mark(descriptor, read);
         samples
     }
 
@@ -83,7 +93,7 @@ impl Samples {
     }
 
     /// Puts the corners of the ranges first.
-    fn mark(&mut self, descriptor: &Descriptor) {
+    fn mark(&mut self, descriptor: &Descriptor, read: &[SignalRead]) {
         let mut point = 0;
         for (number, one) in descriptor.species.iter().enumerate() {
             for corner in [0.0, one.lower, one.upper] {
@@ -95,7 +105,7 @@ impl Samples {
             }
         }
         let mut column = 0;
-        for read in &descriptor.signals {
+        for read in read {
             let zero = !matches!(read.signal, Signal::AreaRatio | Signal::Normal);
             for _ in read.signal.columns() {
                 if zero && point < self.count {

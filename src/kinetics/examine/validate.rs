@@ -94,7 +94,10 @@ pub fn validate(
             return skipped("there are none");
         }
         let mut values = Columns::new(count, POINTS);
-        samples.with(true, |batch| field::observe(kinetics, batch, &mut values.slices_mut()))?;
+        let samples = Samples::observing(kinetics.descriptor(), POINTS, seed);
+        samples
+            .with_parameters(fields, seed)
+            .with(true, |batch| field::observe(kinetics, batch, &mut values.slices_mut()))?;
         good(points.clone())
     });
     run("writes only where it may", &|| stray_writes(kinetics, &few));

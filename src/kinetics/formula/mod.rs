@@ -159,9 +159,10 @@ impl FormulaKinetics {
         let species = law.species.len();
         let varying: Vec<usize> =
             (0..law.values.len()).filter(|k| law.values[*k].is_none()).collect();
-        let all_read = inputs(&graph, &[rates, observables].concat());
-        let (signals, of_rates) = numbers(species, varying.len(), Some(&all_read));
-        let (_, of_factor) = numbers(species, varying.len(), None);
+        let reading = |nodes: &[Id]| numbers(species, varying.len(), &inputs(&graph, nodes));
+        let (signals, of_rates) = reading(rates);
+        let (observed, of_observables) = reading(observables);
+        let (_, of_factor) = reading(&[]);
 
         let mut wanted = rates.to_vec();
         let read: usize = signals.iter().map(|s| s.signal.columns().len()).sum();
@@ -200,6 +201,7 @@ impl FormulaKinetics {
             parameters: law.parameters.clone(),
             signals,
             observables: law.observables.iter().map(|(o, _)| o.clone()).collect(),
+            observed,
             capabilities,
         };
         Self {
@@ -210,7 +212,7 @@ impl FormulaKinetics {
             rates: program(&graph, rates, &of_rates),
             rate_partials: program(&graph, &wanted, &of_rates),
             factor,
-            observables: program(&graph, observables, &of_rates),
+            observables: program(&graph, observables, &of_observables),
         }
     }
 
@@ -237,15 +239,15 @@ impl FormulaKinetics {
 }
 
 /// Which signals are read, in the order of all, and the numbers that inputs have in a call: species,
-/// columns of the signals read, parameters that vary. Without `read` there are no signals.
-fn numbers(species: usize, varying: usize, read: Option<&[usize]>) -> (Vec<SignalRead>, Numbers) {
+/// columns of the signals read, parameters that vary.
+fn numbers(species: usize, varying: usize, read: &[usize]) -> (Vec<SignalRead>, Numbers) {
     let mut number_of: Numbers = (0..species).map(Some).collect();
     let mut signals = Vec::new();
     let mut next = species;
     for signal in Signal::ALL {
         let first = number_of.len();
         let columns = first..first + signal.columns().len();
-        if read.is_some_and(|read| columns.clone().any(|c| read.contains(&c))) {
+        if columns.clone().any(|c| read.contains(&c)) {
             signals.push(SignalRead { signal, typical: 1.0 });
             number_of.extend(columns.map(|column| Some(next + column - first)));
             next += signal.columns().len();

@@ -208,7 +208,8 @@ impl PluginKinetics {
         outcome.map_err(|mut error| {
             if let Some(site) = error.site_mut() {
                 let point = site.point.saturating_sub(batch.first);
-                *site = Site::of(batch, &self.library.descriptor, point);
+                let descriptor = &self.library.descriptor;
+                *site = Site::of(batch, descriptor, &descriptor.signals, point);
             }
             error
         })

@@ -133,6 +133,7 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
             parameter_fields: given.contains(abi::Capabilities::PARAMETER_FIELDS),
         },
         observables: Vec::new(),
+        observed: Vec::new(),
     };
     metadata::check(&descriptor)?;
     Ok(descriptor)
@@ -180,6 +181,8 @@ pub(super) unsafe fn observables(
             doc: text("doc", observable.doc)?,
         });
     }
+    // They get the inputs of the rates.
+    descriptor.observed.clone_from(&descriptor.signals);
     metadata::check(descriptor)?;
     Ok(raw.observe.filter(|_| !descriptor.observables.is_empty()))
 }
