@@ -331,7 +331,10 @@ fn check_outputs(
     };
     let descriptor = kinetics.descriptor();
     Err(KineticsError::BadOutput(Box::new(BadValue {
-        law: descriptor.title(),
+        law: match quantity {
+            Quantity::Observables => descriptor.title(),
+            _ => kinetics.culprit(quantity.reads_signals(), batch),
+        },
         call: quantity.call(),
         quantity: quantity.describe(kinetics, partial, column),
         value,

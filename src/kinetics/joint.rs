@@ -16,6 +16,7 @@ use super::batch::{Batch, Column};
 use super::descriptor::{Capabilities, Descriptor, SignalRead};
 use super::field::Columns;
 use super::{Kinetics, Outcome};
+use crate::num::all_finite_from;
 
 /// One law of several.
 #[derive(Debug)]
@@ -325,6 +326,23 @@ impl Kinetics for JointKinetics {
             factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
         }
         Ok(warning)
+    }
+
+    fn culprit(&self, rates: bool, batch: &Batch<'_>) -> String {
+        let bad = |part: &&Part| {
+            part.see(batch, |b| {
+                let mut own = Columns::new(if rates { part.species.len() } else { 1 }, b.count);
+                let columns = &mut own.slices_mut();
+                let least = if rates { f64::MIN } else { f64::MIN_POSITIVE };
+                let outcome = match rates {
+                    true => part.kinetics.rates(b, columns),
+                    false => part.kinetics.length_factor(b, columns[0]),
+                };
+                outcome.is_err() || columns.iter().any(|column| !all_finite_from(column, least))
+            })
+        };
+        let found = self.members.iter().find(bad).map(|part| part.kinetics.descriptor());
+        found.unwrap_or(&self.descriptor).title()
     }
 
     fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {

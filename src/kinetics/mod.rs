@@ -115,4 +115,10 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
     fn observe(&self, _batch: &Batch<'_>, _values: &mut [&mut [f64]]) -> Outcome {
         Ok(None)
     }
+
+    /// What messages call the law whose rates (else length factors) are bad numbers in this batch.
+    /// Provided: this one.
+    fn culprit(&self, _rates: bool, _batch: &Batch<'_>) -> String {
+        self.descriptor().title()
+    }
 }

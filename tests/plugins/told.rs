@@ -96,7 +96,8 @@ fn a_bad_number_says_which_law_and_where() {
     let out = Command::new(program()).current_dir(folder.path()).args(run).output().unwrap();
     let text = String::from_utf8_lossy(&out.stderr);
     assert_eq!(out.status.code(), Some(2), "{text}");
-    assert!(text.contains("kinetics[1]") && text.contains("rate of species c"), "{text}");
+    assert!(text.contains("the law `kinetics[1]` returned -inf in rates"), "{text}");
+    assert!(text.contains("for the rate of species c at vertex 0"), "{text}");
     assert!(text.contains("v = 0") && text.contains("position ("), "{text}");
 }
 
