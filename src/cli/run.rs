@@ -39,15 +39,15 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
-    let faults = simulation::laws::try_out(&mut setup.system, &setup.state)?;
-    for note in setup.notes.iter().chain(&faults) {
+    setup.faults = simulation::laws::try_out(&mut setup.system, &setup.state)?;
+    for note in setup.notes.iter().chain(&setup.faults) {
         progress.message(note);
-    }
-    if args.quiet {
-        faults.iter().for_each(|fault| super::warn(fault));
     }
     let outcome = simulation::run::run(&scene, &mut setup, &directory, &mut progress, interrupt);
     progress.finish();
+    if args.quiet {
+        setup.faults.iter().for_each(|fault| super::warn(fault));
+    }
     let done = outcome?;
     if args.quiet {
         return Ok(());

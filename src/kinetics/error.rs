@@ -10,7 +10,7 @@ use super::site::{BadValue, Site};
 pub enum KineticsError {
     /// No plugin of this name where plugins are looked for.
     #[error(
-        "there is no plugin `{name}`{}\nfound: {}\nlooked in: {}",
+        "there is no plugin `{name}`{}\nfound: {}\nlooked in: {}; --plugin-path DIR adds a directory, and ./{name}.so is a path",
         hint(nearest.as_deref()),
         list(found),
         list(searched)
@@ -135,7 +135,7 @@ pub enum KineticsError {
     },
     /// A call asks for a shorter time step.
     #[error(
-        "plugin `{plugin}` asks in {call}{} for a time step shorter by {factor}: {message}",
+        "plugin `{plugin}` asks in {call}{} for {factor} times the time step: {message}",
         place(point.as_deref())
     )]
     Retry {
@@ -190,6 +190,56 @@ pub enum KineticsError {
         found: f64,
         /// By an instance.
         expected: f64,
+    },
+    /// Both calls give the rates, and not the same ones.
+    #[error(
+        "{law} gives {alone} in rates and {with_partials} in rate_partials for the rate of species \
+         {species} at {location} {point}: rate_partials writes the rates as well"
+    )]
+    TwoValues {
+        /// The law, as messages call it.
+        law: String,
+        /// The species.
+        species: String,
+        /// `vertex`, `face` or `edge`.
+        location: &'static str,
+        /// Number of the point.
+        point: usize,
+        /// By `rates`.
+        alone: f64,
+        /// By `rate_partials`.
+        with_partials: f64,
+    },
+    /// An output that a law leaves as it was.
+    #[error(
+        "{law} leaves output {output} of {columns} of {call} unwritten at {location} {point}: it must \
+         write every output at every point"
+    )]
+    Unwritten {
+        /// The law, as messages call it.
+        law: String,
+        /// Which call.
+        call: &'static str,
+        /// Number of the output column, from 1: values, then derivatives.
+        output: usize,
+        /// How many there are.
+        columns: usize,
+        /// `vertex`, `face` or `edge`.
+        location: &'static str,
+        /// Number of the point.
+        point: usize,
+    },
+    /// Numbers written beside an output.
+    #[error("{law} writes beyond the {points} points of output {output} of {call}")]
+    WritesBeyond {
+        /// The law, as messages call it.
+        law: String,
+        /// Which call.
+        call: &'static str,
+        /// Number of the output column, from 1.
+        output: usize,
+        /// How many points it has.
+        points: usize,
     },
     /// A plugin wrote to what it may only read; seen in a call that got copies.
     #[error(

@@ -9,7 +9,7 @@ use smallvec::SmallVec;
 use super::batch::Batch;
 use super::descriptor::{self, Descriptor, SignalRead};
 use super::error::KineticsError;
-use super::site::{BadValue, Site};
+use super::site::{BadValue, LENGTH_FACTOR, Site};
 use super::{Kinetics, Outcome};
 use crate::num::{all_finite, all_finite_from};
 
@@ -182,7 +182,7 @@ impl Quantity {
         let descriptor = kinetics.descriptor();
         let input = |at: usize| descriptor.input_names().nth(at).unwrap_or("?").to_owned();
         let rate = |at: usize| format!("the rate of species {}", input(at));
-        let factor = "the length factor".to_owned();
+        let factor = LENGTH_FACTOR.to_owned();
         if let (Self::Observables, Some(known)) = (self, descriptor.observables.get(column)) {
             return format!("the observable {}", known.name);
         }

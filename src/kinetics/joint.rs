@@ -13,9 +13,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::batch::{Batch, Column};
-use super::descriptor::{Capabilities, Descriptor, SignalRead};
+use super::descriptor::{Capabilities, Descriptor, FORMULA, SignalRead, Species};
 use super::field::Columns;
-use super::{Kinetics, Outcome};
+use super::{Kinetics, KineticsError, Outcome};
 use crate::num::all_finite_from;
 
 /// One law of several.
@@ -49,7 +49,7 @@ pub struct JointKinetics {
 }
 
 /// One law, with the numbers of its columns among all.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Part {
     kinetics: Arc<dyn Kinetics>,
     species: Vec<usize>,
@@ -108,25 +108,39 @@ impl JointKinetics {
         }
         let renamed = |name: &String| rename.get(name).unwrap_or(name).clone();
         let mut species = Vec::new();
+        let before = all.species.len();
         for one in &own.species {
             let name = renamed(&one.name);
             let is_shared = shared.contains(&name);
             match all.species_index(&name) {
-                Some(number) if is_shared => species.push(number),
+                Some(number) if number >= before => {
+                    let key = format!("rename.{}", one.name);
+                    return Err((key, format!("this law has two species `{name}` then")));
+                }
+                Some(number) if is_shared => {
+                    share(&mut all.species[number], one)?;
+                    species.push(number);
+                }
                 Some(_) => {
+                    let other = if own.id.starts_with(FORMULA) {
+                        "give it another name here".to_owned()
+                    } else {
+                        format!("rename = {{ {} = \"…\" }}", one.name)
+                    };
                     let message = format!(
                         "the species `{name}` belongs to an earlier law already; if it is the same \
-                         concentration, say shared = [\"{name}\"], else rename = {{ {} = \"…\" }}",
-                        one.name
+                         concentration, say shared = [\"{name}\"], else {other}"
                     );
                     return Err((String::new(), message));
                 }
                 None if is_shared => {
                     let names: Vec<&str> = all.species.iter().map(|s| s.name.as_str()).collect();
-                    let message = format!(
-                        "no earlier law has a species `{name}`; there are {}",
-                        names.join(", ")
-                    );
+                    let there = if names.is_empty() {
+                        "this is the first law: the later one says `shared`".to_owned()
+                    } else {
+                        format!("there are {}", names.join(", "))
+                    };
+                    let message = format!("no earlier law has a species `{name}`; {there}");
                     return Err(("shared".into(), message));
                 }
                 None => {
@@ -183,6 +197,27 @@ impl JointKinetics {
             part.observed = among(&self.descriptor.observed, &own.observed);
         }
     }
+}
+
+/// What two laws say of one species: a range that suits both.
+fn share(known: &mut Species, other: &Species) -> Result<(), (String, String)> {
+    // "1" is also what a law says that does not care.
+    if known.unit == "1" {
+        known.unit.clone_from(&other.unit);
+    } else if other.unit != "1" && other.unit != known.unit {
+        let message = format!(
+            "the species `{}` is in {} here, and in {} in an earlier law",
+            known.name, other.unit, known.unit
+        );
+        return Err(("shared".into(), message));
+    }
+    known.lower = known.lower.max(other.lower);
+    known.upper = known.upper.min(other.upper);
+    if known.lower >= known.upper {
+        let message = format!("no value of `{}` suits this law and an earlier one", known.name);
+        return Err(("shared".into(), message));
+    }
+    Ok(())
 }
 
 /// Adds signals that are not there yet.
@@ -326,6 +361,18 @@ impl Kinetics for JointKinetics {
             factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
         }
         Ok(warning)
+    }
+
+    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+        let mut members = self.members.clone();
+        let mut any = false;
+        for part in &mut members {
+            if let Some(other) = part.kinetics.by_instances()? {
+                (part.kinetics, any) = (Arc::from(other), true);
+            }
+        }
+        let (descriptor, parameters) = (self.descriptor.clone(), self.parameters.clone());
+        Ok(any.then(|| Box::new(Self { descriptor, parameters, members }) as Box<dyn Kinetics>))
     }
 
     fn culprit(&self, rates: bool, batch: &Batch<'_>) -> String {

@@ -55,7 +55,9 @@ impl Library {
         }
         // SAFETY: runs the initialisers of the library: the user chose to trust it.
         let library = unsafe { libloading::Library::new(&path) }.map_err(|error| {
-            KineticsError::NotALibrary { path: path.clone(), reason: error.to_string() }
+            let source = std::error::Error::source(&error).map(ToString::to_string);
+            let reason = source.unwrap_or_else(|| error.to_string());
+            KineticsError::NotALibrary { path: path.clone(), reason }
         })?;
         // SAFETY: an address is only taken here; what it points to is read below.
         let entry = unsafe { library.get::<*const abi::PluginTable>(abi::ENTRY_SYMBOL) }
@@ -90,16 +92,20 @@ impl Library {
         if let Some((name, ..)) = required.iter().find(|(_, needed, there)| *needed && !there) {
             return Err(bad((format!("function `{name}`"), "is null".to_owned())));
         }
+        if let Some((name, ..)) = required.iter().find(|(_, needed, there)| !needed && *there) {
+            let problem = format!(
+                "is there, but the capabilities lack RUMPLE_{}: it would never be called",
+                name.to_uppercase()
+            );
+            return Err(bad((format!("function `{name}`"), problem)));
+        }
         Ok(Arc::new(Self {
             create: table.create,
             destroy: table.destroy,
             rates: table.rates,
-            // A function that the plugin does not vouch for is not called.
-            rate_partials: table.rate_partials.filter(|_| given.rate_partials),
-            length_factor: table.length_factor.filter(|_| given.length_factor),
-            length_factor_partials: table
-                .length_factor_partials
-                .filter(|_| given.length_factor_partials),
+            rate_partials: table.rate_partials,
+            length_factor: table.length_factor,
+            length_factor_partials: table.length_factor_partials,
             observe,
             number: watch::enter(&descriptor.name),
             path,

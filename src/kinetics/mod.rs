@@ -116,6 +116,15 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         Ok(None)
     }
 
+    /// The same law, but for parameters that differ from point to point: these are given to instances
+    /// of its own, to compare. Provided: `None`, where they cannot be overlooked.
+    ///
+    /// # Errors
+    /// If no instance can be made.
+    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+        Ok(None)
+    }
+
     /// What messages call the law whose rates (else length factors) are bad numbers in this batch.
     /// Provided: this one.
     fn culprit(&self, _rates: bool, _batch: &Batch<'_>) -> String {

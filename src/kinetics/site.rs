@@ -55,6 +55,9 @@ impl fmt::Display for Site {
     }
 }
 
+/// What messages call the length factor.
+pub(super) const LENGTH_FACTOR: &str = "the length factor";
+
 /// A bad output, with all that is needed to reproduce it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BadValue {
@@ -74,8 +77,7 @@ impl fmt::Display for BadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, call, quantity, value, site } = self;
         write!(f, "{law} returned {value} in {call} for {quantity} at {site}")?;
-        if *value <= 0.0 {
-            // The only outputs with a sign of their own.
+        if *value <= 0.0 && quantity == LENGTH_FACTOR {
             write!(
                 f,
                 "; a length factor must be positive: keep the species in their range, or let the \

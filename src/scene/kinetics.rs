@@ -97,6 +97,9 @@ impl ParameterSpec {
     fn read(node: Node) -> Result<Self, Problem> {
         match &node.value {
             Value::Integer(_) | Value::Float(_) => read(node).map(Self::Uniform),
+            Value::Table(_) if node.get("file").is_some() && node.get("formula").is_some() => {
+                Err(Problem::plain("a parameter has a formula or a file, not both"))
+            }
             Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
             Value::Table(_) => {
                 read(node).map(Self::Formula).map_err(|p: Problem| p.also_allowed(&["file"]))

@@ -173,6 +173,11 @@ impl Fields {
 }
 
 impl Fields {
+    /// Leaves the observables out from now on.
+    pub(super) fn forget_observables(&mut self) {
+        self.observed = None;
+    }
+
     /// Adds the observables that are asked for; without any the law is not called.
     fn observe(
         &self,

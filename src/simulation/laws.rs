@@ -80,6 +80,13 @@ fn check_names(scene: &Scene, number: usize, spec: &KineticsSpec, all: &Descript
     let names = all.species.iter().map(|s| &s.name).chain(all.observables.iter().map(|o| &o.name));
     for name in names.filter(|name| super::fields::is_built_in(name)) {
         let table = scene.kinetics_path(number);
+        let renamed = spec.rename.iter().find(|(_, new)| *new == name);
+        if let Some((old, _)) = renamed {
+            let path = path_to(&format!("{table}.rename"), old);
+            return Err(scene
+                .error_at(&path, &format!("frames have a field `{name}` of their own"), None)
+                .into());
+        }
         let (part, help) = if spec.observables.contains_key(name) {
             ("observables", None)
         } else if spec.rates.contains_key(name) {
@@ -160,14 +167,22 @@ fn written(
             return Err(scene.error_at(&path, "a species has this name already", None).into());
         }
     }
+    let kinetics = FormulaKinetics::new(law).map_err(|e| misspelt(scene, path, law, &e))?;
     let measured: Vec<&str> =
         spec.parameters.keys().chain(spec.observables.keys()).map(String::as_str).collect();
     if let Some(name) = spec.units.keys().find(|name| !measured.contains(&name.as_str())) {
         let table = format!("{path}.units");
         return Err(scene.unknown_key(&table, name, "parameter or observable", &measured).into());
     }
-    let kinetics = FormulaKinetics::new(law).map_err(|e| misspelt(scene, path, law, &e))?;
-    let still = |name: &&String| !spec.rates.contains_key(*name) && !spec.shared.contains(name);
+    if let Some(species) = law.species.iter().find(|s| s.lower >= s.upper) {
+        let table = path_to(&format!("{path}.species"), &species.name);
+        let message = format!("the range from {} to {} is empty", species.lower, species.upper);
+        return Err(scene
+            .error_at(&table, &message, Some("lower is the lesser of the two"))
+            .into());
+    }
+    let shared = |name: &String| scene.kinetics.iter().any(|spec| spec.shared.contains(name));
+    let still = |name: &&String| !spec.rates.contains_key(*name) && !shared(name);
     for name in spec.species.keys().filter(still) {
         notes.push(format!(
             "the species `{name}` of {path} has no rate, and changes by diffusion only; if it is \
@@ -233,7 +248,8 @@ fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
         spec.rates.contains_key(unknown)
             || spec.plugin.is_some() && spec.initial.contains_key(unknown)
     };
-    let foreign = help.is_some() && scene.kinetics.iter().any(|spec| elsewhere(&spec));
+    let foreign =
+        help.is_some() && !law.has(unknown) && scene.kinetics.iter().any(|spec| elsewhere(&spec));
     let hint = format!(
         "`{unknown}` is a species of another law: to read it here, add species.{unknown} = {{}}; the \
          later of the two tables says shared = [\"{unknown}\"]"

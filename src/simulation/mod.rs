@@ -46,6 +46,8 @@ pub struct Setup {
     pub fields: Fields,
     /// What a person should know: odd things about the mesh, the scene or the plugin.
     pub notes: Vec<String>,
+    /// What laws do that they should not, and a run can live with.
+    pub faults: Vec<String>,
 }
 
 /// The material of a scene in plain numbers; of unit modulus and thickness where it gives none.
@@ -176,7 +178,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
         (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
     let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
     let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations, drag);
-    Ok(Setup { sheet, system, state, integrator, plugins, fields, notes })
+    Ok(Setup { sheet, system, state, integrator, plugins, fields, notes, faults: Vec::new() })
 }
 
 /// Says where the point is that an error blames.

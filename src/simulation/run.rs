@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::watch::{self, Watch};
-use super::{Setup, report};
+use super::{Setup, laws, report};
 use crate::num::real;
 use crate::output::{
     Compression, Interrupt, Ledger, Progress, ProgressLine, ResultDirectory, Series, vtu,
@@ -13,7 +13,7 @@ use crate::output::{
 use crate::scene::Scene;
 use crate::solve::{SolveError, StepReport};
 use crate::state::State;
-use crate::system::System;
+use crate::system::{Chemistry, System};
 use crate::{Error, Result};
 
 /// Why a run ended.
@@ -116,6 +116,9 @@ pub fn observed(
         Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
         Err(error) => return Err(stopped(setup, directory, compression, error)),
     }
+    if let Err(error) = look_again(setup, progress) {
+        return Err(stopped(setup, directory, compression, error));
+    }
     let mut negative = None;
     match &mut watch {
         Some(watch) if !first.relaxation.residual.is_nan() => {
@@ -144,6 +147,7 @@ pub fn observed(
     let mut latest = first;
     let mut shown = None;
     let mut observed = None;
+    let mut warned = false;
     loop {
         let stopwatch = Instant::now();
         let (state, system) = (&setup.state, &mut setup.system);
@@ -178,7 +182,10 @@ pub fn observed(
             if let Some(series) = &mut series
                 && series.times().last() != Some(&state.time)
             {
-                series.push(&setup.fields.frame(system, &setup.sheet, state)?)?;
+                match setup.fields.frame(system, &setup.sheet, state) {
+                    Ok(frame) => drop(series.push(&frame)?),
+                    Err(error) => return Err(stopped(setup, directory, compression, error)),
+                }
             }
             while real(written) * every <= state.time {
                 written += 1;
@@ -202,6 +209,11 @@ pub fn observed(
         if let Some(watch) = &mut watch {
             negative = Some(look(watch, setup, &mut latest, progress, directory)?);
         }
+        if !warned && let Some(text) = setup.system.chemistry().and_then(Chemistry::unreliable) {
+            warned = true;
+            progress.message(&text);
+            setup.faults.push(text);
+        }
         summary.iterations += latest.relaxation.iterations;
         summary.factorisations += latest.relaxation.factorisations;
         summary.rejected += latest.rejected;
@@ -217,6 +229,15 @@ pub fn observed(
     summary.wall = began.elapsed();
     summary.output = output;
     Ok(summary)
+}
+
+/// Looks at the laws where signals are those of a relaxed sheet, if nothing was found before.
+fn look_again(setup: &mut Setup, progress: &mut Progress) -> Result<()> {
+    if setup.faults.is_empty() && setup.system.moves() {
+        setup.faults = laws::try_out(&mut setup.system, &setup.state)?;
+        setup.faults.iter().for_each(|fault| progress.message(fault));
+    }
+    Ok(())
 }
 
 /// Lets the watch look at the state that was just accepted; its directions down.
@@ -247,6 +268,8 @@ fn stopped(
     let path = directory.root().join("failed.vtu");
     // The system still holds the rest metric of the failed try.
     let followed = setup.system.follow(&setup.state);
+    // An observable may be what went wrong.
+    setup.fields.forget_observables();
     let frame =
         followed.and_then(|()| setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state));
     let written = frame.and_then(|frame| Ok(vtu::write(&path, &frame, compression)?));

@@ -105,6 +105,13 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
     for (number, spec) in scene.kinetics.iter().enumerate() {
         let table = format!("{}.initial", scene.kinetics_path(number));
         for (name, initial) in &spec.initial {
+            if let Some(new) = spec.rename.get(name)
+                && !spec.rename.values().any(|new| new == name)
+            {
+                let path = path_to(&table, name);
+                let message = format!("this species is called `{new}` here");
+                return Err(scene.error_at(&path, &message, None).into());
+            }
             if descriptor.species_index(name).is_none() {
                 return Err(scene.unknown_key(&table, name, "species", &names).into());
             }

@@ -184,7 +184,7 @@ pub enum SolveError {
     /// A species left its valid range by more than the tolerance.
     #[error(
         "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
-         {}: the step is too long for its kinetics",
+         {}: the step is too long for its kinetics, or these lead out of the range",
         range.0, range.1
     )]
     OutOfRange {

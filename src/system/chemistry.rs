@@ -1,38 +1,17 @@
 //! The chemical half of the system: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use crate::effects::{Measure, Transport};
 use crate::geometry::Shape;
 use crate::kinetics::{
-    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
+    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, Unreliable, field,
 };
 use crate::parallel;
 use crate::sheet::Sheet;
 use crate::state::FaceVertexAverage;
-
-/// Parameters of a law on a sheet: none of its own if all are as the law has them.
-#[derive(Debug, Clone, Default)]
-pub struct ParameterFields {
-    /// One a parameter: a single value, or one a point where species live.
-    pub at_points: Vec<Vec<f64>>,
-    /// The same at edges, where length factors are taken.
-    at_edges: Vec<Vec<f64>>,
-}
-
-impl ParameterFields {
-    /// These values: one for all points, or one a point.
-    #[must_use]
-    pub fn new(at_points: Vec<Vec<f64>>) -> Self {
-        Self { at_points, at_edges: Vec::new() }
-    }
-
-    fn columns(&self, location: Location, count: usize) -> Vec<Column<'_>> {
-        let all = if location == Location::Edge { &self.at_edges } else { &self.at_points };
-        all.iter().map(|values| column(values, count)).collect()
-    }
-}
 
 /// Kinetics on a sheet, with the transport of its species.
 pub struct Chemistry {
@@ -43,17 +22,11 @@ pub struct Chemistry {
     transport: Vec<Box<dyn Transport>>,
     average: Option<FaceVertexAverage>,
     measure: Measure,
+    unreliable: OnceLock<(Location, Unreliable)>,
 }
 
 /// The columns of the signals, in the order of the descriptor.
 pub type SignalColumns = Vec<Vec<f64>>;
-
-fn column(values: &[f64], count: usize) -> Column<'_> {
-    match values {
-        [single] if count != 1 => Column::uniform(single),
-        _ => values.into(),
-    }
-}
 
 /// Values at vertices, of values where species live.
 fn at_vertices(sheet: &Sheet, average: Option<&FaceVertexAverage>, values: &[f64]) -> Vec<f64> {
@@ -99,7 +72,8 @@ impl Chemistry {
             };
             parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
         }
-        Self { kinetics, parameters, location, signals, transport, average, measure }
+        let unreliable = OnceLock::new();
+        Self { kinetics, parameters, location, signals, transport, average, measure, unreliable }
     }
 
     /// What the kinetics says about itself.
@@ -208,7 +182,8 @@ impl Chemistry {
         let mut factor = vec![1.0; count];
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
-        field::length_factor_partials(self.kinetics.as_ref(), &batch, &mut factor, &mut out)?;
+        let law = self.kinetics.as_ref();
+        self.hear(location, field::length_factor_partials(law, &batch, &mut factor, &mut out)?);
         Ok(Some(slopes))
     }
 
@@ -267,7 +242,7 @@ impl Chemistry {
         };
         let mut factor = vec![1.0; count];
         if self.descriptor().capabilities.length_factor {
-            field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?;
+            self.hear(location, field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?);
         }
         Ok(factor)
     }
@@ -308,8 +283,26 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
-        self.batch(species, signals, |batch| field::rates(self.kinetics.as_ref(), batch, out))?;
+        let law = self.kinetics.as_ref();
+        let outcome = self.batch(species, signals, |batch| field::rates(law, batch, out))?;
+        self.hear(self.location, outcome);
         Ok(())
+    }
+
+    /// Remembers the first result that the law itself does not rely on.
+    fn hear(&self, location: Location, unreliable: Option<Unreliable>) {
+        if let Some(unreliable) = unreliable {
+            let _ = self.unreliable.set((location, unreliable));
+        }
+    }
+
+    /// The first result so far that the law itself does not rely on, in words.
+    #[must_use]
+    pub fn unreliable(&self) -> Option<String> {
+        let (location, Unreliable { message, point }) = self.unreliable.get()?;
+        let place = point.map(|point| format!(" at {} {point}", location.noun()));
+        let law = self.descriptor().title();
+        Some(format!("{law} does not rely on its result{}: {message}", place.unwrap_or_default()))
     }
 
     /// The observables at every point, one column each.
@@ -322,7 +315,8 @@ impl Chemistry {
         signals: &SignalColumns,
     ) -> Result<Vec<Vec<f64>>, KineticsError> {
         let count = species.first().map_or(0, |c| c.len());
-        let mut all = vec![vec![0.0; count]; self.descriptor().observables.len()];
+        // What a law leaves unwritten must not be taken for a result.
+        let mut all = vec![vec![f64::NAN; count]; self.descriptor().observables.len()];
         let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
         self.batch(species, signals, |batch| {
             field::observe(self.kinetics.as_ref(), batch, &mut out)
@@ -354,7 +348,7 @@ impl Chemistry {
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let mut rates = field::Columns::new(n, count);
         let mut partials = field::Columns::new(n * inputs, count);
-        self.batch(species, signals, |batch| {
+        let outcome = self.batch(species, signals, |batch| {
             field::rate_partials(
                 self.kinetics.as_ref(),
                 batch,
@@ -362,6 +356,7 @@ impl Chemistry {
                 &mut partials.slices_mut(),
             )
         })?;
+        self.hear(self.location, outcome);
         Ok(partials)
     }
 

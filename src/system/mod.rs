@@ -12,12 +12,14 @@ mod chemistry;
 mod coupled;
 mod course;
 mod mechanics;
+mod parameters;
 mod signals;
 
-pub use chemistry::{Chemistry, ParameterFields, SignalColumns};
+pub use chemistry::{Chemistry, SignalColumns};
 pub use coupled::{Coupled, CoupledWork, Layout};
 pub use course::Course;
 pub use mechanics::{Mechanics, Pins};
+pub use parameters::ParameterFields;
 pub use signals::{Signals, TensionReading};
 
 use crate::num::real;

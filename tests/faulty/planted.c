@@ -9,7 +9,7 @@
 enum {
     NONE, NOT_FINITE, WRONG_DERIVATIVE, HIDDEN_STATE, MUTATED_INPUT, NOT_THREAD_SAFE, ENDLESS,
     ABORTS, SEGFAULT, BEYOND, EXITS, UNWRITTEN, NEGATIVE_FACTOR, WRONG_FACTOR_DERIVATIVE,
-    FIELDS_IGNORED,
+    FIELDS_IGNORED, FACTOR_UNWRITTEN, MAXIMUM_KEPT,
 };
 
 static const RumpleSpecies species[] = {
@@ -41,7 +41,7 @@ static RumpleStatus create(const double *values, size_t count, void **instance,
 static void destroy(void *instance) { free(instance); }
 
 static double scratch[1024];
-static double calls;
+static double calls, most;
 static volatile int *volatile nowhere = (volatile int *)8;
 
 static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
@@ -64,6 +64,10 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                 ((double *)batch->species[0].data)[i * batch->species[0].stride] = 0.5;
             while (FAULT == ENDLESS)
                 usleep(1000);
+        }
+        if (FAULT == MAXIMUM_KEPT) {
+            most = fmax(most, c);
+            rate = -k * most;
         }
         if (FAULT == HIDDEN_STATE)
             rate += calls;
@@ -97,6 +101,8 @@ static RumpleStatus length_factor(const void *instance, const RumpleBatch *batch
     (void)instance, (void)report;
     for (size_t i = 0; i < batch->count; i++) {
         double c = rumple_get(batch->species[0], i);
+        if (FAULT == FACTOR_UNWRITTEN && c > 0.5)
+            continue;
         rumple_set(values[0], i, FAULT == NEGATIVE_FACTOR && c > 0.5 ? -1.0 : 1.0 + 0.1 * c);
     }
     return RUMPLE_OK;

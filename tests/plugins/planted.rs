@@ -60,6 +60,7 @@ fn validate_finds_every_planted_fault() {
             "parameters over the sheet",
             "an instance with these parameters",
         ),
+        (planted("FACTOR_UNWRITTEN"), "writes only", "output 1 of 1 of length_factor unwritten"),
         (panics, "finite rates", "failed in rates at vertex"),
     ];
     for (library, check, message) in cases {
@@ -78,6 +79,16 @@ fn validate_finds_nothing_in_what_is_shipped() {
         let (text, code) = validate(library(name).path());
         assert_eq!(code, 0, "{text}");
     }
+}
+
+/// What it keeps is the same at the end of any long row of calls: only a fresh process shows it, and
+/// even that may be drowned in the noise of a call from several threads.
+#[test]
+fn validate_finds_a_memory_that_no_longer_changes() {
+    let (text, code) = validate(&planted("MAXIMUM_KEPT"));
+    assert_eq!(code, 2, "{text}");
+    let found = text.lines().any(|l| l.contains("FAULT") && l.contains("a state of its own"));
+    assert!(found, "{text}");
 }
 
 const SCENE: &str = r#"
@@ -140,6 +151,8 @@ fn a_run_survives_every_planted_fault() {
             2,
             &[named, "returned -1 in length_factor for the length factor at edge", "(c = 0."],
         ),
+        (planted("UNWRITTEN"), 2, &[named, "output 1 of 1 of rates unwritten at vertex"]),
+        (planted("FACTOR_UNWRITTEN"), 2, &[named, "output 1 of 1 of length_factor unwritten"]),
         (panics, 2, &["plugin `misbehaving` failed in rates at vertex", "no luck with c = 0."]),
     ];
     for (library, code, messages) in cases {
@@ -158,6 +171,34 @@ fn a_run_survives_every_planted_fault() {
             let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
             assert!(plain.contains(message), "{}: no {message:?} in {text}", library.display());
         }
+    }
+}
+
+#[test]
+fn a_run_tells_of_results_that_the_law_itself_does_not_rely_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = rust_library("tests/faulty/misbehaving.rs", "misbehaving", &[]);
+    let scene = scene_of(&library).replace("initial.c", "parameters.fault = 17\ninitial.c");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let out = rumple(folder.path(), &["run", "scene.toml"]);
+    let text = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{text}");
+    let told = text.lines().filter(|line| line.contains("does not rely on its result at vertex"));
+    assert_eq!(told.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
+}
+
+#[test]
+fn a_run_refuses_a_plugin_that_overlooks_parameters_over_the_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_of(&planted("FIELDS_IGNORED"));
+    let scene =
+        scene.replace("initial.c", "parameters.k = { formula = \"1 + step(x)\" }\ninitial.c");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    for arguments in [&["run", "scene.toml"][..], &["plugin", "validate", "scene.toml"]] {
+        let out = rumple(folder.path(), arguments);
+        let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
+        assert_eq!(out.status.code(), Some(2), "{text}");
+        assert!(text.contains("where an instance with these parameters gives"), "{text}");
     }
 }
 

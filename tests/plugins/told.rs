@@ -80,6 +80,25 @@ fn a_value_that_is_called_is_a_product_to_be() {
 }
 
 #[test]
+fn what_is_said_of_one_species_twice_must_agree() {
+    let both = |first: &str, second: &str| {
+        format!(
+            "[[kinetics]]\nrates.c = \"-c\"\nspecies.c = {{ {first} }}\n\
+             [[kinetics]]\nrates.c = \"1\"\nspecies.c = {{ {second} }}\nshared = [\"c\"]"
+        )
+    };
+    let text = refused(&both("unit = \"mol\"", "unit = \"g\""));
+    assert!(text.contains("is in g here, and in mol"), "{text}");
+    let text = refused(&both("lower = 1.0", "upper = 0.0"));
+    assert!(text.contains("no value of `c` suits"), "{text}");
+    assert_eq!(told(&both("lower = -1.0", "")).unwrap(), Vec::<String>::new());
+    let text = refused("[kinetics]\nrates.c = \"-c\"\nspecies.c = { lower = 1.0, upper = 0.0 }");
+    assert!(text.contains("range from 1 to 0 is empty"), "{text}");
+    let text = refused("[[kinetics]]\nrates.c = \"-c\"\n[[kinetics]]\nrates.c = \"-c\"");
+    assert!(text.contains("give it another name here"), "{text}");
+}
+
+#[test]
 fn a_start_of_two_kinds_says_what_is_one() {
     let law = "[kinetics]\nrates.c = \"-c\"\n\
                initial.c = { gaussian = { width = 1.0, amplitude = 1.0 }, background = 1.0 }";

@@ -141,6 +141,8 @@ fn point<M, S: Number, L: Law<M, S>>(
         let value = unsafe { *column.add(k) };
         *argument = S::input(value, input.wrapping_sub(start));
     }
+    // What a law leaves unwritten must not be taken for a result.
+    results.fill(S::from(f64::NAN));
     match L::evaluate(block.model, arguments, results) {
         Err(failure @ Failure::Unreliable(_)) => {
             unreliable.get_or_insert((block.first + k, failure));

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
-use std::process::{Command, ExitStatus, Stdio};
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
@@ -30,10 +31,16 @@ pub(super) struct ValidateArgs {
     /// The part that touches the plugin.
     #[arg(long, hide = true)]
     in_child: bool,
+    /// In a child: only the rates, from the last point to the first.
+    #[arg(long, hide = true)]
+    backwards: bool,
 }
 
 /// The check before all others.
 const LOADING: &str = "table, description, instance";
+
+/// The check after all others, of two processes.
+const AFRESH: &str = "the same in a fresh process";
 
 /// What the child tells; one line of standard output each, after [`MARK`].
 #[derive(Debug, Serialize, Deserialize)]
@@ -42,6 +49,8 @@ enum Told {
     Good(String, String),
     Skipped(String, String),
     Fault(String, String),
+    /// Rates, bit by bit, to compare with those of another process.
+    Rates(Vec<u64>),
     Done,
 }
 
@@ -61,19 +70,32 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 
 fn child(args: &ValidateArgs) -> Result<()> {
     tell(&Told::Begin(LOADING.to_owned()));
-    let outcome = args.law.find().and_then(|found| match found {
-        Found::Library(library) => {
-            let make = |set: &BTreeMap<String, f64>| -> Made {
+    let seed = args.seed.unwrap_or_default();
+    let outcome = args.law.find().and_then(|found| {
+        let library = match &found {
+            Found::Library(library) => Some(Arc::clone(library)),
+            Found::Scene { .. } => None,
+        };
+        let make = library.map(|library| {
+            move |set: &BTreeMap<String, f64>| -> Made {
                 library.instantiate(set).map(|law| Box::new(law) as Box<dyn Kinetics>)
-            };
-            let law = make(&BTreeMap::new())?;
-            try_out(&*law, &[], Some(&make), args.seed.unwrap_or_default());
-            Ok(())
+            }
+        });
+        let (law, fields): (Arc<dyn Kinetics>, _) = match found {
+            Found::Library(library) => {
+                (Arc::new(library.instantiate(&BTreeMap::new())?), Vec::new())
+            }
+            Found::Scene { kinetics, fields } => (kinetics, fields),
+        };
+        if !args.backwards {
+            try_out(&*law, &fields, make.as_ref().map(|make| make as &Make<'_>), seed);
         }
-        Found::Scene { kinetics, fields } => {
-            try_out(&*kinetics, &fields, None, args.seed.unwrap_or_default());
-            Ok(())
+        tell(&Told::Begin(AFRESH.to_owned()));
+        // A law that fails was found by the other checks.
+        if let Ok(rates) = examine::rates_in_order(&*law, &fields, seed, args.backwards) {
+            tell(&Told::Rates(rates));
         }
+        Ok(())
     });
     if let Err(error) = outcome {
         let text = match error {
@@ -116,20 +138,25 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
     );
 }
 
-fn parent(args: &ValidateArgs) -> Result<()> {
-    let seed = args.seed.unwrap_or_else(fresh_seed);
-    let limit = Duration::try_from_secs_f64(args.time_limit).unwrap_or(Duration::from_secs(20));
+/// Begins to try the law in a process of its own, and to listen to it; what is not for us comes as it
+/// is.
+fn begin(
+    args: &ValidateArgs,
+    seed: u64,
+    backwards: bool,
+) -> Result<(Child, Receiver<std::result::Result<Told, String>>)> {
     let program: PathBuf = std::env::current_exe().map_err(|e| no_child(&e))?;
     let mut command = Command::new(program);
     command.args(["plugin", "validate", "--in-child", "--seed", &seed.to_string()]);
+    if backwards {
+        command.arg("--backwards");
+    }
     for directory in &args.law.search.plugin_path {
         command.arg("--plugin-path").arg(directory);
     }
     command.arg("--").arg(&args.law.law);
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     let mut child = command.spawn().map_err(|e| no_child(&e))?;
-    say!("validating {} at random points of its ranges (--seed {seed})", args.law.law);
-
     let (send, receive) = mpsc::channel();
     if let Some(out) = child.stdout.take() {
         thread::spawn(move || {
@@ -142,6 +169,31 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             }
         });
     }
+    Ok((child, receive))
+}
+
+/// The rates of a fresh process that calls the points in the opposite order; `None` if it does not
+/// come to that.
+fn afresh(args: &ValidateArgs, seed: u64, limit: Duration) -> Result<Option<Vec<u64>>> {
+    let (mut child, receive) = begin(args, seed, true)?;
+    let rates = loop {
+        match receive.recv_timeout(limit) {
+            Ok(Ok(Told::Rates(rates))) => break Some(rates),
+            Ok(Ok(Told::Done)) | Err(_) => break None,
+            Ok(_) => {}
+        }
+    };
+    // It may hang, or have ended already.
+    let _ = child.kill();
+    let _ = child.wait();
+    Ok(rates)
+}
+
+fn parent(args: &ValidateArgs) -> Result<()> {
+    let seed = args.seed.unwrap_or_else(fresh_seed);
+    let limit = Duration::try_from_secs_f64(args.time_limit).unwrap_or(Duration::from_secs(20));
+    let (mut child, receive) = begin(args, seed, false)?;
+    say!("validating {} at random points of its ranges (--seed {seed})", args.law.law);
     let mut faults: Vec<(String, String)> = Vec::new();
     let mut current = String::new();
     let mut report = |verdict: &str, check: &str, text: &str| {
@@ -162,6 +214,21 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             Ok(Ok(Told::Good(check, text))) => report("ok", &check, &text),
             Ok(Ok(Told::Skipped(check, text))) => report("-", &check, &text),
             Ok(Ok(Told::Fault(check, text))) => report("FAULT", &check, &text),
+            Ok(Ok(Told::Rates(here))) => match afresh(args, seed, limit)? {
+                Some(there) if there == here => {
+                    report("ok", AFRESH, "points called in the opposite order");
+                }
+                Some(there) => {
+                    let differ = here.iter().zip(&there).position(|(a, b)| a != b).unwrap_or(0);
+                    let [one, other] = [here[differ], there[differ]].map(f64::from_bits);
+                    let text = format!(
+                        "rates gives {one} after other calls and {other} in a process that calls the \
+                         points in the opposite order: a law may not keep a state of its own"
+                    );
+                    report("FAULT", AFRESH, &text);
+                }
+                None => report("-", AFRESH, "it did not come to that"),
+            },
             Ok(Ok(Told::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}
             Ok(Err(line)) => say!("  it prints: {line}"),

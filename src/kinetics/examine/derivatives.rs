@@ -15,6 +15,9 @@ const SMALL: f64 = 1e-4;
 /// Two differences must agree by this share to be trusted; the central one is then far better.
 const SMOOTH: f64 = 3e-3;
 
+/// Two ways to the same number may differ by this share of the greatest one.
+pub(super) const ROUND_OFF: f64 = 1e-9;
+
 /// A wrong derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wrong {
@@ -106,7 +109,24 @@ pub(super) fn rates(
     let by = differences::rate_partials_by;
     by(kinetics, batch, Scheme::Forward, &mut rates.slices_mut(), &mut forward.slices_mut())?;
     by(kinetics, batch, Scheme::Central, &mut rates.slices_mut(), &mut central.slices_mut())?;
+    let alone = rates.clone();
     kinetics.rate_partials(batch, &mut rates.slices_mut(), &mut given.slices_mut())?;
+    for s in 0..species {
+        let pairs = alone.column(s).iter().zip(rates.column(s));
+        // Of the greatest in the column: where terms cancel, little is left to compare.
+        let most = alone.column(s).iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let differ = |(a, b): (&f64, &f64)| (a - b).abs() > ROUND_OFF * most;
+        if let Some(point) = pairs.clone().position(differ) {
+            return Err(KineticsError::TwoValues {
+                law: kinetics.descriptor().title(),
+                species: kinetics.descriptor().species[s].name.clone(),
+                location: batch.location.noun(),
+                point: batch.first + point,
+                alone: alone.column(s)[point],
+                with_partials: rates.column(s)[point],
+            });
+        }
+    }
     let typical = differences::typical(kinetics);
     let mut worst = Worst::default();
     for entry in 0..species * inputs {

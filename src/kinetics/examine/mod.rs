@@ -8,9 +8,10 @@ mod other;
 mod repeat;
 mod sample;
 mod validate;
+mod writes;
 
 pub use sample::Samples;
-pub use validate::{Finding, Made, Make, Verdict, validate};
+pub use validate::{Finding, Made, Make, Verdict, rates_in_order, validate};
 
 use super::field::{self, Columns};
 use super::{Batch, Kinetics, KineticsError};
@@ -19,8 +20,8 @@ use super::{Batch, Kinetics, KineticsError};
 const TRIAL_POINTS: usize = 64;
 
 /// Looks at a law at given inputs: whether it gives the same result twice and from several threads,
-/// and whether its derivatives are those of its rates. What a run can live with is returned as a
-/// note.
+/// whether it writes what it must and reads parameters where they differ, and whether its derivatives
+/// are those of its rates. What a run can live with is returned as a note.
 ///
 /// # Errors
 /// What the law reports, and [`KineticsError::Unsteady`] if results differ.
@@ -28,7 +29,7 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
     repeat::same_twice(kinetics, batch)?;
     let given = kinetics.descriptor().capabilities;
     let mut notes = Vec::new();
-    if (given.rate_partials || given.length_factor_partials) && batch.count > 0 {
+    if batch.count > 0 {
         let every = batch.count.div_ceil(TRIAL_POINTS);
         let picked: Vec<usize> = (0..batch.count).step_by(every).collect();
         let columns = |columns: &[super::Column<'_>]| -> Vec<Vec<f64>> {
@@ -46,6 +47,17 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
             parameters: &parameters,
             ..*batch
         };
+        let number = |error| match error {
+            KineticsError::Unwritten { law, call, output, columns, location, point } => {
+                let point = batch.first + picked[point];
+                KineticsError::Unwritten { law, call, output, columns, location, point }
+            }
+            other => other,
+        };
+        writes::check(kinetics, &part).map_err(number)?;
+        if !parameters.is_empty() {
+            other::as_instances(kinetics, &part)?;
+        }
         let mut wrong = Vec::new();
         if given.rate_partials {
             wrong.extend(derivatives::rates(kinetics, &part)?);

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::derivatives::ROUND_OFF;
 use super::validate::{Check, Make, Verdict};
 use super::{Samples, rates};
 use crate::kinetics::descriptor::Default;
 use crate::kinetics::field::{self, Columns};
+use crate::kinetics::site::LENGTH_FACTOR;
 use crate::kinetics::{Batch, Column, Descriptor, Kinetics, KineticsError};
 
 /// Sets of parameters besides the defaults.
 const SETS: usize = 8;
-/// Two ways to the same number may differ by this share of it.
-const ROUND_OFF: f64 = 1e-9;
 
 /// Rates with parameters around their defaults.
 pub(super) fn uniform(
@@ -73,7 +73,7 @@ pub(super) fn over_the_sheet(
     if !descriptor.capabilities.parameter_fields {
         return Ok(Verdict::Skipped("by an instance for every stretch of equal values".into()));
     }
-    let Some(make) = make else { return Ok(Verdict::Skipped("the scene gives them".into())) };
+    let Some(make) = make else { return given_by_a_scene(kinetics, samples) };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut laws = Vec::new();
     for _ in 0..SETS {
@@ -90,14 +90,71 @@ pub(super) fn over_the_sheet(
     })?;
     if descriptor.capabilities.length_factor {
         samples.with(false, |batch| {
-            let all = |law: &dyn Kinetics, batch: &Batch<'_>| {
-                let mut factor = Columns::new(1, batch.count);
-                field::length_factor(law, batch, factor.slices_mut()[0]).map(|_| factor)
-            };
-            compare(kinetics, &laws, batch, 1, &all, &|_| "the length factor".to_owned())
+            compare(kinetics, &laws, batch, 1, &factors, &|_| LENGTH_FACTOR.to_owned())
         })?;
     }
     Ok(Verdict::Good(format!("as instances with {} sets of parameters", laws.len())))
+}
+
+fn given_by_a_scene(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
+    if samples.with(true, |batch| batch.parameters.is_empty()) {
+        return Ok(Verdict::Skipped("the scene has none".into()));
+    }
+    samples.with(true, |batch| as_instances(kinetics, batch))?;
+    Ok(Verdict::Good("as instances".into()))
+}
+
+/// Whether the parameters of a batch of the rates do what those of instances do.
+pub(super) fn as_instances(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+) -> Result<(), KineticsError> {
+    let Some(other) = kinetics.by_instances()? else { return Ok(()) };
+    let d = kinetics.descriptor();
+    let quantity = |s: usize| format!("the rate of {}", d.species[s].name);
+    let (found, expected) = (rates(kinetics, batch)?, rates(other.as_ref(), batch)?);
+    let at = |k: usize, point: usize| (found.column(k)[point], expected.column(k)[point]);
+    differ(kinetics, batch, d.species.len(), &at, &quantity)?;
+    if d.capabilities.length_factor {
+        let still = Batch { signals: &[], ..*batch };
+        let (found, expected) = (factors(kinetics, &still)?, factors(other.as_ref(), &still)?);
+        let at = |k: usize, point: usize| (found.column(k)[point], expected.column(k)[point]);
+        differ(kinetics, &still, 1, &at, &|_| LENGTH_FACTOR.to_owned())?;
+    }
+    Ok(())
+}
+
+fn factors(law: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
+    let mut factor = Columns::new(1, batch.count);
+    field::length_factor(law, batch, factor.slices_mut()[0]).map(|_| factor)
+}
+
+/// Refuses numbers, found and expected `at` output and point, that are not the same but for round-off.
+fn differ(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+    outputs: usize,
+    at: &dyn Fn(usize, usize) -> (f64, f64),
+    quantity: &dyn Fn(usize) -> String,
+) -> Result<(), KineticsError> {
+    for column in 0..outputs {
+        // Where terms cancel, little is left to compare.
+        let most =
+            (0..batch.count).fold(0.0_f64, |most, point| most.max(at(column, point).1.abs()));
+        for point in 0..batch.count {
+            let (found, expected) = at(column, point);
+            if (found - expected).abs() > ROUND_OFF * most {
+                return Err(KineticsError::Fields {
+                    plugin: kinetics.descriptor().name.clone(),
+                    quantity: quantity(column),
+                    point,
+                    found,
+                    expected,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 type Evaluate<'a> = dyn Fn(&dyn Kinetics, &Batch<'_>) -> Result<Columns, KineticsError> + 'a;
@@ -119,22 +176,11 @@ fn compare(
     let found = evaluate(kinetics, &Batch { parameters: &columns, ..*batch })?;
     let expected =
         laws.iter().map(|law| evaluate(law.as_ref(), batch)).collect::<Result<Vec<_>, _>>()?;
-    for column in 0..outputs {
-        for point in 0..batch.count {
-            let one = found.column(column)[point];
-            let other = expected[point % laws.len()].column(column)[point];
-            if (one - other).abs() > ROUND_OFF * one.abs().max(other.abs()) {
-                return Err(KineticsError::Fields {
-                    plugin: kinetics.descriptor().name.clone(),
-                    quantity: quantity(column),
-                    point,
-                    found: one,
-                    expected: other,
-                });
-            }
-        }
-    }
-    Ok(())
+    let at = |column: usize, point: usize| {
+        let expected = expected[point % laws.len()].column(column)[point];
+        (found.column(column)[point], expected)
+    };
+    differ(kinetics, batch, outputs, &at, quantity)
 }
 
 fn parameters(

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Samples, derivatives, other, rates, repeat};
+use super::{Samples, derivatives, other, rates, repeat, writes};
 use crate::kinetics::field::{self, Columns};
 use crate::kinetics::{Kinetics, KineticsError};
 
@@ -10,10 +10,6 @@ use crate::kinetics::{Kinetics, KineticsError};
 const POINTS: usize = 4096;
 /// Points that are called one by one.
 const SINGLE: usize = 256;
-/// Numbers around every output that must stay as they are.
-const MARGIN: usize = 64;
-/// What is there: a number that no law writes.
-const UNTOUCHED: u64 = 0x7ff8_5eed_5eed_5eed;
 
 /// What one check found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -100,9 +96,42 @@ pub fn validate(
             .with(true, |batch| field::observe(kinetics, batch, &mut values.slices_mut()))?;
         good(points.clone())
     });
-    run("writes only where it may", &|| stray_writes(kinetics, &few));
+    run("writes only where it may", &|| {
+        few.with(true, |batch| writes::check(kinetics, batch))?;
+        Samples::observing(kinetics.descriptor(), SINGLE, seed)
+            .with_parameters(fields, seed)
+            .with(true, |batch| writes::check_observables(kinetics, batch))?;
+        good(format!("{SINGLE} points, inputs unchanged"))
+    });
     run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
+}
+
+/// The rates at some points, each in a call of its own, bit by bit; from the last point to the first
+/// if `backwards`. Two processes that call in different orders get the same from a law without memory.
+///
+/// # Errors
+/// If the law fails.
+pub fn rates_in_order(
+    kinetics: &dyn Kinetics,
+    fields: &[Vec<f64>],
+    seed: u64,
+    backwards: bool,
+) -> Result<Vec<u64>, KineticsError> {
+    let samples = Samples::new(kinetics.descriptor(), SINGLE, seed).with_parameters(fields, seed);
+    samples.with(true, |batch| {
+        let species = kinetics.descriptor().species.len();
+        let mut all = vec![0; species * SINGLE];
+        for turn in 0..SINGLE {
+            let point = if backwards { SINGLE - 1 - turn } else { turn };
+            let mut rates = Columns::new(species, 1);
+            batch.with_part(point, 1, |b| kinetics.rates(b, &mut rates.slices_mut()))?;
+            for s in 0..species {
+                all[point * species + s] = rates.column(s)[0].to_bits();
+            }
+        }
+        Ok(all)
+    })
 }
 
 fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
@@ -141,37 +170,5 @@ fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
     Ok(match what.as_slice() {
         [] => Verdict::Skipped("none are given: the engine takes differences".into()),
         what => Verdict::Good(format!("{} against differences", what.join(" and "))),
-    })
-}
-
-/// Whether numbers beside the outputs stay as they are.
-fn stray_writes(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
-    let species = kinetics.descriptor().species.len();
-    samples.with(true, |batch| {
-        let length = batch.count + 2 * MARGIN;
-        let mut room = vec![f64::from_bits(UNTOUCHED); species * length];
-        let mut columns: Vec<&mut [f64]> = room
-            .chunks_mut(length)
-            .map(|column| &mut column[MARGIN..MARGIN + batch.count])
-            .collect();
-        kinetics.rates(batch, &mut columns)?;
-        for (s, column) in room.chunks(length).enumerate() {
-            let name = &kinetics.descriptor().species[s].name;
-            let stray = |range: std::ops::Range<usize>| {
-                column[range].iter().any(|value| value.to_bits() != UNTOUCHED)
-            };
-            if stray(0..MARGIN) || stray(MARGIN + batch.count..length) {
-                let message = format!("rates writes beyond the {} points of {name}", batch.count);
-                return Ok(Verdict::Fault(message));
-            }
-            let left = column[MARGIN..MARGIN + batch.count]
-                .iter()
-                .position(|value| value.to_bits() == UNTOUCHED);
-            if let Some(point) = left {
-                let message = format!("rates leaves the rate of {name} at point {point} unwritten");
-                return Ok(Verdict::Fault(message));
-            }
-        }
-        Ok(Verdict::Good(format!("{} points, inputs unchanged", batch.count)))
     })
 }

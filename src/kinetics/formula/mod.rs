@@ -196,7 +196,12 @@ impl FormulaKinetics {
             version: String::new(),
             author: String::new(),
             licence: String::new(),
-            doc: law.rates.iter().map(|r| format!("d{}/dt = {}; ", r.name, r.text)).collect(),
+            doc: law
+                .rates
+                .iter()
+                .map(|r| format!("d{}/dt = {}", r.name, r.text))
+                .collect::<Vec<_>>()
+                .join("; "),
             species: law.species.clone(),
             parameters: law.parameters.clone(),
             signals,

@@ -26,6 +26,8 @@ pub struct PluginKinetics {
     parameters: Vec<f64>,
     instance: *mut c_void,
     calls: AtomicUsize,
+    /// Whether parameters that differ from point to point are handed over as columns.
+    takes_fields: bool,
 }
 
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
@@ -81,7 +83,8 @@ impl PluginKinetics {
             })
         })?;
         let calls = AtomicUsize::new(0);
-        Ok(Self { library: Arc::clone(library), parameters, instance, calls })
+        let takes_fields = library.descriptor.capabilities.parameter_fields;
+        Ok(Self { library: Arc::clone(library), parameters, instance, calls, takes_fields })
     }
 
     /// The library that the law comes from.
@@ -129,7 +132,7 @@ impl PluginKinetics {
             return self.call(wanted, batch, values, partials);
         }
         self.check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
-        if descriptor.capabilities.parameter_fields {
+        if self.takes_fields {
             self.call(wanted, batch, values, partials)
         } else {
             self.by_stretches(wanted, batch, values, partials)
@@ -281,6 +284,15 @@ impl Kinetics for PluginKinetics {
         let species = self.library.descriptor.species.len();
         let wanted = Wanted { name, function, signals: 0, values: 1, partials: species };
         self.evaluate(&wanted, batch, &mut [factor], partials)
+    }
+
+    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+        if !self.takes_fields {
+            return Ok(None);
+        }
+        let mut twin = Self::new(&self.library, self.parameters.clone())?;
+        twin.takes_fields = false;
+        Ok(Some(Box::new(twin)))
     }
 
     fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
