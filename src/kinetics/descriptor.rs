@@ -179,6 +179,26 @@ pub(super) fn columns(signals: &[SignalRead]) -> impl Iterator<Item = &'static s
     signals.iter().flat_map(|read| read.signal.columns()).copied()
 }
 
+/// Adds signals that are not there yet.
+pub(super) fn unite(all: &mut Vec<SignalRead>, more: &[SignalRead]) {
+    for read in more {
+        match all.iter_mut().find(|known| known.signal == read.signal) {
+            Some(known) => known.typical = known.typical.min(read.typical),
+            None => all.push(*read),
+        }
+    }
+}
+
+/// The numbers of the columns of some signals among those of all.
+pub(super) fn among(all: &[SignalRead], some: &[SignalRead]) -> Vec<usize> {
+    let columns = |wanted: &SignalRead| {
+        let before = all.iter().take_while(|read| read.signal != wanted.signal);
+        let first: usize = before.map(|read| read.signal.columns().len()).sum();
+        first..first + wanted.signal.columns().len()
+    };
+    some.iter().flat_map(columns).collect()
+}
+
 /// Before the name, in the id of a law that a scene writes out.
 pub(super) const FORMULA: &str = "formula.";
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::batch::{Batch, Column};
-use super::descriptor::{Capabilities, Descriptor, FORMULA, SignalRead, Species};
+use super::descriptor::{Capabilities, Descriptor, FORMULA, Species, among, unite};
 use super::field::Columns;
 use super::{Kinetics, KineticsError, Outcome};
 use crate::num::all_finite_from;
@@ -218,26 +218,6 @@ fn share(known: &mut Species, other: &Species) -> Result<(), (String, String)> {
         return Err(("shared".into(), message));
     }
     Ok(())
-}
-
-/// Adds signals that are not there yet.
-fn unite(all: &mut Vec<SignalRead>, more: &[SignalRead]) {
-    for read in more {
-        match all.iter_mut().find(|known| known.signal == read.signal) {
-            Some(known) => known.typical = known.typical.min(read.typical),
-            None => all.push(*read),
-        }
-    }
-}
-
-/// The numbers of the columns of some signals among those of all.
-fn among(all: &[SignalRead], some: &[SignalRead]) -> Vec<usize> {
-    let columns = |wanted: &SignalRead| {
-        let before = all.iter().take_while(|read| read.signal != wanted.signal);
-        let first: usize = before.map(|read| read.signal.columns().len()).sum();
-        first..first + wanted.signal.columns().len()
-    };
-    some.iter().flat_map(columns).collect()
 }
 
 impl Part {

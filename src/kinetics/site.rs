@@ -77,6 +77,9 @@ impl fmt::Display for BadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, call, quantity, value, site } = self;
         write!(f, "{law} returned {value} in {call} for {quantity} at {site}")?;
+        if value.is_nan() && law.starts_with("plugin") {
+            write!(f, " (or left it unwritten)")?;
+        }
         if *value <= 0.0 && quantity == LENGTH_FACTOR {
             write!(
                 f,

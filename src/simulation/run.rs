@@ -147,7 +147,7 @@ pub fn observed(
     let mut latest = first;
     let mut shown = None;
     let mut observed = None;
-    let mut warned = false;
+    let (mut warned, mut failed) = (false, 0);
     loop {
         let stopwatch = Instant::now();
         let (state, system) = (&setup.state, &mut setup.system);
@@ -214,6 +214,12 @@ pub fn observed(
             progress.message(&text);
             setup.faults.push(text);
         }
+        if let Some(reason) = latest.reason.take() {
+            failed += 1;
+            if failed == TIRESOME {
+                progress.message(&format!("steps are tried again and again, shorter: {reason}"));
+            }
+        }
         summary.iterations += latest.relaxation.iterations;
         summary.factorisations += latest.relaxation.factorisations;
         summary.rejected += latest.rejected;
@@ -230,6 +236,9 @@ pub fn observed(
     summary.output = output;
     Ok(summary)
 }
+
+/// When that many steps could only be made after a try that came to no result, the reason is told.
+const TIRESOME: usize = 5;
 
 /// Looks at the laws where signals are those of a relaxed sheet, if nothing was found before.
 fn look_again(setup: &mut Setup, progress: &mut Progress) -> Result<()> {

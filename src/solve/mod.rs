@@ -83,7 +83,7 @@ fn end_of_fixed_step(time: f64, step: f64, until: f64) -> f64 {
 }
 
 /// What one accepted step did.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepReport {
     /// Length of the step.
     pub step: f64,
@@ -91,6 +91,8 @@ pub struct StepReport {
     pub error: f64,
     /// Tries that were rejected before.
     pub rejected: usize,
+    /// Why the last of these came to no result, if it did not.
+    pub reason: Option<String>,
     /// Work of all relaxations of the step, rejected ones included.
     pub relaxation: Relaxation,
 }

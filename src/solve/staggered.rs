@@ -269,6 +269,7 @@ impl Staggered {
                     if self.step < shortest {
                         return Err(error);
                     }
+                    report.reason = Some(error.to_string());
                 }
                 Err(error) => return Err(error),
             }

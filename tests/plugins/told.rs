@@ -120,6 +120,24 @@ fn a_bad_number_says_which_law_and_where() {
     assert!(text.contains("v = 0") && text.contains("position ("), "{text}");
 }
 
+/// dc/dt = -1 at the lower end of the range: held there, and said so.
+#[test]
+fn a_law_that_leads_out_of_its_range_is_told() {
+    let law = "[kinetics]\nrates.c = \"-1\"\nspecies.c = { lower = 0.0 }\ninitial.c = 0.05";
+    let text = SCENE.replace("LAWS", law).replace(
+        "kind = \"monolithic\", method = \"bdf\", rtol = 1e-6",
+        "kind = \"staggered\", method = \"heun\", rtol = 0.05",
+    );
+    let text = text.replace("until = 0.1", "until = 0.5");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let run = ["run", "scene.toml", "--out", "results"];
+    let out = Command::new(program()).current_dir(folder.path()).args(run).output().unwrap();
+    let text = String::from_utf8_lossy(&out.stderr);
+    assert!(text.contains("again and again, shorter: species `c` becomes -"), "{text}");
+    assert!(text.contains("or these lead out of the range"), "{text}");
+}
+
 #[test]
 fn nobody_to_read_it_is_no_reason_to_fail() {
     let folder = tempfile::tempdir().unwrap();

@@ -113,9 +113,8 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
     let d = law.descriptor();
     let read: Vec<&str> = d.signals.iter().map(|s| s.signal.name()).collect();
     let text = format!(
-        "{} {}: {} species, {} parameters, reads {}",
-        d.name,
-        d.version,
+        "{}: {} species, {} parameters, reads {}",
+        format!("{} {}", d.name, d.version).trim_end(),
         d.species.len(),
         d.parameters.len(),
         if read.is_empty() { "nothing".to_owned() } else { read.join(", ") }
