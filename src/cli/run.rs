@@ -22,7 +22,7 @@ pub(super) struct RunArgs {
     /// Replace the results of an earlier run in that directory.
     #[arg(long)]
     force: bool,
-    /// Print nothing but errors, and wrong derivatives.
+    /// Print nothing but errors, and what a law does wrong.
     #[arg(long)]
     quiet: bool,
 }

@@ -15,7 +15,7 @@ use crate::num::{all_finite, all_finite_from};
 
 /// The most points in a batch. What a call costs by itself is as much as a cheap law at a hundred
 /// points; this many values of a dozen columns still fit into the second-level cache.
-pub const BATCH: usize = 4096;
+const BATCH: usize = 4096;
 
 /// Points in a batch of a field of `count` points: every thread gets some.
 pub(super) fn batch_size(count: usize) -> usize {

@@ -80,26 +80,19 @@ fn check_names(scene: &Scene, number: usize, spec: &KineticsSpec, all: &Descript
     let names = all.species.iter().map(|s| &s.name).chain(all.observables.iter().map(|o| &o.name));
     for name in names.filter(|name| super::fields::is_built_in(name)) {
         let table = scene.kinetics_path(number);
+        let under = |part: &str, key: &str| path_to(&format!("{table}.{part}"), key);
         let renamed = spec.rename.iter().find(|(_, new)| *new == name);
-        if let Some((old, _)) = renamed {
-            let path = path_to(&format!("{table}.rename"), old);
-            return Err(scene
-                .error_at(&path, &format!("frames have a field `{name}` of their own"), None)
-                .into());
-        }
-        let (part, help) = if spec.observables.contains_key(name) {
-            ("observables", None)
+        let (path, help) = if let Some((old, _)) = renamed {
+            (under("rename", old), None)
+        } else if spec.observables.contains_key(name) {
+            (under("observables", name), None)
         } else if spec.rates.contains_key(name) {
-            ("rates", None)
+            (under("rates", name), None)
         } else if spec.plugin.is_some() {
-            ("plugin", Some(format!("rename = {{ {name} = \"…\" }} gives it another name here")))
+            let help = format!("rename = {{ {name} = \"…\" }} gives it another name here");
+            (format!("{table}.plugin"), Some(help))
         } else {
             continue;
-        };
-        let path = if help.is_some() {
-            format!("{table}.plugin")
-        } else {
-            path_to(&format!("{table}.{part}"), name)
         };
         let message = format!("frames have a field `{name}` of their own");
         return Err(scene.error_at(&path, &message, help.as_deref()).into());

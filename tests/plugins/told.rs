@@ -138,6 +138,29 @@ fn a_law_that_leads_out_of_its_range_is_told() {
     assert!(text.contains("or these lead out of the range"), "{text}");
 }
 
+/// Held in z alone, a rim lets the sheet slide and turn in its plane.
+#[test]
+fn the_rigid_motions_that_pins_leave_free_are_counted() {
+    let law = "[kinetics]\nrates.c = \"-c\"\n\
+               [material]\nyoung = 1e6\npoisson = 0.3333333333333333\nthickness = 0.5\n\
+               [[effect]]\nkind = \"stretching\"\n";
+    let pin = |region: &str, axes: &str| {
+        format!("{law}[[effect]]\nkind = \"pin\"\nwhere = {region}\naxes = \"{axes}\"\n")
+    };
+    for (laws, free) in [
+        (law.to_owned(), 6),
+        (pin("\"rim\"", "z"), 3),
+        (pin("{ vertices = [0] }", "xyz"), 3),
+        (pin("{ vertices = [0, 1] }", "xyz"), 1),
+        (pin("\"rim\"", "xyz"), 0),
+    ] {
+        let text = SCENE.replace("LAWS", &laws);
+        let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
+        let mut setup = simulation::prepare(&scene, &Search::in_directories(Vec::new())).unwrap();
+        assert_eq!(setup.system.mechanics().free_motions(), free, "{laws}");
+    }
+}
+
 #[test]
 fn nobody_to_read_it_is_no_reason_to_fail() {
     let folder = tempfile::tempdir().unwrap();
