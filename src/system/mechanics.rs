@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SMatrix, SVector};
-
+use super::rigid::free_motions;
 use crate::Vec3;
 use crate::effects::{Energy, HessianPart};
 use crate::geometry::{RestMetric, Shape};
@@ -62,27 +61,9 @@ impl Mechanics {
     }
 
     /// How many of the six rigid motions of the sheet at rest the pins do not hold.
-    ///
-    /// The motion (t, ω) moves a held direction a of vertex x by a·(t + ω×x) = t·a + ω·(x×a); the
-    /// free ones are the null space of these rows.
     #[must_use]
     pub fn free_motions(&self) -> usize {
-        const HELD: f64 = 1e-12;
-        let x = self.sheet.rest();
-        let centre = x.iter().sum::<Vec3>() / crate::num::real(x.len().max(1));
-        let radius = x.iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-        let mut gram = SMatrix::<f64, 6, 6>::zeros();
-        for &vertex in &self.pinned {
-            let arm = (x[vertex] - centre) / radius;
-            for axis in (0..3).filter(|axis| self.pins[vertex][*axis]) {
-                let a = Vec3::ith(axis, 1.0);
-                let turn = arm.cross(&a);
-                let row = SVector::<f64, 6>::new(a.x, a.y, a.z, turn.x, turn.y, turn.z);
-                gram += row * row.transpose();
-            }
-        }
-        let share = gram / crate::num::real(self.pinned.len().max(1));
-        share.symmetric_eigenvalues().iter().filter(|value| **value <= HELD).count()
+        free_motions(self.sheet.rest(), &self.pins, |_| 1.0).0.len()
     }
 
     /// Force on a vertex at unit strain: the unit of force tolerances. At least one listed effect

@@ -13,6 +13,7 @@ mod coupled;
 mod course;
 mod mechanics;
 mod parameters;
+mod rigid;
 mod signals;
 
 pub use chemistry::{Chemistry, SignalColumns};
@@ -20,6 +21,7 @@ pub use coupled::{Coupled, CoupledWork, Layout};
 pub use course::Course;
 pub use mechanics::{Mechanics, Pins};
 pub use parameters::ParameterFields;
+pub use rigid::{Motion, free_motions, holding};
 pub use signals::{Signals, TensionReading};
 
 use crate::num::real;

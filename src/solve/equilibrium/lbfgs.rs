@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::gauge::Gauge;
 use super::preconditioner::{Inverse, Preconditioner};
 use super::stop::{COLLAPSED, collapsed_at, dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
@@ -131,6 +132,8 @@ pub struct Lbfgs {
     options: LbfgsSpec,
     matrix: BlockMatrix,
     inverse: Inverse,
+    /// Belongs to the factor.
+    gauge: Gauge,
     factored: bool,
     shift: f64,
     try_full_below: f64,
@@ -150,6 +153,7 @@ impl Lbfgs {
             options,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             inverse: Inverse::new(options.preconditioner, &pattern)?,
+            gauge: Gauge::default(),
             factored: false,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
@@ -176,7 +180,11 @@ impl Lbfgs {
                 continue;
             }
             mechanics.hessian(x, part, &mut self.matrix);
-            self.matrix.add_diagonal(self.shift * self.matrix.mean_diagonal());
+            let unit = self.matrix.mean_diagonal();
+            if let Some(held) = self.gauge.held() {
+                self.matrix.pin(held, unit);
+            }
+            self.matrix.add_diagonal(self.shift * unit);
             tried += 1;
             if self.inverse.factorise(&self.matrix, x, part == HessianPart::Positive).is_ok() {
                 self.factored = true;
@@ -201,7 +209,10 @@ impl Lbfgs {
             parallel::update(d, |i, v| *v -= alpha * pair.change[i]);
             alphas.push(alpha);
         }
+        self.gauge.project(d);
+        self.gauge.hold(d);
         self.inverse.solve(d);
+        self.gauge.project(d);
         for &i in &self.held {
             d[i] = Vec3::zeros();
         }
@@ -258,6 +269,8 @@ impl Lbfgs {
         self.held.dedup();
         done.collapsed += collapsed.len();
         self.pairs.clear();
+        // What is held now takes up forces and hinders every motion.
+        self.gauge.release();
         Ok(true)
     }
 
@@ -301,6 +314,7 @@ impl Equilibrium for Lbfgs {
                 return Ok(done);
             }
             if !self.factored || age >= self.options.refresh.get() {
+                self.gauge = Gauge::new(mechanics, x, &gradient, goal.tolerance);
                 done.factorisations += self.refactor(mechanics, x, done.residual)?;
                 self.shift = (0.1 * self.shift).max(SHIFT);
                 age = 0;

@@ -5,6 +5,7 @@
 
 mod descent;
 mod fire;
+mod gauge;
 mod lbfgs;
 mod newton;
 mod preconditioner;

@@ -1,9 +1,9 @@
 //! Which unknown of the coupled system is what.
 
-use super::gauge;
 use crate::Vec3;
 use crate::num::index;
 use crate::state::State;
+use crate::system::rigid::{free_motions, holding};
 use crate::system::System;
 
 /// Stands for a direction that is held.
@@ -43,7 +43,9 @@ impl Layout {
         let mechanics = system.mechanics();
         let mut pins = mechanics.pins().clone();
         if moves && still {
-            for (vertex, axis) in gauge::directions(mechanics.sheet().rest(), &pins) {
+            // Without storage the rows of forces say nothing about rigid motions.
+            let (motions, _) = free_motions(mechanics.sheet().rest(), &pins, |_| 1.0);
+            for (vertex, axis) in holding(&motions, &pins) {
                 pins[vertex][axis] = true;
             }
         }

@@ -10,7 +10,6 @@
 //! shape has no storage neither are its rigid motions, so that its rows stay regular. Displacements take the place of positions, so that relative
 //! tolerances do not depend on where the origin is.
 
-mod gauge;
 mod jacobian;
 mod layout;
 
