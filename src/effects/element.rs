@@ -76,18 +76,28 @@ pub(super) fn add_hessian<'e, const K: usize, E: Element<K> + 'e>(
     places: &mut LazyStencils,
     into: &mut BlockMatrix,
 ) {
+    let blocks = |e| element(e).hessian(&mesh.positions(e, x), part);
+    add_blocks(mesh.corners, blocks, places, into);
+}
+
+/// Adds the symmetric `blocks` of every element between its corners; `places` belong to these.
+pub(super) fn add_blocks<const K: usize>(
+    corners: &[[u32; K]],
+    blocks: impl Fn(usize) -> [[Block; K]; K] + Sync,
+    places: &mut LazyStencils,
+    into: &mut BlockMatrix,
+) {
     let sorted = |corners: &[u32; K]| {
         let mut corners = *corners;
         corners.sort_unstable();
         corners
     };
-    let stencils = places.for_pattern(into.pattern(), || mesh.corners.iter().map(sorted));
+    let stencils = places.for_pattern(into.pattern(), || corners.iter().map(sorted));
     stencils.assemble(into, |e, sink| {
-        let corners = &mesh.corners[e];
+        let corners = &corners[e];
         // Position of every corner in the ascending order of the sink.
         let rank = corners.map(|v| corners.iter().filter(|other| **other < v).count());
-        let blocks = element(e).hessian(&mesh.positions(e, x), part);
-        for (row, &p) in blocks.iter().zip(&rank) {
+        for (row, &p) in blocks(e).iter().zip(&rank) {
             for (block, &q) in row.iter().zip(&rank) {
                 if p <= q {
                     sink.add(p, q, block);

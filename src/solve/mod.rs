@@ -97,6 +97,11 @@ pub struct StepReport {
     pub relaxation: Relaxation,
 }
 
+/// What to try when a relaxation comes to no end.
+const OTHER_WAYS: &str = "try another equilibrium.method (\"lbfgs\", \"newton\", \"fire\"), a larger \
+     equilibrium.tolerance if that force is small enough, or smaller changes a step \
+     (time.integrator.rtol or step)";
+
 /// Why a solver stopped without a result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -112,7 +117,7 @@ pub enum SolveError {
     /// The force tolerance was not reached.
     #[error(
         "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \
-         (tolerance {tolerance:.1e}, in units of Y times the edge length)"
+         (tolerance {tolerance:.1e}, in units of Y times the edge length); {OTHER_WAYS}"
     )]
     NotConverged {
         /// Iterations taken.
@@ -125,7 +130,8 @@ pub enum SolveError {
     /// No step goes downhill without collapsing a triangle.
     #[error(
         "relaxation can go no further after {iterations} iterations: no step lowers the energy \
-         without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e})"
+         without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e}); \
+         {OTHER_WAYS}"
     )]
     Stalled {
         /// Iterations taken.

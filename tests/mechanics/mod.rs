@@ -1,6 +1,7 @@
 //! The mechanical energies: derivatives, invariants, known answers.
 
 mod derivatives;
+mod gauge;
 mod hinge;
 mod invariants;
 mod known;
@@ -12,6 +13,7 @@ mod methods;
 mod multigrid;
 mod relaxation;
 mod stability;
+mod stalls;
 
 use std::sync::Arc;
 

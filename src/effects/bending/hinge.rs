@@ -143,6 +143,40 @@ impl Hinge {
         }
         gradient
     }
+
+    /// `tangent ∂θ ⊗ ∂θ`.
+    fn by_angle(wings: &[Wing; 2], tangent: f64) -> [[Block; 4]; 4] {
+        let gradient = Self::angle_gradient(wings);
+        std::array::from_fn(|j| {
+            std::array::from_fn(|k| tangent * gradient[j] * gradient[k].transpose())
+        })
+    }
+}
+
+/// `k ∂θ ⊗ ∂θ`, `k = rigidity l²/(A₁+A₂)` by current lengths and areas, of the hinge with the given
+/// corners: the positive part at small angles.
+pub(super) fn stiffness(x: &[Vec3; 4], rigidity: impl Fn(f64) -> f64) -> [[Block; 4]; 4] {
+    let (wings, _) = Hinge::state(x);
+    let area = 0.5 * (wings[0].normal.norm() + wings[1].normal.norm());
+    Hinge::by_angle(&wings, rigidity(area) * wings[0].length * wings[0].length / area)
+}
+
+/// Numbers of the interior edges of `sheet` with the corners of their hinges: the ends of the edge,
+/// then the opposite corners of the triangles in which it runs forwards and backwards.
+pub(super) fn hinges(sheet: &Sheet) -> impl Iterator<Item = (u32, [u32; 4])> + '_ {
+    let opposite = |t: u32, e: u32| {
+        let t = t as usize;
+        let k = (0..3).find(|&k| sheet.triangle_edges()[t][k] == e).unwrap_or(0);
+        let corner = sheet.triangles()[t];
+        [corner[(k + 1) % 3], corner[(k + 2) % 3], corner[k]]
+    };
+    let inside = sheet.edges().iter().enumerate().filter(|(_, edge)| !edge.is_rim());
+    inside.map(move |(e, Edge { triangles: [first, second], .. })| {
+        let e = index(e);
+        let [start, end, left] = opposite(*first, e);
+        let [_, _, right] = opposite(*second, e);
+        (e, [start, end, left, right])
+    })
 }
 
 impl Element<4> for Hinge {
@@ -156,11 +190,8 @@ impl Element<4> for Hinge {
     fn hessian(&self, x: &[Vec3; 4], part: HessianPart) -> [[Block; 4]; 4] {
         let (wings, psi) = Self::state(x);
         let c = 1.0 + 0.25 * psi * psi;
-        let gradient = Self::angle_gradient(&wings);
         let tangent = self.stiffness * c * (c + 0.5 * psi * psi);
-        let mut blocks: [[Block; 4]; 4] = std::array::from_fn(|j| {
-            std::array::from_fn(|k| tangent * gradient[j] * gradient[k].transpose())
-        });
+        let mut blocks = Self::by_angle(&wings, tangent);
         if part == HessianPart::Full {
             let moment = self.stiffness * psi * c;
             for (wing, places) in wings.iter().zip(Self::WINGS) {
@@ -193,23 +224,7 @@ impl HingeBending {
     /// For `sheet` of the given material.
     #[must_use]
     pub fn new(sheet: &Sheet, material: &Material) -> Self {
-        let opposite = |t: u32, e: u32| {
-            let t = t as usize;
-            let k = (0..3).find(|&k| sheet.triangle_edges()[t][k] == e).unwrap_or(0);
-            let corner = sheet.triangles()[t];
-            [corner[(k + 1) % 3], corner[(k + 2) % 3], corner[k]]
-        };
-        let (mut edge, mut corners) = (Vec::new(), Vec::new());
-        for (e, Edge { triangles: [first, second], .. }) in sheet.edges().iter().enumerate() {
-            if *second == Edge::NONE {
-                continue;
-            }
-            let e = index(e);
-            let [start, end, left] = opposite(*first, e);
-            let [_, _, right] = opposite(*second, e);
-            edge.push(e);
-            corners.push([start, end, left, right]);
-        }
+        let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinges(sheet).unzip();
         let triples = corners
             .iter()
             .enumerate()

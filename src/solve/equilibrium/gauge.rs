@@ -85,8 +85,7 @@ impl Gauge {
 /// is above `limit`.
 fn remove_hindered(motions: &mut Vec<Motion>, gradient: &[Vec3], limit: f64) {
     let count = motions.len();
-    let along =
-        DVector::from_fn(count, |k, _| super::stop::dot(&motions[k].shape, gradient));
+    let along = DVector::from_fn(count, |k, _| super::stop::dot(&motions[k].shape, gradient));
     let size = along.norm();
     // The largest velocity is some 1/√n.
     if !(size > limit * real(gradient.len()).sqrt()) {

@@ -3,7 +3,8 @@
 //!
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
-//! serves, across calls too. Steps are limited so that no triangle collapses: the energy of the
+//! serves, across calls too. Rigid motions are held by a gauge. Where the metric turns out too soft it is
+//! stiffened, and where the iteration gets nowhere Newton's method takes over. Steps are limited so that no triangle collapses: the energy of the
 //! cotangent curvature jumps there, and a long memory would not survive it.
 //!
 //! References: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4; approximate descent
@@ -15,8 +16,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::gauge::Gauge;
-use super::preconditioner::{Inverse, Preconditioner};
-use super::stop::{COLLAPSED, collapsed_at, dot, largest, level, reached, stalled};
+use super::newton::{Newton, NewtonSpec};
+use super::preconditioner::{FactorPrecision, Inverse, LARGE, Preconditioner};
+use super::stop::{COLLAPSED, after, collapsed_at, dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -46,6 +48,8 @@ pub struct LbfgsSpec {
     pub largest_move: Positive,
     /// How the Hessian's positive part is inverted.
     pub preconditioner: Preconditioner,
+    /// Precision of the factor.
+    pub precision: FactorPrecision,
     /// No triangle's area may fall below this share in one step.
     pub area_share: Fraction,
     /// What to do when a triangle collapses.
@@ -76,6 +80,7 @@ impl Default for LbfgsSpec {
             refresh: number(15),
             largest_move: Positive::ONE,
             preconditioner: Preconditioner::Auto,
+            precision: FactorPrecision::Auto,
             area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
             collapse: Collapse::Stop,
         }
@@ -116,6 +121,16 @@ const ARMIJO: f64 = 1e-4;
 const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
 const MOST_SHIFT: f64 = 1.0;
+/// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
+/// metric is too soft: the shift grows.
+const SOFT: usize = 3;
+/// Iterations after which progress is judged. Relaxations that come to an end, through buckling too, make
+/// some 100 to 400 altogether.
+const PATIENCE: usize = 150;
+/// Share of the whole fall of the energy that counts as progress.
+const LITTLE: f64 = 0.01;
+/// Steps of Newton's method when it takes over.
+const HANDED_OVER: usize = 200;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
 const NO_FALL: f64 = 1e-6;
 /// Shortest step tried, as a share of the proposed one.
@@ -152,7 +167,7 @@ impl Lbfgs {
         Ok(Self {
             options,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            inverse: Inverse::new(options.preconditioner, &pattern)?,
+            inverse: Inverse::new(options.preconditioner, options.precision, &pattern)?,
             gauge: Gauge::default(),
             factored: false,
             shift: SHIFT,
@@ -283,15 +298,23 @@ impl Lbfgs {
             self.pairs.push_back(Pair { step, change, inverse: 1.0 / curvature });
         }
     }
-}
 
-impl Equilibrium for Lbfgs {
-    fn relax(
+    /// Enlarges the shift for the next factor.
+    fn stiffen(&mut self) {
+        self.shift = (self.shift * MORE_SHIFT.1).clamp(MORE_SHIFT.0, MOST_SHIFT);
+    }
+
+    /// Whether Newton's method can take over: its factor is affordable, and it holds no vertices.
+    fn may_hand_over(&self) -> bool {
+        self.held.is_empty() && self.matrix.pattern().rows() <= LARGE
+    }
+
+    fn iterate(
         &mut self,
         mechanics: &mut Mechanics,
         x: &mut [Vec3],
         goal: &Goal<'_>,
-    ) -> Result<Relaxation, SolveError> {
+    ) -> Result<(Relaxation, Outcome), SolveError> {
         let n = x.len();
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
@@ -304,6 +327,8 @@ impl Equilibrium for Lbfgs {
         // A factor kept from an earlier relaxation is not fresh: if no step is found with it, it is
         // renewed before giving up.
         let mut age = 1;
+        let mut halvings = 0;
+        let mut progress = Progress::new(energy, mechanics.residual(&gradient));
         self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
         self.pairs.clear();
@@ -311,12 +336,19 @@ impl Equilibrium for Lbfgs {
             done.residual = mechanics.residual(&gradient);
             done.energy = energy;
             if reached(&done, goal)? {
-                return Ok(done);
+                return Ok((done, Outcome::AtRest));
+            }
+            if self.may_hand_over() && progress.is_poor(&done) {
+                return Ok((done, Outcome::Poor));
             }
             if !self.factored || age >= self.options.refresh.get() {
+                if age > 0 && halvings > SOFT * age {
+                    self.stiffen();
+                }
                 self.gauge = Gauge::new(mechanics, x, &gradient, goal.tolerance);
                 done.factorisations += self.refactor(mechanics, x, done.residual)?;
                 self.shift = (0.1 * self.shift).max(SHIFT);
+                halvings = 0;
                 age = 0;
             }
             self.direction(&gradient, &mut d);
@@ -342,6 +374,7 @@ impl Equilibrium for Lbfgs {
                     if e.is_finite() && (descends || level) {
                         break Some(e);
                     }
+                    halvings += 1;
                 }
                 length *= 0.5;
             };
@@ -355,9 +388,9 @@ impl Equilibrium for Lbfgs {
             }
             let Some(e) = accepted else {
                 if age == 0 && self.shift < MOST_SHIFT {
-                    self.shift = (self.shift * MORE_SHIFT.1).max(MORE_SHIFT.0);
+                    self.stiffen();
                 } else if age == 0 {
-                    return Err(stalled(&done, goal));
+                    return Ok((done, Outcome::NoStep));
                 }
                 self.factored = false;
                 continue;
@@ -373,5 +406,72 @@ impl Equilibrium for Lbfgs {
             done.iterations += 1;
             age += 1;
         }
+    }
+}
+
+impl Equilibrium for Lbfgs {
+    fn relax(
+        &mut self,
+        mechanics: &mut Mechanics,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+    ) -> Result<Relaxation, SolveError> {
+        let (mut done, outcome) = self.iterate(mechanics, x, goal)?;
+        if outcome == Outcome::AtRest {
+            return Ok(done);
+        }
+        if !self.may_hand_over() {
+            return Err(stalled(&done, goal));
+        }
+        // The factor belongs to a shape that is left behind.
+        self.factored = false;
+        let options = NewtonSpec { area_share: self.options.area_share, ..NewtonSpec::default() };
+        let mut newton = Newton::new(mechanics, options)?;
+        let later = newton.relax(mechanics, x, &Goal { max_iterations: HANDED_OVER, ..*goal });
+        let later = later.map_err(|error| after(done.iterations, error))?;
+        done.add(&later);
+        Ok(done)
+    }
+}
+
+/// How the iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// The goal is reached.
+    AtRest,
+    /// No step lowers the energy.
+    NoStep,
+    /// It goes on without getting anywhere.
+    Poor,
+}
+
+/// Whether an iteration gets anywhere, judged every so often.
+struct Progress {
+    /// Energy at the start, and at the last judgement.
+    energy: (f64, f64),
+    /// Least residual before the last judgement, and since.
+    residual: (f64, f64),
+    judged: usize,
+}
+
+impl Progress {
+    fn new(energy: f64, residual: f64) -> Self {
+        Self { energy: (energy, energy), residual: (residual, residual), judged: 0 }
+    }
+
+    /// Poor if over [`PATIENCE`] iterations neither the least residual was halved nor the energy fell
+    /// by a share of all that it has fallen.
+    fn is_poor(&mut self, done: &Relaxation) -> bool {
+        self.residual.1 = self.residual.1.min(done.residual);
+        if done.iterations < self.judged + PATIENCE {
+            return false;
+        }
+        let fall = self.energy.1 - done.energy;
+        let poor = self.residual.1 > 0.5 * self.residual.0
+            && fall < LITTLE * (self.energy.0 - done.energy);
+        self.judged = done.iterations;
+        self.energy.1 = done.energy;
+        self.residual.0 = self.residual.1;
+        poor
     }
 }

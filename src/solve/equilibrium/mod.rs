@@ -15,7 +15,7 @@ pub use descent::{Descent, DescentSpec};
 pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
-pub use preconditioner::Preconditioner;
+pub use preconditioner::{FactorPrecision, Preconditioner};
 pub use stop::explained;
 
 use crate::Vec3;

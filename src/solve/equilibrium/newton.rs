@@ -18,6 +18,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::gauge::Gauge;
 use super::stop::{largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
@@ -126,6 +127,7 @@ impl Equilibrium for Newton {
             if reached(&done, goal)? {
                 return Ok(done);
             }
+            let gauge = Gauge::new(mechanics, x, &gradient, goal.tolerance);
             mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
             let unit = self.matrix.mean_diagonal();
             let mut shifted = 0.0;
@@ -144,7 +146,9 @@ impl Equilibrium for Newton {
                     continue;
                 }
                 parallel::fill(&mut step, |i| -gradient[i]);
+                gauge.project(&mut step);
                 self.cholesky.solve(&mut step);
+                gauge.project(&mut step);
                 parallel::fill(&mut trial, |i| x[i] + step[i]);
                 if !mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
                     sigma *= 8.0;
@@ -155,7 +159,9 @@ impl Equilibrium for Newton {
                 // Since H δ = -∂U - σ D δ, the defect is ∂U(x+δ) + σ D δ.
                 let drag = sigma * unit;
                 parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
+                gauge.project(&mut defect);
                 self.cholesky.solve(&mut defect);
+                gauge.project(&mut defect);
                 let error = 0.5 * largest(&defect) / allowed;
                 let descends = e <= energy || level(mechanics, energy, e);
                 if !(e.is_finite() && descends && error <= 1.0) {

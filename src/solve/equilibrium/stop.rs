@@ -43,6 +43,16 @@ pub(super) fn stalled(done: &Relaxation, goal: &Goal<'_>) -> SolveError {
     }
 }
 
+/// `error` of an iteration that `earlier` ones went before.
+pub(super) fn after(earlier: usize, mut error: SolveError) -> SolveError {
+    if let SolveError::NotConverged { iterations, .. } | SolveError::Stalled { iterations, .. } =
+        &mut error
+    {
+        *iterations += earlier;
+    }
+    error
+}
+
 /// The error that names collapsed triangle `t`.
 pub(super) fn collapsed_at(
     mechanics: &Mechanics,

@@ -136,6 +136,15 @@ impl FrugalCholesky {
         Ok(Self { pattern, single, double: None })
     }
 
+    /// As [`FrugalCholesky::new`], in double precision from the start.
+    ///
+    /// # Errors
+    /// As [`BlockCholesky::new`].
+    pub fn in_double_precision(pattern: Arc<BlockPattern>) -> Result<Self, SolveError> {
+        let double = Some(BlockCholesky::new(Arc::clone(&pattern))?);
+        Ok(Self { pattern, single: None, double })
+    }
+
     /// Factorises `matrix`; with `insist`, in double precision if single precision fails, and from
     /// then on always.
     ///

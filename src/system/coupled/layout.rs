@@ -3,8 +3,8 @@
 use crate::Vec3;
 use crate::num::index;
 use crate::state::State;
-use crate::system::rigid::{free_motions, holding};
 use crate::system::System;
+use crate::system::rigid::{free_motions, holding};
 
 /// Stands for a direction that is held.
 const HELD: u32 = u32::MAX;

@@ -1,0 +1,61 @@
+//! What the positive part of the second derivatives has at the rim.
+//!
+//! ```text
+//! (B/2) [ (2H)² - 2(1-ν) K ] = (B/2) [ ν (2H)² + (1-ν) (κ₁² + κ₂²) ]
+//! ```
+//!
+//! is positive, but its two parts on the left are not: the Gaussian curvature is indefinite, and `|J|²`
+//! alone vanishes for discrete harmonic displacements, whose L_i is zero at every interior vertex. There
+//! are as many of these as rim vertices: waves along the rim that fade within one wavelength. Their
+//! stiffness is that of the Gaussian term, about `B(1-ν) k⁴` in the strip where they live. A metric
+//! without it moves the rim wildly.
+//!
+//! So the hinges with a corner on the rim get `¾ B(1-ν) l²/(A₁+A₂) ∂θ ⊗ ∂θ`: on an equilateral
+//! lattice hinges cost `(B/2)[(2H)² - (8/3) K]` (see the hinge model), so this share of them has the
+//! modulus of the Gaussian term. It is right for the shortest waves, and too soft in proportion to
+//! the wavelength for longer ones, which reach beyond these hinges. It is a metric only: forces
+//! and the whole Hessian know nothing of it.
+
+use super::super::super::hinge;
+use super::super::BendingWeight;
+use crate::effects::element;
+use crate::geometry::Shape;
+use crate::sheet::Sheet;
+use crate::solve::linear::{BlockMatrix, LazyStencils};
+
+/// Share of the hinge energy whose Gaussian modulus is that of a plate, by 1 - ν.
+const SHARE: f64 = 0.75;
+
+/// The hinges with a corner on the rim.
+#[derive(Debug)]
+pub(super) struct Rim {
+    corners: Vec<[u32; 4]>,
+    places: LazyStencils,
+}
+
+impl Rim {
+    pub(super) fn new(sheet: &Sheet) -> Self {
+        let on_rim = |corners: &[u32; 4]| corners.iter().any(|&v| sheet.rim()[v as usize]);
+        let corners = hinge::hinges(sheet).map(|(_, corners)| corners).filter(on_rim).collect();
+        Self { corners, places: LazyStencils::default() }
+    }
+
+    /// Adds their stiffness; `gaussian` is B(1-ν).
+    pub(super) fn add(
+        &mut self,
+        gaussian: f64,
+        weight: BendingWeight,
+        shape: &Shape<'_>,
+        into: &mut BlockMatrix,
+    ) {
+        let rigidity = |area: f64| match weight {
+            BendingWeight::Area => SHARE * gaussian,
+            // A sum of densities: the area of a vertex, that of two triangles, is missing.
+            BendingWeight::Paper => SHARE * gaussian / area,
+        };
+        let corners = &self.corners;
+        let blocks =
+            |h: usize| hinge::stiffness(&corners[h].map(|v| shape.x[v as usize]), rigidity);
+        element::add_blocks(corners, blocks, &mut self.places, into);
+    }
+}

@@ -1,0 +1,118 @@
+//! Relaxations on which the default stalled: it ends within a bounded amount of work.
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use rumple::Vec3;
+use rumple::effects::{Bending, BondStretching, LoadForce, Stretching};
+use rumple::effects::{DeadLoad, Energy, Material, MeyerBending};
+use rumple::num::checked::Finite;
+use rumple::sheet::Sheet;
+use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
+use rumple::system::Mechanics;
+
+use crate::common::prepare;
+
+/// A strip whose upper edge grows: discrete harmonic waves of the free rim have no mean curvature.
+fn ruffle(method: &str) -> Vec<Relaxation> {
+    let mut text = String::from(
+        r#"
+        [sheet]
+        shape = "rectangle"
+        width = 60.0
+        height = 12.0
+        vertices = 600
+        imperfection = { amplitude = 1e-2, seed = 3 }
+        [material]
+        young = 1e6
+        poisson = 0.3333333333333333
+        thickness = 0.5
+        [[effect]]
+        kind = "stretching"
+        [[effect]]
+        kind = "bending"
+        [kinetics]
+        species.g = { doc = "growth", typical = 0.1, lower = 0.0 }
+        rates.g = "k*edge*(1 - g)"
+        length_factor = "1 + m*g"
+        parameters = { k = 1.0, m = 0.3, edge = { formula = "1/(1 + exp(-(y - 4)/0.7))" } }
+        units = { k = "1/time", m = "1", edge = "1" }
+        initial.g = 0.0
+        [time]
+        until = 1.0
+        "#,
+    );
+    write!(text, "[equilibrium]\n{method}").unwrap();
+    let (_, mut setup) = prepare(&text, &[]);
+    let edges = setup.sheet.rest().to_vec();
+    let mut done = vec![setup.system.relax(&mut setup.state).unwrap()];
+    for time in [0.01f64, 0.03, 0.05, 0.2] {
+        for (g, x) in setup.state.species[0].iter_mut().zip(&edges) {
+            *g = 1.0 - (-time / (1.0 + (-(x.y - 4.0) / 0.7).exp())).exp();
+        }
+        done.push(setup.system.relax(&mut setup.state).unwrap());
+    }
+    done
+}
+
+#[test]
+fn a_ruffled_strip_with_a_free_rim_does_not_stall() {
+    for method in ["", "precision = \"single\"", "preconditioner = \"multigrid\""] {
+        let done = ruffle(method);
+        let evaluations: Vec<usize> = done.iter().map(|d| d.evaluations).collect();
+        println!("{method}: {evaluations:?}");
+        assert!(evaluations.iter().all(|e| *e < 600), "{method}: {evaluations:?}");
+    }
+}
+
+/// A grid whose diagonals leave triangles with three rim vertices in two corners; these flap without
+/// any bending energy.
+fn flapping(direction: Vec3) -> Mechanics {
+    let (columns, rows) = (21u32, 7u32);
+    let at = |i: u32, j: u32| j * columns + i;
+    let rest = (0..rows)
+        .flat_map(|j| (0..columns).map(move |i| Vec3::new(f64::from(i), f64::from(j), 0.0)))
+        .collect();
+    let triangles = (0..rows - 1)
+        .flat_map(|j| (0..columns - 1).map(move |i| (i, j)))
+        .flat_map(|(i, j)| {
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+            [[a, b, c], [b, d, c]]
+        })
+        .collect();
+    let sheet = Arc::new(Sheet::new(rest, triangles).unwrap());
+    let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
+    let pins: Vec<[bool; 3]> = sheet.rest().iter().map(|x| [x.x < 1.5; 3]).collect();
+    let force = LoadForce::PerArea(<[f64; 3]>::from(direction).map(|f| Finite::new(f).unwrap()));
+    let load = DeadLoad::new(&sheet, &vec![true; sheet.vertex_count()], force).unwrap();
+    let (s, b) = (Stretching::default(), Bending::default());
+    let energies: Vec<Box<dyn Energy>> = vec![
+        Box::new(BondStretching::new(&material, s.weight)),
+        Box::new(MeyerBending::new(&sheet, &material, b.weight, b.area)),
+        Box::new(load),
+    ];
+    Mechanics::new(sheet, energies, pins).unwrap()
+}
+
+#[test]
+fn triangles_with_three_rim_vertices_do_not_stall_a_load() {
+    for load in [1.0, 20.0, 200.0] {
+        let mut mechanics = flapping(load * -Vec3::z());
+        let mut x = mechanics.sheet().rest().to_vec();
+        let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+        let goal = Goal { tolerance: 1e-9, max_iterations: 3000, interrupted: &|| false };
+        let done = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap();
+        println!("load {load}: {done:?}");
+        assert!(done.evaluations < 1500, "load {load}: {done:?}");
+    }
+}
+
+#[test]
+fn a_relaxation_without_end_says_what_to_try() {
+    let mut mechanics = flapping(-Vec3::z());
+    let mut x = mechanics.sheet().rest().to_vec();
+    let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let goal = Goal { tolerance: 1e-9, max_iterations: 2, interrupted: &|| false };
+    let error = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap_err().to_string();
+    assert!(error.contains("equilibrium.method") && error.contains("tolerance"), "{error}");
+}
