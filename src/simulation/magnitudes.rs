@@ -2,7 +2,7 @@
 //! them: the first sign would else be an energy that is infinite, far from its cause.
 
 use crate::Result;
-use crate::effects::{Energy, Material};
+use crate::effects::{Energy, Material, Transport};
 use crate::num::{Short, real};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
@@ -73,6 +73,28 @@ pub(super) fn check_load(
         format!("a force of {} on a vertex is beyond what can be computed with", short(force));
     let help = format!("at most {LARGEST:e}: choose other units");
     Err(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
+}
+
+/// Looks at how fast the effect number `number` of the scene levels out a species at rest.
+///
+/// # Errors
+/// Its coefficient, if that is too fast.
+pub(super) fn check_transport(
+    scene: &Scene,
+    number: usize,
+    transport: &mut dyn Transport,
+    sheet: &Sheet,
+) -> Result<()> {
+    transport.update(sheet, sheet.rest());
+    let rate = transport.spectral_bound();
+    // No number is no rate below the bound either.
+    if rate <= LARGEST {
+        return Ok(());
+    }
+    let message =
+        format!("decay rates up to {} per time are beyond what can be computed with", short(rate));
+    let help = format!("at most {LARGEST:e}: choose other units");
+    Err(scene.error_at(&format!("effect[{number}].coefficient"), &message, Some(&help)).into())
 }
 
 /// In a few digits.

@@ -135,7 +135,10 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
                 magnitudes::check_load(scene, number, &*energy, &material)?;
                 energies.push(energy);
             }
-            Effect::Transport(t) => transport.push(t),
+            Effect::Transport(mut t) => {
+                magnitudes::check_transport(scene, number, &mut *t, &sheet)?;
+                transport.push(t);
+            }
             Effect::Pins(held) => {
                 for (all, more) in pins.iter_mut().zip(held) {
                     for a in 0..3 {

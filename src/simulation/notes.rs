@@ -14,10 +14,10 @@ const FELT: f64 = 1e3;
 /// Forces of this size are those of strains of a hundredth, which is no rest.
 const LOOSE: f64 = 1e-2;
 
-/// Thickness over half of a sheet's extent beyond which it is no thin sheet.
+/// Thickness over radius beyond which a sheet is not thin.
 const THIN: f64 = 0.1;
 
-/// A disc's triangles reach as far as its radius but for this factor.
+/// The triangles of a disc cover it but for this factor of the radius.
 const ROUND: f64 = 1.02;
 
 /// The share of a start shape below which it has been relaxed away.
@@ -48,28 +48,32 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
             Short((100.0 * tolerance).min(100.0))
         ));
     }
-    let half = 0.5 * extent(sheet);
+    let radius = radius(sheet);
     if let Some(thickness) = scene.material.as_ref().map(|m| m.thickness.get())
-        && sheet.triangle_count() > 0
-        && thickness > THIN * half * ROUND
+        && thickness > THIN * radius * ROUND
     {
         notes.push(format!(
-            "material.thickness = {} is {:.2} of the sheet's half width {half:.4}: the theory is \
-             one of thin sheets, below a tenth",
+            "material.thickness = {} is {:.2} of the sheet's radius {radius:.4} (of a disc of its \
+             area): the theory is one of thin sheets, below a tenth",
             Short(thickness),
-            thickness / half
+            thickness / radius
         ));
     }
 }
 
-/// The middle one of the three extents of a sheet: the diameter of a disc, the width of a strip.
-fn extent(sheet: &Sheet) -> f64 {
-    let mut extents = [0, 1, 2].map(|axis| {
+/// The radius of a disc of the same area, or half of the largest extent where that is less, as for a
+/// sphere; infinite for a point.
+fn radius(sheet: &Sheet) -> f64 {
+    if sheet.triangle_count() == 0 {
+        return f64::INFINITY;
+    }
+    let extent = |axis: usize| {
         let values = || sheet.rest().iter().map(|x| x[axis]);
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-    });
-    extents.sort_by(f64::total_cmp);
-    extents[1]
+    };
+    let area = super::rest_areas(sheet).iter().sum::<f64>();
+    let half = 0.5 * (0..3).map(extent).fold(0.0, f64::max);
+    (area / std::f64::consts::PI).sqrt().min(half)
 }
 
 /// Looks at the loads on a sheet at rest.

@@ -79,8 +79,10 @@ fn a_thick_sheet_is_told() {
     // A tenth of the radius is the limit.
     assert_eq!(told(&["material.thickness=1.39"]), "");
     let strip = "sheet={shape=\"rectangle\", width=60, height=12, vertices=600}";
-    assert!(told(&[strip, "material.thickness=0.7"]).contains("half width 6"));
-    assert_eq!(told(&[strip, "material.thickness=0.5"]), "");
+    assert!(told(&[strip, "material.thickness=1.7"]).contains("the sheet's radius 15.1"));
+    assert_eq!(told(&[strip, "material.thickness=1.5"]), "");
+    let sphere = "sheet={shape=\"sphere\", radius=10, vertices=642}";
+    assert!(told(&[sphere, "material.thickness=1.2"]).contains("the sheet's radius 10"));
 }
 
 #[test]
@@ -130,12 +132,16 @@ fn numbers_too_large_or_small_to_compute_with_are_named() {
         let text = refused(&[key]);
         assert!(text.contains(name) && text.contains("1e-100 and 1e100"), "{key}: {text}");
     }
-    let load = "[[effect]]\nkind = \"pressure\"\nvalue = 1e300";
-    let text = super::SMALL.replace("# more effects", load);
-    let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
     let search = Search::in_directories(vec![build::directory().to_owned()]);
-    let Err(error) = simulation::prepare(&scene, &search) else { panic!() };
-    assert!(error.to_string().contains("effect[3]"), "{error}");
+    for (effect, name) in [
+        ("kind = \"pressure\"\nvalue = 1e300", "effect[3]: a force of "),
+        ("kind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1e300", "effect[3].coefficient: "),
+    ] {
+        let text = super::SMALL.replace("# more effects", &format!("[[effect]]\n{effect}"));
+        let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
+        let Err(error) = simulation::prepare(&scene, &search) else { panic!("{effect}") };
+        assert!(error.to_string().contains(name), "{error}");
+    }
 }
 
 #[test]

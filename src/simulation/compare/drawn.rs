@@ -47,7 +47,10 @@ pub fn figure(members: &[Member]) -> Figure {
         };
         others().map(|(k, a)| Curve { name: *k, points: points(a) }).collect()
     };
-    panel("distance of shapes from the first", "time", (false, true), over_time(|c| c.1));
+    let space = reference.sheet.triangle_count() > 0;
+    if space {
+        panel("distance of shapes from the first", "time", (false, true), over_time(|c| c.1));
+    }
     panel("distance of species from the first", "time", (false, true), over_time(|c| c.2));
     panel(
         "largest distance before parting, by cost",
@@ -59,14 +62,15 @@ pub fn figure(members: &[Member]) -> Figure {
         let points = |r: &Ran| r.measures.iter().map(|m| (m.time, of(m))).collect();
         ran.iter().map(|(k, r)| Curve { name: *k, points: points(r) }).collect()
     };
-    if reference.sheet.triangle_count() == 0 {
+    if !space {
         let first = |r: &Ran| -> Vec<(f64, f64)> {
             let value = |c: &Vec<f64>| c.first().copied().unwrap_or(f64::NAN);
             r.states.iter().zip(&r.shown).map(|(s, c)| (s.time, value(c))).collect()
         };
         let curves = ran.iter().map(|(k, r)| Curve { name: *k, points: first(r) }).collect();
-        panel("first species", "time", (false, false), curves);
-        return Figure { names: members.iter().map(name).collect(), panels, columns: 2 };
+        let species = reference.species.first().map_or("species", String::as_str);
+        panel(species, "time", (false, false), curves);
+        return Figure { names: members.iter().map(name).collect(), panels, columns: 3 };
     }
     panel("elastic energy [energy]", "time", (false, false), measured(|m| m.energy));
     panel("largest displacement [length]", "time", (false, false), measured(|m| m.amplitude));
