@@ -130,8 +130,9 @@ pub(super) fn on_start(
     let share = (left / asked).sqrt();
     (share < LEFT).then(|| {
         format!(
-            "{what} relaxed away: {:.1} % is left in the first equilibrium. They shape the start, not \
-             the rest state, and do not decide what grows later",
+            "{what} relaxed away: {:.1} % is left in the first equilibrium. A start shape is no rest \
+             shape and does not decide what grows later; [stability] with perturb leaves the saddles \
+             that growth makes",
             100.0 * share
         )
     })
