@@ -1,23 +1,26 @@
 //! How much longer a run takes, or nothing where that cannot be told.
 //!
 //! Steps under error control begin tiny and grow, so the share of the way that is behind says little
-//! about the rest. What is read is the pace (simulated time per second) over the latest part of the
-//! run, in two halves, which gives two forecasts of the rest of the way s,
+//! about the rest. What is read is the length h of steps over the latest part of the run, in two
+//! halves, which gives two forecasts of the number of steps in the rest of the way s,
 //!
 //! ```text
-//! T₁ = s/p                 the pace p of the later half stays
-//! T₂ = ln(1 + k s/p)/k     it goes on changing at the rate k at which it changed between the halves
+//! n₁ = s/h                 the length of the later half stays
+//! n₂ = ln(1 + k s/h)/k     it goes on changing at the rate k a step between the halves
 //! ```
 //!
-//! Where these are far apart nobody knows, and nothing is said.
+//! and with the mean cost of a step, which is left out of the halves because clocks are noisy, the time.
+//! Where the two are far apart nobody knows, and nothing is said.
 
 use std::collections::VecDeque;
 
+use crate::num::real;
+
 /// Fewest seconds of steps behind a forecast.
 const LEAST_SECONDS: f64 = 2.0;
-/// Fewest steps in each half: a few do not make a pace.
+/// Fewest steps in each half: one or two show no trend.
 const LEAST_STEPS: usize = 3;
-/// The share of the seconds so far that counts as the latest part: old paces are forgotten, and one
+/// The share of the seconds so far that counts as the latest part: old steps are forgotten, and one
 /// slow step does not yet decide.
 const LATEST: f64 = 0.5;
 /// A forecast reaches no further than this many times the latest part.
@@ -27,29 +30,40 @@ const AGREE: f64 = 2.0;
 /// Steps that are remembered; halved when there are more, so that any length of run is covered.
 const KEPT: usize = 256;
 
+/// A step that was taken.
+#[derive(Debug, Clone, Copy, Default)]
+struct Step {
+    /// Seconds since the beginning.
+    seconds: f64,
+    /// Simulated time.
+    time: f64,
+    /// How many there are with it.
+    number: usize,
+}
+
 /// Times of steps, and what follows from them.
 #[derive(Debug, Clone, Default)]
 pub struct Remaining {
-    /// Seconds and simulated time after steps, from the first on; evenly thinned out.
-    steps: VecDeque<(f64, f64)>,
+    /// Steps from the first on, evenly thinned out.
+    steps: VecDeque<Step>,
     /// One step in so many is remembered.
     every: usize,
     /// Steps since one was remembered.
     since: usize,
     /// The last step.
-    last: (f64, f64),
+    last: Step,
 }
 
 impl Remaining {
     /// Takes notice of a step that ended `seconds` after the beginning at the simulated `time`.
     pub fn step(&mut self, seconds: f64, time: f64) {
-        self.last = (seconds, time);
+        self.last = Step { seconds, time, number: self.last.number + 1 };
         self.since += 1;
         if self.since < self.every.max(1) {
             return;
         }
         self.since = 0;
-        self.steps.push_back((seconds, time));
+        self.steps.push_back(self.last);
         if self.steps.len() > KEPT {
             let mut keep = false;
             self.steps.retain(|_| {
@@ -63,28 +77,28 @@ impl Remaining {
     /// Seconds from the last step to the simulated time `end`.
     #[must_use]
     pub fn seconds(&self, end: f64) -> Option<f64> {
-        let (&(begin, _), (now, time)) = (self.steps.front()?, self.last);
-        if !(now - begin >= LEAST_SECONDS) {
+        let (begin, last) = (self.steps.front()?.seconds, self.last);
+        if !(last.seconds - begin >= LEAST_SECONDS) {
             return None;
         }
-        let latest = LATEST * (now - begin);
-        let after = |seconds: f64| self.steps.partition_point(|(at, _)| *at < seconds);
-        let (first, middle) = (after(now - latest), after(now - 0.5 * latest));
-        if middle < first + LEAST_STEPS || self.steps.len() <= middle + LEAST_STEPS {
+        let latest = LATEST * (last.seconds - begin);
+        let first = *self.steps.iter().find(|s| s.seconds >= last.seconds - latest)?;
+        let half = usize::midpoint(first.number, last.number);
+        let middle = *self.steps.iter().find(|s| s.number >= half)?;
+        if middle.number < first.number + LEAST_STEPS || last.number < middle.number + LEAST_STEPS {
             return None;
         }
-        let (first, middle) = (self.steps[first], self.steps[middle]);
-        let pace = |from: (f64, f64), to: (f64, f64)| (to.1 - from.1) / (to.0 - from.0);
-        let (earlier, later) = (pace(first, middle), pace(middle, self.last));
-        // The paces are those of the middles of their halves.
-        let between = 0.5 * (now - first.0);
-        let change = (later / earlier).ln() / between;
-        let way = end - time;
+        let count = |from: Step, to: Step| real(to.number - from.number);
+        let length = |from: Step, to: Step| (to.time - from.time) / count(from, to);
+        let (earlier, later) = (length(first, middle), length(middle, last));
+        // Lengths are those of the middles of their halves.
+        let change = (later / earlier).ln() / (0.5 * count(first, last));
+        let way = end - last.time;
         let stays = way / later;
         let goes_on = if change == 0.0 { stays } else { (change * stays).ln_1p() / change };
-        let ratio = stays / goes_on;
-        let agree = (1.0 / AGREE..=AGREE).contains(&ratio) && way > 0.0;
-        let forecast = (stays * goes_on).sqrt();
+        let agree = (1.0 / AGREE..=AGREE).contains(&(stays / goes_on)) && way > 0.0;
+        let cost = (last.seconds - first.seconds) / count(first, last);
+        let forecast = cost * (stays * goes_on).sqrt();
         (agree && forecast <= REACH * latest).then_some(forecast)
     }
 }
