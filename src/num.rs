@@ -5,6 +5,8 @@
 
 pub mod checked;
 
+use std::fmt;
+
 /// A count as a floating-point number; exact up to 2^53.
 #[must_use]
 #[allow(clippy::cast_precision_loss)]
@@ -25,6 +27,21 @@ pub fn index(position: usize) -> u32 {
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub fn whole(value: f64) -> usize {
     value.round().max(0.0) as usize
+}
+
+/// A number in messages: exact, and with a power of ten where it would have many zeros.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Short(pub f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || !size.is_finite() || (1e-5..1e9).contains(&size) {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
+    }
 }
 
 /// Whether no value is infinite or NaN.
@@ -55,7 +72,25 @@ fn none(values: &[f64], fault: impl Fn(f64) -> f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{all_finite, all_finite_from};
+    use super::{Short, all_finite, all_finite_from};
+
+    #[test]
+    fn numbers_in_messages_are_short_and_exact() {
+        let cases = [
+            (0.0, "0"),
+            (-2.0, "-2"),
+            (20000.0, "20000"),
+            (0.1, "0.1"),
+            (1e-200, "1e-200"),
+            (1e308, "1e308"),
+            (-1.5e-7, "-1.5e-7"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(Short(number).to_string(), text);
+        }
+    }
 
     #[test]
     fn what_is_not_finite_is_found_wherever_it_stands() {

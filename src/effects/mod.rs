@@ -68,6 +68,11 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// A parameter that does not fit the sheet or the kinetics.
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError>;
+
+    /// What it does there that the author of a scene may not have meant.
+    fn notes(&self, _context: &EffectContext<'_>) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// What an effect is bound to.

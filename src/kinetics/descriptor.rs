@@ -1,6 +1,7 @@
 //! What kinetics says about itself, checked.
 
 use super::signal::Signal;
+use crate::num::Short;
 
 /// Where species live.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -103,10 +104,10 @@ impl Parameter {
         let sign = |open| if open { "<" } else { "<=" };
         let mut text = self.name.clone();
         if self.lower.is_finite() {
-            text = format!("{} {} {text}", self.lower, sign(self.lower_open));
+            text = format!("{} {} {text}", Short(self.lower), sign(self.lower_open));
         }
         if self.upper.is_finite() {
-            text = format!("{text} {} {}", sign(self.upper_open), self.upper);
+            text = format!("{text} {} {}", sign(self.upper_open), Short(self.upper));
         }
         if text == self.name { format!("{text} is any finite number") } else { text }
     }

@@ -12,15 +12,6 @@
 use super::batch::{Batch, Column};
 use super::{Kinetics, Outcome};
 
-/// Which points a difference is taken between.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scheme {
-    /// x - h and x + h.
-    Central,
-    /// x and x + h: less exact, but at a kink it is another slope.
-    Forward,
-}
-
 /// ε^{1/3}: the relative step.
 pub const STEP: f64 = 6.055_454_452_393_343e-6;
 
@@ -35,24 +26,10 @@ pub fn rate_partials<K: Kinetics + ?Sized>(
     rates: &mut [&mut [f64]],
     partials: &mut [&mut [f64]],
 ) -> Outcome {
-    rate_partials_by(kinetics, batch, Scheme::Central, rates, partials)
-}
-
-/// As [`rate_partials`], by another scheme.
-///
-/// # Errors
-/// If the law fails at any of the points.
-pub fn rate_partials_by<K: Kinetics + ?Sized>(
-    kinetics: &K,
-    batch: &Batch<'_>,
-    scheme: Scheme,
-    rates: &mut [&mut [f64]],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
     let mut warning = kinetics.rates(batch, rates)?;
     let species = kinetics.descriptor().species.len();
     let inputs = kinetics.descriptor().inputs();
-    for (input, range) in ranges(kinetics, scheme).into_iter().enumerate() {
+    for (input, range) in ranges(kinetics).into_iter().enumerate() {
         let slopes =
             slopes(batch, species, input, range, |batch, values| kinetics.rates(batch, values))?;
         for (row, slope) in slopes.values.chunks(batch.count.max(1)).enumerate() {
@@ -76,27 +53,12 @@ pub fn length_factor_partials<K: Kinetics + ?Sized>(
     factor: &mut [f64],
     partials: &mut [&mut [f64]],
 ) -> Outcome {
-    length_factor_partials_by(kinetics, batch, Scheme::Central, factor, partials)
-}
-
-/// As [`length_factor_partials`], by another scheme.
-///
-/// # Errors
-/// If the law fails at any of the points.
-pub fn length_factor_partials_by<K: Kinetics + ?Sized>(
-    kinetics: &K,
-    batch: &Batch<'_>,
-    scheme: Scheme,
-    factor: &mut [f64],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
     let mut warning = kinetics.length_factor(batch, factor)?;
     if !kinetics.descriptor().capabilities.length_factor {
         partials.iter_mut().for_each(|partial| partial.fill(0.0));
         return Ok(warning);
     }
-    for (input, (range, partial)) in ranges(kinetics, scheme).into_iter().zip(partials).enumerate()
-    {
+    for (input, (range, partial)) in ranges(kinetics).into_iter().zip(partials).enumerate() {
         let slopes = slopes(batch, 1, input, range, |batch, values| match values {
             [factor] => kinetics.length_factor(batch, factor),
             _ => Ok(None),
@@ -160,36 +122,41 @@ pub fn check_rate_partials<K: Kinetics + ?Sized>(
 
 /// Typical magnitude and valid range of one input.
 #[derive(Clone, Copy)]
-struct Range {
-    scheme: Scheme,
-    typical: f64,
+pub(super) struct Range {
+    pub(super) typical: f64,
     lower: f64,
     upper: f64,
 }
 
-/// Typical magnitudes of all inputs.
-pub(super) fn typical<K: Kinetics + ?Sized>(kinetics: &K) -> Vec<f64> {
-    ranges(kinetics, Scheme::Central).iter().map(|range| range.typical).collect()
-}
-
-fn ranges<K: Kinetics + ?Sized>(kinetics: &K, scheme: Scheme) -> Vec<Range> {
+/// Typical magnitudes and valid ranges of all inputs.
+pub(super) fn ranges<K: Kinetics + ?Sized>(kinetics: &K) -> Vec<Range> {
     let descriptor = kinetics.descriptor();
     let species = descriptor.species.iter().map(|species| Range {
-        scheme,
         typical: species.typical,
         lower: species.lower,
         upper: species.upper,
     });
     let signals = descriptor.signals.iter().flat_map(|read| {
         read.signal.columns().iter().map(|_| Range {
-            scheme,
             typical: read.typical,
-            lower: f64::NEG_INFINITY,
+            lower: read.signal.lower(),
             upper: f64::INFINITY,
         })
     });
     species.chain(signals).collect()
 }
+
+/// A side of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    /// Towards smaller inputs.
+    Down,
+    /// Towards larger inputs.
+    Up,
+}
+
+/// Steps on one side of a point, each a quarter of the one before.
+pub(super) const SCALES: usize = 3;
 
 impl Range {
     fn around(self, x: f64) -> (f64, f64) {
@@ -198,9 +165,25 @@ impl Range {
         match (down < self.lower, up > self.upper) {
             (true, false) => (x, up),
             (false, true) => (down, x),
-            (false, false) if self.scheme == Scheme::Forward => (x, up),
+            (true, true) if self.lower < self.upper => (self.lower, self.upper),
             _ => (down, up),
         }
+    }
+
+    /// Inputs on one side of `x` and within the range, the last at the distance of a central
+    /// difference; `None` where there is no room.
+    fn beside(self, x: f64, side: Side) -> Option<[f64; SCALES]> {
+        let wanted = 16.0 * STEP * x.abs().max(self.typical);
+        let room = match side {
+            Side::Down => x - self.lower,
+            Side::Up => self.upper - x,
+        };
+        let h = wanted.min(room);
+        let at = |h: f64| match side {
+            Side::Down => (x - h).max(self.lower),
+            Side::Up => (x + h).min(self.upper),
+        };
+        (h >= wanted / 16.0).then(|| [at(h), at(h / 4.0), at(h / 16.0)])
     }
 }
 
@@ -222,19 +205,54 @@ fn slopes(
     };
     let (downs, ups): (Vec<f64>, Vec<f64>) =
         (0..batch.count).map(|point| range.around(column.at(point))).unzip();
-    let shifted = |inputs: &[f64]| {
-        let mut columns: Vec<Column<'_>> = batch.inputs().copied().collect();
-        columns[input] = inputs.into();
-        let (species, signals) = columns.split_at(batch.species.len());
-        let mut values = super::field::Columns::new(outputs, batch.count);
-        let outcome = law(&Batch { species, signals, ..*batch }, &mut values.slices_mut())?;
-        Ok((values.into_inner(), outcome))
-    };
-    let (low, warning_low) = shifted(&downs)?;
-    let (mut high, warning_high) = shifted(&ups)?;
+    let (low, warning_low) = shifted(batch, outputs, input, &downs, &law)?;
+    let (mut high, warning_high) = shifted(batch, outputs, input, &ups, &law)?;
     for (at, (high, low)) in high.iter_mut().zip(low).enumerate() {
         let point = at % batch.count;
         *high = (*high - low) / (ups[point] - downs[point]);
     }
     Ok(Slopes { values: high, warning: warning_low.or(warning_high) })
+}
+
+/// Slopes of all `outputs` of a law by one input towards one side, one output after the other, over
+/// ever shorter steps; NaN where the range leaves no room.
+pub(super) fn slopes_beside(
+    batch: &Batch<'_>,
+    outputs: usize,
+    input: usize,
+    (range, side): (Range, Side),
+    law: impl Fn(&Batch<'_>, &mut [&mut [f64]]) -> Outcome,
+) -> Result<Vec<[f64; SCALES]>, super::KineticsError> {
+    let mut slopes = vec![[f64::NAN; SCALES]; outputs * batch.count];
+    let Some(column) = batch.inputs().nth(input) else { return Ok(slopes) };
+    let here: Vec<f64> = (0..batch.count).map(|point| column.at(point)).collect();
+    let beside: Vec<_> = here.iter().map(|x| range.beside(*x, side)).collect();
+    let (values, _) = shifted(batch, outputs, input, &here, &law)?;
+    for scale in 0..SCALES {
+        let inputs: Vec<f64> =
+            beside.iter().zip(&here).map(|(b, x)| b.map_or(*x, |b| b[scale])).collect();
+        let (others, _) = shifted(batch, outputs, input, &inputs, &law)?;
+        for (at, slope) in slopes.iter_mut().enumerate() {
+            let point = at % batch.count;
+            // Without room this is 0/0.
+            slope[scale] = (others[at] - values[at]) / (inputs[point] - here[point]);
+        }
+    }
+    Ok(slopes)
+}
+
+/// All `outputs` of a law with other values of one input, one output after the other.
+fn shifted(
+    batch: &Batch<'_>,
+    outputs: usize,
+    input: usize,
+    inputs: &[f64],
+    law: impl Fn(&Batch<'_>, &mut [&mut [f64]]) -> Outcome,
+) -> Result<(Vec<f64>, Option<super::Unreliable>), super::KineticsError> {
+    let mut columns: Vec<Column<'_>> = batch.inputs().copied().collect();
+    columns[input] = inputs.into();
+    let (species, signals) = columns.split_at(batch.species.len());
+    let mut values = super::field::Columns::new(outputs, batch.count);
+    let warning = law(&Batch { species, signals, ..*batch }, &mut values.slices_mut())?;
+    Ok((values.into_inner(), warning))
 }

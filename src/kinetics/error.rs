@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::site::{BadValue, Site};
+use crate::num::Short;
 
 /// Anything that can go wrong with kinetics.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +31,14 @@ pub enum KineticsError {
     MissingFile {
         /// The path.
         path: PathBuf,
+    },
+    /// A folder at the path of a plugin.
+    #[error("plugin {} is a folder: {}", path.display(), inside(libraries))]
+    Folder {
+        /// The path.
+        path: PathBuf,
+        /// The plugins in it, or where a build leaves them.
+        libraries: Vec<PathBuf>,
     },
     /// The system's loader refuses the file.
     #[error("{} cannot be loaded as a shared library: {reason}", path.display())]
@@ -110,7 +119,7 @@ pub enum KineticsError {
         allowed: Vec<String>,
     },
     /// A parameter outside its bounds.
-    #[error("parameter `{name}` of plugin `{plugin}` is {value}; allowed: {range}")]
+    #[error("parameter `{name}` of plugin `{plugin}` is {}; allowed: {range}", Short(*value))]
     ParameterOutOfBounds {
         /// The plugin.
         plugin: String,
@@ -135,8 +144,9 @@ pub enum KineticsError {
     },
     /// A call asks for a shorter time step.
     #[error(
-        "plugin `{plugin}` asks in {call}{} for {factor} times the time step: {message}",
-        place(point.as_deref())
+        "plugin `{plugin}` asks in {call}{} for {} times the time step: {message}",
+        place(point.as_deref()),
+        Short(*factor)
     )]
     Retry {
         /// The plugin.
@@ -155,8 +165,10 @@ pub enum KineticsError {
     BadOutput(Box<BadValue>),
     /// Two calls with the same inputs gave different results.
     #[error(
-        "plugin `{plugin}` gave {first} and then {second} in rates for {quantity} at {location} {point} from \
-         the same inputs ({how}): a law may not keep a state of its own"
+        "plugin `{plugin}` gave {} and then {} in rates for {quantity} at {location} {point} from \
+         the same inputs ({how}): a law may not keep a state of its own",
+        Short(*first),
+        Short(*second)
     )]
     Unsteady {
         /// The plugin.
@@ -176,8 +188,10 @@ pub enum KineticsError {
     },
     /// Parameters that differ from point to point do not do what those of an instance do.
     #[error(
-        "plugin `{plugin}` says that it reads parameters from point to point, but gives {found} for \
-         {quantity} at point {point}, where an instance with these parameters gives {expected}"
+        "plugin `{plugin}` says that it reads parameters from point to point, but gives {} for \
+         {quantity} at point {point}, where an instance with these parameters gives {}",
+        Short(*found),
+        Short(*expected)
     )]
     Fields {
         /// The plugin.
@@ -193,8 +207,10 @@ pub enum KineticsError {
     },
     /// Both calls give the rates, and not the same ones.
     #[error(
-        "{law} gives {alone} in rates and {with_partials} in rate_partials for the rate of species \
-         {species} at {location} {point}: rate_partials writes the rates as well"
+        "{law} gives {} in rates and {} in rate_partials for the rate of species \
+         {species} at {location} {point}: rate_partials writes the rates as well",
+        Short(*alone),
+        Short(*with_partials)
     )]
     TwoValues {
         /// The law, as messages call it.
@@ -243,8 +259,10 @@ pub enum KineticsError {
     },
     /// A plugin wrote to what it may only read; seen in a call that got copies.
     #[error(
-        "plugin `{plugin}` changed its input {input} at {location} {point} in {call}, from {before} \
-         to {after}: a law may write to its outputs only"
+        "plugin `{plugin}` changed its input {input} at {location} {point} in {call}, from {} \
+         to {}: a law may write to its outputs only",
+        Short(*before),
+        Short(*after)
     )]
     ChangedInput {
         /// The plugin.
@@ -263,7 +281,7 @@ pub enum KineticsError {
         after: f64,
     },
     /// An input that is not a finite number: the fault lies before the kinetics.
-    #[error("{input} = {value} at {location} {point}: kinetics need finite inputs")]
+    #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]
     BadInput {
         /// Name of the species or signal column.
         input: String,
@@ -329,6 +347,18 @@ pub(super) fn nearest<'a>(
 
 fn hint(nearest: Option<&str>) -> String {
     nearest.map(|name| format!(" (did you mean `{name}`?)")).unwrap_or_default()
+}
+
+fn inside(libraries: &[PathBuf]) -> String {
+    if libraries.is_empty() {
+        let ending = std::env::consts::DLL_SUFFIX;
+        return format!(
+            "name the library in it, a file that ends in {ending}; there is none yet, so build it first"
+        );
+    }
+
+    let files: Vec<String> = libraries.iter().map(|l| l.display().to_string()).collect();
+    format!("name the library in it, {}", files.join(" or "))
 }
 
 fn list(names: &[String]) -> String {

@@ -21,6 +21,7 @@ use rumple_plugin_abi as abi;
 use super::descriptor::Descriptor;
 use super::error::KineticsError;
 use super::parameters;
+use super::search::no_file;
 pub use instance::PluginKinetics;
 pub use watch::{Overdue, overdue};
 
@@ -47,11 +48,10 @@ impl Library {
     /// [`KineticsError`]: no such file, no library, no plugin, wrong magic or major version,
     /// truncated table, or a descriptor that makes no sense.
     pub fn load(path: &Path) -> Result<Arc<Self>, KineticsError> {
-        let missing = || KineticsError::MissingFile { path: path.to_owned() };
         // A full path keeps the system from looking anywhere else for a file of this name.
-        let path = path.canonicalize().map_err(|_| missing())?;
+        let path = path.canonicalize().map_err(|_| no_file(path.to_owned()))?;
         if !path.is_file() {
-            return Err(missing());
+            return Err(no_file(path));
         }
         // SAFETY: runs the initialisers of the library: the user chose to trust it.
         let library = unsafe { libloading::Library::new(&path) }.map_err(|error| {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::descriptor::{Default, Descriptor, Parameter, Species};
 use super::signal::Signal;
+use crate::num::Short;
 
 /// A part of a descriptor and what is wrong with it.
 pub(super) type Problem = (String, String);
@@ -63,7 +64,7 @@ fn check_species(species: &Species) -> Result<(), String> {
     if !(species.diffusion >= 0.0 && species.diffusion.is_finite()) {
         return Err(format!(
             "default diffusion coefficient is {}; expected a finite number >= 0",
-            species.diffusion
+            Short(species.diffusion)
         ));
     }
     Ok(())
@@ -74,7 +75,7 @@ fn check_parameter(parameter: &Parameter) -> Result<(), String> {
     ordered(parameter.lower, parameter.upper)?;
     match parameter.default {
         Default::Value(value) if !parameter.allows(value) => {
-            Err(format!("default is {value}; allowed: {}", parameter.range()))
+            Err(format!("default is {}; allowed: {}", Short(value), parameter.range()))
         }
         Default::Value(_) | Default::SameAs(_) => Ok(()),
     }
@@ -101,7 +102,7 @@ fn positive(what: &str, value: f64) -> Result<(), String> {
     if value > 0.0 && value.is_finite() {
         Ok(())
     } else {
-        Err(format!("{what} is {value}; expected a finite number > 0"))
+        Err(format!("{what} is {}; expected a finite number > 0", Short(value)))
     }
 }
 

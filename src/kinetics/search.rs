@@ -46,16 +46,12 @@ impl Search {
     /// directory part or the ending of a shared library, else a name.
     ///
     /// # Errors
-    /// [`KineticsError::MissingFile`] for a path; [`KineticsError::NotFound`] for a name, with the
-    /// names that there are.
+    /// [`KineticsError::MissingFile`] or [`KineticsError::Folder`] for a path;
+    /// [`KineticsError::NotFound`] for a name, with the names that there are.
     pub fn resolve(&self, plugin: &str, scene_directory: &Path) -> Result<PathBuf, KineticsError> {
         if is_path(plugin) {
             let path = scene_directory.join(plugin);
-            return if path.is_file() {
-                Ok(path)
-            } else {
-                Err(KineticsError::MissingFile { path })
-            };
+            return if path.is_file() { Ok(path) } else { Err(no_file(path)) };
         }
         let file = file_name(plugin);
         self.directories
@@ -97,6 +93,17 @@ impl Search {
         found.sort();
         found
     }
+}
+
+/// What is wrong with the path of a plugin that is no file.
+pub(super) fn no_file(path: PathBuf) -> KineticsError {
+    if !path.is_dir() {
+        return KineticsError::MissingFile { path };
+    }
+    let built = path.join("target").join("release");
+    let libraries = Search::in_directories(vec![path.clone(), built]).list();
+    let libraries = libraries.into_iter().map(|(_, library)| library).collect();
+    KineticsError::Folder { path, libraries }
 }
 
 /// The file name of a plugin on this system, for example `libcurvature_feedback.so`.

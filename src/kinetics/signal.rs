@@ -53,6 +53,16 @@ impl Signal {
         }
     }
 
+    /// The least value that it can have; an infinite one where there is none.
+    #[must_use]
+    pub fn lower(self) -> f64 {
+        match self {
+            Self::AreaRatio | Self::Time => 0.0,
+            Self::AreaStrain => -1.0,
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
     /// The unit, in words.
     #[must_use]
     pub fn unit(self) -> &'static str {

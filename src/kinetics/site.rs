@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::num::Short;
+
 use super::{Batch, Descriptor, SignalRead};
 
 /// A point of a call.
@@ -44,8 +46,11 @@ impl fmt::Display for Site {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.location, self.point)?;
         if !self.inputs.is_empty() {
-            let inputs: Vec<String> =
-                self.inputs.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            let inputs: Vec<String> = self
+                .inputs
+                .iter()
+                .map(|(name, value)| format!("{name} = {}", Short(*value)))
+                .collect();
             write!(f, " ({})", inputs.join(", "))?;
         }
         if let Some([x, y, z]) = self.position {
@@ -76,7 +81,7 @@ pub struct BadValue {
 impl fmt::Display for BadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, call, quantity, value, site } = self;
-        write!(f, "{law} returned {value} in {call} for {quantity} at {site}")?;
+        write!(f, "{law} returned {} in {call} for {quantity} at {site}", Short(*value))?;
         if value.is_nan() && law.starts_with("plugin") {
             write!(f, " (or left it unwritten)")?;
         }

@@ -25,6 +25,7 @@ pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod provenance;
+pub mod remaining;
 pub mod series;
 pub mod vtu;
 

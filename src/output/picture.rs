@@ -1,6 +1,8 @@
 //! Small pictures of sheets, drawn without a graphics card: for a first look and for contact
 //! sheets. ParaView shows more.
 
+use std::ops::Range;
+
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
 use super::OutputError;
@@ -43,6 +45,15 @@ impl Picture {
         }
     }
 
+    /// Some of the rows of pixels.
+    #[must_use]
+    pub fn rows(&self, rows: Range<usize>) -> Self {
+        let (start, end) = (rows.start.min(self.height), rows.end.min(self.height));
+        let rgb = self.rgb.get(3 * self.width * start..3 * self.width * end);
+        let rgb = rgb.unwrap_or_default().to_vec();
+        Self { width: self.width, height: end.saturating_sub(start), rgb }
+    }
+
     /// As a PNG file.
     ///
     /// # Errors
@@ -65,6 +76,8 @@ impl Picture {
 pub struct View {
     centre: Vec3,
     radius: f64,
+    /// How far things reach up and down from the centre, of the radius.
+    upwards: (f64, f64),
 }
 
 /// Up on the picture, to the right, and towards the eye: from the front, 50° above the plane.
@@ -75,6 +88,8 @@ const AXES: [Vec3; 3] = [
 ];
 /// Where the light comes from: to the right, down, and towards the eye.
 const LIGHT: Vec3 = Vec3::new(-0.5, -0.5, std::f64::consts::FRAC_1_SQRT_2);
+/// The radius of what is seen, of the size of the picture.
+const FILLED: f64 = 0.49;
 /// Brightness of a face that turns away from the light.
 const SHADE: f64 = 0.25;
 
@@ -86,12 +101,22 @@ impl View {
         let count = real(all().count().max(1));
         let centre = all().sum::<Vec3>() / count;
         let radius = all().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-        Self { centre, radius }
+        let up = |x: &Vec3| AXES[0].dot(&(x - centre)) / radius;
+        let upwards = all().map(up).fold((0.0f64, 0.0f64), |(l, m), u| (l.min(u), m.max(u)));
+        Self { centre, radius, upwards }
+    }
+
+    /// The rows of a picture `size` pixels high in which there is something.
+    #[must_use]
+    pub fn rows(&self, size: usize) -> Range<usize> {
+        let row = |up: f64| whole((0.5 - FILLED * up) * real(size)).min(size);
+        let (low, high) = self.upwards;
+        row(high).saturating_sub(1)..(row(low) + 2).min(size)
     }
 
     /// Pixels to the right, pixels down, and height above the plane of the picture in pixels.
     fn project(&self, x: &Vec3, size: f64) -> Vec3 {
-        let from_centre = (x - self.centre) * (0.49 * size / self.radius);
+        let from_centre = (x - self.centre) * (FILLED * size / self.radius);
         let [up, right, near] = AXES.map(|axis| axis.dot(&from_centre));
         Vec3::new(0.5 * size + right, 0.5 * size - up, near)
     }
@@ -166,6 +191,17 @@ pub fn sheet(
                 }
             }
         }
+    }
+    picture
+}
+
+/// Colours from 0 on the left to 1 on the right.
+#[must_use]
+pub fn ramp(width: usize, height: usize) -> Picture {
+    let mut picture = Picture::blank(width, height);
+    for (at, pixel) in picture.rgb.chunks_mut(3).enumerate() {
+        let paint = ViridisRGB.get_color(real(at % width) / real(width.max(2) - 1));
+        pixel.copy_from_slice(&[paint.0, paint.1, paint.2]);
     }
     picture
 }

@@ -7,14 +7,18 @@ use plotters::prelude::*;
 
 use super::OutputError;
 use super::picture::Picture;
-use crate::num::index;
+use crate::num::{index, real, whole};
 
 /// A named row of points; one point alone is drawn as a mark.
+///
+/// Points that an axis does not reach (infinite ones, and those from 0 down on a logarithmic axis)
+/// are left out of a row. A point alone is then a triangle at the edge, towards where it lies, or a
+/// cross in the corner if both of its numbers are infinite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// Which of the names of the figure it belongs to.
     pub name: usize,
-    /// Points; those that are not finite, or not positive on a logarithmic axis, are left out.
+    /// Across and up; NaN is left out.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -119,33 +123,29 @@ impl Figure {
 }
 
 impl Panel {
-    /// Points that can be shown, curve by curve.
-    fn shown(&self) -> Vec<(usize, Vec<(f64, f64)>)> {
-        let good = |v: f64, log: bool| v.is_finite() && (!log || v > 0.0);
-        let (x, y) = self.logarithmic;
-        let visible = |p: &&(f64, f64)| good(p.0, x) && good(p.1, y);
-        let points = |c: &Curve| c.points.iter().filter(visible).copied().collect();
-        self.curves.iter().map(|c| (c.name, points(c))).collect()
-    }
-
     fn draw<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, plotters::coord::Shift>,
     ) -> Result<(), OutputError> {
-        let curves = self.shown();
-        let all = || curves.iter().flat_map(|(_, points)| points.iter());
+        let (across, up) = self.logarithmic;
+        let all = || self.curves.iter().flat_map(|c| c.known(self.logarithmic));
         if all().next().is_none() {
             let text = format!("{}: nothing to show", self.title);
             let text = Text::new(text, (20, 20), (FONT, 15).into_font());
             return area.draw(&text).map_err(refused);
         }
-        let x = range(all().map(|p| p.0), self.logarithmic.0);
-        let y = range(all().map(|p| p.1), self.logarithmic.1);
+        let x = range(all().map(|p| p.0).filter(|v| reached(*v, across)), across);
+        let y = range(all().map(|p| p.1).filter(|v| reached(*v, up)), up);
+        let edges = (x.clone(), y.clone());
+        let log = |range: Range<f64>| {
+            let ticks = ticks(&range);
+            range.log_scale().with_key_points(ticks)
+        };
         match self.logarithmic {
-            (false, false) => self.on(area, x, y, &curves),
-            (false, true) => self.on(area, x, y.log_scale(), &curves),
-            (true, false) => self.on(area, x.log_scale(), y, &curves),
-            (true, true) => self.on(area, x.log_scale(), y.log_scale(), &curves),
+            (false, false) => self.on(area, x, y, &edges),
+            (false, true) => self.on(area, x, log(y), &edges),
+            (true, false) => self.on(area, log(x), y, &edges),
+            (true, true) => self.on(area, log(x), log(y), &edges),
         }
     }
 
@@ -154,7 +154,7 @@ impl Panel {
         area: &DrawingArea<DB, plotters::coord::Shift>,
         x: X,
         y: Y,
-        curves: &[(usize, Vec<(f64, f64)>)],
+        edges: &(Range<f64>, Range<f64>),
     ) -> Result<(), OutputError>
     where
         X: AsRangedCoord<Value = f64>,
@@ -179,14 +179,36 @@ impl Panel {
             .light_line_style(RGBColor(240, 240, 240))
             .x_labels(6)
             .y_labels(6)
-            .x_label_formatter(&|v| label(*v, across))
-            .y_label_formatter(&|v| label(*v, up))
+            .x_label_formatter(&|v| label(*v))
+            .y_label_formatter(&|v| label(*v))
             .draw()
             .map_err(refused)?;
-        for (name, points) in curves {
-            let line = LineSeries::new(points.iter().copied(), colour(*name).stroke_width(2));
+        let mut crosses = 0;
+        for (number, Curve { name, points }) in self.curves.iter().enumerate() {
+            let seen = |p: &&(f64, f64)| reached(p.0, across) && reached(p.1, up);
+            if let [(x, y)] = points[..]
+                && !(x.is_nan() || y.is_nan() || reached(x, across) && reached(y, up))
+            {
+                let inside = |v: f64, edge: &Range<f64>| v.clamp(edge.start, edge.end);
+                let at = (inside(x, &edges.0), inside(y, &edges.1));
+                // Crosses share a corner: side by side.
+                let cross = x == f64::INFINITY && y == f64::INFINITY;
+                let shift = if cross { CROSS * crosses } else { 0 };
+                crosses += i32::from(cross);
+                let style = colour(*name).filled();
+                let corners = if cross { CROSSED } else { triangle(at, (x, y)) };
+                let corners = corners.iter().map(|(x, y)| (x - shift, *y)).collect::<Vec<_>>();
+                let mark = EmptyElement::at(at) + Polygon::new(corners, style);
+                chart.draw_series([mark]).map_err(refused)?;
+                continue;
+            }
+            let points: Vec<(f64, f64)> = points.iter().filter(seen).copied().collect();
+            // Earlier curves are broader: they show beside later ones that cover them.
+            let broader = index(4 * (self.curves.len() - 1 - number) / self.curves.len());
+            let style = colour(*name).stroke_width(2 + broader);
+            let line = LineSeries::new(points.iter().copied(), style);
             chart.draw_series(line).map_err(refused)?;
-            let radius = if points.len() == 1 { 6 } else { 3 };
+            let radius = if points.len() == 1 { 6 } else { 3 + broader };
             let marks = points.iter().map(|p| Circle::new(*p, radius, colour(*name).filled()));
             chart.draw_series(marks).map_err(refused)?;
         }
@@ -194,11 +216,78 @@ impl Panel {
     }
 }
 
-/// A number in few digits, with a power of ten where it is large or small, or `always`.
+impl Curve {
+    /// Points that are somewhere in the panel.
+    fn known(&self, (across, up): (bool, bool)) -> impl Iterator<Item = (f64, f64)> {
+        let alone = self.points.len() == 1;
+        let shown = move |p: &&(f64, f64)| {
+            let seen = reached(p.0, across) && reached(p.1, up);
+            seen || alone && !p.0.is_nan() && !p.1.is_nan()
+        };
+        self.points.iter().filter(shown).copied()
+    }
+}
+
+/// Whether an axis has a place for `value`.
+fn reached(value: f64, logarithmic: bool) -> bool {
+    value.is_finite() && (!logarithmic || value > 0.0)
+}
+
+/// Pixels from one cross to the next.
+const CROSS: i32 = 18;
+
+/// The outline of a cross, in pixels to the right and down, inside of an upper right corner.
+const CROSSED: &[(i32, i32)] = &[
+    (-16, 6),
+    (-14, 4),
+    (-10, 8),
+    (-6, 4),
+    (-4, 6),
+    (-8, 10),
+    (-4, 14),
+    (-6, 16),
+    (-10, 12),
+    (-14, 16),
+    (-16, 14),
+    (-12, 10),
+];
+
+/// A triangle at the edge `at` that points to `(x, y)` outside, in pixels to the right and down.
+fn triangle(at: (f64, f64), (x, y): (f64, f64)) -> &'static [(i32, i32)] {
+    if y < at.1 {
+        &[(0, 0), (-7, -12), (7, -12)]
+    } else if y > at.1 {
+        &[(0, 0), (-7, 12), (7, 12)]
+    } else if x < at.0 {
+        &[(0, 0), (12, -7), (12, 7)]
+    } else {
+        &[(0, 0), (-12, -7), (-12, 7)]
+    }
+}
+
+/// Marks of a logarithmic axis: at powers of ten where there are some, at 1, 2 and 5 times these
+/// where there are few.
+fn ticks(range: &Range<f64>) -> Vec<f64> {
+    let decades = (range.end / range.start).log10();
+    let digits: &[f64] = if decades > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    let every = if decades > 2.5 { decades / MOST_TICKS } else { 1.0 }.ceil();
+    let first = range.start.log10().floor();
+    let count = whole((range.end.log10() - first).max(0.0)) + 1;
+    let powers = (0..count).map(|k| first + real(k)).filter(|p| p.rem_euclid(every) == 0.0);
+    let all = powers.flat_map(|p| digits.iter().map(move |d| d * 10f64.powf(p)));
+    // Edges are ticks themselves, but for round-off.
+    let room = 1.0 + 1e-9;
+    all.filter(|v| *v * room >= range.start && *v <= range.end * room).collect()
+}
+
+/// Most marks of a logarithmic axis over many decades.
+const MOST_TICKS: f64 = 7.0;
+
+/// A number in few digits, with a power of ten where it is large or small.
 #[must_use]
-pub fn label(value: f64, always: bool) -> String {
+pub fn label(value: f64) -> String {
     let size = value.abs();
-    if always || size >= 1e5 || (size > 0.0 && size < 1e-3) {
+    if size >= 1e5 || (size > 0.0 && size < 1e-3) {
         let text = format!("{value:.2e}");
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
         let digits = digits.trim_end_matches('0').trim_end_matches('.');
@@ -209,15 +298,33 @@ pub fn label(value: f64, always: bool) -> String {
     }
 }
 
-/// The range of `values` with some room around it.
+/// The range of `values` with some room around it; a logarithmic one ends at ticks.
 fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> Range<f64> {
     let (least, most) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
-    if logarithmic {
-        (least / 1.5).max(f64::MIN_POSITIVE)..(most * 1.5).min(f64::MAX)
-    } else {
-        let room = 0.05 * (most - least);
-        let room = if room > 0.0 { room } else { 0.5 * most.abs().max(1e-3) };
-        least - room..most + room
+    match (least <= most, logarithmic) {
+        (false, true) => 0.1..1.0,
+        (false, false) => 0.0..1.0,
+        (true, true) => {
+            let down = round((least / 1.5).max(f64::MIN_POSITIVE), false);
+            down..round((most * 1.5).min(f64::MAX), true)
+        }
+        (true, false) => {
+            let room = 0.05 * (most - least);
+            let room = if room > 0.0 { room } else { 0.5 * most.abs().max(1e-3) };
+            least - room..most + room
+        }
     }
+}
+
+/// `value` rounded to 1, 2 or 5 times a power of ten, down or up.
+fn round(value: f64, up: bool) -> f64 {
+    let power = 10f64.powf(value.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|s| s * power);
+    let rounded = match up {
+        true => steps.iter().find(|s| **s >= value),
+        false => steps.iter().rfind(|s| **s <= value),
+    };
+    let rounded = rounded.copied().unwrap_or(value);
+    if rounded > 0.0 && rounded.is_finite() { rounded } else { value }
 }

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::remaining::{Remaining, duration};
+
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
@@ -58,6 +60,7 @@ pub struct Progress {
     start: f64,
     end: f64,
     began: Instant,
+    remaining: Remaining,
     last: Option<ProgressLine>,
     last_shown: bool,
 }
@@ -90,11 +93,20 @@ impl Progress {
     }
 
     fn with_sink(sink: Sink, start: f64, end: f64) -> Self {
-        Self { sink, start, end, began: Instant::now(), last: None, last_shown: false }
+        Self {
+            sink,
+            start,
+            end,
+            began: Instant::now(),
+            remaining: Remaining::default(),
+            last: None,
+            last_shown: false,
+        }
     }
 
     /// Tells what is known after a step.
     pub fn update(&mut self, line: &ProgressLine) {
+        self.remaining.step(self.began.elapsed().as_secs_f64(), line.time);
         let text = self.describe(line);
         let share = self.share(line.time);
         self.last_shown = match &mut self.sink {
@@ -148,10 +160,8 @@ impl Progress {
             "time {time:.6} of {}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
             self.end
         );
-        let share = self.share(*time);
-        if share > 0.0 && share < 1.0 {
-            let left = self.began.elapsed().as_secs_f64() * (1.0 - share) / share;
-            text += &format!("  {} left", duration(left));
+        if let Some(left) = self.remaining.seconds(self.end) {
+            text += &format!("  about {} left", duration(left));
         }
         if !note.is_empty() {
             text += &format!("  {note}");
@@ -163,17 +173,4 @@ impl Progress {
 /// Progress is a courtesy: a closed pipe must not end a run.
 fn say(writer: &mut dyn Write, text: &str) {
     let _ = writeln!(writer, "{text}").and_then(|()| writer.flush());
-}
-
-/// `42 s`, `3 min 05 s`, `2 h 07 min`.
-fn duration(seconds: f64) -> String {
-    let seconds = crate::num::whole(seconds);
-    let (hours, minutes) = (seconds / 3600, seconds / 60);
-    if hours > 0 {
-        format!("{hours} h {:02} min", minutes % 60)
-    } else if minutes > 0 {
-        format!("{minutes} min {:02} s", seconds % 60)
-    } else {
-        format!("{seconds} s")
-    }
 }

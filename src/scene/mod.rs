@@ -7,6 +7,7 @@
 mod deserialize;
 mod document;
 mod error;
+mod home;
 mod initial;
 mod kinetics;
 mod law;
@@ -266,7 +267,11 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let mut problems = Vec::new();
     if let Value::Table(entries) = &root.value {
         for (key, _) in entries.iter().filter(|(key, _)| !TABLES.contains(&key.name.as_str())) {
-            problems.push(Problem::unknown_key(&key.name, &TABLES).placed(&key.place));
+            let problem = Problem::unknown_key(&key.name, &TABLES).placed(&key.place);
+            problems.push(match home::of(&key.name) {
+                Some(path) => problem.help(format!("did you mean {path}?")),
+                None => problem,
+            });
         }
     }
     let mut section = Sections { root: &mut root, problems: &mut problems };
@@ -277,13 +282,19 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let time = section.required("time", time::read_time);
     let equilibrium = section.equilibrium();
     let stability = section.optional("stability", read);
-    let output = section.optional("output", read).unwrap_or_default();
+    let output: OutputSpec = section.optional("output", read).unwrap_or_default();
     if let Some(error) = origin.report(&problems) {
         return Err(error);
     }
     let (Some(sheet), Some(time), Some(equilibrium)) = (sheet, time, equilibrium) else {
         return Err(origin.error(&Problem::plain("the scene is incomplete")));
     };
+    if let Err(mut problem) = output.check_frames(&time.span) {
+        if let Some((_, every)) = origin.index.find("output.every") {
+            problem = problem.placed(every);
+        }
+        return Err(origin.error(&problem.under("output")));
+    }
     Ok(Scene { sheet, material, effects, kinetics, time, equilibrium, stability, output, origin })
 }
 

@@ -3,7 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::num::checked::Positive;
+use crate::num::{Short, real};
 use crate::output::Compression;
+
+use super::problem::Problem;
+use super::time::Span;
+
+/// Most frames of a run: more are a slip of the pen, and would fill a disc with files.
+const MOST_FRAMES: f64 = 1e6;
 
 /// The table `[output]`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -21,6 +28,33 @@ pub struct OutputSpec {
     /// Compression of the frames.
     #[serde(default)]
     pub compression: Compression,
+}
+
+impl OutputSpec {
+    /// Refuses more frames than a run can have, or closer ones than times can be told apart.
+    pub(crate) fn check_frames(&self, span: &Span) -> Result<(), Problem> {
+        let (Some(every), until) = (self.every, span.until.get()) else { return Ok(()) };
+        let asked = until / every.get();
+        let frames = span.max_steps.map_or(asked, |most| asked.min(real(most.get())));
+        let every = Short(every.get());
+        if frames > MOST_FRAMES {
+            let message = format!(
+                "every = {every} to time.until = {} asks for {frames:.1e} frames; {MOST_FRAMES:e} is \
+                 the most",
+                Short(until)
+            );
+            let least = Short(until / MOST_FRAMES);
+            return Err(Problem::plain(message).help(format!("every = {least} or longer")));
+        }
+        if asked > f64::EPSILON.recip() {
+            let message = format!(
+                "every = {every} is too short for times up to time.until = {} to differ",
+                Short(until)
+            );
+            return Err(Problem::plain(message));
+        }
+        Ok(())
+    }
 }
 
 /// File format of the frames.

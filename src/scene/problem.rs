@@ -129,6 +129,14 @@ impl Problem {
         self
     }
 
+    /// What could stand there, where a key or name is unknown.
+    pub(crate) fn allowed(&self) -> &[String] {
+        match &self.0.what {
+            What::UnknownKey { allowed, .. } | What::UnknownName { allowed, .. } => allowed,
+            _ => &[],
+        }
+    }
+
     /// Whether the text is not TOML at all.
     pub(crate) fn is_syntax(&self) -> bool {
         matches!(self.0.what, What::Syntax(_))
@@ -223,12 +231,15 @@ fn nearest<'a>(word: &str, allowed: &'a [String]) -> Option<&'a String> {
         .map(|(_, candidate)| candidate)
 }
 
+/// What integers are called.
+const WHOLE: &str = "a whole number";
+
 fn expectation(expected: &dyn Expected) -> String {
     let raw = expected.to_string();
     match raw.as_str() {
         "f64" | "f32" => "a number".to_owned(),
-        "usize" | "u64" | "u32" | "u16" | "u8" => "a whole number from 0".to_owned(),
-        "isize" | "i64" | "i32" | "i16" | "i8" => "a whole number".to_owned(),
+        "usize" | "u64" | "u32" | "u16" | "u8" => format!("{WHOLE} from 0"),
+        "isize" | "i64" | "i32" | "i16" | "i8" => WHOLE.to_owned(),
         "a string" | "string" => "a text in quotes".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "a list".to_owned(),
@@ -272,7 +283,14 @@ impl serde::de::Error for Problem {
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::mismatch(&expectation(expected), finding(found))
+        let expectation = expectation(expected);
+        let problem = Self::mismatch(&expectation, finding(found));
+        match found {
+            Unexpected::Float(x) if expectation.starts_with(WHOLE) && x.fract() == 0.0 => {
+                problem.help(format!("write {x:.0}, without a point or exponent"))
+            }
+            _ => problem,
+        }
     }
 
     fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {

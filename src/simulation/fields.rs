@@ -67,6 +67,10 @@ impl Fields {
                 let path = format!("output.fields[{k}]");
                 return Err(scene.unknown_name(&path, "field", name, &allowed).into());
             }
+            if scene.output.fields[..k].contains(name) {
+                let path = format!("output.fields[{k}]");
+                return Err(scene.error_at(&path, "this field is listed twice", None).into());
+            }
         }
         let names: Vec<String> = if scene.output.fields.is_empty() {
             species.iter().copied().chain(["mean_curvature"]).map(str::to_owned).collect()

@@ -15,6 +15,7 @@ use crate::kinetics::{
     Descriptor, JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter,
     Search,
 };
+use crate::num::Short;
 use crate::scene::{KineticsSpec, ParameterSpec, Scene, path_to};
 use crate::sheet::Sheet;
 use crate::state::State;
@@ -169,7 +170,8 @@ fn written(
     }
     if let Some(species) = law.species.iter().find(|s| s.lower >= s.upper) {
         let table = path_to(&format!("{path}.species"), &species.name);
-        let message = format!("the range from {} to {} is empty", species.lower, species.upper);
+        let message =
+            format!("the range from {} to {} is empty", Short(species.lower), Short(species.upper));
         return Err(scene
             .error_at(&table, &message, Some("lower is the lesser of the two"))
             .into());
@@ -295,11 +297,11 @@ pub fn parameter_fields(
             if let Some(point) = values.iter().position(|value| !parameter.allows(*value)) {
                 let message = format!(
                     "is {} at {} {point} (x = {}, y = {}, z = {}); allowed: {}",
-                    values[point],
+                    Short(values[point]),
                     location.noun(),
-                    points[point].x,
-                    points[point].y,
-                    points[point].z,
+                    Short(points[point].x),
+                    Short(points[point].y),
+                    Short(points[point].z),
                     parameter.range()
                 );
                 return Err(scene.error_at(&path, &message, None).into());

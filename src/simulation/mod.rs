@@ -8,6 +8,7 @@ pub mod compare;
 mod fields;
 pub mod inspect;
 pub mod laws;
+mod magnitudes;
 mod notes;
 mod report;
 pub mod run;
@@ -106,6 +107,8 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
     let material = material(scene);
+    magnitudes::check(scene, &sheet, &material)?;
+    notes::on_scene(scene, &sheet, &mut notes);
     let laws = laws::load(scene, search, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| Arc::clone(&laws.kinetics));
     check_basis(scene, kinetics.as_deref())?;
@@ -125,9 +128,17 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
             let path = format!("effect[{number}].{}", e.key);
             scene.error_at(&path, &e.message, e.help.as_deref())
         })?;
+        let said = spec.notes(&context).into_iter();
+        notes.extend(said.map(|said| format!("effect {} ({}): {said}", number + 1, spec.name())));
         match effect {
-            Effect::Energy(energy) => energies.push(energy),
-            Effect::Transport(t) => transport.push(t),
+            Effect::Energy(energy) => {
+                magnitudes::check_load(scene, number, &*energy, &material)?;
+                energies.push(energy);
+            }
+            Effect::Transport(mut t) => {
+                magnitudes::check_transport(scene, number, &mut *t, &sheet)?;
+                transport.push(t);
+            }
             Effect::Pins(held) => {
                 for (all, more) in pins.iter_mut().zip(held) {
                     for a in 0..3 {
@@ -145,7 +156,7 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
     let equilibrium = if mechanics.is_empty() {
         None
     } else if mechanics.force_scale() > 0.0 {
-        notes::on_effects(&mut mechanics, scene.equilibrium.tolerance(), &mut notes);
+        notes::on_loads(&mut mechanics, scene.equilibrium.tolerance(), &mut notes);
         Some(scene.equilibrium.build(&mechanics)?)
     } else {
         let message = "a sheet that bends must also resist stretching";

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::watch::{self, Watch};
-use super::{Setup, laws, report};
+use super::{Setup, laws, notes, report};
 use crate::num::real;
 use crate::output::{
     Compression, Interrupt, Ledger, Progress, ProgressLine, ResultDirectory, Series, vtu,
@@ -109,6 +109,7 @@ pub fn observed(
     let mut output = Duration::ZERO;
 
     progress.message("relaxing the start");
+    let asked = setup.state.x.clone();
     let mut first = StepReport::default();
     match setup.integrator.prepare(&mut setup.system, &mut setup.state) {
         Ok(done) => first.relaxation = done,
@@ -118,6 +119,11 @@ pub fn observed(
     }
     if let Err(error) = look_again(setup, progress) {
         return Err(stopped(setup, directory, compression, error));
+    }
+    if !first.relaxation.residual.is_nan()
+        && let Some(note) = notes::on_start(scene, &setup.sheet, &asked, &setup.state.x)
+    {
+        progress.message(&note);
     }
     let mut negative = None;
     match &mut watch {

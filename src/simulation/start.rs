@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::kinetics::{Location, formula};
+use crate::num::Short;
 use crate::num::checked::Finite;
 use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
 use crate::sheet::{self, Sheet};
@@ -144,10 +145,10 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
             let message = format!(
                 "species `{}` starts with {} at {} {i}; it is valid from {} to {}",
                 species.name,
-                values[i],
+                Short(values[i]),
                 chemistry.location().noun(),
-                species.lower,
-                species.upper
+                Short(species.lower),
+                Short(species.upper)
             );
             return Err(scene.error_at(&path, &message, None).into());
         }

@@ -10,6 +10,7 @@ pub mod stability;
 pub mod staggered;
 
 use crate::Result;
+use crate::num::Short;
 use crate::state::State;
 use crate::system::{Mechanics, System};
 use crate::timescale::Storage;
@@ -193,7 +194,7 @@ pub enum SolveError {
     #[error(
         "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
          {}: the step is too long for its kinetics, or these lead out of the range",
-        range.0, range.1
+        Short(range.0), Short(range.1)
     )]
     OutOfRange {
         /// The species.

@@ -311,3 +311,17 @@ until = 5.0
     let again = Scene::parse(&scene.resolved().unwrap(), "resolved.toml", &[]).unwrap();
     assert_eq!(scene.kinetics, again.kinetics);
 }
+
+/// 1e-200 has two hundred digits after the point.
+#[test]
+fn numbers_in_messages_are_short() {
+    let site = rumple::kinetics::Site {
+        location: "vertex",
+        point: 3,
+        inputs: vec![("c".into(), 1e-200), ("k".into(), 20000.0)],
+        position: None,
+    };
+    assert_eq!(site.to_string(), "vertex 3 (c = 1e-200, k = 20000)");
+    let parameter = Parameter { lower: 1e-200, upper: 1e200, ..parameter("k") };
+    assert_eq!(parameter.range(), "1e-200 <= k <= 1e200");
+}

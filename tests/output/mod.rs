@@ -1,5 +1,6 @@
 //! What a run writes is whole, exact and readable by others.
 
+mod comparison;
 mod directory;
 mod interrupt;
 mod ledger;

@@ -18,7 +18,7 @@ fn what_is_no_plugin_is_refused() {
     let place = tempfile::tempdir().unwrap();
     let missing = place.path().join("libnone.so");
     assert!(refusal(&missing).contains("does not exist"));
-    assert!(refusal(place.path()).contains("does not exist (or is no file)"));
+    assert!(refusal(place.path()).contains("is a folder"));
 
     let text = place.path().join("libtext.so");
     fs::write(&text, "not a library").unwrap();

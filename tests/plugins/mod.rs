@@ -1,6 +1,7 @@
 //! Plugins through the real boundary: the shipped models, one in C, and broken ones.
 
 pub mod build;
+mod correct;
 mod faults;
 mod fields;
 mod joint;

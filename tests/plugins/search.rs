@@ -52,3 +52,20 @@ fn an_unknown_name_lists_what_there_is_and_where() {
     assert!(text.contains(&missing.display().to_string()), "{text}");
     assert!(text.contains(&place.path().display().to_string()), "{text}");
 }
+
+#[test]
+fn a_folder_is_told_from_the_library_in_it() {
+    let search = Search::in_directories(vec![]);
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("growth");
+    fs::create_dir_all(folder.join("target/release")).unwrap();
+    let text = search.resolve("./growth", place.path()).unwrap_err().to_string();
+    assert!(text.contains("growth is a folder") && text.contains("build it first"), "{text}");
+    let file = search::file_name("tension-feedback");
+    let built = folder.join("target/release").join(&file);
+    fs::copy(directory().join(&file), &built).unwrap();
+    let error = search.resolve("./growth", place.path()).unwrap_err();
+    assert!(matches!(error, KineticsError::Folder { .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.contains("growth is a folder") && text.contains(&file), "{text}");
+}

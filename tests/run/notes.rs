@@ -57,3 +57,113 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
     }
     assert!(count >= 5, "{count} scenes");
 }
+
+/// What a scene is told, in one text.
+fn told(overrides: &[&str]) -> String {
+    prepare(overrides).1.notes.join("\n")
+}
+
+#[test]
+fn a_poisson_ratio_that_bonds_do_not_have_is_told() {
+    let text = told(&["material.poisson=0.3"]);
+    assert!(text.contains("effect 1 (stretching)"), "{text}");
+    assert!(text.contains("material.poisson = 0.3") && text.contains("stvk"), "{text}");
+    assert_eq!(told(&["material.poisson=0.33"]), "");
+    assert_eq!(told(&["material.poisson=0.3", "effect.stretching.model=stvk"]), "");
+}
+
+#[test]
+fn a_thick_sheet_is_told() {
+    let text = told(&["material.thickness=2.5"]);
+    assert!(text.contains("material.thickness = 2.5 is 0.18 of"), "{text}");
+    // A tenth of the radius is the limit.
+    assert_eq!(told(&["material.thickness=1.39"]), "");
+    let strip = "sheet={shape=\"rectangle\", width=60, height=12, vertices=600}";
+    assert!(told(&[strip, "material.thickness=1.7"]).contains("the sheet's radius 15.1"));
+    assert_eq!(told(&[strip, "material.thickness=1.5"]), "");
+    let sphere = "sheet={shape=\"sphere\", radius=10, vertices=642}";
+    let text = told(&[sphere, "effect.pin.where=all", "material.thickness=1.2"]);
+    assert!(text.contains("the sheet's radius 10"), "{text}");
+}
+
+#[test]
+fn a_tolerance_that_calls_any_sheet_at_rest_is_told() {
+    let text = told(&["equilibrium={method=\"lbfgs\", tolerance=1}"]);
+    assert!(text.contains("equilibrium.tolerance = 1 "), "{text}");
+    assert!(told(&["equilibrium={method=\"newton\", tolerance=0.1}"]).contains("strains of 10 %"));
+    assert_eq!(told(&["equilibrium={method=\"lbfgs\", tolerance=1e-3}"]), "");
+}
+
+#[test]
+fn a_species_that_diffuses_twice_is_told() {
+    let diffusion = "[[effect]]\nkind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1.0";
+    assert_eq!(told(&[diffusion]), "");
+    let text = told(&[diffusion, diffusion]);
+    assert!(text.contains("diffusion of c more than once (effects 4 and 5)"), "{text}");
+    assert!(text.contains("coefficients add up"), "{text}");
+}
+
+/// What `check` says of the small scene with these keys, which it refuses.
+fn refused(keys: &[&str]) -> String {
+    let keys: Vec<String> = keys.iter().map(|o| (*o).to_owned()).collect();
+    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let scene = Scene::parse(super::SMALL, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
+    match simulation::prepare(&scene, &search) {
+        Ok(_) => panic!("{keys:?} is accepted"),
+        Err(rumple::Error::Scene(error)) => error.rendered(false),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_field_listed_twice_is_refused() {
+    let text = refused(&["output.fields=[\"c\", \"force\", \"c\"]"]);
+    assert!(text.contains("output.fields[2]") && text.contains("listed twice"), "{text}");
+}
+
+/// An energy that overflows was a triangle without area.
+#[test]
+fn numbers_too_large_or_small_to_compute_with_are_named() {
+    for (key, name) in [
+        ("material.young=1e308", "material.young"),
+        ("material.young=1e-300", "material.young"),
+        ("material.thickness=1e-200", "material.thickness"),
+        ("sheet.radius=1e60", "sheet"),
+    ] {
+        let text = refused(&[key]);
+        assert!(text.contains(name) && text.contains("1e-100 and 1e100"), "{key}: {text}");
+    }
+    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    for (effect, name) in [
+        ("kind = \"pressure\"\nvalue = 1e300", "effect[3]: a force of "),
+        ("kind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1e300", "effect[3].coefficient: "),
+    ] {
+        let text = super::SMALL.replace("# more effects", &format!("[[effect]]\n{effect}"));
+        let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
+        let Err(error) = simulation::prepare(&scene, &search) else { panic!("{effect}") };
+        assert!(error.to_string().contains(name), "{error}");
+    }
+}
+
+#[test]
+fn a_start_shape_that_relaxes_away_is_told() {
+    let run = |key: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("scene.toml"), super::SMALL).unwrap();
+        let out = std::process::Command::new(super::program())
+            .current_dir(folder.path())
+            .env("RUMPLE_PLUGIN_PATH", build::directory())
+            .args(["run", "scene.toml", "--set", "time.until=0.01", "--set", key])
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.success(), "{text}");
+        text
+    };
+    // Nothing grows at first: the flat disc is the only equilibrium.
+    let text = run("kinetics.initial.c=0");
+    assert!(text.contains("sheet.bump and sheet.imperfection have relaxed away"), "{text}");
+    // A spot in the middle bulges.
+    let text = run("kinetics.initial.c={gaussian={width=4, amplitude=0.5}}");
+    assert!(!text.contains("relaxed away"), "{text}");
+}

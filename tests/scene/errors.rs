@@ -203,12 +203,6 @@ fn values_out_of_range_or_of_the_wrong_type() {
         "sheet.vertices must be a whole number from 4, not 3",
     );
     range(
-        "vertices = 20000",
-        "vertices = 2e4",
-        "2e4",
-        "sheet.vertices must be a whole number, not 20000.0",
-    );
-    range(
         "seed = 7",
         "seed = -7",
         "-7",
@@ -405,4 +399,58 @@ fn columns_count_characters() {
     let text = SCENE.replacen("c_star = 0.1", "\"γ\" = 1, c_star = nan", 1);
     let error = refused(&text, &[]);
     assert_eq!(error.position(), Some(position(&text, "nan")));
+}
+
+#[test]
+fn an_integer_with_a_point_is_told_how_to_write_it() {
+    wrong(
+        "vertices = 20000",
+        "vertices = 2e4",
+        "2e4",
+        "sheet.vertices must be a whole number, not 20000.0",
+        Some("write 20000, without a point or exponent"),
+    );
+    wrong(
+        "seed = 7",
+        "seed = 7e0",
+        "7e0",
+        "sheet.imperfection.seed must be a whole number from 0, not 7.0",
+        Some("write 7, without a point or exponent"),
+    );
+    wrong(
+        "vertices = 20000",
+        "vertices = 20000.5",
+        "20000.5",
+        "sheet.vertices must be a whole number, not 20000.5",
+        None,
+    );
+}
+
+/// A frame at every representable time fills the disc.
+#[test]
+fn frames_beyond_number_are_refused_with_their_number() {
+    wrong(
+        "every = 5.0",
+        "every = 1e-300",
+        "1e-300",
+        "output: every = 1e-300 to time.until = 500 asks for 5.0e302 frames; 1e6 is the most",
+        Some("every = 0.0005 or longer"),
+    );
+    wrong(
+        "every = 5.0",
+        "every = 4e-4",
+        "4e-4",
+        "output: every = 0.0004 to time.until = 500 asks for 1.2e6 frames; 1e6 is the most",
+        Some("every = 0.0005 or longer"),
+    );
+    let steps = |every: &str, most: &str| {
+        let text = SCENE.replacen("every = 5.0", &format!("every = {every}"), 1);
+        let keys = [format!("time.max_steps={most}")];
+        rumple::scene::Scene::parse(&text, "s.toml", &keys).map(|_| ()).map_err(|e| e.to_string())
+    };
+    // A bound on the steps is one on the frames, unless times are then the same.
+    assert_eq!(steps("1e-4", "1000"), Ok(()));
+    assert_eq!(steps("5e-4", "1000000000"), Ok(()));
+    assert!(steps("1e-4", "2000000").unwrap_err().contains("asks for 2.0e6 frames"));
+    assert!(steps("1e-20", "10").unwrap_err().contains("too short for times up to"));
 }

@@ -82,3 +82,24 @@ fn a_mistake_in_the_file_can_be_overridden() {
     let text = SCENE.replacen("until = 500.0", "until = -1", 1);
     assert!(Scene::parse(&text, "s.toml", &["time.until=3".to_owned()]).is_ok());
 }
+
+#[test]
+fn a_key_without_its_table_is_told_where_it_belongs() {
+    for (change, path) in [
+        ("until=5", "time.until"),
+        ("policy=quasi-static", "time.policy"),
+        ("every=0.1", "output.every"),
+        ("radius=3", "sheet.radius"),
+        ("young=1e5", "material.young"),
+        ("initial.c=0", "kinetics.initial"),
+        ("tolerance=1e-7", "equilibrium.tolerance"),
+        ("modes=2", "stability.modes"),
+    ] {
+        let error = refused(SCENE, &[change]);
+        let help = format!("did you mean {path}?");
+        assert_eq!(error.advice(), Some(help.as_str()), "{change}: {error}");
+    }
+    // A misspelt table stays one.
+    let help = refused(SCENE, &["outptu.every=1"]).advice().unwrap().to_owned();
+    assert!(help.starts_with("did you mean output? allowed: sheet"), "{help}");
+}

@@ -144,3 +144,18 @@ proptest! {
         prop_assert_eq!(surface.into_sheet().is_err(), fatal);
     }
 }
+
+#[test]
+fn needles_are_told_with_their_quality_and_are_usable() {
+    let mut surface = hexagon();
+    surface.points[1] = surface.points[2] * 1.0001 + V::new(0.0, 0.0, 1e-4);
+    surface.triangle_lines = (11..17).collect();
+    let (findings, _) = examine(&surface);
+    let [needle] = &findings[..] else { panic!("{findings:?}") };
+    assert_eq!((needle.fault, needle.fatal), (Fault::Needle, false));
+    let message = needle.to_string();
+    assert!(message.contains("triangle 0 (line 11), quality 1."), "{message}");
+    assert!(message.contains("e-4"), "{message}");
+    let (_, notes) = surface.into_sheet().unwrap();
+    assert_eq!(notes.len(), 1);
+}

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::Error;
-use crate::simulation::compare::{Member, PARTED};
+use crate::output::plot::label;
+use crate::simulation::compare::{Member, PARTED, Parted, Ran};
 
 /// Every member's distance from the first that ran as far as they are on one branch, its last
 /// measures, and its cost.
@@ -26,20 +27,23 @@ pub(super) fn table(members: &[Member]) -> String {
         ["", "shape", "species", "", "", "", "", "", "", "", "", ""],
     ];
     let mut rows: Vec<[String; 12]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
-    let reference = members.iter().find_map(|m| m.outcome.as_ref().ok());
+    let reference = reference(members);
     let mut notes = String::new();
     let mut parted = false;
     for member in members {
         match (&member.outcome, reference) {
-            (Ok(ran), Some(reference)) => {
+            (Ok(ran), Some((first, reference))) => {
                 let Some(measures) = ran.measures.last() else { continue };
                 let apart = ran.apart(reference);
-                parted |= apart.parted.is_some();
+                if let Some(by) = &apart.parted {
+                    parted = true;
+                    let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
+                }
                 let [shape, species] = match apart.largest {
                     Some((shape, species)) => [shape, species].map(|d| format!("{d:.2e}")),
                     None => ["-", "-"].map(str::to_owned),
                 };
-                let parts = |(time, by): (f64, f64)| format!("t = {time}, by {by:.2}");
+                let parts = |by: Parted| format!("t = {}", label(by.time));
                 rows.push([
                     member.name.clone(),
                     shape,
@@ -48,7 +52,7 @@ pub(super) fn table(members: &[Member]) -> String {
                     format!("{:.5e}", measures.energy),
                     format!("{:.4}", measures.amplitude),
                     measures.spots.to_string(),
-                    format!("{:.2}", measures.separation),
+                    measures.separation.map_or("-".into(), |d| format!("{d:.2}")),
                     format!("{:.2}", ran.seconds()),
                     ran.summary.steps.to_string(),
                     ran.summary.iterations.to_string(),
@@ -82,33 +86,59 @@ pub(super) fn table(members: &[Member]) -> String {
     text + &notes
 }
 
+/// The member that the others are compared with: the first that ran.
+fn reference(members: &[Member]) -> Option<(&str, &Ran)> {
+    members.iter().find_map(|m| Some((m.name.as_str(), m.outcome.as_ref().ok()?)))
+}
+
+/// Where two runs part, by what, and what that is measured against.
+fn in_words(parted: &Parted, ran: &Ran, first: &str) -> String {
+    let share = match parted.by.relative() {
+        share if share < 10.0 => format!("{:.0} %", 100.0 * share),
+        share => format!("{} times", label(share.round())),
+    };
+    let named = |species: usize| ran.species.get(species).map_or("species", String::as_str);
+    let (what, against) = match parted.species {
+        Some(species) => (named(species), format!("the {} there", named(species))),
+        None => ("shape", "the displacement there".to_owned()),
+    };
+    let [distance, size] = [parted.by.distance, parted.by.size].map(label);
+    format!(
+        "at t = {} its {what} is {distance} away from that of {first}, {share} of {against} \
+         ({size}), root mean squares",
+        label(parted.time)
+    )
+}
+
 fn plain(error: &Error) -> String {
     let text = error.to_string();
     text.lines().next().unwrap_or_default().to_owned()
 }
 
-/// Every output time of every member.
+/// Every output time of every member; what has no value is empty.
 pub(super) fn csv(members: &[Member]) -> String {
     let mut text = String::from(
         "member,time,shape distance,species distance,energy [energy],amplitude [length],spots,\
          separation [length]\n",
     );
-    let reference = members.iter().find_map(|m| m.outcome.as_ref().ok());
+    let value = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
+    let reference = reference(members);
     for member in members {
-        let (Ok(ran), Some(reference)) = (&member.outcome, reference) else { continue };
+        let (Ok(ran), Some((_, reference))) = (&member.outcome, reference) else { continue };
         let apart = ran.apart(reference);
         for m in &ran.measures {
             let same = apart.course.iter().find(|c| c.0 == m.time);
-            let (shape, species) = same.map_or((f64::NAN, f64::NAN), |c| (c.1, c.2));
             let _ = writeln!(
                 text,
-                "\"{}\",{},{shape},{species},{},{},{},{}",
+                "\"{}\",{},{},{},{},{},{},{}",
                 member.name.replace('"', "\"\""),
                 m.time,
+                value(same.map(|c| c.1)),
+                value(same.map(|c| c.2)),
                 m.energy,
                 m.amplitude,
                 m.spots,
-                m.separation
+                value(m.separation)
             );
         }
     }

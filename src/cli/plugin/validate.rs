@@ -22,9 +22,9 @@ use crate::{Error, Result};
 pub(super) struct ValidateArgs {
     #[command(flatten)]
     law: LawArgs,
-    /// Seed of the inputs.
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
+    /// Seed of the inputs: another one tries other points.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
     /// Seconds that a check may take.
     #[arg(long, value_name = "S", default_value_t = 20.0)]
     time_limit: f64,
@@ -70,7 +70,7 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 
 fn child(args: &ValidateArgs) -> Result<()> {
     tell(&Told::Begin(LOADING.to_owned()));
-    let seed = args.seed.unwrap_or_default();
+    let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {
         let library = match &found {
             Found::Library(library) => Some(Arc::clone(library)),
@@ -189,7 +189,7 @@ fn afresh(args: &ValidateArgs, seed: u64, limit: Duration) -> Result<Option<Vec<
 }
 
 fn parent(args: &ValidateArgs) -> Result<()> {
-    let seed = args.seed.unwrap_or_else(fresh_seed);
+    let seed = args.seed;
     let limit = Duration::try_from_secs_f64(args.time_limit).unwrap_or(Duration::from_secs(20));
     let (mut child, receive) = begin(args, seed, false)?;
     say!("validating {} at random points of its ranges (--seed {seed})", args.law.law);
@@ -263,11 +263,6 @@ fn parent(args: &ValidateArgs) -> Result<()> {
 fn cause(text: &str) -> String {
     let plain = |word: &&str| !word.contains(|c: char| c.is_ascii_digit());
     text.split_whitespace().filter(plain).collect::<Vec<_>>().join(" ")
-}
-
-fn fresh_seed() -> u64 {
-    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    now.map_or(1, |t| u64::from(t.subsec_micros()))
 }
 
 fn no_child(error: &std::io::Error) -> Error {

@@ -87,7 +87,21 @@ impl EffectSpec for Stretching {
             }
         }
     }
+
+    fn notes(&self, context: &EffectContext<'_>) -> Vec<String> {
+        let poisson = context.material.poisson;
+        if self.model == StretchingModel::Stvk || (poisson - 1.0 / 3.0).abs() < NEAR_A_THIRD {
+            return Vec::new();
+        }
+        vec![format!(
+            "bonds stretch with ν = 1/3 whatever material.poisson = {poisson} says, which enters Y and B \
+             alone; model = \"stvk\" has any ν"
+        )]
+    }
 }
+
+/// 0.33 is meant to be a third.
+const NEAR_A_THIRD: f64 = 5e-3;
 
 crate::register_kind!(dyn EffectSpec, "stretching", Stretching);
 

@@ -1,19 +1,29 @@
 //! Given derivatives against differences, where differences can be trusted.
 //!
-//! A central and a forward difference agree where a law is smooth on their scale. Where they do not
-//! (a kink, a jump, round-off) nothing can be said, and nothing is.
+//! On each side of a point that its range leaves room for there are slopes D₀, D₁, D₂ over steps h, h/4
+//! and h/16, and their extrapolation E = (4 D₂ - D₁)/3, exact up to h² where the law is smooth on that
+//! side; this holds at a bound of the range as well as away from it. Slopes of a smooth law converge by
+//! a factor of 4. Those that do not (a jump or a kink within the step, a power below 2 at its root,
+//! round-off) are not trusted, and nothing is said. A given derivative is right if it lies in the range
+//! of the trusted slopes of both sides, widened by what they differ in: at a kink any slope between
+//! those of its sides. One that is infinite is right where the slopes grow without bound.
 
-use crate::kinetics::differences::{self, Scheme};
+use crate::kinetics::differences::{self, Range, SCALES, Side};
 use crate::kinetics::field::Columns;
-use crate::kinetics::{Batch, Kinetics, KineticsError, Site};
+use crate::kinetics::{Batch, Kinetics, KineticsError, Outcome, Site};
+use crate::num::Short;
 
-/// A given derivative further from the difference than this share of their size is wrong.
+/// A given derivative further from the slopes than this share of their size is wrong.
 const WRONG: f64 = 1e-3;
 /// Derivatives that matter less than this share of the output over the input's typical magnitude are
-/// not compared: at the edge of a range differences are one-sided, and no better.
+/// not compared: differences lose what is smaller.
 const SMALL: f64 = 1e-4;
-/// Two differences must agree by this share to be trusted; the central one is then far better.
-const SMOOTH: f64 = 3e-3;
+/// Trusted slopes differ by this share of their size at most ...
+const SMOOTH: f64 = 0.02;
+/// ... and the last two by this share of what the first two differ in: a smooth law has 1/4.
+const CONVERGING: f64 = 0.4;
+/// What round-off leaves of a slope, of the output over the input's typical magnitude.
+const NOISE: f64 = 1e-7;
 
 /// Two ways to the same number may differ by this share of the greatest one.
 pub(super) const ROUND_OFF: f64 = 1e-9;
@@ -48,74 +58,164 @@ impl Wrong {
             "{} gives {} in {call} for the derivative by {} of {of} at {site}, where differences \
              give {:.9e}",
             descriptor.title(),
-            self.given,
+            Short(self.given),
             name(self.input),
             self.difference
         )
     }
 }
 
-/// Given derivatives of one output by one input, with differences by two schemes.
-struct Compared<'a> {
-    given: &'a [f64],
-    central: &'a [f64],
-    forward: &'a [f64],
+/// What a comparison found.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Compared {
+    /// The worst derivative that is wrong.
+    pub(super) wrong: Option<Wrong>,
+    /// A point with an infinite derivative where that is right.
+    pub(super) unbounded: Option<usize>,
+    /// Relative error of the worst.
+    error: f64,
 }
 
-/// The worst of what was found, by its relative error.
-#[derive(Default)]
-struct Worst(Option<(f64, Wrong)>);
-
-impl Worst {
-    /// Looks at all points; `scale` is the output over the input's typical magnitude, the size
-    /// to which differences lose what is smaller.
+impl Compared {
+    /// Looks at the derivative of one output by one input at all points; `scale` is the output over
+    /// the input's typical magnitude.
     fn look(
         &mut self,
-        compared: &Compared<'_>,
+        given: &[f64],
+        sides: &[&[[f64; SCALES]]; 2],
         scale: impl Fn(usize) -> f64,
         (species, input): (Option<usize>, usize),
     ) {
-        let Compared { given, central, forward } = compared;
         for (point, &given) in given.iter().enumerate() {
-            let (difference, other) = (central[point], forward[point]);
-            let size = difference.abs().max(other.abs());
-            let floor = scale(point);
-            let trusted = (difference - other).abs() <= SMOOTH * size + 1e-7 * floor;
-            // A small kink met exactly passes for smooth; any slope between those of its sides is
-            // right there. The central difference is their mean.
-            let left = 2.0 * difference - other;
-            let error = (other.min(left) - given).max(given - other.max(left)).max(0.0);
-            let size = size.max(given.abs());
-            if !trusted || error <= WRONG * size + SMALL * floor {
+            let (scale, slopes) = (scale(point), sides.map(|side| Slopes(side[point])));
+            // An output that is no number has no derivative.
+            if !scale.is_finite() {
                 continue;
             }
-            let relative = error / size;
-            if self.0.is_none_or(|(worst, _)| relative > worst) {
-                self.0 = Some((relative, Wrong { species, input, point, given, difference }));
+            let fault = match judge(given, slopes, scale) {
+                Judgement::Right => continue,
+                Judgement::Unbounded => {
+                    self.unbounded.get_or_insert(point);
+                    continue;
+                }
+                Judgement::Wrong(error) => error,
+            };
+            if self.wrong.is_none() || fault > self.error {
+                let difference = best(slopes, scale);
+                self.error = fault;
+                self.wrong = Some(Wrong { species, input, point, given, difference });
             }
         }
     }
 }
 
-/// The worst wrong derivative of the rates.
-pub(super) fn rates(
-    kinetics: &dyn Kinetics,
+enum Judgement {
+    /// As far as can be told.
+    Right,
+    /// Infinite, and right.
+    Unbounded,
+    /// By this relative error.
+    Wrong(f64),
+}
+
+/// Slopes on one side of a point, over ever shorter steps.
+#[derive(Clone, Copy)]
+struct Slopes([f64; SCALES]);
+
+impl Slopes {
+    fn extrapolated(self) -> f64 {
+        let [_, d1, d2] = self.0;
+        (4.0 * d2 - d1) / 3.0
+    }
+
+    /// The range in which a derivative is right, if these can be trusted; NaN never are.
+    fn trusted(self, scale: f64) -> Option<(f64, f64)> {
+        let [d0, d1, d2] = self.0;
+        let noise = NOISE * scale;
+        let all = [d1, d2, self.extrapolated()];
+        let (low, high) = (all.into_iter().fold(d1, f64::min), all.into_iter().fold(d1, f64::max));
+        let width = high - low;
+        let size = d1.abs().max(d2.abs());
+        let smooth = width <= SMOOTH * size + noise;
+        let converging = (d2 - d1).abs() <= CONVERGING * (d1 - d0).abs() + noise;
+        (smooth && converging).then_some((low - width, high + width))
+    }
+
+    /// Whether the slopes grow without bound towards `infinity`.
+    fn diverge(self, infinity: f64) -> bool {
+        let [d0, d1, d2] = self.0.map(|d| d * infinity.signum());
+        d2 > d1 && d1 > d0 && d2 - d1 > CONVERGING * (d1 - d0) && infinity.is_infinite()
+    }
+}
+
+/// The derivative by differences: the mean of those sides that can be trusted, or of all.
+fn best(sides: [Slopes; 2], scale: f64) -> f64 {
+    let mean = |of: &dyn Fn(&Slopes) -> bool| {
+        let found = sides.into_iter().filter(of).map(Slopes::extrapolated);
+        let (sum, count) = found.fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
+        sum / count
+    };
+    let trusted = mean(&|side| side.trusted(scale).is_some());
+    if trusted.is_nan() { mean(&|side| !side.extrapolated().is_nan()) } else { trusted }
+}
+
+fn judge(given: f64, sides: [Slopes; 2], scale: f64) -> Judgement {
+    if !given.is_finite() {
+        let right = sides.into_iter().any(|side| side.diverge(given));
+        return if right { Judgement::Unbounded } else { Judgement::Wrong(f64::INFINITY) };
+    }
+    let trusted = sides.into_iter().filter_map(|side| side.trusted(scale));
+    let Some((low, high)) = trusted.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
+        return Judgement::Right;
+    };
+    let error = (low - given).max(given - high).max(0.0);
+    let size = low.abs().max(high.abs()).max(given.abs());
+    let wrong = error > WRONG * size + SMALL * scale;
+    if wrong { Judgement::Wrong(error / size) } else { Judgement::Right }
+}
+
+/// Compares given derivatives, `given` one column an output and input, with slopes of `law`, whose
+/// values are the columns of `values`.
+fn compare(
     batch: &Batch<'_>,
-) -> Result<Option<Wrong>, KineticsError> {
+    ranges: &[Range],
+    values: &Columns,
+    given: &Columns,
+    number: impl Fn(usize) -> Option<usize>,
+    law: impl Fn(&Batch<'_>, &mut [&mut [f64]]) -> Outcome,
+) -> Result<Compared, KineticsError> {
+    let mut found = Compared::default();
+    let outputs = values.width();
+    for (input, range) in ranges.iter().enumerate() {
+        let slopes = |side| differences::slopes_beside(batch, outputs, input, (*range, side), &law);
+        let sides = [slopes(Side::Down)?, slopes(Side::Up)?];
+        for output in 0..outputs {
+            let of = output * batch.count..(output + 1) * batch.count;
+            let sides = [&sides[0][of.clone()], &sides[1][of]];
+            let scale = |point: usize| values.column(output)[point].abs() / range.typical;
+            let column = given.column(output * ranges.len() + input);
+            found.look(column, &sides, scale, (number(output), input));
+        }
+    }
+    Ok(found)
+}
+
+/// Compares the derivatives of the rates.
+pub(super) fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Compared, KineticsError> {
     let (species, inputs) = (kinetics.descriptor().species.len(), kinetics.descriptor().inputs());
-    let mut rates = Columns::new(species, batch.count);
+    let mut alone = Columns::new(species, batch.count);
+    let mut rates = alone.clone();
     let mut given = Columns::new(species * inputs, batch.count);
-    let (mut central, mut forward) = (given.clone(), given.clone());
-    let by = differences::rate_partials_by;
-    by(kinetics, batch, Scheme::Forward, &mut rates.slices_mut(), &mut forward.slices_mut())?;
-    by(kinetics, batch, Scheme::Central, &mut rates.slices_mut(), &mut central.slices_mut())?;
-    let alone = rates.clone();
+    kinetics.rates(batch, &mut alone.slices_mut())?;
     kinetics.rate_partials(batch, &mut rates.slices_mut(), &mut given.slices_mut())?;
     for s in 0..species {
         let pairs = alone.column(s).iter().zip(rates.column(s));
         // Of the greatest in the column: where terms cancel, little is left to compare.
-        let most = alone.column(s).iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
-        let differ = |(a, b): (&f64, &f64)| (a - b).abs() > ROUND_OFF * most;
+        let finite = alone.column(s).iter().filter(|rate| rate.is_finite());
+        let most = finite.fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let differ = |(a, b): (&f64, &f64)| {
+            (a.is_finite() || b.is_finite()) && !((a - b).abs() <= ROUND_OFF * most)
+        };
         if let Some(point) = pairs.clone().position(differ) {
             return Err(KineticsError::TwoValues {
                 law: kinetics.descriptor().title(),
@@ -127,36 +227,25 @@ pub(super) fn rates(
             });
         }
     }
-    let typical = differences::typical(kinetics);
-    let mut worst = Worst::default();
-    for entry in 0..species * inputs {
-        let (row, input) = (entry / inputs, entry % inputs);
-        let [given, central, forward] = [&given, &central, &forward].map(|c| c.column(entry));
-        let scale = |point: usize| rates.column(row)[point].abs() / typical[input];
-        worst.look(&Compared { given, central, forward }, scale, (Some(row), input));
-    }
-    Ok(worst.0.map(|(_, wrong)| wrong))
+    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| kinetics.rates(batch, values);
+    compare(batch, &differences::ranges(kinetics), &rates, &given, Some, law)
 }
 
-/// The worst wrong derivative of the length factor.
+/// Compares the derivatives of the length factor.
 pub(super) fn length_factor(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
-) -> Result<Option<Wrong>, KineticsError> {
+) -> Result<Compared, KineticsError> {
     let species = kinetics.descriptor().species.len();
-    let mut factor = vec![1.0; batch.count];
+    let mut factor = Columns::new(1, batch.count);
     let mut given = Columns::new(species, batch.count);
-    let (mut central, mut forward) = (given.clone(), given.clone());
-    let by = differences::length_factor_partials_by;
-    by(kinetics, batch, Scheme::Forward, &mut factor, &mut forward.slices_mut())?;
-    by(kinetics, batch, Scheme::Central, &mut factor, &mut central.slices_mut())?;
-    kinetics.length_factor_partials(batch, &mut factor, &mut given.slices_mut())?;
-    let typical = differences::typical(kinetics);
-    let mut worst = Worst::default();
-    for input in 0..species {
-        let [given, central, forward] = [&given, &central, &forward].map(|c| c.column(input));
-        let scale = |point: usize| factor[point].abs() / typical[input];
-        worst.look(&Compared { given, central, forward }, scale, (None, input));
+    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| match values {
+        [factor] => kinetics.length_factor(batch, factor),
+        _ => Ok(None),
+    };
+    if let [factor] = &mut factor.slices_mut()[..] {
+        kinetics.length_factor_partials(batch, factor, &mut given.slices_mut())?;
     }
-    Ok(worst.0.map(|(_, wrong)| wrong))
+    let ranges = differences::ranges(kinetics);
+    compare(batch, &ranges[..species], &factor, &given, |_| None, law)
 }

@@ -60,11 +60,11 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
         }
         let mut wrong = Vec::new();
         if given.rate_partials {
-            wrong.extend(derivatives::rates(kinetics, &part)?);
+            wrong.extend(derivatives::rates(kinetics, &part)?.wrong);
         }
         if given.length_factor_partials {
             let part = Batch { signals: &[], ..part };
-            wrong.extend(derivatives::length_factor(kinetics, &part)?);
+            wrong.extend(derivatives::length_factor(kinetics, &part)?.wrong);
         }
         notes.extend(wrong.iter().map(|wrong| {
             let point = batch.first + picked[wrong.point];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Samples, derivatives, other, rates, repeat, writes};
 use crate::kinetics::field::{self, Columns};
-use crate::kinetics::{Kinetics, KineticsError};
+use crate::kinetics::{Batch, Kinetics, KineticsError, Site};
 
 /// Sampled points.
 const POINTS: usize = 4096;
@@ -136,39 +136,36 @@ pub fn rates_in_order(
 
 fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
     let given = kinetics.descriptor().capabilities;
-    let mut what = Vec::new();
-    if given.rate_partials {
-        let wrong = samples.with(true, |batch| {
-            let descriptor = kinetics.descriptor();
-            let species = descriptor.species.len();
-            let mut values = Columns::new(species, POINTS);
-            let mut partials = Columns::new(species * descriptor.inputs(), POINTS);
-            let (values, partials) = (&mut values.slices_mut(), &mut partials.slices_mut());
-            field::rate_partials(kinetics, batch, values, partials)?;
-            let wrong = derivatives::rates(kinetics, batch)?;
-            Ok::<_, KineticsError>(wrong.map(|w| w.describe(kinetics, batch, w.point)))
+    let (mut what, mut unbounded) = (Vec::new(), String::new());
+    let parts: [(bool, &str, Compare); 2] = [
+        (given.rate_partials, "rates", derivatives::rates),
+        (given.length_factor_partials, "length factor", derivatives::length_factor),
+    ];
+    for (number, (_, name, compare)) in parts.iter().enumerate().filter(|(_, part)| part.0) {
+        let told = samples.with(number == 0, |batch| {
+            let found = compare(kinetics, batch)?;
+            let wrong = found.wrong.map(|w| w.describe(kinetics, batch, w.point));
+            let read = if number == 0 { &kinetics.descriptor().signals[..] } else { &[] };
+            let place = |point| Site::of(batch, kinetics.descriptor(), read, point).to_string();
+            Ok::<_, KineticsError>((wrong, found.unbounded.map(place)))
         })?;
-        if let Some(wrong) = wrong {
-            return Ok(Verdict::Fault(wrong));
+        match told {
+            (Some(wrong), _) => return Ok(Verdict::Fault(wrong)),
+            (None, Some(place)) => {
+                unbounded = format!(
+                    "; infinite at {place}, as differences are: implicit methods \
+                                     cannot pass there"
+                );
+            }
+            (None, None) => {}
         }
-        what.push("rates");
-    }
-    if given.length_factor_partials {
-        let wrong = samples.with(false, |batch| {
-            let mut factor = vec![1.0; POINTS];
-            let mut partials = Columns::new(kinetics.descriptor().species.len(), POINTS);
-            let slices = &mut partials.slices_mut();
-            field::length_factor_partials(kinetics, batch, &mut factor, slices)?;
-            let wrong = derivatives::length_factor(kinetics, batch)?;
-            Ok::<_, KineticsError>(wrong.map(|w| w.describe(kinetics, batch, w.point)))
-        })?;
-        if let Some(wrong) = wrong {
-            return Ok(Verdict::Fault(wrong));
-        }
-        what.push("length factor");
+        what.push(*name);
     }
     Ok(match what.as_slice() {
         [] => Verdict::Skipped("none are given: the engine takes differences".into()),
-        what => Verdict::Good(format!("{} against differences", what.join(" and "))),
+        what => Verdict::Good(format!("{} against differences{unbounded}", what.join(" and "))),
     })
 }
+
+/// A comparison of given derivatives with differences.
+type Compare = fn(&dyn Kinetics, &Batch<'_>) -> Result<derivatives::Compared, KineticsError>;

@@ -18,6 +18,9 @@ use graph::{Edges, Union};
 /// Quality below which a triangle counts as one without area; rounding alone leaves about 1e-16.
 const ZERO_QUALITY: f64 = 1e-12;
 
+/// Quality below which a triangle counts as a needle: an angle below two degrees.
+const NEEDLE_QUALITY: f64 = 0.05;
+
 /// Places that are kept of one kind of fault.
 const SHOWN: usize = 5;
 
@@ -42,6 +45,8 @@ pub enum Fault {
     UnreferencedVertex,
     /// A triangle has no area.
     ZeroArea,
+    /// A triangle is nearly without area.
+    Needle,
     /// An edge belongs to more than two triangles.
     NonManifoldEdge,
     /// The triangles around a vertex form several fans that meet only there.
@@ -138,7 +143,7 @@ impl Findings<'_> {
         places: impl Iterator<Item = String>,
     ) {
         if count > 0 {
-            let fatal = fault != Fault::Orientation;
+            let fatal = !matches!(fault, Fault::Orientation | Fault::Needle);
             let places = places.take(SHOWN).collect();
             self.list.push(Finding { fault, fatal, count, message: message.to_owned(), places });
         }
@@ -226,14 +231,26 @@ impl Findings<'_> {
             twice.len(),
             places.into_iter(),
         );
-        let flat: Vec<_> = (0..triangles.len())
-            .filter(|&t| {
-                let q = triangle_quality(triangles[t].map(|v| points[v as usize]));
-                // Not q <= …, so that corners that are not numbers count as well.
-                q.is_nan() || q <= ZERO_QUALITY
-            })
-            .collect();
+        let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| points[v as usize]));
+        let poor =
+            triangles.iter().map(quality).enumerate().filter(|(_, q)| !(*q > NEEDLE_QUALITY));
+        // Not q <= …, so that corners that are not numbers count as well.
+        let (mut needles, flat): (Vec<_>, Vec<_>) = poor.partition(|(_, q)| *q > ZERO_QUALITY);
+        let flat: Vec<_> = flat.into_iter().map(|(t, _)| t).collect();
         self.triangles(Fault::ZeroArea, "a triangle has no area", &flat);
+        needles.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let places: Vec<_> = needles
+            .iter()
+            .take(SHOWN)
+            .map(|(t, q)| format!("{}, quality {q:.1e}", self.triangle(*t)))
+            .collect();
+        self.report(
+            Fault::Needle,
+            "a triangle is a needle or nearly flat: forces and curvatures are poor there, and \
+             relaxations slow",
+            needles.len(),
+            places.into_iter(),
+        );
         let mut used = vec![false; points.len()];
         for &v in triangles.iter().flatten() {
             used[v as usize] = true;

@@ -18,7 +18,7 @@ mod sphere;
 use serde::{Deserialize, Serialize};
 
 use super::{Sheet, SheetError};
-use crate::num::real;
+use crate::num::{Short, real};
 use domain::Domain;
 
 /// Smallest quality that a generated triangle may have; below it another random start is tried.
@@ -99,7 +99,8 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
         // The bounds keep areas and squared lengths far from overflow and underflow.
         if !(1e-100..=1e100).contains(&size) {
             return Err(SheetError::Unusable(format!(
-                "{name} = {size} of the shape must be a positive number between 1e-100 and 1e100"
+                "{name} = {} of the shape must be a positive number between 1e-100 and 1e100",
+                Short(size)
             )));
         }
     }

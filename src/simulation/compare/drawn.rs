@@ -1,17 +1,19 @@
 //! Plots and pictures of a comparison.
 
 use super::{Measures, Member, Ran};
+use crate::Result;
 use crate::num::real;
-use crate::output::picture::{Picture, View, labelled, sheet};
+use crate::output::picture::{Picture, View, labelled, ramp, sheet};
 use crate::output::plot::{Curve, Figure, Panel, label};
-use crate::{Result, Vec3};
 
 /// Width and height of one picture on a contact sheet, pixels.
 const TILE: usize = 300;
 /// Height of a line of text.
-const LINE: usize = 26;
-/// Distances below this are those of one state from itself.
-const ROUND_OFF: f64 = 1e-13;
+const LINE: usize = 24;
+/// Room between things.
+const GAP: usize = 12;
+/// Width of the key to the colours, and of the text before it.
+const KEY: usize = 160;
 /// Pictures in a row at most.
 const ACROSS: usize = 5;
 
@@ -41,43 +43,56 @@ pub fn figure(members: &[Member]) -> Figure {
     let others = || apart.iter().filter(|(k, _)| *k != ran[0].0);
     let over_time = |of: fn(&(f64, f64, f64)) -> f64| -> Vec<Curve> {
         let points = |a: &super::Apart| {
-            // Round-off of the alignment is no distance.
-            a.course.iter().map(|c| (c.0, of(c))).filter(|p| p.1 > ROUND_OFF).collect()
+            a.course.iter().map(|c| (c.0, of(c))).filter(|p| p.1 > 0.0).collect()
         };
         others().map(|(k, a)| Curve { name: *k, points: points(a) }).collect()
     };
-    panel("distance of shapes from the first", "time", (false, true), over_time(|c| c.1));
+    let space = reference.sheet.triangle_count() > 0;
+    if space {
+        panel("distance of shapes from the first", "time", (false, true), over_time(|c| c.1));
+    }
     panel("distance of species from the first", "time", (false, true), over_time(|c| c.2));
-    let cost = |of: fn(&super::Apart) -> f64| -> Vec<Curve> {
-        let curve = |(k, a): &(usize, super::Apart)| {
-            let seconds = ran.iter().find(|(j, _)| j == k).map_or(f64::NAN, |(_, r)| r.seconds());
-            Curve { name: *k, points: vec![(seconds, of(a))] }
-        };
-        others().map(curve).collect()
-    };
     panel(
         "largest distance before parting, by cost",
-        "seconds",
+        "seconds (▼ none, ▲ apart from the start, × failed)",
         (true, true),
-        cost(|a| a.largest.map_or(f64::NAN, |(shape, species)| shape.max(species))),
+        cost(members, reference),
     );
     let measured = |of: fn(&Measures) -> f64| -> Vec<Curve> {
         let points = |r: &Ran| r.measures.iter().map(|m| (m.time, of(m))).collect();
         ran.iter().map(|(k, r)| Curve { name: *k, points: points(r) }).collect()
     };
-    if reference.sheet.triangle_count() == 0 {
+    if !space {
         let first = |r: &Ran| -> Vec<(f64, f64)> {
             let value = |c: &Vec<f64>| c.first().copied().unwrap_or(f64::NAN);
             r.states.iter().zip(&r.shown).map(|(s, c)| (s.time, value(c))).collect()
         };
         let curves = ran.iter().map(|(k, r)| Curve { name: *k, points: first(r) }).collect();
-        panel("first species", "time", (false, false), curves);
-        return Figure { names: members.iter().map(name).collect(), panels, columns: 2 };
+        let species = reference.species.first().map_or("species", String::as_str);
+        panel(species, "time", (false, false), curves);
+        return Figure { names: members.iter().map(name).collect(), panels, columns: 3 };
     }
-    panel("elastic energy", "time", (false, false), measured(|m| m.energy));
-    panel("largest displacement", "time", (false, false), measured(|m| m.amplitude));
-    panel("spots", "time", (false, false), measured(|m| real(m.spots)));
+    panel("elastic energy [energy]", "time", (false, false), measured(|m| m.energy));
+    panel("largest displacement [length]", "time", (false, false), measured(|m| m.amplitude));
+    panel("number of spots", "time", (false, false), measured(|m| real(m.spots)));
     Figure { names: members.iter().map(name).collect(), panels, columns: 3 }
+}
+
+/// Cost and largest distance of every member, at the edge where it has none: the reference and what
+/// agrees with it exactly below, what begins apart above, what failed in the corner.
+fn cost(members: &[Member], reference: &Ran) -> Vec<Curve> {
+    let mark = |(name, member): (usize, &Member)| {
+        let at = match &member.outcome {
+            Ok(ran) => {
+                let largest = ran.apart(reference).largest;
+                let distance = largest.map_or(f64::INFINITY, |(shape, species)| shape.max(species));
+                (ran.seconds(), distance)
+            }
+            Err(_) => (f64::INFINITY, f64::INFINITY),
+        };
+        Curve { name, points: vec![at] }
+    };
+    members.iter().enumerate().map(mark).collect()
 }
 
 /// Pictures of `members` side by side, a row each, coloured by the first species on one scale, at
@@ -93,48 +108,82 @@ pub fn contact_sheet(members: &[Member]) -> Result<Option<Picture>> {
     let columns = ran.iter().map(|(_, r)| r.states.len()).max().unwrap_or(0).min(ACROSS);
     let shapes = ran.iter().flat_map(|(_, r)| r.states.iter().map(|s| s.x.as_slice()));
     let view = View::of(shapes);
-    let values = || ran.iter().flat_map(|(_, r)| r.shown.iter().flatten().copied());
-    let (least, most) =
-        values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
-    // Those that did not run take a line.
-    let heights = members.iter().map(|m| if m.outcome.is_ok() { TILE + LINE } else { LINE });
-    let height = heights.sum::<usize>() + LINE;
+    // What no shape reaches, at the top and at the bottom of every tile, is left out.
+    let seen = view.rows(TILE);
+    let scale = Scale::of(ran.iter().flat_map(|(_, r)| r.shown.iter().flatten().copied()));
+    let row = |m: &Member| if m.outcome.is_ok() { 2 * LINE + seen.len() + GAP } else { LINE + GAP };
+    let height = members.iter().map(row).sum::<usize>() + LINE + GAP;
     let mut picture = Picture::blank(TILE * columns.max(2), height);
     let mut texts = Vec::new();
-    let mut top = 0;
+    let mut top = GAP;
     for member in members {
-        let Ok(ran) = &member.outcome else {
-            texts.push((format!("{}: failed", member.name), 8, top + 8));
-            top += LINE;
-            continue;
-        };
-        texts.push((member.name.clone(), 8, top + 8));
-        let count = ran.states.len();
-        for column in 0..columns.min(count) {
-            // The last state always, the others evenly before it.
-            let k = (count - 1) * (column + 1) / columns.min(count).max(1);
-            let colour: Vec<f64> = match ran.shown.get(k) {
-                Some(c) if most > least => c.iter().map(|c| (c - least) / (most - least)).collect(),
-                _ => vec![0.5; ran.states[k].x.len()],
-            };
-            let x: &[Vec3] = &ran.states[k].x;
-            let tile = sheet(x, ran.sheet.triangles(), &colour, &view, TILE);
-            picture.place(&tile, column * TILE, top + LINE);
-            texts.push((
-                format!("t = {}", label(ran.states[k].time, false)),
-                column * TILE + 8,
-                top + LINE,
-            ));
+        match &member.outcome {
+            Err(_) => texts.push((format!("{}: failed", member.name), GAP, top)),
+            Ok(ran) => {
+                texts.push((member.name.clone(), GAP, top));
+                for (column, k) in shown_states(ran.states.len(), columns).enumerate() {
+                    let state = &ran.states[k];
+                    let colour = scale.of_values(ran.shown.get(k), state.x.len());
+                    let tile = sheet(&state.x, ran.sheet.triangles(), &colour, &view, TILE);
+                    let left = column * TILE;
+                    picture.place(&tile.rows(seen.clone()), left, top + 2 * LINE);
+                    let time = format!("t = {}", label(state.time));
+                    texts.push((time, left + GAP, top + LINE));
+                }
+            }
         }
+        top += row(member);
     }
-    if least < most {
-        let scale = format!(
-            "colours from {} (dark) to {} (light)",
-            label(least, false),
-            label(most, false)
-        );
-        texts.push((scale, 8, height - LINE + 4));
-    }
+    let name = ran.iter().find_map(|(_, r)| r.species.first()).map_or("", String::as_str);
+    scale.draw(name, &mut picture, top, &mut texts);
     labelled(&mut picture, &texts)?;
     Ok(Some(picture))
+}
+
+/// Which of `count` states are shown in `columns` pictures: the last always, the others evenly
+/// before it.
+fn shown_states(count: usize, columns: usize) -> impl Iterator<Item = usize> {
+    let columns = columns.min(count);
+    (0..columns).map(move |column| count.saturating_sub(1) * (column + 1) / columns)
+}
+
+/// The values between which colours go from dark to light.
+struct Scale {
+    least: f64,
+    most: f64,
+}
+
+impl Scale {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let nothing = Self { least: f64::INFINITY, most: f64::NEG_INFINITY };
+        values.fold(nothing, |s, v| Self { least: s.least.min(v), most: s.most.max(v) })
+    }
+
+    /// Colours of `values` from 0 to 1; the middle for each of `count` where there are none, or all
+    /// are the same.
+    fn of_values(&self, values: Option<&Vec<f64>>, count: usize) -> Vec<f64> {
+        let span = self.most - self.least;
+        match values {
+            Some(values) if span > 0.0 => values.iter().map(|v| (v - self.least) / span).collect(),
+            _ => vec![0.5; count],
+        }
+    }
+
+    /// Draws a key to the colours of `name` at `top`.
+    fn draw(
+        &self,
+        name: &str,
+        picture: &mut Picture,
+        top: usize,
+        texts: &mut Vec<(String, usize, usize)>,
+    ) {
+        let [least, most] = [self.least, self.most].map(label);
+        if self.least < self.most {
+            texts.push((format!("{name} = {least}"), GAP, top));
+            picture.place(&ramp(KEY, LINE - GAP), KEY, top);
+            texts.push((most, 2 * KEY + GAP, top));
+        } else if self.least == self.most {
+            texts.push((format!("{name} = {least} everywhere"), GAP, top));
+        }
+    }
 }

@@ -20,18 +20,55 @@ pub struct Measures {
     /// Connected regions where the first species is above half way between its least and largest
     /// values.
     pub spots: usize,
-    /// Mean distance of a region's centre from the nearest other; NaN for fewer than two.
-    pub separation: f64,
+    /// Mean distance of a region's centre from the nearest other; none for fewer than two.
+    pub separation: Option<f64>,
 }
 
 /// Displacements below this share of the sheet's size are none.
 const STILL: f64 = 1e-6;
+/// What round-off of the alignment leaves, of the sheet's size, is no distance.
+const ROUND_OFF: f64 = 1e-13;
 
-/// Relative distances of two states: RMS of the difference of positions, after the rigid motion that
-/// makes it least, over the RMS displacement of `b`; and the largest over species of the same for
-/// their values.
+/// How far a field of one state is from that of another, each a root mean square.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Difference {
+    /// Of the difference.
+    pub distance: f64,
+    /// Of what it is compared with, or the least that counts if that is smaller.
+    pub size: f64,
+}
+
+impl Difference {
+    /// The distance as a share of the size.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        if self.distance == 0.0 { 0.0 } else { self.distance / self.size }
+    }
+}
+
+/// Differences of two states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Differences {
+    /// Of positions, after the rigid motion that makes them least, against the displacement.
+    pub shape: Difference,
+    /// Of every species, against its values.
+    pub species: Vec<Difference>,
+}
+
+impl Differences {
+    /// The species with the largest relative difference, and that difference.
+    #[must_use]
+    pub fn worst_species(&self) -> Option<(usize, Difference)> {
+        let by = |a: &(usize, Difference), b: &(usize, Difference)| {
+            a.1.relative().total_cmp(&b.1.relative())
+        };
+        self.species.iter().copied().enumerate().max_by(by)
+    }
+}
+
+/// How far `a` is from `b`.
 #[must_use]
-pub fn distance(a: &State, b: &State, rest: &[Vec3], typical: &[f64]) -> (f64, f64) {
+pub fn differences(a: &State, b: &State, rest: &[Vec3], typical: &[f64]) -> Differences {
     let rms = |v: &mut dyn Iterator<Item = f64>| -> f64 {
         let (mut sum, mut count) = (0.0, 0usize);
         for v in v {
@@ -46,16 +83,21 @@ pub fn distance(a: &State, b: &State, rest: &[Vec3], typical: &[f64]) -> (f64, f
     // A sheet that has not moved is compared with its size.
     let middle = rest.iter().sum::<Vec3>() / real(rest.len().max(1));
     let size = rms(&mut rest.iter().map(|r| (r - middle).norm_squared()));
-    let shape = if apart == 0.0 { 0.0 } else { apart / moved.max(STILL * size) };
     let species = a.species.iter().zip(&b.species).zip(typical).map(|((a, b), typical)| {
         let size = rms(&mut b.iter().map(|b| b * b)).max(1e-3 * typical);
-        rms(&mut a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))) / size
+        Difference { distance: rms(&mut a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))), size }
     });
-    (shape, species.fold(0.0, f64::max))
+    Differences {
+        shape: Difference {
+            distance: if apart > ROUND_OFF * size { apart } else { 0.0 },
+            size: moved.max(STILL * size),
+        },
+        species: species.collect(),
+    }
 }
 
 /// `from` moved rigidly so that it lies nearest to `to` (Kabsch, doi:10.1107/S0567739476001873).
-fn aligned(from: &[Vec3], to: &[Vec3]) -> Vec<Vec3> {
+pub(in crate::simulation) fn aligned(from: &[Vec3], to: &[Vec3]) -> Vec<Vec3> {
     let count = real(from.len().max(1));
     let centre = |x: &[Vec3]| x.iter().sum::<Vec3>() / count;
     let (a, b) = (centre(from), centre(to));
@@ -78,8 +120,7 @@ pub(super) fn measure(system: &mut System, state: &State) -> Measures {
     let sheet = system.mechanics().sheet().clone();
     let amplitude =
         sheet.rest().iter().zip(&state.x).map(|(r, x)| (x - r).norm()).fold(0.0, f64::max);
-    let mut measures =
-        Measures { time: state.time, energy, amplitude, spots: 0, separation: f64::NAN };
+    let mut measures = Measures { time: state.time, energy, amplitude, spots: 0, separation: None };
     let Some(chemistry) = system.chemistry() else { return measures };
     let at_vertices = chemistry.at_vertices(&sheet, &state.species);
     let Some(c) = at_vertices.first() else { return measures };
@@ -117,7 +158,7 @@ pub(super) fn measure(system: &mut System, state: &State) -> Measures {
             others.map(|(_, other)| (other - centres[k]).norm()).fold(f64::INFINITY, f64::min)
         };
         let sum: f64 = (0..centres.len()).map(nearest).sum();
-        measures.separation = sum / real(centres.len());
+        measures.separation = Some(sum / real(centres.len()));
     }
     measures
 }

@@ -9,7 +9,8 @@ mod measures;
 mod timescales;
 
 pub use drawn::{contact_sheet, figure};
-pub use measures::{Measures, distance};
+pub(super) use measures::aligned;
+pub use measures::{Difference, Differences, Measures, differences};
 pub use timescales::Timescales;
 
 use std::path::Path;
@@ -46,6 +47,8 @@ pub struct Ran {
     pub states: Vec<State>,
     /// Measures at the output times.
     pub measures: Vec<Measures>,
+    /// Names of the species.
+    pub species: Vec<String>,
     /// Typical magnitudes of the species.
     pub typical: Vec<f64>,
     /// The first species of every state at the vertices, if there are species.
@@ -61,8 +64,19 @@ pub struct Apart {
     pub course: Vec<(f64, f64, f64)>,
     /// Largest distances before the runs part: of shapes, of species; none if they begin apart.
     pub largest: Option<(f64, f64)>,
-    /// The first time at which a distance is beyond [`PARTED`], and the larger distance there.
-    pub parted: Option<(f64, f64)>,
+    /// Where a distance is first beyond [`PARTED`].
+    pub parted: Option<Parted>,
+}
+
+/// Where two runs part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parted {
+    /// The time.
+    pub time: f64,
+    /// The number of the species that differs most; `None` where shapes differ more.
+    pub species: Option<usize>,
+    /// By how much.
+    pub by: Difference,
 }
 
 impl Ran {
@@ -74,11 +88,18 @@ impl Ran {
             let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
                 continue;
             };
-            let (shape, species) = distance(state, same, self.sheet.rest(), &self.typical);
+            let found = differences(state, same, self.sheet.rest(), &self.typical);
+            let shape = found.shape.relative();
+            let worst = found.worst_species();
+            let species = worst.map_or(0.0, |(_, by)| by.relative());
             apart.course.push((state.time, shape, species));
             if apart.parted.is_none() {
                 if shape > PARTED || species > PARTED {
-                    apart.parted = Some((state.time, shape.max(species)));
+                    let (species, by) = match worst {
+                        Some((which, by)) if species > shape => (Some(which), by),
+                        _ => (None, found.shape),
+                    };
+                    apart.parted = Some(Parted { time: state.time, species, by });
                 } else {
                     let (a, b) = apart.largest.unwrap_or((0.0, 0.0));
                     apart.largest = Some((a.max(shape), b.max(species)));
@@ -91,7 +112,8 @@ impl Ran {
     /// Wall time of the steps: without the first relaxation and without output.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        (self.summary.wall - self.summary.output - self.summary.start).as_secs_f64()
+        let Summary { wall, output, start, .. } = self.summary;
+        wall.saturating_sub(output).saturating_sub(start).as_secs_f64()
     }
 }
 
@@ -111,10 +133,10 @@ pub fn member(
     // Room was made before the first member: what is left here is none of ours.
     let directory = ResultDirectory::prepare(root, true)?;
     record(&setup, &directory)?;
-    let typical = setup
+    let (species, typical) = setup
         .system
         .chemistry()
-        .map(|c| c.descriptor().species.iter().map(|s| s.typical).collect())
+        .map(|c| c.descriptor().species.iter().map(|s| (s.name.clone(), s.typical)).unzip())
         .unwrap_or_default();
     let sheet = setup.sheet.clone();
     let (mut states, mut measures, mut shown) = (Vec::new(), Vec::new(), Vec::new());
@@ -129,5 +151,5 @@ pub fn member(
     if summary.ending == run::Ending::Interrupted {
         return Err(Error::Solve(crate::solve::SolveError::Interrupted));
     }
-    Ok(Ran { summary, states, measures, typical, shown, sheet: setup.sheet })
+    Ok(Ran { summary, states, measures, species, typical, shown, sheet: setup.sheet })
 }
