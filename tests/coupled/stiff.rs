@@ -130,6 +130,52 @@ fn a_step_into_where_there_are_no_rates_is_made_shorter() {
     }
 }
 
+/// The shape rests to a force tolerance, which a soft direction turns into a distance far above the
+/// tolerance of the integration: the first step must not be charged with it.
+#[test]
+fn stiff_kinetics_on_a_sheet_start_from_a_shape_at_rest() {
+    let text = r#"
+[sheet]
+shape = "disc"
+radius = 5.0
+vertices = 60
+imperfection = { amplitude = 1e-2 }
+[material]
+young = 1e3
+poisson = 0.3333333333333333
+thickness = 0.5
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+[kinetics]
+plugin = "robertson"
+initial = { y1 = 1.0 }
+[time]
+policy = "quasi-static"
+until = 40.0
+"#;
+    let expected = [0.7158270687194, 9.185534764558e-6, 0.2841637457458];
+    for method in ["bdf", "tr-bdf2", "esdirk34"] {
+        for (rtol, allowed) in [(1e-4, 3e-2), (1e-6, 2e-3)] {
+            let atol = 1e-5 * rtol;
+            let integrator = format!(
+                "time.integrator={{kind=\"monolithic\",method=\"{method}\",rtol={rtol:e},atol={atol:e}}}"
+            );
+            let state = final_state(text, &[&integrator]);
+            for (values, expected) in state.species.iter().zip(expected) {
+                for c in values {
+                    assert!((c / expected - 1.0).abs() < allowed, "{method}, {rtol:e}: {c:e}");
+                }
+            }
+        }
+    }
+}
+
 /// What a point does not have is refused with the reason.
 #[test]
 fn a_point_has_no_shape() {
