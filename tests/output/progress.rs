@@ -73,3 +73,17 @@ fn every_mode_takes_odd_times() {
         }
     }
 }
+
+/// Work within a step is told where nothing was shown for long, and not more often.
+#[test]
+fn an_aside_waits_for_its_turn() {
+    let hour = Duration::from_secs(3600);
+    for (every, expected) in [(Duration::ZERO, 2), (hour, 0)] {
+        let page = Page::default();
+        let progress = Progress::lines_to(Box::new(page.clone()), every, 0.0, 2.0);
+        let aside = progress.aside();
+        aside.tell(&|| "half way".into());
+        aside.tell(&|| "nearly there".into());
+        assert_eq!(page.lines().len(), expected);
+    }
+}
