@@ -9,7 +9,8 @@ const FELT: f64 = 1e3;
 pub(super) fn on_effects(mechanics: &mut Mechanics, tolerance: f64, notes: &mut Vec<String>) {
     let names: Vec<String> = mechanics.names().map(str::to_owned).collect();
     for name in ["stretching", "bending"] {
-        if names.iter().filter(|n| *n == name).count() > 1 {
+        // Effects of one kind are numbered.
+        if names.contains(&format!("{name} 2")) {
             notes.push(format!("the scene lists {name} more than once: the energies add up"));
         }
     }
