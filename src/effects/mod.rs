@@ -27,7 +27,7 @@ pub use stretching::{
 };
 
 use crate::Vec3;
-use crate::geometry::{RestMetric, Shape};
+use crate::geometry::{AreaRule, RestMetric, Shape};
 use crate::kinetics::{Descriptor, Location};
 use crate::sheet::Sheet;
 use crate::solve::linear::BlockMatrix;
@@ -62,6 +62,12 @@ impl Material {
 pub trait EffectSpec: std::fmt::Debug + Send + Sync {
     /// What the effect is called in results.
     fn name(&self) -> String;
+
+    /// The rule by which it gives areas to vertices, if it has one: the scene's signals, fields and
+    /// reports then go by the same.
+    fn vertex_area(&self) -> Option<AreaRule> {
+        None
+    }
 
     /// Binds it to a sheet, a material and the species there are.
     ///
@@ -171,7 +177,7 @@ pub enum HessianPart {
 
 /// An effect with an energy `U(x; l̄)`.
 pub trait Energy: Send + Sync {
-    /// Name under which the ledger and `inspect` list it.
+    /// Name under which the ledger and `inspect` list it; they number those that share one.
     fn name(&self) -> &str;
 
     /// Takes notice of new optimal lengths; called before the first evaluation.

@@ -1,6 +1,7 @@
 //! How far a run is: a bar on a terminal, a line now and then elsewhere, or nothing.
 
 use std::io::{IsTerminal, Write};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -30,6 +31,9 @@ impl Mode {
 /// that the log of a long one stays readable.
 pub const INTERVAL: Duration = Duration::from_secs(5);
 
+/// The same of a bar's text.
+const REDRAW: Duration = Duration::from_millis(500);
+
 /// Ticks of the bar from start to end.
 const TICKS: u16 = 1000;
 
@@ -56,7 +60,7 @@ enum Sink {
 
 /// Shows how far a run is between two times.
 pub struct Progress {
-    sink: Sink,
+    sink: Arc<Mutex<Sink>>,
     start: f64,
     end: f64,
     began: Instant,
@@ -93,6 +97,7 @@ impl Progress {
     }
 
     fn with_sink(sink: Sink, start: f64, end: f64) -> Self {
+        let sink = Arc::new(Mutex::new(sink));
         Self {
             sink,
             start,
@@ -109,7 +114,7 @@ impl Progress {
         self.remaining.step(self.began.elapsed().as_secs_f64(), line.time);
         let text = self.describe(line);
         let share = self.share(line.time);
-        self.last_shown = match &mut self.sink {
+        self.last_shown = match &mut *lock(&self.sink) {
             Sink::Silent => true,
             Sink::Bar(bar) => {
                 let ticks = crate::num::whole(share * f64::from(TICKS)) as u64;
@@ -129,9 +134,15 @@ impl Progress {
         self.last = Some(line.clone());
     }
 
+    /// What tells of work within a step while it is under way.
+    #[must_use]
+    pub fn aside(&self) -> Aside {
+        Aside { sink: Arc::clone(&self.sink), told: Mutex::new(Instant::now()) }
+    }
+
     /// Shows `text` once, above the bar if there is one.
     pub fn message(&mut self, text: &str) {
-        match &mut self.sink {
+        match &mut *lock(&self.sink) {
             Sink::Silent => {}
             Sink::Bar(bar) => bar.println(text),
             Sink::Lines { writer, .. } => say(writer, text),
@@ -139,9 +150,9 @@ impl Progress {
     }
 
     /// Shows the last step if it was not shown, and leaves the terminal as it was.
-    pub fn finish(mut self) {
+    pub fn finish(self) {
         let text = self.last.as_ref().map(|line| self.describe(line));
-        match (&mut self.sink, text) {
+        match (&mut *lock(&self.sink), text) {
             (Sink::Bar(bar), _) => bar.abandon(),
             (Sink::Lines { writer, .. }, Some(text)) if !self.last_shown => say(writer, &text),
             _ => {}
@@ -168,6 +179,40 @@ impl Progress {
         }
         text
     }
+}
+
+/// Tells of work within a step: on the bar, or as a line where none was shown for long.
+pub struct Aside {
+    sink: Arc<Mutex<Sink>>,
+    told: Mutex<Instant>,
+}
+
+impl Aside {
+    /// Shows `text` if it is time to; cheap enough to be asked again and again.
+    pub fn tell(&self, text: &dyn Fn() -> String) {
+        let mut told = lock(&self.told);
+        let mut sink = lock(&self.sink);
+        let due = match &*sink {
+            Sink::Silent => false,
+            Sink::Bar(_) => told.elapsed() >= REDRAW,
+            Sink::Lines { every, shown, .. } => shown.unwrap_or(*told).elapsed() >= *every,
+        };
+        if due {
+            *told = Instant::now();
+            match &mut *sink {
+                Sink::Silent => {}
+                Sink::Bar(bar) => bar.set_message(text()),
+                Sink::Lines { writer, shown, .. } => {
+                    say(writer, &text());
+                    *shown = Some(*told);
+                }
+            }
+        }
+    }
+}
+
+fn lock<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
+    what.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Progress is a courtesy: a closed pipe must not end a run.

@@ -3,8 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::Setup;
-use crate::effects::Bending;
-use crate::geometry::{Curvature, VertexArea};
+use crate::geometry::Curvature;
 use crate::kinetics::Location;
 use crate::sheet::{SheetError, Surface};
 use crate::{Error, Result, Vec3};
@@ -103,8 +102,8 @@ pub fn inspect(setup: &mut Setup) -> Result<Value> {
     }
     energy.insert("total".into(), json!(energies.iter().sum::<f64>()));
     force.insert("total".into(), vectors(&total));
-    let area = VertexArea::new(&sheet, Bending::default().area);
-    let curvature = mechanics.with_shape(&state.x, |s| Curvature::of(s, &area));
+    let area = &setup.area;
+    let curvature = mechanics.with_shape(&state.x, |s| Curvature::of(s, area));
     let length: Vec<f64> = sheet
         .edges()
         .iter()

@@ -19,7 +19,7 @@ mod watch;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::effects::{Bending, Effect, EffectContext, Material};
+use crate::effects::{Effect, EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location, Search, Signal, SignalRead};
 use crate::scene::{Scene, SheetSource};
@@ -35,6 +35,8 @@ pub use fields::Fields;
 pub struct Setup {
     /// The sheet.
     pub sheet: Arc<Sheet>,
+    /// The areas of its vertices: one rule for forces, signals, fields and reports.
+    pub area: VertexArea,
     /// Its system.
     pub system: System,
     /// Its start, not yet relaxed.
@@ -163,7 +165,8 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
         let help = "add [[effect]] kind = \"stretching\"";
         return Err(scene.error_at("effect", message, Some(help)).into());
     };
-    let area = VertexArea::new(&sheet, Bending::default().area);
+    let rule = scene.effects.iter().find_map(|effect| effect.vertex_area());
+    let area = VertexArea::new(&sheet, rule.unwrap_or_default());
     let rest_area = rest_areas(&sheet);
     let parameters = match &laws {
         Some(laws) => laws::parameter_fields(scene, &sheet, location, laws)?,
@@ -184,12 +187,13 @@ pub fn prepare(scene: &Scene, search: &Search) -> Result<Setup> {
         .integrator
         .build(policy)
         .map_err(|e| scene.error_at("time.integrator", &e.to_string(), None))?;
-    let fields = Fields::new(scene, chemistry.as_ref(), area, rest_area, &material)?;
+    let fields = Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, &material)?;
     let (tolerance, iterations) =
         (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
     let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
     let system = System::new(mechanics, chemistry, equilibrium, tolerance, iterations, drag);
-    Ok(Setup { sheet, system, state, integrator, plugins, fields, notes, faults: Vec::new() })
+    let faults = Vec::new();
+    Ok(Setup { sheet, area, system, state, integrator, plugins, fields, notes, faults })
 }
 
 /// Says where the point is that an error blames.

@@ -99,6 +99,8 @@ pub fn observed(
 ) -> Result<Summary> {
     let began = Instant::now();
     setup.system.set_interrupt(move || interrupt.requested());
+    let aside = progress.aside();
+    setup.system.set_listener(move |text| aside.tell(text));
     let compression = scene.output.compression;
     // A point has no frames: its solution is the ledger.
     let space = !setup.sheet.triangles().is_empty();

@@ -4,6 +4,11 @@
 //! What is seen are saddles on which a relaxation comes to rest: perfectly flat or symmetric ones. A
 //! sheet with an imperfection grows past its buckling point along a smooth branch of stable shapes,
 //! and one that snaps is seen after it has come to rest elsewhere; neither is an event.
+//!
+//! Where the policy gives the shape storage it does not rest: states are counted as they are, and
+//! nothing is relaxed, which would replace the motion by its end. Of such states those are displaced
+//! along their mode that no force pulls that way, flat or symmetric ones; the motion under drag does
+//! the rest.
 
 use std::path::Path;
 
@@ -25,6 +30,10 @@ const REMEDY: &str = "nothing leaves it by itself: break the symmetry of the sta
                       sheet.imperfection or sheet.bump, or follow the mode with stability.perturb";
 /// The event of a displacement along a mode that came to nothing.
 const FELL_BACK: &str = "not left along the mode";
+/// The event of a displacement of a shape that moves on from there.
+const DISPLACED: &str = "displaced along the mode";
+/// A force along a mode counts as none below this share of what a displacement would bring.
+const NO_PULL: f64 = 1e-3;
 /// The event of a first equilibrium that is none.
 const AT_START: &str = "saddle at the start";
 /// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
@@ -37,6 +46,8 @@ pub(super) struct Watch {
     events: Events,
     modes: usize,
     perturb: Option<f64>,
+    /// Whether the shape has storage, and so moves rather than rests.
+    moving: bool,
     directory: ResultDirectory,
     compression: Compression,
     written: usize,
@@ -64,6 +75,7 @@ impl Watch {
             events: Events::create(&directory.events())?,
             modes: spec.modes.get(),
             perturb: spec.perturb.map(f64::from),
+            moving: scene.time.policy.storage().mechanics > 0.0,
             directory: directory.clone(),
             compression: scene.output.compression,
             written: 0,
@@ -94,7 +106,8 @@ impl Watch {
             (Some(true), false) => "stability regained",
             _ => "",
         };
-        let leaves = now && self.perturb.is_some();
+        // A shape that moves is asked once, when directions down appear: modes cost many solves.
+        let leaves = now && self.perturb.is_some() && !(self.moving && kind.is_empty());
         if kind.is_empty() && !leaves {
             return Ok(crate::num::real(inertia.negative));
         }
@@ -103,7 +116,15 @@ impl Watch {
             self.tell(setup, kind, inertia.negative, &modes, progress)?;
         }
         match (self.perturb, modes.first()) {
-            (Some(by), Some(mode)) if leaves => self.leave(setup, mode, by, work, progress),
+            (Some(by), Some(mode)) if leaves && !self.moving => {
+                self.leave(setup, mode, by, work, progress)
+            }
+            (Some(by), Some(mode)) if leaves && self.is_stuck(setup, mode, by) => {
+                displace(setup, mode, by)?;
+                work.residual = setup.system.residual(&setup.state);
+                self.tell(setup, DISPLACED, inertia.negative, &modes, progress)?;
+                Ok(crate::num::real(inertia.negative))
+            }
             _ => Ok(crate::num::real(inertia.negative)),
         }
     }
@@ -133,6 +154,17 @@ impl Watch {
         }
     }
 
+    /// Whether nothing pulls the shape along `mode` that a displacement by so much would not exceed
+    /// by far: it then stays where it is in that direction.
+    fn is_stuck(&self, setup: &mut Setup, mode: &Mode, by: f64) -> bool {
+        let mut gradient = vec![Vec3::zeros(); mode.shape.len()];
+        setup.system.mechanics().energy_gradient(&setup.state.x, &mut gradient);
+        let pull: f64 = gradient.iter().zip(&mode.shape).map(|(g, v)| g.dot(v)).sum();
+        let mass = self.stability.mass().iter().zip(&mode.shape);
+        let weight: f64 = mass.map(|(mass, v)| mass * v.norm_squared()).sum();
+        pull.abs() <= NO_PULL * (mode.eigenvalue * by).abs() * weight
+    }
+
     /// Displaces the shape along `mode` and relaxes; returns the directions down there.
     fn leave(
         &mut self,
@@ -143,9 +175,7 @@ impl Watch {
         progress: &mut Progress,
     ) -> Result<f64> {
         let saddle = setup.state.x.clone();
-        for (x, v) in setup.state.x.iter_mut().zip(&mode.shape) {
-            *x += by * v;
-        }
+        displace(setup, mode, by)?;
         match setup.system.relax(&mut setup.state) {
             Ok(done) => work.add(&done),
             Err(error) => {
@@ -195,13 +225,26 @@ impl Watch {
         if kind == FELL_BACK {
             text += "; a larger stability.perturb may leave it";
         }
-        if negative > 0 && self.perturb.is_none() {
+        // What moves may be on its way already.
+        if negative > 0 && self.perturb.is_none() && (kind == AT_START || !self.moving) {
             text += "; ";
             text += if kind == AT_START { REMEDY } else { LATER };
         }
         progress.message(&text);
         Ok(())
     }
+}
+
+/// Moves the shape along `mode`.
+///
+/// # Errors
+/// If the plugin fails there; the shape is as before then.
+fn displace(setup: &mut Setup, mode: &Mode, by: f64) -> Result<()> {
+    let before = setup.state.x.clone();
+    for (x, v) in setup.state.x.iter_mut().zip(&mode.shape) {
+        *x += by * v;
+    }
+    setup.system.follow(&setup.state).inspect_err(|_| setup.state.x = before)
 }
 
 /// A relative path as every system writes it.

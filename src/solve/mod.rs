@@ -83,6 +83,14 @@ fn end_of_fixed_step(time: f64, step: f64, until: f64) -> f64 {
     if until - end < 1e-9 * step { until } else { end }
 }
 
+/// How far `what` is on its way through one step of the coupling, in words.
+fn under_way(what: &str, (from, now, until): (f64, f64, f64)) -> String {
+    let percent = 100.0 * (now - from) / (until - from);
+    // Of a way of millions of steps the first per cent is long in coming.
+    let percent = if percent < 0.1 { format!("{percent:.1e}") } else { format!("{percent:.1}") };
+    format!("time {from:.6}: {what}, {percent} % of a step of {:.3e}", until - from)
+}
+
 /// What one accepted step did.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepReport {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::chemistry::relax_chemistry;
 use super::equilibrium::Relaxation;
-use super::ode::{Equations, OdeMethod, OdeProblem, Options, Stepper, problem};
+use super::ode::{Equations, OdeMethod, OdeProblem, Options, Stepper, make_consistent, problem};
 use super::{Integrator, IntegratorSpec, SolveError, StepReport};
 use crate::Result;
 use crate::num::checked::Positive;
@@ -117,9 +117,6 @@ impl OdeProblem for OnLoan {
     }
 
     fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<()> {
-        if self.system.interrupted() {
-            return Err(SolveError::Interrupted.into());
-        }
         self.coupled.residual(&mut self.system, time, y, out)?;
         for (out, scale) in out.iter_mut().zip(&self.scale) {
             *out *= scale;
@@ -221,8 +218,12 @@ impl InOnePiece {
             span: until - state.time,
         };
         let scale = coupled.mass().iter().map(|m| if *m == 0.0 { 1.0 } else { 1.0 / m }).collect();
-        let loan =
+        let mut loan =
             OnLoan { system: std::mem::take(system), coupled, scale, matrix: Sparse::default() };
+        if let Err(error) = make_consistent(&mut loan, state.time, &mut start, &options) {
+            *system = loan.system;
+            return Err(error);
+        }
         let implicit = self.method.is_implicit();
         let equations =
             Equations::new(loan, state.time, start, implicit).map_err(|(loan, e)| {

@@ -24,9 +24,9 @@
 //! estimate. A shape with storage moves by TR-BDF2 under error control (`monolithic`), the
 //! chemistry settles as in `chemistry::steady`.
 //!
-//! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a fiftieth of
-//! the coupling tolerance: unless the scene chooses another, the stabilised explicit one, so that
-//! diffusion does not limit Δt. What the second round changes estimates the error that lagging
+//! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a tolerance
+//! such that its error is a small share of the coupling tolerance, whatever that is: unless the scene
+//! chooses another, the stabilised explicit one, so that diffusion does not limit Δt. What the second round changes estimates the error that lagging
 //! signals cause, in the species and, where the shape has storage, in the shape; heun keeps the
 //! better values and so is of second order in the coupling. The step follows from
 //!
@@ -45,7 +45,7 @@ use serde::{Deserialize, Serialize};
 use super::chemistry::{ChemistryMethod, ChemistrySteps, relax_chemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::InOnePiece;
-use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step};
+use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step, under_way};
 use crate::num::checked::Positive;
 use crate::state::State;
 use crate::system::{Course, SignalColumns, System};
@@ -63,10 +63,16 @@ const QUIET: f64 = 0.1;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
 const EULER_SLACK: f64 = 1e-2;
-/// Tolerance of the chemistry within a step, relative to that of the coupling.
+/// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`USUAL`].
 const INNER: f64 = 0.02;
 /// The same of a shape that moves under drag: its solution is costly.
 const INNER_OF_SHAPE: f64 = 0.1;
+/// The tolerance that a scene has if it gives none.
+const USUAL: f64 = 1e-2;
+/// Tolerances within a step are not above this share of that of the coupling,
+const LOOSEST_INNER: f64 = 0.2;
+/// nor, relative to the solution, below this: rounding would not let a step meet them.
+const FINEST_INNER: f64 = 1e-13;
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,7 +108,7 @@ fn default_step() -> Positive {
 }
 
 fn default_tolerance() -> Positive {
-    positive(1e-2)
+    positive(USUAL)
 }
 
 /// How a staggered step is made.
@@ -143,8 +149,13 @@ impl IntegratorSpec for StaggeredSpec {
             Method::Euler => ChemistryMethod::Euler,
             Method::Heun => ChemistryMethod::Chebyshev,
         });
-        let chemistry = ChemistrySteps::new(chemistry);
-        Ok(Box::new(Staggered { spec: self.clone(), chemistry, step: self.step.get(), policy }))
+        Ok(Box::new(Staggered {
+            spec: self.clone(),
+            power: chemistry.power(),
+            chemistry: ChemistrySteps::new(chemistry),
+            step: self.step.get(),
+            policy,
+        }))
     }
 }
 
@@ -154,6 +165,8 @@ crate::register_kind!(dyn IntegratorSpec, "staggered", StaggeredSpec);
 struct Staggered {
     spec: StaggeredSpec,
     chemistry: ChemistrySteps,
+    /// [`ChemistryMethod::power`] of the chemistry's method.
+    power: f64,
     step: f64,
     policy: Storage,
 }
@@ -181,12 +194,21 @@ impl Integrator for Staggered {
 }
 
 impl Staggered {
-    /// Tolerances within a step.
+    /// Tolerances of the chemistry within a step.
     fn inner(&self) -> (f64, f64) {
-        match self.spec.method {
-            Method::Euler => (EULER_SLACK * INNER, EULER_SLACK * INNER),
-            Method::Heun => (INNER * self.spec.rtol.get(), INNER * self.spec.atol.get()),
-        }
+        self.inner_of(INNER, self.power)
+    }
+
+    /// Tolerances within a step for a method whose error falls with this power of them, so that the
+    /// error is proportional to the tolerance of the coupling.
+    fn inner_of(&self, share: f64, power: f64) -> (f64, f64) {
+        let (rtol, atol) = match self.spec.method {
+            Method::Euler => return (EULER_SLACK * share, EULER_SLACK * share),
+            Method::Heun => (self.spec.rtol.get(), self.spec.atol.get()),
+        };
+        let share = share * (rtol / USUAL).powf(1.0 / power - 1.0);
+        let share = share.max(FINEST_INNER / rtol).min(LOOSEST_INNER);
+        (share * rtol, share * atol)
     }
 
     /// X: lets the shape of `next` follow from `state` while the species go to those of `next`.
@@ -206,12 +228,12 @@ impl Staggered {
         let mut moving = state.clone();
         let course =
             Course::new((state.time, state.species.clone()), (next.time, next.species.clone()));
-        let (rtol, atol) = self.inner();
-        let loose = INNER_OF_SHAPE / INNER;
-        let inner = (loose * rtol, loose * atol);
+        let inner = self.inner_of(INNER_OF_SHAPE, ChemistryMethod::TrBdf2.power());
         let mut mover = InOnePiece::of_shape(self.policy, inner, course);
         let mut done = Relaxation::default();
         while moving.time < next.time {
+            let way = (state.time, moving.time, next.time);
+            system.tell(|| under_way("moving the shape", way));
             done.add(&mover.advance(system, &mut moving, next.time)?.relaxation);
         }
         next.x = moving.x;

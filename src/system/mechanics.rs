@@ -19,6 +19,7 @@ pub struct Mechanics {
     sheet: Arc<Sheet>,
     metric: RestMetric,
     energies: Vec<Box<dyn Energy>>,
+    names: Vec<String>,
     pins: Pins,
     /// The vertices with pins.
     pinned: Vec<usize>,
@@ -37,7 +38,8 @@ impl Mechanics {
     ) -> Result<Self, SheetError> {
         let metric = RestMetric::new(&sheet)?;
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
-        let mut mechanics = Self { sheet, metric, energies, pins, pinned, force_scale: 0.0 };
+        let names = numbered(energies.iter().map(|e| e.name()));
+        let mut mechanics = Self { sheet, metric, energies, names, pins, pinned, force_scale: 0.0 };
         mechanics.announce_metric();
         Ok(mechanics)
     }
@@ -86,9 +88,9 @@ impl Mechanics {
         self.energies.is_empty()
     }
 
-    /// Names of the effects with an energy, in the scene's order.
+    /// Names of the effects with an energy, in the scene's order: no two are the same.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.energies.iter().map(|e| e.name())
+        self.names.iter().map(String::as_str)
     }
 
     /// Sets the length factor Φ of every edge.
@@ -186,4 +188,17 @@ impl Mechanics {
         });
         worst <= 0.0
     }
+}
+
+/// Names with a number after those that came before: load, load 2, load 3.
+fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut seen: Vec<&str> = Vec::new();
+    let number = |name: &'a str| {
+        seen.push(name);
+        match seen.iter().filter(|earlier| **earlier == name).count() {
+            1 => name.to_owned(),
+            count => format!("{name} {count}"),
+        }
+    };
+    names.map(number).collect()
 }

@@ -41,9 +41,13 @@ pub struct System {
     max_iterations: usize,
     drag: f64,
     interrupted: Box<dyn Fn() -> bool + Send + Sync>,
+    listener: Box<Listener>,
     /// The shape that the transport belongs to.
     followed: Vec<Vec3>,
 }
+
+/// Who is told of long work; asks for the text only where it shows it.
+type Listener = dyn Fn(&dyn Fn() -> String) + Send + Sync;
 
 impl Default for System {
     /// No sheet and no effects: what stays behind where a system is lent.
@@ -72,6 +76,7 @@ impl System {
             max_iterations,
             drag,
             interrupted: Box::new(|| false),
+            listener: Box::new(|_| ()),
             followed: Vec::new(),
         }
     }
@@ -85,6 +90,16 @@ impl System {
     #[must_use]
     pub fn interrupted(&self) -> bool {
         (self.interrupted)()
+    }
+
+    /// Sets who is told, again and again, what long work within a step is about.
+    pub fn set_listener(&mut self, tell: impl Fn(&dyn Fn() -> String) + Send + Sync + 'static) {
+        self.listener = Box::new(tell);
+    }
+
+    /// Tells what is being done, and how far it is.
+    pub fn tell(&self, text: impl Fn() -> String) {
+        (self.listener)(&text);
     }
 
     /// Drag of a vertex, force per velocity.

@@ -1,7 +1,12 @@
 //! The chemistry between two shapes: every method against a reference, and its order.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+use rumple::Error;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
+use rumple::solve::SolveError;
 use rumple::state::State;
 
 use super::{DOME, distance, final_state};
@@ -132,5 +137,73 @@ until = 1.0
     assert!(bound(&slow) > 0, "nothing stays bound");
     for (a, b) in setup.state.species[0].iter().zip(&slow.species[0]) {
         assert!((a - b).abs() < 1e-3, "{a} {b}");
+    }
+}
+
+/// What a system was told to stop after so many questions said, and whether it stopped for that.
+fn interrupted(
+    setup: &mut rumple::simulation::Setup,
+    questions: usize,
+    work: impl FnOnce(&mut rumple::simulation::Setup) -> rumple::Result<()>,
+) -> (bool, Vec<String>) {
+    let asked = AtomicUsize::new(0);
+    setup.system.set_interrupt(move || asked.fetch_add(1, Ordering::SeqCst) >= questions);
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let heard = Arc::clone(&told);
+    setup.system.set_listener(move |text| heard.lock().unwrap().push(text()));
+    let stopped = matches!(work(setup), Err(Error::Solve(SolveError::Interrupted)));
+    let told = told.lock().unwrap().clone();
+    (stopped, told)
+}
+
+/// Diffusion so fast that a step of the coupling takes millions of sub-steps.
+#[test]
+fn long_sub_steps_ask_whether_to_go_on_and_tell_how_far_they_are() {
+    for method in METHODS.into_iter().filter(|method| *method != "euler") {
+        let integrator =
+            format!("time.integrator={{kind=\"staggered\",chemistry=\"{method}\",step=0.1}}");
+        let policy = "time.policy=\"quasi-static\"";
+        let keys = [policy, &integrator, "effect[4].coefficient=1e12"];
+        let (_, mut setup) = crate::common::prepare(DOME, &keys);
+        setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap();
+        let (stopped, told) = interrupted(&mut setup, 20, |setup| {
+            setup.integrator.advance(&mut setup.system, &mut setup.state, 1.0).map(drop)
+        });
+        assert!(stopped, "{method}");
+        assert!(told.iter().any(|t| t.contains("integrating the chemistry")), "{method}: {told:?}");
+    }
+}
+
+#[test]
+fn settling_asks_whether_to_go_on_and_tells_how_far_it_is() {
+    let (_, mut setup) = crate::common::prepare(DOME, &[]);
+    let (stopped, told) = interrupted(&mut setup, 4, |setup| {
+        let (system, state) = (&mut setup.system, &mut setup.state);
+        rumple::solve::chemistry::relax_chemistry(system, state, (1e-6, 1e-6)).map(drop)
+    });
+    assert!(stopped);
+    assert!(told.iter().any(|t| t.contains("settling the chemistry, step 1")), "{told:?}");
+}
+
+/// Errors are proportional to the tolerance over three decades, without space and with diffusion.
+#[test]
+fn errors_of_sub_steps_are_proportional_to_the_tolerance() {
+    let spread = BRUSSELATOR
+        .replace("shape = \"point\"", "shape = \"disc\"\nradius = 5.0\nvertices = 60")
+        .replace("u = 1.0", "u = { gaussian = { width = 2.0, amplitude = 1.0 } }")
+        + "[[effect]]\nkind = \"diffusion\"\nspecies = \"u\"\ncoefficient = 2.0\n";
+    for text in [BRUSSELATOR, &spread] {
+        let fine = "time.integrator={kind=\"monolithic\",rtol=1e-10,atol=1e-12}";
+        let reference = final_state(text, &[fine]);
+        for method in ["chebyshev", "tr-bdf2", "esdirk34"] {
+            let shares = [1e-3, 1e-4, 1e-5, 1e-6].map(|tolerance| {
+                let state = staggered(text, method, tolerance);
+                let pairs = state.species.iter().flatten().zip(reference.species.iter().flatten());
+                pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / tolerance
+            });
+            let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = shares.iter().copied().fold(0.0, f64::max);
+            assert!(most < 1.0 && most < 3.0 * least, "{method}: error over tolerance {shares:?}");
+        }
     }
 }

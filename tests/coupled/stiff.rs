@@ -3,6 +3,7 @@
 //! Digits: IVP test set (`rober`, `vdpol`, `hires`, `orego`).
 
 use super::final_state;
+use crate::common::prepare;
 
 fn point(plugin: &str, initial: &str, until: f64) -> String {
     format!(
@@ -84,6 +85,95 @@ fn oregonator() {
     let text = |until| point("oregonator", "y1 = 1.0, y2 = 2.0, y3 = 3.0", until);
     check(&text(30.0), &[1.000661467180497, 1512.778937348249, 10358.54312767229]);
     check(&text(360.0), &[1.000814870318523, 1228.178521549917, 132.0554942846706]);
+}
+
+/// A step may end within round-off of an output time; the run goes on from there.
+#[test]
+fn a_run_goes_on_after_every_output_time() {
+    let text = point("robertson", "y1 = 1.0", 10.0);
+    let implicit = ["bdf", "tr-bdf2", "esdirk34"];
+    let monolithic = implicit.map(|m| format!("kind=\"monolithic\",method=\"{m}\""));
+    let staggered = implicit.map(|m| format!("kind=\"staggered\",chemistry=\"{m}\""));
+    for integrator in monolithic.iter().chain(&staggered) {
+        for every in [1.0, 0.7, 1.0 / 3.0, 0.1, 0.07, 0.03, 0.01] {
+            let (_, mut setup) = prepare(&text, &[&format!("time.integrator={{{integrator}}}")]);
+            setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap();
+            let mut count = 1.0;
+            while setup.state.time < 10.0 {
+                let target = f64::min(count * every, 10.0);
+                while setup.state.time < target {
+                    setup
+                        .integrator
+                        .advance(&mut setup.system, &mut setup.state, target)
+                        .unwrap_or_else(|e| panic!("{integrator}, every {every}: {e}"));
+                }
+                assert_eq!(setup.state.time.to_bits(), target.to_bits(), "{integrator}, {every}");
+                count += 1.0;
+            }
+        }
+    }
+}
+
+/// A first step that is much too long ends where the rates overflow, which the explicit method's
+/// error estimate does not see.
+#[test]
+fn a_step_into_where_there_are_no_rates_is_made_shorter() {
+    let text = point("van-der-pol", "y1 = 2.0", 1e-3);
+    let at = |integrator: &str| {
+        let keys = ["time.policy=\"simultaneous\"", &format!("time.integrator={{{integrator}}}")];
+        final_state(&text, &keys).species.concat()
+    };
+    let expected = at("kind=\"monolithic\",rtol=1e-8,atol=1e-10");
+    let found = at("kind=\"explicit\",method=\"tsit45\",step=0.1,rtol=1e-6,atol=1e-8");
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    }
+}
+
+/// The shape rests to a force tolerance, which a soft direction turns into a distance far above the
+/// tolerance of the integration: the first step must not be charged with it.
+#[test]
+fn stiff_kinetics_on_a_sheet_start_from_a_shape_at_rest() {
+    let text = r#"
+[sheet]
+shape = "disc"
+radius = 5.0
+vertices = 60
+imperfection = { amplitude = 1e-2 }
+[material]
+young = 1e3
+poisson = 0.3333333333333333
+thickness = 0.5
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+[kinetics]
+plugin = "robertson"
+initial = { y1 = 1.0 }
+[time]
+policy = "quasi-static"
+until = 40.0
+"#;
+    let expected = [0.7158270687194, 9.185534764558e-6, 0.2841637457458];
+    for method in ["bdf", "tr-bdf2", "esdirk34"] {
+        for (rtol, allowed) in [(1e-4, 3e-2), (1e-6, 2e-3)] {
+            let atol = 1e-5 * rtol;
+            let integrator = format!(
+                "time.integrator={{kind=\"monolithic\",method=\"{method}\",rtol={rtol:e},atol={atol:e}}}"
+            );
+            let state = final_state(text, &[&integrator]);
+            for (values, expected) in state.species.iter().zip(expected) {
+                for c in values {
+                    assert!((c / expected - 1.0).abs() < allowed, "{method}, {rtol:e}: {c:e}");
+                }
+            }
+        }
+    }
 }
 
 /// What a point does not have is refused with the reason.

@@ -184,3 +184,17 @@ fn durations_have_two_figures_at_most() {
         assert_eq!(duration(seconds), text);
     }
 }
+
+/// Work within a step is told where nothing was shown for long, and not more often.
+#[test]
+fn an_aside_waits_for_its_turn() {
+    let hour = Duration::from_secs(3600);
+    for (every, expected) in [(Duration::ZERO, 2), (hour, 0)] {
+        let page = Page::default();
+        let progress = Progress::lines_to(Box::new(page.clone()), every, 0.0, 2.0);
+        let aside = progress.aside();
+        aside.tell(&|| "half way".into());
+        aside.tell(&|| "nearly there".into());
+        assert_eq!(page.lines().len(), expected);
+    }
+}

@@ -80,3 +80,59 @@ fn numbers_are_those_of_the_definitions() {
         assert!(f[..free].iter().all(|f| f.abs() < 2e-6 * unit), "vertex {i}: {f:?}");
     }
 }
+
+/// One area of a vertex in a scene: that of the bending energy, in reports, signals and rates.
+#[test]
+fn signals_and_rates_go_by_the_areas_of_the_bending_energy() {
+    let at = |rule: &str| {
+        let (_, mut setup) = prepare(&[&format!("effect[1].area=\"{rule}\"")]);
+        // Off the plane by more than the start, without a relaxation that depends on the rule.
+        for x in &mut setup.state.x {
+            x.z = 1e-2 * x.x * x.x + 0.02 * (x.x + 2.0 * x.y).sin();
+        }
+        let result = inspect::inspect(&mut setup).unwrap();
+        let columns = setup.system.signals(&setup.state);
+        assert_eq!(columns[0], numbers(&result["mean_curvature"]), "{rule}");
+        (setup, result)
+    };
+    let (setup, thirds) = at("barycentric");
+    let (sheet, x) = (&setup.sheet, &setup.state.x);
+    let mut area = vec![0.0; x.len()];
+    for t in sheet.triangles() {
+        let [a, b, c] = t.map(|v| x[v as usize]);
+        for v in t {
+            area[*v as usize] += (b - a).cross(&(c - a)).norm() / 6.0;
+        }
+    }
+    for (told, area) in numbers(&thirds["vertex_area"]).iter().zip(&area) {
+        assert!((told / area - 1.0).abs() < 1e-12, "{told} {area}");
+    }
+    let (_, frozen) = at("frozen-voronoi");
+    let [a, b] = [&thirds, &frozen].map(|r| numbers(&r["reaction"]["c"]));
+    let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart > 1e-3, "rates differ by {apart:e} at most");
+    // H A is the same vector by any rule.
+    let [ha, hb] = [&thirds, &frozen].map(|r| {
+        let (h, area) = (numbers(&r["mean_curvature"]), numbers(&r["vertex_area"]));
+        h.iter().zip(&area).map(|(h, a)| h * a).collect::<Vec<_>>()
+    });
+    assert!(ha.iter().zip(&hb).all(|(a, b)| (a - b).abs() < 1e-12));
+}
+
+#[test]
+fn effects_of_the_same_kind_have_names_of_their_own() {
+    let load = |z: f64| {
+        format!(
+            "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = {{ total = [0.0, 0.0, {z}] }}"
+        )
+    };
+    let (_, mut setup) = prepare(&[&load(1.0), &load(2.0)]);
+    let names: Vec<String> = setup.system.mechanics().names().map(str::to_owned).collect();
+    assert_eq!(names, ["stretching", "bending", "load", "load 2"]);
+    let result = inspect::inspect(&mut setup).unwrap();
+    let [first, second] = ["load", "load 2"].map(|name| result["energy"][name].as_f64().unwrap());
+    assert!(first < 0.0 && (second / first - 2.0).abs() < 1e-12, "{first} {second}");
+    let sum: f64 = names.iter().map(|name| result["energy"][name].as_f64().unwrap()).sum();
+    assert!((result["energy"]["total"].as_f64().unwrap() / sum - 1.0).abs() < 1e-12);
+    assert_eq!(result["force"].as_object().unwrap().len(), names.len() + 1);
+}

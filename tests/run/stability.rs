@@ -137,6 +137,28 @@ fn a_saddle_is_left_along_its_mode_if_the_scene_says_so() {
     assert!(end.points.iter().all(|x| x.z > -1e-6));
 }
 
+/// A shape that moves under drag is looked at as it is: nothing is relaxed on the way.
+#[test]
+fn a_moving_shape_is_displaced_and_never_relaxed() {
+    let scene = GROWING
+        .replace("modes = 3", "perturb = 0.02")
+        .replace("tolerance = 1e-9", "tolerance = 1e-9\nmax_iterations = 3")
+        .replace("[time]", "[time]\npolicy = \"simultaneous\"")
+        .replace("\"staggered\", method = \"euler\", step = 0.0025", "\"monolithic\"");
+    let (folder, output) = run(&scene, &["run", "--out", "result"]);
+    let result = folder.path().join("result");
+    let (_, events) = rows(&result.join("events.csv"));
+    let kinds: Vec<&str> = events.iter().map(|e| e[2].as_str()).collect();
+    assert_eq!(kinds[..2], ["loss of stability", "displaced along the mode"], "{}", said(&output));
+    let displaced = read::surface(result.join(&events[1][5])).unwrap();
+    let top = |points: &[rumple::Vec3]| points.iter().map(|x| x.z).fold(0.0, f64::max);
+    assert!((top(&displaced.points) - 0.02).abs() < 1e-6, "{}", top(&displaced.points));
+    // What is on its way is left alone, and from there it grows, as far as the drag lets it.
+    assert_eq!(kinds.iter().filter(|kind| kind.starts_with("displaced")).count(), 1, "{kinds:?}");
+    let end = read::surface(result.join("frames/frame_000001.vtu")).unwrap();
+    assert!(top(&end.points) > 0.02, "{}", top(&end.points));
+}
+
 /// A displacement too small for the force tolerance comes to nothing, and is not called a success.
 #[test]
 fn a_perturbation_that_falls_back_is_told() {

@@ -19,7 +19,7 @@ pub struct Bending {
     pub model: BendingModel,
     /// Whether the sum over vertices carries their areas; only `model = "meyer"` has it.
     pub weight: BendingWeight,
-    /// The area of a vertex; only `model = "meyer"` has it.
+    /// The area of a vertex, here and in the signals; only `model = "meyer"` has it.
     pub area: AreaRule,
     #[serde(skip)]
     misplaced: Option<&'static str>,
@@ -65,6 +65,10 @@ impl From<Bending> for Given {
 impl EffectSpec for Bending {
     fn name(&self) -> String {
         "bending".into()
+    }
+
+    fn vertex_area(&self) -> Option<AreaRule> {
+        (self.model == BendingModel::Meyer).then_some(self.area)
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

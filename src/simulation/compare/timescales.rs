@@ -56,7 +56,8 @@ impl Timescales {
         } else if ratio < 0.01 {
             "the shape follows the chemistry at once: quasi-static is justified"
         } else if ratio < 0.3 {
-            "the shape lags a little: quasi-static errs by this ratio at most"
+            "the shape lags a little: the error of quasi-static goes with this ratio and is of its \
+             size, not bounded by it"
         } else if ratio < 30.0 {
             "the slowest modes of the shape are no faster than the chemistry at its fastest: compare \
              quasi-static with simultaneous before you trust it"

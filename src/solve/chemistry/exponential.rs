@@ -10,11 +10,12 @@
 //! Source: Hochbruck, Ostermann & Schweitzer, "Exponential Rosenbrock-type methods", SIAM J. Numer.
 //! Anal. 47 (2009) 786, doi:10.1137/080717717 (exprb32).
 
+use super::CHEMISTRY;
 use super::chebyshev::Tolerance;
 use super::krylov::polynomial_forcing;
 use crate::num::real;
-use crate::solve::SolveError;
 use crate::solve::linear::Sparse;
+use crate::solve::{SolveError, under_way};
 use crate::system::{Coupled, System};
 use crate::{Error, Result};
 
@@ -50,9 +51,7 @@ impl<'a> Exponential<'a> {
         let n = y.len();
         let mut start = vec![0.0; n];
         for _ in 0..MOST_STEPS {
-            if self.system.interrupted() {
-                return Err(SolveError::Interrupted.into());
-            }
+            self.system.tell(|| under_way(CHEMISTRY, (from, t, until)));
             self.coupled.residual(self.system, t, y, &mut start)?;
             let jacobian = self.coupled.jacobian(self.system, t, y)?.clone();
             loop {

@@ -25,11 +25,14 @@ use self::chebyshev::{Chebyshev, Tolerance};
 use self::exponential::Exponential;
 use super::monolithic::InOnePiece;
 use super::ode::OdeMethod;
-use super::{Integrator, SolveError};
+use super::{Integrator, SolveError, under_way};
 use crate::Result;
 use crate::state::State;
 use crate::system::{Coupled, Course, System};
 use crate::timescale::Storage;
+
+/// What sub-steps are called where their progress is told.
+const CHEMISTRY: &str = "integrating the chemistry";
 
 /// How the chemistry is integrated within a step of the coupling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -63,6 +66,17 @@ impl ChemistryMethod {
             Self::Bdf => OdeMethod::Bdf.name(),
             Self::TrBdf2 => OdeMethod::TrBdf2.name(),
             Self::Esdirk34 => OdeMethod::Esdirk34.name(),
+        }
+    }
+
+    /// The power of the tolerance of a step with which the error of an integration falls: `p/(p+1)`
+    /// of a method of order p whose error test sees its own error h^(p+1), 1 of one that goes on
+    /// with a better solution than the one it tests.
+    pub(super) fn power(self) -> f64 {
+        match self {
+            Self::Chebyshev | Self::TrBdf2 => 2.0 / 3.0,
+            Self::Esdirk34 => 3.0 / 4.0,
+            Self::Euler | Self::Exponential | Self::Tsit45 | Self::Bdf => 1.0,
         }
     }
 }
@@ -191,7 +205,10 @@ fn stabilised(
     let absolute = y.coupled.tolerances(system, atol);
     let tolerance = Tolerance { relative: rtol, absolute: &absolute };
     let coupled = &mut y.coupled;
-    let rate = |t: f64, y: &[f64], out: &mut [f64]| coupled.residual(system, t, y, out);
+    let rate = |t: f64, y: &[f64], out: &mut [f64]| {
+        system.tell(|| under_way(CHEMISTRY, (state.time, t, until)));
+        coupled.residual(system, t, y, out)
+    };
     chebyshev.integrate(state.time, until, &mut y.values, &tolerance, bound, rate)?;
     Ok(y.species(system, state))
 }
@@ -208,6 +225,7 @@ fn whole(
     let mut moving = state.clone();
     let mut steps = InOnePiece::of_chemistry(method, tolerance, signals.clone());
     while moving.time < until {
+        system.tell(|| under_way(CHEMISTRY, (state.time, moving.time, until)));
         steps.advance(system, &mut moving, until)?;
     }
     if moving.species.iter().flatten().all(|c| c.is_finite()) {

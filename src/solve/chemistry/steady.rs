@@ -5,11 +5,9 @@
 //! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
 //! doi:10.1137/S0036142996304796).
 
-use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-
 use crate::Result;
 use crate::solve::SolveError;
-use crate::solve::linear::{Factor, LinearChoice, Sparse};
+use crate::solve::linear::{LinearChoice, Shifted};
 use crate::state::State;
 use crate::system::{Coupled, System};
 use crate::timescale::Storage;
@@ -59,16 +57,20 @@ pub fn relax_chemistry(
         if first == 0.0 {
             return Ok(step);
         }
-        if system.interrupted() {
-            return Err(SolveError::Interrupted.into());
-        }
+        system.tell(|| {
+            let time = state.time;
+            format!(
+                "time {time:.6}: settling the chemistry, step {step} of at most {MOST}; it still changes by \
+                 {speed:.1e} of its size per unit of time"
+            )
+        });
         let jacobian = coupled.jacobian(system, state.time, &y)?;
         let newton = match &mut newton {
             Some(newton) => newton,
-            None => newton.insert(Shifted::new(jacobian)?),
+            None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
         };
         let mut change = rate.clone();
-        if let Err(failure) = newton.solve(jacobian, inverse_step, &mut change) {
+        if let Err(failure) = newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change) {
             // A shorter step makes the matrix easier; with no step to speak of it is the identity.
             inverse_step = 4.0 * inverse_step.max(1e-9 * first);
             rejected += 1;
@@ -123,41 +125,4 @@ pub fn relax_chemistry(
         inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
     }
     Err(SolveError::NotSteady { time: state.time, rate: speed }.into())
-}
-
-/// `1/Δτ - ∂F/∂c` and what solves with it.
-struct Shifted {
-    matrix: SparseColMat<usize, f64>,
-    /// For every entry its place in the Jacobian, which is by rows.
-    place: Vec<u32>,
-    /// Which entries are on the diagonal.
-    diagonal: Vec<bool>,
-    factor: Factor,
-}
-
-impl Shifted {
-    fn new(jacobian: &Sparse) -> Result<Self, SolveError> {
-        let (starts, rows, place) = jacobian.by_columns();
-        let n = jacobian.columns();
-        let mut diagonal = vec![false; rows.len()];
-        for j in 0..n {
-            for k in starts[j]..starts[j + 1] {
-                diagonal[k] = rows[k] == j;
-            }
-        }
-        let values = vec![0.0; rows.len()];
-        let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
-        let factor = Factor::new(LinearChoice::Auto, pattern.as_ref(), None)?;
-        Ok(Self { matrix: SparseColMat::new(pattern, values), place, diagonal, factor })
-    }
-
-    fn solve(&mut self, jacobian: &Sparse, shift: f64, x: &mut [f64]) -> Result<(), SolveError> {
-        let from = jacobian.values();
-        let entries = self.matrix.val_mut().iter_mut().zip(&self.place).zip(&self.diagonal);
-        for ((value, &place), &diagonal) in entries {
-            *value = if diagonal { shift } else { 0.0 } - from[place as usize];
-        }
-        self.factor.factorise(self.matrix.as_ref())?;
-        self.factor.solve(self.matrix.as_ref(), x)
-    }
 }

@@ -11,12 +11,16 @@
 //!   lifted, and the least step, which it takes as absolute, is scaled with the first one;
 //! * it finds algebraic rows by zeros on the diagonal of M, and leaves M out of the first slope:
 //!   rows with storage are divided by it, so that M has nothing but exact ones and zeros;
+//! * it takes the start for consistent, and a time to stop at within round-off of where it is for an
+//!   error: the first is made so, the second is where it is;
 //! * its guess of the pattern by NaN is not used: pattern and values of ∂F/∂y are given.
 
+mod consistent;
 mod equations;
 mod newton;
 mod stepper;
 
+pub use consistent::make_consistent;
 pub use equations::{Equations, OdeProblem};
 pub use newton::NewtonSolver;
 pub use stepper::{Options, Stepper, problem};

@@ -29,6 +29,10 @@ impl NewtonSolver {
 
     fn factorised(&self, matrix: &FaerSparseMat<f64>) -> Result<Factor, SolveError> {
         let matrix = matrix.inner()[0].as_ref();
+        // The Jacobian could not be evaluated: no time is lost on its factor.
+        if matrix.val().iter().any(|value| !value.is_finite()) {
+            return Err(SolveError::NotFinite);
+        }
         let mut factor = match self.factor.take() {
             Some(Ok(factor)) => factor,
             _ => Factor::new(self.choice, matrix.symbolic(), self.displacements.as_ref())?,

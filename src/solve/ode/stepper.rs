@@ -36,6 +36,14 @@ const SHORTEST: f64 = 1e-9;
 const RETRY: f64 = 0.25;
 /// Tries at one step that end with numbers that are not finite or not allowed.
 const RETRIES: usize = 20;
+/// Times as near as so many units of round-off are the same to diffsol: it neither steps from one to
+/// the other nor takes it for a time to stop at.
+const SAME_TIME: f64 = 100.0 * f64::EPSILON;
+/// A step that would leave less than this share of itself to the stop time shares the way with the
+/// next one: steps much shorter than their neighbours cost all their history.
+const STUB: f64 = 0.01;
+/// The least step is at most this share of the way to the stop time, however short that is.
+const SHORTEST_OF_REST: f64 = 1e-6;
 
 /// The diffsol problem of `equations`, to be kept where a [`Stepper`] can borrow it.
 ///
@@ -89,6 +97,8 @@ pub struct Stepper<'a, P: OdeProblem> {
     /// Work of the solvers that were replaced.
     before: OdeWork,
     shortest: f64,
+    /// Time reached: the stop time itself where the solver has come within round-off of it.
+    time: f64,
 }
 
 impl<'a, P: OdeProblem> Stepper<'a, P> {
@@ -102,7 +112,8 @@ impl<'a, P: OdeProblem> Stepper<'a, P> {
         let shortest = SHORTEST * first;
         let method = Self::start(problem, options, problem.t0, y, first, shortest)?;
         let before = OdeWork::default();
-        Ok(Self { problem, options: options.clone(), method, before, shortest })
+        let time = problem.t0;
+        Ok(Self { problem, options: options.clone(), method, before, shortest, time })
     }
 
     /// dy/dt where it is known: F in rows with storage, 0 in the others.
@@ -199,18 +210,14 @@ impl<'a, P: OdeProblem> Stepper<'a, P> {
                 Method::Explicit(Box::new(made))
             }
         };
-        match &mut method {
-            Method::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
-            Method::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,
-            Method::Explicit(solver) => solver.config_mut().minimum_timestep = shortest,
-        }
+        every!(&mut method, solver => solver.config_mut().minimum_timestep = shortest);
         Ok(method)
     }
 
     /// Time reached.
     #[must_use]
     pub fn time(&self) -> f64 {
-        every!(&self.method, solver => solver.state().t)
+        self.time
     }
 
     /// The next step that would be tried.
@@ -250,9 +257,10 @@ impl<'a, P: OdeProblem> Stepper<'a, P> {
         }
     }
 
-    /// One step that does not pass `until`. `accept` may refuse the new solution (time, values): the
-    /// step is then taken back and tried again, shorter; numbers that are not finite are never shown
-    /// to it.
+    /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
+    /// it. `accept` may refuse the new solution (time, values): the step is then taken back and tried
+    /// again, shorter; numbers that are not finite are never shown to it, nor are those from where
+    /// the next step would find no finite rates.
     ///
     /// # Errors
     /// An error of F or of `accept` that no shorter step cures, or the last one if none did.
@@ -262,16 +270,15 @@ impl<'a, P: OdeProblem> Stepper<'a, P> {
         mut accept: impl FnMut(f64, &[f64]) -> Result<()>,
     ) -> Result<()> {
         for retry in 0.. {
-            let (time, start) = (self.time(), self.solution());
-            // Near its end, a step that leaves a rest shorter than rounding goes all the way.
+            let (time, start) = (self.time, self.solution());
             let stepped = self.raw_step(until);
             let spoilt = self.problem.eqn.take_error();
             let error = match stepped {
                 Ok(()) => {
-                    let (reached, y) = (self.time(), self.solution());
-                    let finite = y.iter().all(|y| y.is_finite());
+                    let y = self.solution();
+                    let finite = self.is_finite();
                     let verdict = if finite {
-                        accept(reached, &y)
+                        accept(self.time, &y)
                     } else {
                         Err(SolveError::NotFinite.into())
                     };
@@ -288,32 +295,61 @@ impl<'a, P: OdeProblem> Stepper<'a, P> {
                 // What F said is the better reason.
                 Err(error) => return Err(spoilt.unwrap_or(error)),
             };
-            let step = RETRY * (self.time() - time);
-            let hopeless = retry >= RETRIES || !(step > self.shortest);
+            let step = RETRY * (self.time - time);
+            let hopeless = retry >= RETRIES || !(step > self.least(until - time));
             if hopeless || !error.may_vanish_with_the_step() {
                 return Err(error);
             }
             let mut work = self.work();
-            work.steps -= 1;
+            work.steps = work.steps.saturating_sub(1);
             work.rejected += 1;
             let y = vector(&start);
             self.method = Self::start(self.problem, &self.options, time, y, step, self.shortest)?;
             self.before = work;
+            self.time = time;
         }
         Ok(())
     }
 
-    fn raw_step(&mut self, until: f64) -> Result<()> {
-        let time = self.time();
-        let refuse = |e: diffsol::DiffsolError| refusal(self.options.method, time, &e.to_string());
-        every!(&mut self.method, solver => {
-            solver.set_stop_time(until).map_err(refuse)?;
-            match solver.step().map_err(refuse)? {
-                OdeSolverStopReason::InternalTimestep
-                | OdeSolverStopReason::TstopReached
-                | OdeSolverStopReason::RootFound(..) => Ok(()),
-            }
+    /// Whether the solution is finite, and the rates there that an explicit method begins its next
+    /// step with: its error norm drops NaN, so that a step into where there are none is accepted.
+    fn is_finite(&self) -> bool {
+        let finite = |v: &FaerVec<f64>| v.inner().col_as_slice(0).iter().all(|v| v.is_finite());
+        every!(&self.method, solver => {
+            let state = solver.state();
+            finite(state.y) && (self.options.method.is_implicit() || finite(state.dy))
         })
+    }
+
+    /// The least step on a way of that length.
+    fn least(&self, way: f64) -> f64 {
+        self.shortest.min(SHORTEST_OF_REST * way)
+    }
+
+    fn raw_step(&mut self, until: f64) -> Result<()> {
+        let time = self.time;
+        let refuse = |e: diffsol::DiffsolError| refusal(self.options.method, time, &e.to_string());
+        let rest = until - time;
+        let shortest = self.least(rest);
+        let stop = every!(&mut self.method, solver => {
+            let (now, step) = (solver.state().t, solver.state().h);
+            let same = SAME_TIME * (now.abs() + step.abs());
+            if (until - now).abs() <= same {
+                until
+            } else {
+                let shared = step < rest && rest < (1.0 + STUB) * step && rest > 4.0 * same;
+                let stop = if shared { time + 0.5 * rest } else { until };
+                solver.config_mut().minimum_timestep = shortest;
+                solver.set_stop_time(stop).map_err(refuse)?;
+                match solver.step().map_err(refuse)? {
+                    OdeSolverStopReason::TstopReached => stop,
+                    OdeSolverStopReason::InternalTimestep
+                    | OdeSolverStopReason::RootFound(..) => solver.state().t,
+                }
+            }
+        });
+        self.time = stop;
+        Ok(())
     }
 }
 

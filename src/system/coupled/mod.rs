@@ -18,6 +18,7 @@ pub use layout::Layout;
 use super::{Course, SignalColumns, System};
 use std::sync::Arc;
 
+use crate::solve::SolveError;
 use crate::solve::linear::{BlockPattern, Displacements, Sparse};
 use crate::state::State;
 use crate::timescale::Storage;
@@ -162,10 +163,11 @@ impl Coupled {
         }
     }
 
-    /// Writes F.
+    /// Writes F. Every integration comes by here often: this is where it asks whether to go on.
     ///
     /// # Errors
-    /// If the plugin fails, or optimal lengths make no triangle where strains are read.
+    /// If the plugin fails, or optimal lengths make no triangle where strains are read;
+    /// [`SolveError::Interrupted`].
     pub fn residual(
         &mut self,
         system: &mut System,
@@ -173,6 +175,7 @@ impl Coupled {
         y: &[f64],
         out: &mut [f64],
     ) -> Result<()> {
+        going_on(system)?;
         self.work.residuals += 1;
         let mut state = std::mem::take(&mut self.state);
         self.unpack(system, y, time, &mut state);
@@ -202,12 +205,13 @@ impl Coupled {
 
     /// ∂F/∂y.
     ///
-    /// Exact but for the derivatives of the Green-Gauss scheme by positions, and of mixed-Voronoi
-    /// area fractions, which are left out.
+    /// Exact but for the derivatives of the Green-Gauss scheme by positions, and the second ones of
+    /// mixed-Voronoi area fractions in the bending energy, which are left out.
     ///
     /// # Errors
-    /// If the plugin fails.
+    /// If the plugin fails; [`SolveError::Interrupted`].
     pub fn jacobian(&mut self, system: &mut System, time: f64, y: &[f64]) -> Result<&Sparse> {
+        going_on(system)?;
         self.work.jacobians += 1;
         let mut state = std::mem::take(&mut self.state);
         self.unpack(system, y, time, &mut state);
@@ -234,4 +238,8 @@ impl Coupled {
         done?;
         Ok(self.jacobian.get_or_insert_default().matrix())
     }
+}
+
+fn going_on(system: &System) -> Result<()> {
+    if system.interrupted() { Err(SolveError::Interrupted.into()) } else { Ok(()) }
 }
