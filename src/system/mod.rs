@@ -11,6 +11,7 @@
 mod chemistry;
 mod coupled;
 mod course;
+mod heard;
 mod mechanics;
 mod parameters;
 mod signals;
@@ -18,6 +19,7 @@ mod signals;
 pub use chemistry::{Chemistry, SignalColumns};
 pub use coupled::{Coupled, CoupledWork, Layout};
 pub use course::Course;
+pub use heard::Heard;
 pub use mechanics::{Mechanics, Pins};
 pub use parameters::ParameterFields;
 pub use signals::{Signals, TensionReading};
