@@ -16,6 +16,7 @@ pub mod cli;
 pub mod effects;
 pub mod error;
 pub mod geometry;
+mod growing;
 pub mod kinetics;
 pub mod num;
 pub mod output;

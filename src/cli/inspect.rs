@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use super::SceneArgs;
 use crate::Result;
-use crate::output::{Compression, atomic, vtu};
+use crate::output::{Compression, Inputs, ResultFile, vtu};
 use crate::sheet::read;
 use crate::simulation;
 use crate::simulation::inspect;
@@ -20,13 +21,16 @@ pub(super) struct InspectArgs {
     /// The state: points are positions, arrays are species by name; the scene's start if absent.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
-    /// Where to write the numbers; standard output if none of --json,
-    /// --vtu and --stability is given.
+    /// Where to write the numbers, `-` for standard output, which they go to as well if none of
+    /// --json, --vtu and --stability is given.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Where to write a frame with the scene's output fields, and the modes if asked for.
     #[arg(long, visible_alias = "out", value_name = "FILE")]
     vtu: Option<PathBuf>,
+    /// Replace files that are there already, but none that was read.
+    #[arg(long)]
+    force: bool,
     /// Relax the state before looking at it.
     #[arg(long)]
     relax: bool,
@@ -42,36 +46,80 @@ pub(super) struct InspectArgs {
 
 pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
-    let mut setup = simulation::prepare(&scene, &search)?;
+    // Read before the scene is made ready: a plugin may change the working directory.
+    let given = args.state.as_ref().map(read::surface).transpose()?;
+    let mut inputs = super::inputs(&scene, &[]);
     if let Some(path) = &args.state {
-        inspect::take_state(&mut setup, &read::surface(path)?)?;
+        inputs.add("the state", path);
     }
-    if args.relax {
-        setup.system.relax(&mut setup.state)?;
+    let json = place(args.json.as_ref(), args.force, &inputs)?;
+    let vtu = place(args.vtu.as_ref(), args.force, &inputs)?;
+    if json.is_some() && json == vtu {
+        let message = "--json and --vtu name the same place".to_owned();
+        return Err(crate::Error::Refused(message));
+    }
+    let mut setup = simulation::prepare(&scene, &search)?;
+    let read = super::inputs(&scene, &setup.plugins);
+    for file in [&json, &vtu].into_iter().flatten() {
+        file.spares(&read)?;
+    }
+    if let Some(surface) = &given {
+        inspect::take_state(&mut setup, surface)?;
+    }
+    // Standard output is for the numbers.
+    setup.notes.iter().for_each(|note| super::warn(note));
+    let relaxed = match args.relax {
+        true => Some(setup.system.relax(&mut setup.state)?),
+        false => None,
+    };
+    if let Some(done) = &relaxed {
+        super::warn(&format!(
+            "relaxed: {} iterations, force residual {:.3e} (tolerance {:.1e})",
+            done.iterations,
+            done.residual,
+            setup.system.force_tolerance()
+        ));
     }
     let stability = match args.stability {
         true => Some(StabilityReport::of(&mut setup, args.modes.into())?),
         false => None,
     };
-    if let Some(report) = &stability {
+    let shown = [&json, &vtu].contains(&&Some(ResultFile::StandardOutput));
+    if let Some(report) = stability.as_ref().filter(|_| !shown) {
         say!("{}", report.to_string().trim_end());
     }
     let mut result = inspect::inspect(&mut setup)?;
-    if let (Some(report), Some(all)) = (&stability, result.as_object_mut()) {
-        all.insert("stability".into(), report.to_json());
+    if let Some(all) = result.as_object_mut() {
+        if let Some(report) = &stability {
+            all.insert("stability".into(), report.to_json());
+        }
+        if let Some(done) = &relaxed {
+            let work = json!({
+                "iterations": done.iterations,
+                "residual": done.residual,
+                "tolerance": setup.system.force_tolerance(),
+            });
+            all.insert("relaxation".into(), work);
+        }
     }
     let text = serde_json::to_string(&result).unwrap_or_default();
-    match &args.json {
-        Some(path) => atomic::replace(path, |writer| writeln!(writer, "{text}"))?,
-        None if args.vtu.is_none() && stability.is_none() => say!("{text}"),
+    match &json {
+        Some(file) => file.write(|writer| writeln!(writer, "{text}"))?,
+        None if vtu.is_none() && stability.is_none() => say!("{text}"),
         None => {}
     }
-    if let Some(path) = &args.vtu {
+    if let Some(file) = &vtu {
         let mut frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state)?;
         if let Some(report) = &stability {
             add_modes(&mut frame, &report.spectrum.modes);
         }
-        vtu::write(path, &frame, Compression::default())?;
+        let bytes = vtu::encode(&frame, Compression::default())?;
+        file.write(|writer| writer.write_all(&bytes))?;
     }
     Ok(())
+}
+
+/// Where a result goes, if it is asked for.
+fn place(path: Option<&PathBuf>, force: bool, inputs: &Inputs) -> Result<Option<ResultFile>> {
+    Ok(path.map(|path| ResultFile::new(path, force, inputs)).transpose()?)
 }

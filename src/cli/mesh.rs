@@ -1,13 +1,12 @@
 //! `mesh`: makes, checks and describes triangle meshes.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
-use crate::sheet::{MeshReport, Shape, Sheet, SheetError, check, generate, read, write};
+use crate::output::{Inputs, ResultFile};
+use crate::sheet::{MeshReport, Shape, SheetError, check, generate, read, write};
 
 /// Arguments of the command `mesh`.
 #[derive(Debug, Args)]
@@ -48,6 +47,9 @@ struct GenerateArgs {
     /// Write the mesh to this .obj file; without it only the report is printed.
     #[arg(long, value_name = "FILE.obj", global = true)]
     out: Option<PathBuf>,
+    /// Replace that file if it exists.
+    #[arg(long, global = true)]
+    force: bool,
 }
 
 #[derive(Debug, Clone, Copy, Subcommand)]
@@ -117,9 +119,10 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
     match &args.command {
         Command::Generate(given) => {
             let shape = Shape::from(given.shape);
+            let out = given.out.as_deref().map(|path| obj_file(path, given.force)).transpose()?;
             let sheet = generate(&shape, given.vertices, given.seed)?;
-            if let Some(path) = &given.out {
-                write_obj(&sheet, path)?;
+            if let Some(file) = out {
+                file.write(|mut out| write::obj(&sheet, &mut out))?;
             }
             let report = MeshReport::new(&sheet);
             let value = json!({
@@ -187,15 +190,11 @@ fn print(as_json: bool, value: &Value, text: &str) {
     }
 }
 
-/// Writes an .obj file.
-fn write_obj(sheet: &Sheet, path: &Path) -> Result<(), SheetError> {
-    let wrong = |message: String| SheetError::File { path: path.to_owned(), message };
+/// The .obj file to be written.
+fn obj_file(path: &Path, force: bool) -> crate::Result<ResultFile> {
     if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("obj")) {
-        return Err(wrong("a mesh is written as .obj; give the file that ending".into()));
+        let message = "a mesh is written as .obj; give the file that ending".into();
+        return Err(SheetError::File { path: path.to_owned(), message }.into());
     }
-    let file = File::create(path).map_err(|e| wrong(format!("cannot be written: {e}")))?;
-    let mut out = BufWriter::new(file);
-    write::obj(sheet, &mut out)
-        .and_then(|()| out.flush())
-        .map_err(|e| wrong(format!("cannot be written: {e}")))
+    Ok(ResultFile::new(path, force, &Inputs::default())?)
 }

@@ -25,9 +25,10 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{Provenance, ResultDirectory};
+use crate::output::{Inputs, OutputError, Provenance, ResultDirectory, interrupt};
 use crate::scene::Scene;
 use crate::simulation::Setup;
+use crate::solve::SolveError;
 use crate::{Error, Result};
 
 /// Thin elastic sheets whose shape and chemistry drive one another.
@@ -87,11 +88,30 @@ impl SceneArgs {
     }
 }
 
+/// A path that stays the same when a plugin changes the working directory.
+fn absolute(path: &Path) -> Result<PathBuf> {
+    std::path::absolute(path)
+        .map_err(|source| OutputError::Read { path: path.to_owned(), source }.into())
+}
+
+/// The files that a scene reads, with its plugins as far as they are known.
+fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
+    let mut inputs = Inputs::default();
+    inputs.add("the scene", scene.file());
+    for (key, path) in scene.files() {
+        inputs.add(key, path);
+    }
+    for plugin in plugins {
+        inputs.add("a plugin", plugin);
+    }
+    inputs
+}
+
 /// Writes down what a run is made from: every default of its scene, files, versions.
-fn record(path: &Path, scene: &Scene, setup: &Setup, directory: &ResultDirectory) -> Result<()> {
+fn record(scene: &Scene, setup: &Setup, directory: &ResultDirectory) -> Result<()> {
     let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
     let mut provenance = Provenance::new(mesh);
-    provenance.scene = Some(FileRecord::of(path)?);
+    provenance.scene = Some(FileRecord::of(scene.file())?);
     for plugin in &setup.plugins {
         provenance.plugins.push(FileRecord::of(plugin)?);
     }
@@ -99,7 +119,8 @@ fn record(path: &Path, scene: &Scene, setup: &Setup, directory: &ResultDirectory
     Ok(())
 }
 
-/// Runs the command line and returns the exit code: 0 done, 2 bad input, 1 anything else.
+/// Runs the command line and returns the exit code: 0 done, 2 bad input, 128 and the number of a
+/// signal that ended a run, 1 anything else.
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -113,6 +134,8 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        // The command has told what there was to tell.
+        Err(Error::Solve(SolveError::Interrupted)) => ExitCode::from(interrupt::exit_status()),
         Err(error) => {
             let text = match &error {
                 Error::Scene(scene) => scene.rendered(std::io::stderr().is_terminal()),

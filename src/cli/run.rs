@@ -6,10 +6,12 @@ use std::time::SystemTime;
 use clap::Args;
 
 use super::SceneArgs;
-use crate::Result;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
-use crate::simulation;
-use crate::simulation::run::Ending;
+use crate::scene::Scene;
+use crate::simulation::run::{Ending, Summary, accounted};
+use crate::simulation::{self, Setup};
+use crate::solve::SolveError;
+use crate::{Error, Result};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -29,36 +31,51 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
-    let mut setup = simulation::prepare(&scene, &search)?;
     let root = args
         .out
         .clone()
         .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
-    let directory = ResultDirectory::prepare(&root, args.force)?;
-    super::record(&args.scene.scene, &scene, &setup, &directory)?;
+    // A plugin may change the working directory.
+    let root = super::absolute(&root)?;
+    let mut setup = simulation::prepare(&scene, &search)?;
+    super::inputs(&scene, &setup.plugins).outside(&root)?;
     let interrupt = Interrupt::install()?;
+    let directory = ResultDirectory::prepare(&root, args.force)?;
+    let done = accounted(&directory, || work(args, &scene, &mut setup, &directory, interrupt))?;
+    if !args.quiet {
+        tell(&done, &directory);
+    }
+    match done.ending {
+        Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
+        _ => Ok(()),
+    }
+}
+
+/// The run itself, with what is written and told before.
+fn work(
+    args: &RunArgs,
+    scene: &Scene,
+    setup: &mut Setup,
+    directory: &ResultDirectory,
+    interrupt: Interrupt,
+) -> Result<Summary> {
+    super::record(scene, setup, directory)?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
     setup.faults = simulation::laws::try_out(&mut setup.system, &setup.state)?;
     for note in setup.notes.iter().chain(&setup.faults) {
         progress.message(note);
     }
-    let outcome = simulation::run::run(&scene, &mut setup, &directory, &mut progress, interrupt);
+    let outcome = simulation::run::run(scene, setup, directory, &mut progress, interrupt);
     progress.finish();
     if args.quiet {
         setup.faults.iter().for_each(|fault| super::warn(fault));
     }
-    let done = outcome?;
-    if args.quiet {
-        return Ok(());
-    }
-    let why = match done.ending {
-        Ending::Reached => "the end time is reached",
-        Ending::Steady => "nothing changes any more",
-        Ending::Steps => "the number of steps is reached",
-        Ending::Interrupted => "interrupted; the last accepted state is written",
-    };
-    say!("time {}: {why}", done.time);
+    outcome
+}
+
+fn tell(done: &Summary, directory: &ResultDirectory) {
+    say!("time {}: {}", done.time, done.ending);
     say!(
         "{} steps ({} rejected tries), {} iterations, {} factorisations",
         done.steps,
@@ -77,5 +94,4 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     } else {
         say!("the species at every step are in {}", directory.ledger().display());
     }
-    Ok(())
 }

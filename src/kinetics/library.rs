@@ -7,6 +7,7 @@
 #![allow(unsafe_code)]
 
 mod call;
+mod end;
 mod inputs;
 mod instance;
 mod read;
@@ -18,10 +19,12 @@ use std::sync::Arc;
 
 use rumple_plugin_abi as abi;
 
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, Location};
 use super::error::KineticsError;
 use super::parameters;
 use super::search::no_file;
+use call::Call;
+pub use end::{Ended, ended, guard, leave};
 pub use instance::PluginKinetics;
 pub use watch::{Overdue, overdue};
 
@@ -53,12 +56,23 @@ impl Library {
         if !path.is_file() {
             return Err(no_file(path));
         }
+        let name = path.display().to_string();
+        let loading = Call {
+            plugin: &name,
+            name: "loading",
+            location: Location::Vertex,
+            first: 0,
+            count: 0,
+            library: watch::enter(&name),
+        };
+        let loading = watch::begin(&loading);
         // SAFETY: runs the initialisers of the library: the user chose to trust it.
         let library = unsafe { libloading::Library::new(&path) }.map_err(|error| {
             let source = std::error::Error::source(&error).map(ToString::to_string);
             let reason = source.unwrap_or_else(|| error.to_string());
             KineticsError::NotALibrary { path: path.clone(), reason }
         })?;
+        drop(loading);
         // SAFETY: an address is only taken here; what it points to is read below.
         let entry = unsafe { library.get::<*const abi::PluginTable>(abi::ENTRY_SYMBOL) }
             .map(|symbol| *symbol)

@@ -33,7 +33,7 @@ pub use descriptor::{
 };
 pub use error::KineticsError;
 pub use joint::{JointError, JointKinetics, Member};
-pub use library::{Library, Overdue, PluginKinetics, overdue};
+pub use library::{Ended, Library, Overdue, PluginKinetics, ended, guard, leave, overdue};
 pub use search::Search;
 pub use signal::Signal;
 pub use site::{BadValue, Site};

@@ -33,6 +33,12 @@ impl Search {
         if let Ok(executable) = env::current_exe() {
             directories.extend(executable.parent().map(Path::to_owned));
         }
+        // A plugin may change the working directory before the next is looked up.
+        for directory in &mut directories {
+            if let Ok(full) = std::path::absolute(&directory) {
+                *directory = full;
+            }
+        }
         Self { directories }
     }
 

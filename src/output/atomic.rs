@@ -7,7 +7,7 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
@@ -16,14 +16,19 @@ use super::OutputError;
 pub const PART: &str = ".part";
 
 /// Where `path` is built: `.NAME.part` beside it.
-fn part_of(path: &Path) -> PathBuf {
+pub(super) fn part_of(path: &Path) -> PathBuf {
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(PART);
     path.with_file_name(name)
 }
 
-/// Replaces the file `path` by what `fill` writes.
+/// Whether `path` is a device or a pipe.
+pub(super) fn is_device(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// Replaces the file `path` by what `fill` writes. A link there is replaced, not followed.
 ///
 /// # Errors
 /// [`OutputError::Write`] with the path and the message of the operating system. What was at
@@ -32,7 +37,36 @@ pub fn replace(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
-    if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+    build(path, fill, |part| fs::rename(part, path))
+}
+
+/// Makes the file `path` of what `fill` writes, where nothing is yet.
+///
+/// # Errors
+/// As for [`replace`]; also if there is something at `path`.
+pub fn create(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
+    build(path, fill, |part| {
+        // A second name is only given where there is none, unlike a new one.
+        match fs::hard_link(part, path) {
+            Ok(()) => fs::remove_file(part),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => Err(e),
+            // Not every file system has two names for one file.
+            Err(_) if fs::symlink_metadata(path).is_err() => fs::rename(part, path),
+            Err(e) => Err(e),
+        }
+    })
+}
+
+/// Writes to a device, or to a file beside `path` that `put` then gives its name.
+fn build(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    put: impl FnOnce(&Path) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
+    if is_device(path) {
         return OpenOptions::new()
             .write(true)
             .open(path)
@@ -44,13 +78,18 @@ pub fn replace(
             .map_err(OutputError::write(path));
     }
     let part = part_of(path);
-    let built = File::create(&part)
+    // What a killed run left there is not written through: it might be a link.
+    let _ = fs::remove_file(&part);
+    let built = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&part)
         .and_then(|file| {
             let mut writer = BufWriter::new(file);
             fill(&mut writer)?;
             writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()
         })
-        .and_then(|()| fs::rename(&part, path));
+        .and_then(|()| put(&part));
     if built.is_err() {
         // The first failure is the one to report; the part file may not even exist.
         let _ = fs::remove_file(&part);

@@ -2,14 +2,18 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
-use super::{OutputError, atomic, clock};
+use super::{Claim, OutputError, atomic, clock};
 
 /// A directory made ready for one run, and the names of everything in it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+///
+/// It is claimed for that run until the last copy is dropped.
+#[derive(Debug, Clone)]
 pub struct ResultDirectory {
     root: PathBuf,
+    claim: Arc<Claim>,
 }
 
 impl ResultDirectory {
@@ -21,6 +25,7 @@ impl ResultDirectory {
     const LEDGER: &'static str = "ledger.csv";
     const RESOLVED: &'static str = "resolved.toml";
     const PROVENANCE: &'static str = "provenance.json";
+    const FAILED: &'static str = "failed.vtu";
 
     /// The directory of a run for which none was named: the scene's stem and the time in UTC, as
     /// `spots-20261121-123456` in the working directory.
@@ -33,37 +38,36 @@ impl ResultDirectory {
     /// Makes `root` ready: creates it, or empties it of an earlier run if `force` is given.
     ///
     /// Only files that a run writes are removed, known by their names; whatever else is there
-    /// stays.
+    /// stays. Links are not followed to remove anything. Nothing is removed, nor made in a directory
+    /// that is refused, before everything has been checked.
     ///
     /// # Errors
-    /// [`OutputError::Directory`] if `root` is not a directory, or is not empty and `force` is
-    /// not given; [`OutputError::Write`] or [`OutputError::Read`] from the operating system.
+    /// [`OutputError::Directory`] if `root` is not a directory, is not empty and `force` is
+    /// not given, has links where a run has directories, or is in use by another run;
+    /// [`OutputError::Write`] or [`OutputError::Read`] from the operating system.
     pub fn prepare(root: &Path, force: bool) -> Result<Self, OutputError> {
-        let refuse = |message: &str| {
-            Err(OutputError::Directory { path: root.to_owned(), message: message.to_owned() })
-        };
-        if root.exists() && !root.is_dir() {
-            return refuse("is a file, expected a directory or a name that is free");
-        }
-        fs::create_dir_all(root).map_err(OutputError::write(root))?;
-        let directory = Self { root: root.to_owned() };
-        let frames = directory.frames();
-        if frames.exists() && !frames.is_dir() {
-            return refuse("`frames` in it is a file; frames are written to a directory so named");
-        }
-        let content = names(root)?;
-        if !content.is_empty() && !force {
-            return refuse(
-                "is not empty; name another with --out, or give --force to replace the results \
-                 of an earlier run in it",
-            );
-        }
+        let full = std::path::absolute(root).map_err(OutputError::write(root))?;
+        check(root, force)?;
+        fs::create_dir_all(&full).map_err(OutputError::write(root))?;
+        let claim = Arc::new(Claim::take(&full)?);
+        // Another run may have been there until just now.
+        check(root, force)?;
+        let directory = Self { root: full, claim };
+        directory.clear()?;
+        directory.claim.begin()?;
+        Ok(directory)
+    }
+
+    /// Removes what a run has written.
+    fn clear(&self) -> Result<(), OutputError> {
         // The index goes first: what is left if this is cut short then claims nothing.
-        let mut ours = vec![directory.pvd()];
-        ours.extend(content.iter().filter(|name| is_root_file(name)).map(|name| root.join(name)));
-        for (folder, stem) in [(frames, "frame_"), (directory.modes(), "mode_")] {
+        let mut ours = vec![self.pvd()];
+        let content = names(&self.root)?;
+        ours.extend(content.iter().filter(|n| is_root_file(n)).map(|name| self.root.join(name)));
+        let folders = [(self.frames(), "frame_"), (self.modes(), "mode_")];
+        for (folder, stem) in &folders {
             if folder.is_dir() {
-                let old = names(&folder)?;
+                let old = names(folder)?;
                 ours.extend(old.iter().filter(|n| is_numbered(n, stem)).map(|n| folder.join(n)));
             }
         }
@@ -75,7 +79,17 @@ impl ResultDirectory {
                 _ => {}
             }
         }
-        Ok(directory)
+        for (folder, _) in folders {
+            // One with anything else in it stays.
+            let _ = fs::remove_dir(folder);
+        }
+        Ok(())
+    }
+
+    /// The claim on the directory, through which it is told how the run ends.
+    #[must_use]
+    pub fn claim(&self) -> &Claim {
+        &self.claim
     }
 
     /// The directory itself.
@@ -138,11 +152,56 @@ impl ResultDirectory {
         self.root.join(Self::PROVENANCE)
     }
 
+    /// The last good state of a run that failed.
+    #[must_use]
+    pub fn failed(&self) -> PathBuf {
+        self.root.join(Self::FAILED)
+    }
+
     /// Name of frame `number` within [`frames`](Self::frames).
     #[must_use]
     pub fn frame_name(number: usize) -> String {
         format!("frame_{number:06}.vtu")
     }
+}
+
+/// Refuses what cannot take the results of a run.
+fn check(root: &Path, force: bool) -> Result<(), OutputError> {
+    let refuse = |message: &str| {
+        Err(OutputError::Directory { path: root.to_owned(), message: message.to_owned() })
+    };
+    let Ok(found) = fs::symlink_metadata(root) else { return Ok(()) };
+    if !root.is_dir() {
+        return refuse("is a file, expected a directory or a name that is free");
+    }
+    for name in [ResultDirectory::FRAMES, ResultDirectory::MODES] {
+        let what = match fs::symlink_metadata(root.join(name)) {
+            Ok(found) if found.is_symlink() => "link, which is not followed",
+            Ok(found) if !found.is_dir() => "file",
+            _ => continue,
+        };
+        return refuse(&format!(
+            "`{name}` in it is a {what}; a run writes to a directory so named"
+        ));
+    }
+    if is_empty(root)? {
+        return Ok(());
+    }
+    if found.is_symlink() {
+        return refuse("is a link, through which nothing is removed; name the directory itself");
+    }
+    if !force {
+        return refuse(
+            "is not empty; name another with --out, or give --force to replace the results of an \
+             earlier run in it",
+        );
+    }
+    Ok(())
+}
+
+/// Whether a directory holds nothing but the lock of a run that has ended.
+fn is_empty(directory: &Path) -> Result<bool, OutputError> {
+    Ok(names(directory)?.iter().all(|name| name == Claim::LOCK))
 }
 
 /// Names of all entries of `directory`, sorted.
@@ -170,6 +229,8 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::EVENTS,
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
+        ResultDirectory::FAILED,
+        Claim::STATUS,
     ]
     .contains(&finished(name))
 }

@@ -1,15 +1,17 @@
-//! Ctrl-C and SIGTERM as a question that a run asks after every step.
+//! Ctrl-C and its like as a question that a run asks after every step.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicI32, Ordering};
 
-use super::OutputError;
+use super::{OutputError, Standing, claim};
 
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// The first signal that came, or none.
+static REQUESTED: AtomicI32 = AtomicI32::new(NONE);
 static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
 
-/// The exit status of a process that a second Ctrl-C ended (128 + SIGINT, as shells have it).
-const KILLED: i32 = 130;
+const NONE: i32 = 0;
+/// The signal of Ctrl-C, everywhere.
+const SIGINT: i32 = 2;
 
 /// A handle that tells whether the user asked to stop.
 ///
@@ -25,14 +27,7 @@ impl Interrupt {
     /// [`OutputError::Interrupt`] if the system refuses the handler.
     pub fn install() -> Result<Self, OutputError> {
         INSTALLED
-            .get_or_init(|| {
-                ctrlc::set_handler(|| {
-                    if REQUESTED.swap(true, Ordering::SeqCst) {
-                        kill();
-                    }
-                })
-                .map_err(|e| e.to_string())
-            })
+            .get_or_init(|| system::watch().map_err(|e| e.to_string()))
             .clone()
             .map(|()| Self(()))
             .map_err(OutputError::Interrupt)
@@ -41,12 +36,91 @@ impl Interrupt {
     /// Whether a signal came.
     #[must_use]
     pub fn requested(self) -> bool {
-        REQUESTED.load(Ordering::SeqCst)
+        REQUESTED.load(Ordering::SeqCst) != NONE
     }
 }
 
-/// The user insists: a run that does not come to the end of its step can be stopped no other way.
-#[allow(clippy::exit)]
-fn kill() {
-    std::process::exit(KILLED);
+/// The exit status of a process that a signal ended, 128 and its number as shells have it: of the
+/// one that came, or of Ctrl-C.
+#[must_use]
+pub fn exit_status() -> u8 {
+    status_of(match REQUESTED.load(Ordering::SeqCst) {
+        NONE => SIGINT,
+        signal => signal,
+    })
+}
+
+fn status_of(signal: i32) -> u8 {
+    u8::try_from(signal).unwrap_or(0).saturating_add(128)
+}
+
+/// What a run says of its end by a signal.
+#[must_use]
+pub fn reason() -> &'static str {
+    match exit_status() {
+        129 => "the terminal was closed (SIGHUP)",
+        143 => "asked to end (SIGTERM)",
+        _ => "interrupted (SIGINT)",
+    }
+}
+
+/// Whether this is the first signal; the second ends the process: the user insists, and a run that
+/// does not come to the end of its step can be stopped no other way.
+fn came(signal: i32) -> bool {
+    let first = REQUESTED.compare_exchange(NONE, signal, Ordering::SeqCst, Ordering::SeqCst);
+    if first.is_err() {
+        claim::end_all(Standing::Interrupted, "ended by a second signal, in the middle of a step");
+    }
+    first.is_ok()
+}
+
+#[cfg(unix)]
+mod system {
+    use std::thread;
+
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    use signal_hook::low_level;
+
+    /// A signal that was ignored when the program began (`nohup`) stays so.
+    pub(super) fn watch() -> std::io::Result<()> {
+        let mut watched = vec![SIGINT, SIGTERM];
+        if hangup_counts() {
+            watched.push(SIGHUP);
+        }
+        let mut signals = Signals::new(watched)?;
+        thread::Builder::new().name("signals".into()).spawn(move || {
+            for signal in signals.forever() {
+                if !super::came(signal) {
+                    low_level::exit(super::status_of(signal).into());
+                }
+            }
+        })?;
+        Ok(())
+    }
+
+    /// Whether SIGHUP is known not to be ignored. Where that cannot be found out it is left as it
+    /// is, which ends the program or, if it is ignored, does not.
+    fn hangup_counts() -> bool {
+        let Ok(text) = std::fs::read_to_string("/proc/self/status") else { return false };
+        let ignored = text.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let mask = ignored.and_then(|digits| u64::from_str_radix(digits.trim(), 16).ok());
+        mask.is_some_and(|mask| mask & (1 << (SIGHUP - 1)) == 0)
+    }
+}
+
+#[cfg(not(unix))]
+mod system {
+    pub(super) fn watch() -> Result<(), ctrlc::Error> {
+        ctrlc::set_handler(|| {
+            if !super::came(super::SIGINT) {
+                end();
+            }
+        })
+    }
+
+    #[allow(clippy::exit)]
+    fn end() {
+        std::process::exit(super::status_of(super::SIGINT).into());
+    }
 }

@@ -8,17 +8,22 @@
 //! DIR/modes/mode_000000.vtu      the modes of an event
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line
+//! DIR/status.json                running, complete, interrupted or failed, and why
+//! DIR/failed.vtu                 the last good state of a run that failed
 //! ```
 //!
 //! Observers get a state and give nothing back. Frames, the index of frames and the two records
 //! appear whole under their names or not at all ([`atomic`]); the ledger grows by whole rows.
 
 pub mod atomic;
+pub mod claim;
 pub mod clock;
 pub mod directory;
 mod encode;
 pub mod events;
+pub mod file;
 pub mod frame;
+pub mod inputs;
 pub mod interrupt;
 pub mod ledger;
 pub mod picture;
@@ -31,8 +36,11 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
+pub use claim::{Claim, Standing};
 pub use directory::ResultDirectory;
+pub use file::ResultFile;
 pub use frame::{Field, Frame};
+pub use inputs::Inputs;
 pub use interrupt::Interrupt;
 pub use ledger::Ledger;
 pub use progress::{Mode, Progress, ProgressLine};
@@ -72,6 +80,14 @@ pub enum OutputError {
     #[error("result directory {}: {message}", path.display())]
     Directory {
         /// The directory.
+        path: PathBuf,
+        /// Why not, and what would help.
+        message: String,
+    },
+    /// A file may not be written.
+    #[error("cannot write {}: {message}", path.display())]
+    Refused {
+        /// The file.
         path: PathBuf,
         /// Why not, and what would help.
         message: String,

@@ -8,6 +8,10 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, So
 use super::document::Index;
 use super::problem::{Explanation, Problem};
 
+/// So many problems of one scene are told in full, each with its lines; nobody reads more, and all
+/// of a file of nothing else would take hours.
+const MOST: usize = 20;
+
 /// What is wrong with a scene and where.
 ///
 /// Shown on one line it reads `models/x.toml:12:3: message`; [`SceneError::rendered`] shows the
@@ -108,9 +112,13 @@ pub(crate) struct Origin {
 impl Origin {
     /// Combines problems into one error; `None` where there are none.
     pub(crate) fn report(&self, problems: &[Problem]) -> Option<SceneError> {
-        let mut errors = problems.iter().map(|problem| self.error(problem));
+        let mut errors = problems.iter().take(MOST).map(|problem| self.error(problem));
         let mut first = errors.next()?;
         first.0.others = errors.map(|error| *error.0).collect();
+        if let Some(more) = problems.len().checked_sub(MOST).filter(|more| *more > 0) {
+            let message = format!("and {more} more: mend these first");
+            first.0.others.push(*self.error(&Problem::plain(message)).0);
+        }
         Some(first)
     }
 

@@ -7,6 +7,7 @@
 mod deserialize;
 mod document;
 mod error;
+mod files;
 mod home;
 mod initial;
 mod kinetics;
@@ -17,6 +18,7 @@ mod overrides;
 mod problem;
 pub mod registry;
 mod sheet;
+mod source;
 mod stability;
 mod time;
 
@@ -77,6 +79,9 @@ pub struct Scene {
     pub output: OutputSpec,
     #[serde(skip)]
     origin: Origin,
+    /// Full path of its file; empty for one that was parsed.
+    #[serde(skip)]
+    file: PathBuf,
 }
 
 impl Scene {
@@ -88,11 +93,12 @@ impl Scene {
     /// # Errors
     /// The file cannot be read, or is no right scene; all that was found wrong, with places.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
-        let unreadable = |error| SceneError::unreadable(path, &error);
-        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        let text = source::read(path)?;
         let mut scene = Self::parse(&text, &path.display().to_string(), overrides)?;
+        let unreadable = |error| SceneError::unreadable(path, &error);
         let path = std::path::absolute(path).map_err(unreadable)?;
         scene.count_paths_from(path.parent().unwrap_or(&path));
+        scene.file = path;
         Ok(scene)
     }
 
@@ -220,30 +226,6 @@ impl Scene {
         }
         self.origin.error(&problem)
     }
-
-    fn count_paths_from(&mut self, folder: &Path) {
-        let place = |path: &mut PathBuf| *path = folder.join(&path);
-        if let SheetSource::File { file } = &mut self.sheet.source {
-            place(file);
-        }
-        for kinetics in &mut self.kinetics {
-            for parameter in kinetics.parameters.values_mut() {
-                if let ParameterSpec::File(field) = parameter {
-                    place(&mut field.file);
-                }
-            }
-            for initial in kinetics.initial.values_mut() {
-                if let Initial::File(field) = initial {
-                    place(&mut field.file);
-                }
-            }
-            if kinetics.plugin_is_path()
-                && let Some(plugin) = &mut kinetics.plugin
-            {
-                *plugin = folder.join(&*plugin).to_string_lossy().into_owned();
-            }
-        }
-    }
 }
 
 impl Scene {
@@ -295,7 +277,19 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         }
         return Err(origin.error(&problem.under("output")));
     }
-    Ok(Scene { sheet, material, effects, kinetics, time, equilibrium, stability, output, origin })
+    let file = PathBuf::new();
+    Ok(Scene {
+        sheet,
+        material,
+        effects,
+        kinetics,
+        time,
+        equilibrium,
+        stability,
+        output,
+        origin,
+        file,
+    })
 }
 
 /// Takes the tables of a scene one by one and notes what is wrong with them.

@@ -213,9 +213,16 @@ pub(crate) fn choices(word: &str, allowed: &[String]) -> String {
     }
 }
 
+/// Longer words (bytes) are no misspelt ones; to compare them takes their length times that of every
+/// allowed one.
+const LONGEST: usize = 200;
+
 /// The closest of `allowed` by edits, one per started three letters (at least one) or a
 /// common beginning.
 fn nearest<'a>(word: &str, allowed: &'a [String]) -> Option<&'a String> {
+    if word.len() > LONGEST {
+        return None;
+    }
     let lower = word.to_lowercase();
     allowed
         .iter()

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::Setup;
 use crate::geometry::Curvature;
 use crate::kinetics::Location;
-use crate::sheet::{SheetError, Surface};
+use crate::sheet::{Sheet, SheetError, Surface};
 use crate::{Error, Result, Vec3};
 
 /// Puts the positions and species of `surface` into the state of `setup`.
@@ -14,8 +14,9 @@ use crate::{Error, Result, Vec3};
 /// name, with or without a unit in brackets.
 ///
 /// # Errors
-/// A surface with another number of vertices or other triangles, a species without an array, or
-/// arrays of the wrong length.
+/// A surface with another number of vertices or other triangles, a position that is not finite, a
+/// species without an array, arrays of the wrong length, or a species that is not finite; with the
+/// vertex or triangle.
 pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
     let refuse = |message: String| {
         Error::Sheet(match &surface.path {
@@ -35,6 +36,24 @@ pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
             "the state has {} triangles, but the scene's sheet has {}",
             surface.triangles.len(),
             setup.sheet.triangle_count()
+        )));
+    }
+    if !surface.triangles.is_empty()
+        && let Some(t) = different(&setup.sheet, &surface.triangles)
+    {
+        return Err(refuse(format!(
+            "triangle {t} of the state has the vertices {:?}, that of the scene's sheet {:?}: it is \
+             a state of another mesh",
+            surface.triangles[t],
+            setup.sheet.triangles()[t]
+        )));
+    }
+    let wrong = |x: &Vec3| !x.iter().all(|x| x.is_finite());
+    if let Some(v) = surface.points.iter().position(wrong) {
+        let x = surface.points[v];
+        return Err(refuse(format!(
+            "vertex {v} of the state is at ({}, {}, {}), expected finite positions",
+            x.x, x.y, x.z
         )));
     }
     setup.state.x.copy_from_slice(&surface.points);
@@ -64,9 +83,29 @@ pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
                 place.len()
             )));
         }
+        if let Some(point) = array.values.iter().position(|c| !c.is_finite()) {
+            return Err(refuse(format!(
+                "species `{}` of the state is {} at {} {point}, expected finite values",
+                species.name,
+                array.values[point],
+                chemistry.location().noun()
+            )));
+        }
         place.copy_from_slice(&array.values);
     }
     Ok(())
+}
+
+/// The first triangle that is another, if any; one may begin with any of its corners, and be turned:
+/// the sheet has all of them face the same way, whatever its file says.
+fn different(sheet: &Sheet, triangles: &[[u32; 3]]) -> Option<usize> {
+    let corners = |triangle: &[u32; 3]| {
+        let mut corners = *triangle;
+        corners.sort_unstable();
+        corners
+    };
+    let mut pairs = sheet.triangles().iter().zip(triangles);
+    pairs.position(|(ours, theirs)| corners(ours) != corners(theirs))
 }
 
 fn vectors(v: &[Vec3]) -> Value {

@@ -6,6 +6,7 @@
 
 pub mod compare;
 mod fields;
+mod hearsay;
 pub mod inspect;
 pub mod laws;
 mod magnitudes;

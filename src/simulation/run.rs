@@ -4,16 +4,18 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use super::hearsay::Hearsay;
 use super::watch::{self, Watch};
 use super::{Setup, laws, notes, report};
 use crate::num::real;
 use crate::output::{
-    Compression, Interrupt, Ledger, Progress, ProgressLine, ResultDirectory, Series, vtu,
+    Compression, Interrupt, Ledger, Progress, ProgressLine, ResultDirectory, Series, Standing,
+    interrupt, vtu,
 };
 use crate::scene::Scene;
 use crate::solve::{SolveError, StepReport};
 use crate::state::State;
-use crate::system::{Chemistry, System};
+use crate::system::System;
 use crate::{Error, Result};
 
 /// Why a run ended.
@@ -27,6 +29,17 @@ pub enum Ending {
     Steps,
     /// The user asked to stop.
     Interrupted,
+}
+
+impl std::fmt::Display for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reached => "the end time is reached",
+            Self::Steady => "nothing changes any more",
+            Self::Steps => "the number of steps is reached",
+            Self::Interrupted => "interrupted; the last accepted state is written",
+        })
+    }
 }
 
 /// What a run did.
@@ -66,6 +79,27 @@ pub struct Failure {
     pub step: u64,
     /// Where it was written.
     pub state: PathBuf,
+}
+
+/// Does `work`, which writes to `directory`, and leaves word there of how it ended.
+///
+/// # Errors
+/// Those of `work`; a status that cannot be written.
+pub fn accounted(
+    directory: &ResultDirectory,
+    work: impl FnOnce() -> Result<Summary>,
+) -> Result<Summary> {
+    let outcome = work();
+    let claim = directory.claim();
+    match &outcome {
+        Ok(summary) if summary.ending == Ending::Interrupted => {
+            claim.end(Standing::Interrupted, interrupt::reason())?;
+        }
+        Ok(summary) => claim.end(Standing::Complete, &summary.ending.to_string())?,
+        // The first failure is the one to report.
+        Err(error) => drop(claim.end(Standing::Failed, &error.to_string())),
+    }
+    outcome
 }
 
 /// Runs `setup` and writes into `directory`.
@@ -155,7 +189,7 @@ pub fn observed(
     let mut latest = first;
     let mut shown = None;
     let mut observed = None;
-    let (mut warned, mut failed) = (false, 0);
+    let (mut hearsay, mut failed) = (Hearsay::default(), 0);
     loop {
         let stopwatch = Instant::now();
         let (state, system) = (&setup.state, &mut setup.system);
@@ -165,14 +199,16 @@ pub fn observed(
             ledger.append(&report::row(system, &setup.sheet, state, &latest, negative, wall))?;
         }
         shown = Some(state.step);
+        directory.claim().reached(state.time);
         summary.time = state.time;
         summary.steps = state.step;
-        let ending = if interrupt.requested() {
-            Some(Ending::Interrupted)
-        } else if state.time >= until {
+        // What has come to its end cannot be interrupted any more.
+        let ending = if state.time >= until {
             Some(Ending::Reached)
         } else if scene.time.span.max_steps.is_some_and(|m| state.step >= m.get() as u64) {
             Some(Ending::Steps)
+        } else if interrupt.requested() {
+            Some(Ending::Interrupted)
         } else if let Some(rate) = scene.time.span.stop_when_steady
             && state.step > 0
             && system.unrest(state)? < rate.get()
@@ -217,10 +253,9 @@ pub fn observed(
         if let Some(watch) = &mut watch {
             negative = Some(look(watch, setup, &mut latest, progress, directory)?);
         }
-        if !warned && let Some(text) = setup.system.chemistry().and_then(Chemistry::unreliable) {
-            warned = true;
-            progress.message(&text);
-            setup.faults.push(text);
+        for fault in hearsay.news(setup) {
+            progress.message(&fault);
+            setup.faults.push(fault);
         }
         if let Some(reason) = latest.reason.take() {
             failed += 1;
@@ -282,7 +317,7 @@ fn stopped(
     error: Error,
 ) -> Error {
     let error = super::located(error, &setup.sheet, &setup.state.x);
-    let path = directory.root().join("failed.vtu");
+    let path = directory.failed();
     // The system still holds the rest metric of the failed try.
     let followed = setup.system.follow(&setup.state);
     // An observable may be what went wrong.

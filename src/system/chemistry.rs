@@ -1,13 +1,14 @@
 //! The chemical half of the system: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
+use super::heard::Heard;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use crate::effects::{Measure, Transport};
 use crate::geometry::Shape;
 use crate::kinetics::{
-    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, Unreliable, field,
+    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
 };
 use crate::parallel;
 use crate::sheet::Sheet;
@@ -22,7 +23,7 @@ pub struct Chemistry {
     transport: Vec<Box<dyn Transport>>,
     average: Option<FaceVertexAverage>,
     measure: Measure,
-    unreliable: OnceLock<(Location, Unreliable)>,
+    heard: Heard,
 }
 
 /// The columns of the signals, in the order of the descriptor.
@@ -72,8 +73,8 @@ impl Chemistry {
             };
             parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
         }
-        let unreliable = OnceLock::new();
-        Self { kinetics, parameters, location, signals, transport, average, measure, unreliable }
+        let heard = Heard::default();
+        Self { kinetics, parameters, location, signals, transport, average, measure, heard }
     }
 
     /// What the kinetics says about itself.
@@ -183,7 +184,8 @@ impl Chemistry {
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
         let law = self.kinetics.as_ref();
-        self.hear(location, field::length_factor_partials(law, &batch, &mut factor, &mut out)?);
+        let outcome = field::length_factor_partials(law, &batch, &mut factor, &mut out);
+        self.heard.note(location, outcome)?;
         Ok(Some(slopes))
     }
 
@@ -242,7 +244,8 @@ impl Chemistry {
         };
         let mut factor = vec![1.0; count];
         if self.descriptor().capabilities.length_factor {
-            self.hear(location, field::length_factor(self.kinetics.as_ref(), &batch, &mut factor)?);
+            let outcome = field::length_factor(self.kinetics.as_ref(), &batch, &mut factor);
+            self.heard.note(location, outcome)?;
         }
         Ok(factor)
     }
@@ -284,25 +287,14 @@ impl Chemistry {
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
         let law = self.kinetics.as_ref();
-        let outcome = self.batch(species, signals, |batch| field::rates(law, batch, out))?;
-        self.hear(self.location, outcome);
-        Ok(())
+        let outcome = self.batch(species, signals, |batch| field::rates(law, batch, out));
+        self.heard.note(self.location, outcome)
     }
 
-    /// Remembers the first result that the law itself does not rely on.
-    fn hear(&self, location: Location, unreliable: Option<Unreliable>) {
-        if let Some(unreliable) = unreliable {
-            let _ = self.unreliable.set((location, unreliable));
-        }
-    }
-
-    /// The first result so far that the law itself does not rely on, in words.
+    /// What the law has said or done on the way, to be told once.
     #[must_use]
-    pub fn unreliable(&self) -> Option<String> {
-        let (location, Unreliable { message, point }) = self.unreliable.get()?;
-        let place = point.map(|point| format!(" at {} {point}", location.noun()));
-        let law = self.descriptor().title();
-        Some(format!("{law} does not rely on its result{}: {message}", place.unwrap_or_default()))
+    pub fn heard(&self) -> &Heard {
+        &self.heard
     }
 
     /// The observables at every point, one column each.
@@ -355,8 +347,8 @@ impl Chemistry {
                 &mut rates.slices_mut(),
                 &mut partials.slices_mut(),
             )
-        })?;
-        self.hear(self.location, outcome);
+        });
+        self.heard.note(self.location, outcome)?;
         Ok(partials)
     }
 

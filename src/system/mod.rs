@@ -11,6 +11,7 @@
 mod chemistry;
 mod coupled;
 mod course;
+mod heard;
 mod mechanics;
 mod parameters;
 mod rigid;
@@ -19,6 +20,7 @@ mod signals;
 pub use chemistry::{Chemistry, SignalColumns};
 pub use coupled::{Coupled, CoupledWork, Layout};
 pub use course::Course;
+pub use heard::Heard;
 pub use mechanics::{Mechanics, Pins};
 pub use parameters::ParameterFields;
 pub use rigid::{Motion, free_motions, holding};

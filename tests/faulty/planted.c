@@ -3,14 +3,25 @@
 #include "rumple_plugin.h"
 
 #include <math.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 enum {
     NONE, NOT_FINITE, WRONG_DERIVATIVE, HIDDEN_STATE, MUTATED_INPUT, NOT_THREAD_SAFE, ENDLESS,
     ABORTS, SEGFAULT, BEYOND, EXITS, UNWRITTEN, NEGATIVE_FACTOR, WRONG_FACTOR_DERIVATIVE,
-    FIELDS_IGNORED, FACTOR_UNWRITTEN, MAXIMUM_KEPT,
+    FIELDS_IGNORED, FACTOR_UNWRITTEN, MAXIMUM_KEPT, EXITS_LATE, SEGFAULT_LATE, DEEP, RAISES_FPE,
+    THREAD_FAULT, EXITS_IN_CREATE, EXITS_ON_LOAD, CHANGES_FOLDER, NOT_FINITE_ONCE,
 };
+
+/* Of the calls that come LATE. */
+enum { LATE = 400 };
+
+__attribute__((constructor)) static void load(void) {
+    if (FAULT == EXITS_ON_LOAD)
+        exit(0);
+}
 
 static const RumpleSpecies species[] = {
     {RUMPLE_STR("c"), RUMPLE_STR("1"), RUMPLE_STR("any"), 1.0, 0.0, 1.0, 0.0, RUMPLE_VERTEX}};
@@ -32,6 +43,10 @@ static const RumpleDescriptor descriptor = {
 static RumpleStatus create(const double *values, size_t count, void **instance,
                            RumpleReport *report) {
     (void)report;
+    if (FAULT == EXITS_IN_CREATE)
+        exit(0);
+    if (FAULT == CHANGES_FOLDER && chdir("/") != 0)
+        return RUMPLE_FATAL;
     double *k = malloc(count * sizeof *k);
     *k = *values;
     *instance = k;
@@ -44,6 +59,18 @@ static double scratch[1024];
 static double calls, most;
 static volatile int *volatile nowhere = (volatile int *)8;
 
+/* Without end, which the compiler cannot know. */
+static int deep(volatile char *above) {
+    volatile char room[4096];
+    room[0] = above ? above[0] : 1;
+    return room[0] == 1 ? deep(room) + room[0] : 0;
+}
+
+static void *fault(void *nothing) {
+    *nowhere = 1;
+    return nothing;
+}
+
 static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                           const RumpleColumnMut *values, RumpleReport *report) {
     (void)report;
@@ -52,7 +79,7 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
     for (size_t i = 0; i < batch->count; i++) {
         double c = rumple_get(batch->species[0], i), rate = -k * c;
         if (c > 0.5) {
-            if (FAULT == NOT_FINITE)
+            if (FAULT == NOT_FINITE || (FAULT == NOT_FINITE_ONCE && calls == LATE))
                 rate = NAN;
             if (FAULT == ABORTS)
                 abort();
@@ -60,6 +87,19 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                 exit(0);
             if (FAULT == SEGFAULT)
                 *nowhere = 1;
+            if (FAULT == EXITS_LATE && calls > LATE)
+                exit(0);
+            if (FAULT == SEGFAULT_LATE && calls > LATE)
+                *nowhere = 1;
+            if (FAULT == DEEP)
+                rate += deep(NULL);
+            if (FAULT == RAISES_FPE)
+                raise(SIGFPE);
+            if (FAULT == THREAD_FAULT) {
+                pthread_t thread;
+                if (pthread_create(&thread, NULL, fault, NULL) == 0)
+                    pthread_join(thread, NULL);
+            }
             if (FAULT == MUTATED_INPUT)
                 ((double *)batch->species[0].data)[i * batch->species[0].stride] = 0.5;
             while (FAULT == ENDLESS)

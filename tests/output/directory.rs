@@ -57,12 +57,20 @@ fn force_removes_an_earlier_run_and_nothing_else() {
     assert!(error.to_string().contains("--force"), "{error}");
     assert!(directory.frame(1).is_file(), "nothing is removed without force");
 
-    ResultDirectory::prepare(&root, true).unwrap();
+    let error = ResultDirectory::prepare(&root, true).unwrap_err();
+    assert!(error.to_string().contains("another run"), "{error}");
+    drop(series);
+    let (frames, modes) = (directory.frames(), directory.modes());
+    drop(directory);
+
+    let directory = ResultDirectory::prepare(&root, true).unwrap();
     for path in &foreign {
         assert_eq!(fs::read(path).unwrap(), b"mine", "{}", path.display());
     }
     let left = |p: &Path| fs::read_dir(p).unwrap().count();
-    assert_eq!((left(&root), left(&directory.frames()), left(&directory.modes())), (4, 3, 1));
+    // With the lock and the status.
+    assert_eq!((left(&root), left(&frames), left(&modes)), (6, 3, 1));
+    drop(directory);
 }
 
 #[test]

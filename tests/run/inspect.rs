@@ -1,9 +1,11 @@
 //! `inspect` against the same quantities computed here from their definitions.
 
+use rumple::sheet::{Array, Surface};
 use rumple::simulation::inspect;
 use serde_json::Value;
 
-use super::prepare;
+use super::program::{folder, rumple, text};
+use super::{SMALL, prepare};
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
@@ -135,4 +137,69 @@ fn effects_of_the_same_kind_have_names_of_their_own() {
     let sum: f64 = names.iter().map(|name| result["energy"][name].as_f64().unwrap()).sum();
     assert!((result["energy"]["total"].as_f64().unwrap() / sum - 1.0).abs() < 1e-12);
     assert_eq!(result["force"].as_object().unwrap().len(), names.len() + 1);
+}
+
+/// The start of the small scene as a file would give it.
+fn surface(setup: &rumple::simulation::Setup) -> Surface {
+    let values = setup.state.species[0].clone();
+    Surface {
+        points: setup.state.x.clone(),
+        triangles: setup.sheet.triangles().to_vec(),
+        point_arrays: vec![Array { name: "c".into(), components: 1, values }],
+        ..Surface::default()
+    }
+}
+
+#[test]
+fn a_state_with_other_triangles_is_refused() {
+    let (_, mut setup) = prepare(&[]);
+    let right = surface(&setup);
+    inspect::take_state(&mut setup, &right).unwrap();
+    // The same triangles from other corners.
+    let mut turned = right.clone();
+    turned.triangles.iter_mut().for_each(|t| t.rotate_left(1));
+    inspect::take_state(&mut setup, &turned).unwrap();
+
+    let mut other = right.clone();
+    other.triangles.swap(3, 4);
+    let error = inspect::take_state(&mut setup, &other).unwrap_err().to_string();
+    assert!(error.contains("triangle 3") && error.contains("another mesh"), "{error}");
+    let mut other = right;
+    other.triangles.iter_mut().flatten().for_each(|v| *v = 399 - *v);
+    let error = inspect::take_state(&mut setup, &other).unwrap_err().to_string();
+    assert!(error.contains("triangle 0"), "{error}");
+}
+
+#[test]
+fn a_state_that_is_not_finite_is_refused_with_its_vertex() {
+    let (_, mut setup) = prepare(&[]);
+    let right = surface(&setup);
+    let before = setup.state.clone();
+    for bad in [f64::NAN, f64::INFINITY] {
+        let mut wrong = right.clone();
+        wrong.points[7].y = bad;
+        let error = inspect::take_state(&mut setup, &wrong).unwrap_err().to_string();
+        assert!(error.contains("vertex 7"), "{error}");
+        let mut wrong = right.clone();
+        wrong.point_arrays[0].values[11] = bad;
+        let error = inspect::take_state(&mut setup, &wrong).unwrap_err().to_string();
+        assert!(error.contains("`c`") && error.contains("vertex 11"), "{error}");
+    }
+    assert_eq!(setup.state.x, before.x);
+}
+
+#[test]
+fn inspect_relax_tells_what_a_run_would_and_how_far_it_came() {
+    let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 1.0] }";
+    let folder = folder(&SMALL.replace("# more effects", load));
+    let args = ["inspect", "scene.toml", "--relax", "--json", "-"];
+    let out = rumple(folder.path(), &args);
+    let message = text(&out.stderr);
+    assert!(out.status.success(), "{message}");
+    assert!(message.contains("equilibrium.tolerance"), "{message}");
+    assert!(message.contains("residual") && message.contains("iterations"), "{message}");
+    let value: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let done = &value["relaxation"];
+    assert!(done["residual"].as_f64().unwrap() <= done["tolerance"].as_f64().unwrap(), "{done}");
+    assert!(done["iterations"].as_u64().unwrap() > 0, "{done}");
 }

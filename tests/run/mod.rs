@@ -1,6 +1,8 @@
 //! The main job: scenes through the library and through the program.
 
 mod coupling;
+mod ends;
+mod files;
 mod inspect;
 mod notes;
 mod program;

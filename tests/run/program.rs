@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::{SMALL, program};
 use crate::plugins::build;
 
-fn rumple(directory: &Path, args: &[&str]) -> Output {
+pub(super) fn rumple(directory: &Path, args: &[&str]) -> Output {
     let plugins = build::directory();
     Command::new(program())
         .current_dir(directory)
@@ -18,13 +18,13 @@ fn rumple(directory: &Path, args: &[&str]) -> Output {
         .unwrap()
 }
 
-fn folder(scene: &str) -> tempfile::TempDir {
+pub(super) fn folder(scene: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
@@ -202,8 +202,7 @@ fn an_interrupted_run_leaves_whole_files() {
     }
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
-    let status = child.wait().unwrap();
-    assert!(status.success(), "{status}");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
     let pvd = fs::read_to_string(folder.path().join("result/sheet.pvd")).unwrap();
     assert!(pvd.trim_end().ends_with("</VTKFile>"));
     let times: Vec<f64> = pvd

@@ -2,6 +2,10 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::fs;
+use std::time::{Duration, Instant};
+
+use rumple::kinetics::formula::FormulaKinetics;
 use rumple::scene::Scene;
 
 use super::SCENE;
@@ -137,4 +141,102 @@ fn deep_nesting() {
     let text = format!("x = {}1{}", "[".repeat(30), "]".repeat(30));
     let error = super::refused(&text, &[]);
     assert_eq!(error.message(), "nested more than 24 levels deep");
+}
+
+/// What is said of a scene in a file of these bytes.
+fn refusal(bytes: &[u8]) -> rumple::scene::SceneError {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    fs::write(&path, bytes).unwrap();
+    Scene::load(&path, &[]).unwrap_err()
+}
+
+#[test]
+fn a_scene_that_is_no_file_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = Scene::load(folder.path(), &[]).unwrap_err();
+    assert!(error.to_string().contains("directory"), "{error}");
+    #[cfg(unix)]
+    {
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        for path in [pipe.as_path(), "/dev/zero".as_ref()] {
+            let error = Scene::load(path, &[]).unwrap_err();
+            assert!(error.to_string().contains("device or a pipe"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_scene_of_more_than_16_mib_is_refused() {
+    let mut bytes = SCENE.as_bytes().to_vec();
+    bytes.resize((1 << 24) + 1, b'\n');
+    let error = refusal(&bytes);
+    assert!(error.to_string().contains("16777216"), "{error}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    fs::write(&path, &bytes[..1 << 24]).unwrap();
+    Scene::load(&path, &[]).unwrap();
+}
+
+#[test]
+fn a_scene_that_is_not_utf_8_is_refused_with_the_place() {
+    let at = SCENE.find("young").unwrap();
+    let (before, after) = SCENE.as_bytes().split_at(at);
+    let error = refusal(&[before, b"\xe9", after].concat());
+    let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+    assert_eq!(error.position(), Some((line, 1)), "{error}");
+    assert!(error.to_string().contains("0xe9"), "{error}");
+    let utf_16: Vec<u8> = SCENE.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let error = refusal(&[b"\xff\xfe", utf_16.as_slice()].concat());
+    assert_eq!(error.position(), Some((1, 1)), "{error}");
+}
+
+/// Time that even a busy machine has; before it was a minute or hours.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+#[test]
+fn hundreds_of_thousands_of_unknown_keys_do_not_hang() {
+    let mut text = String::new();
+    for k in 0..300_000 {
+        text += &format!("sheeet{k} = {k}\n");
+    }
+    let began = Instant::now();
+    let error = Scene::parse(&(text + SCENE), "s.toml", &[]).unwrap_err();
+    let told = error.rendered(false);
+    assert!(began.elapsed() < PATIENCE, "{:?}", began.elapsed());
+    assert!(error.to_string().contains("sheeet0"), "{error}");
+    assert!(told.contains("299980 more"), "{told}");
+
+    let long = "x".repeat(1 << 20);
+    let began = Instant::now();
+    let error = Scene::parse(&format!("{long} = 1\n{SCENE}"), "s.toml", &[]).unwrap_err();
+    assert!(!error.rendered(false).is_empty());
+    assert!(began.elapsed() < PATIENCE, "{:?}", began.elapsed());
+}
+
+/// Every part needs the next in the order of names, the order that took longest.
+#[test]
+fn thousands_of_chained_lets_do_not_hang() {
+    let mut text = String::from("[kinetics]\nrates.c = \"a00000\"\n");
+    let count = 20_000;
+    for k in 0..count {
+        text += &format!("let.a{k:05} = \"a{:05}*0.5 + tanh(a{:05}*c) + H\"\n", k + 1, k + 1);
+    }
+    text += &format!("let.a{count:05} = \"c\"\n");
+    let text = format!(
+        "[sheet]\nshape = \"disc\"\nradius = 1.0\nvertices = 100\n[time]\nuntil = 1.0\n{text}"
+    );
+    let began = Instant::now();
+    let scene = Scene::parse(&text, "s.toml", &[]).unwrap();
+    let law = FormulaKinetics::new(&scene.kinetics[0].law().unwrap()).unwrap();
+    assert!(began.elapsed() < PATIENCE, "{:?}", began.elapsed());
+    // A few operations a part, its derivatives by c and H included.
+    assert!(law.operations().1 < 40 * count, "{:?}", law.operations());
+
+    let circle = text.replace(&format!("let.a{count:05} = \"c\""), "let.a20000 = \"a00007\"");
+    let scene = Scene::parse(&circle, "s.toml", &[]).unwrap();
+    let error = FormulaKinetics::new(&scene.kinetics[0].law().unwrap()).unwrap_err();
+    assert!(error.error.message.contains("made of itself"), "{error:?}");
 }

@@ -1,5 +1,6 @@
 //! `rumple compare SCENE`: the same scene under several policies and integrators.
 
+mod room;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use clap::Args;
 use self::table::{csv, table};
 use super::SceneArgs;
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Mode, OutputError, Progress, ResultDirectory, atomic};
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory, Standing, atomic, interrupt};
 use crate::scene::Scene;
 use crate::simulation::compare::{Member, Timescales, contact_sheet, figure, member};
 use crate::simulation::{Setup, prepare};
@@ -50,20 +51,48 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
     let (_, search) = args.scene.load()?;
     let planned = plan(args)?;
     let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());
-    let root = args.out.clone().unwrap_or_else(stamp);
-    make_room(&root, args.force)?;
-    announce(args, &search)?;
+    // A plugin may change the working directory.
+    let root = super::absolute(&args.out.clone().unwrap_or_else(stamp))?;
+    let (scene, setup) = start(args, &search)?;
+    super::inputs(&scene, &setup.plugins).outside(&root)?;
     let interrupt = Interrupt::install()?;
+    let claim = room::make(&root, args.force)?;
+    let outcome =
+        announce(setup, interrupt).and_then(|()| work(args, &search, planned, &root, interrupt));
+    let (standing, reason) = match &outcome {
+        Ok(reason) => (Standing::Complete, reason.clone()),
+        Err(Error::Solve(SolveError::Interrupted)) => {
+            (Standing::Interrupted, interrupt::reason().to_owned())
+        }
+        Err(error) => (Standing::Failed, error.to_string()),
+    };
+    let told = claim.end(standing, &reason);
+    outcome?;
+    Ok(told?)
+}
+
+/// Runs all members; says how many came to their end.
+fn work(
+    args: &CompareArgs,
+    search: &Search,
+    planned: Vec<Planned>,
+    root: &Path,
+    interrupt: Interrupt,
+) -> Result<String> {
     let mut members: Vec<Member> = Vec::new();
     for Planned { name, scene } in planned {
         let directory = root.join(folder(&name, members.len()));
         let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
         let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
         progress.message(&name);
-        let record = |setup: &Setup, directory: &ResultDirectory| {
-            super::record(&args.scene.scene, &scene, setup, directory)
-        };
-        let outcome = member(&scene, &search, &directory, &record, &mut progress, interrupt);
+        let outcome = member(
+            &scene,
+            search,
+            &mut || ResultDirectory::prepare(&directory, args.force),
+            &|setup, directory| super::record(&scene, setup, directory),
+            &mut progress,
+            interrupt,
+        );
         progress.finish();
         if interrupt.requested() {
             if !members.is_empty() {
@@ -76,17 +105,18 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
             return Err(error);
         }
         members.push(Member { name, outcome });
-        write(&root, &members)?;
+        write(root, &members)?;
     }
     say!("{}", table(&members).trim_end());
     say!("every output time, plots and, of sheets, pictures side by side: {}", root.display());
+    let (all, ran) = (members.len(), members.iter().filter(|m| m.outcome.is_ok()).count());
     // Where nothing ran there is nothing to compare, and the first reason is that of all.
-    if members.iter().all(|m| m.outcome.is_err())
+    if ran == 0
         && let Some(error) = members.into_iter().find_map(|m| m.outcome.err())
     {
         return Err(error);
     }
-    Ok(())
+    Ok(format!("{ran} of {all} members came to their end"))
 }
 
 /// Every pairing, read before the first runs: a name that nothing has ends the comparison, a
@@ -123,41 +153,19 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
     Ok(planned)
 }
 
-/// Makes the directory; an earlier comparison in it is refused, or removed with `force`.
-fn make_room(root: &Path, force: bool) -> Result<()> {
-    let failed = |path: &Path, source| OutputError::Write { path: path.to_owned(), source };
-    std::fs::create_dir_all(root).map_err(|e| failed(root, e))?;
-    let entries = std::fs::read_dir(root).map_err(|e| failed(root, e))?;
-    for entry in entries.flatten() {
-        let path = entry.path();
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let number = name.split('-').next().unwrap_or_default();
-        let member = !number.is_empty() && number.chars().all(|c| c.is_ascii_digit());
-        if !(member && name.contains('-') && path.join("ledger.csv").is_file()) {
-            continue;
-        }
-        if !force {
-            return Err(Error::Output(OutputError::Directory {
-                path: root.to_owned(),
-                message: "it holds an earlier comparison: choose another, or --force to replace it"
-                    .into(),
-            }));
-        }
-        // What a run wrote goes; folders that hold anything else stay.
-        let old = ResultDirectory::prepare(&path, true)?;
-        for folder in [old.frames(), old.modes(), path] {
-            let _ = std::fs::remove_dir(folder);
-        }
-    }
-    Ok(())
-}
-
-/// Prints the timescales at the start, whatever the scene's own pairing.
-fn announce(args: &CompareArgs, search: &Search) -> Result<()> {
+/// The scene made ready with a policy and an integrator that go with every sheet.
+fn start(args: &CompareArgs, search: &Search) -> Result<(Scene, Setup)> {
     let mut overrides = args.scene.overrides.clone();
     let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];
     overrides.extend(plain.map(str::to_owned));
-    let mut setup = prepare(&Scene::load(&args.scene.scene, &overrides)?, search)?;
+    let scene = Scene::load(&args.scene.scene, &overrides)?;
+    let setup = prepare(&scene, search)?;
+    Ok((scene, setup))
+}
+
+/// Prints the timescales at the start, whatever the scene's own pairing.
+fn announce(mut setup: Setup, interrupt: Interrupt) -> Result<()> {
+    setup.system.set_interrupt(move || interrupt.requested());
     setup.system.relax(&mut setup.state)?;
     match Timescales::of(&mut setup) {
         Ok(Some(timescales)) => say!("{}", timescales.verdict()),
@@ -171,12 +179,12 @@ fn announce(args: &CompareArgs, search: &Search) -> Result<()> {
 fn write(root: &Path, members: &[Member]) -> Result<()> {
     let figure = figure(members);
     let mut files = vec![
-        ("compare.csv", csv(members).into_bytes()),
-        ("compare.svg", figure.svg()?.into_bytes()),
-        ("compare.png", figure.picture()?.png()?),
+        (room::TABLE, csv(members).into_bytes()),
+        (room::PLOTS, figure.svg()?.into_bytes()),
+        (room::PLOT_PICTURE, figure.picture()?.png()?),
     ];
     if let Some(pictures) = contact_sheet(members)? {
-        files.push(("pictures.png", pictures.png()?));
+        files.push((room::PICTURES, pictures.png()?));
     }
     for (name, bytes) in files {
         atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;

@@ -62,7 +62,8 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
     let name = &args.name;
     let folder = args.dir.clone().unwrap_or_else(|| PathBuf::from(name));
     check_name(name)?;
-    if folder.exists() {
+    // A link that leads nowhere counts as well.
+    if fs::symlink_metadata(&folder).is_ok() {
         return Err(refuse(format!("{} exists already; nothing is written", folder.display())));
     }
     let stem = name.replace('-', "_");

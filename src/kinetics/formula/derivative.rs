@@ -7,20 +7,22 @@ impl Graph {
     /// jump of `step` has none.
     pub(super) fn slope(&mut self, id: Id, input: u32) -> Id {
         // Operands come first, so all slopes up to `id` can be made in order, without recursion.
-        for k in 0..=id {
-            if !self.slopes.contains_key(&(k, input)) {
-                let slope = self.slope_of(self.ops()[k as usize], k, input);
-                self.slopes.insert((k, input), slope);
-            }
+        let mut slopes = self.slopes.remove(&input).unwrap_or_default();
+        for k in crate::num::index(slopes.len())..=id {
+            let slope = self.slope_of(self.ops()[k as usize], k, input, &slopes);
+            slopes.push(slope);
         }
-        self.slopes[&(id, input)]
+        let slope = slopes[id as usize];
+        self.slopes.insert(input, slopes);
+        slope
     }
 
-    fn slope_of(&mut self, op: Op, id: Id, input: u32) -> Id {
+    /// The slope of one node from those of its operands.
+    fn slope_of(&mut self, op: Op, id: Id, input: u32, slopes: &[Id]) -> Id {
         let [a, b] = op.operands();
         let zero = self.constant(0.0);
-        let of = |graph: &Self, k: Option<Id>| k.map_or(zero, |k| graph.slopes[&(k, input)]);
-        let (da, db) = (of(self, a), of(self, b));
+        let of = |k: Option<Id>| k.map_or(zero, |k| slopes[k as usize]);
+        let (da, db) = (of(a), of(b));
         if a.is_some() && da == zero && db == zero {
             return zero;
         }

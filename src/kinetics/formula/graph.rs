@@ -156,7 +156,8 @@ pub(super) fn logistic(a: f64) -> f64 {
 pub(super) struct Graph {
     ops: Vec<Op>,
     known: HashMap<(std::mem::Discriminant<Op>, u64, u64), Id>,
-    pub(super) slopes: HashMap<(Id, u32), Id>,
+    /// By input: the slopes of all nodes up to the last that was asked for.
+    pub(super) slopes: HashMap<u32, Vec<Id>>,
 }
 
 impl Graph {

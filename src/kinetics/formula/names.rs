@@ -1,13 +1,13 @@
 //! What the names in formulas stand for.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use super::graph::{Graph, Id};
 use super::parse::{self, FormulaError};
 use super::{Law, LawError, Which};
-use crate::kinetics::Signal;
 use crate::kinetics::error::nearest;
+use crate::kinetics::{Parameter, Signal};
 
 /// Short names of signals.
 const SHORT: [(&str, &str); 9] = [
@@ -27,7 +27,11 @@ const SHORT: [(&str, &str); 9] = [
 /// Inputs are numbered: species, then the columns of all signals, then parameters that vary.
 pub(super) struct Names<'a> {
     law: &'a Law,
-    lets: Vec<(String, Id)>,
+    /// Numbers of species, by name.
+    species: HashMap<&'a str, usize>,
+    /// Numbers of parameters among all, and among those that vary.
+    parameters: HashMap<&'a str, (usize, usize)>,
+    lets: HashMap<&'a str, Id>,
     /// Columns of all signals, by name.
     pub(super) columns: Vec<&'static str>,
     /// Parameters that some formula mentions.
@@ -38,23 +42,31 @@ impl<'a> Names<'a> {
     /// The names of a law, its `let`s not yet defined.
     pub(super) fn new(law: &'a Law) -> Self {
         let columns = Signal::ALL.iter().flat_map(|s| s.columns()).copied().collect();
-        Self { law, lets: Vec::new(), columns, used: RefCell::default() }
+        let species = law.species.iter().enumerate().map(|(k, s)| (s.name.as_str(), k)).collect();
+        let mut varying = 0;
+        let number = |(k, parameter): (usize, &'a Parameter)| {
+            let numbers = (k, varying);
+            varying += usize::from(law.values[k].is_none());
+            (parameter.name.as_str(), numbers)
+        };
+        let parameters = law.parameters.iter().enumerate().map(number).collect();
+        let (lets, used) = (HashMap::new(), RefCell::default());
+        Self { law, species, parameters, lets, columns, used }
     }
 
     /// What a name stands for, or what there is instead.
     pub(super) fn find(&self, graph: &mut Graph, name: &str) -> Result<Id, String> {
-        if let Some((_, id)) = self.lets.iter().rev().find(|(known, _)| known == name) {
+        if let Some(id) = self.lets.get(name) {
             return Ok(*id);
         }
-        if let Some(s) = self.law.species.iter().position(|s| s.name == name) {
-            return Ok(graph.input(crate::num::index(s)));
+        if let Some(s) = self.species.get(name) {
+            return Ok(graph.input(crate::num::index(*s)));
         }
-        if let Some(k) = self.law.parameters.iter().position(|p| p.name == name) {
+        if let Some((k, earlier)) = self.parameters.get(name) {
             self.used.borrow_mut().insert(name.to_owned());
-            return Ok(match self.law.values[k] {
+            return Ok(match self.law.values[*k] {
                 Some(value) => graph.constant(value),
                 None => {
-                    let earlier = self.law.values[..k].iter().filter(|v| v.is_none()).count();
                     let before = self.law.species.len() + self.columns.len();
                     graph.input(crate::num::index(before + earlier))
                 }
@@ -68,7 +80,8 @@ impl<'a> Names<'a> {
             return Ok(graph.input(crate::num::index(self.law.species.len() + column)));
         }
         let mut all: Vec<&str> = self.law.species.iter().map(|s| s.name.as_str()).collect();
-        all.extend(self.lets.iter().map(|(name, _)| name.as_str()));
+        let lets = self.law.lets.iter().map(|part| part.name.as_str());
+        all.extend(lets.filter(|name| self.lets.contains_key(name)));
         all.extend(self.law.parameters.iter().map(|p| p.name.as_str()));
         all.extend(self.columns.iter().copied());
         all.extend(SHORT.iter().map(|(short, _)| *short));
@@ -79,35 +92,51 @@ impl<'a> Names<'a> {
         })
     }
 
-    /// Puts all `let`s into the graph, each after those that it is made of.
+    /// Puts all `let`s into the graph, each after those that it is made of: of those that could be
+    /// next the first one, so that the time is about that of reading them.
     pub(super) fn define(&mut self, graph: &mut Graph) -> Result<(), LawError> {
         let law = self.law;
         let wrong = |k: usize| move |error| LawError { formula: Which::Let(k), error };
-        let mut waiting = Vec::new();
+        let number: HashMap<&str, usize> =
+            law.lets.iter().enumerate().map(|(k, part)| (part.name.as_str(), k)).collect();
+        let mut trees = Vec::with_capacity(law.lets.len());
+        // How many parts of each are not yet defined, and whose part each is.
+        let mut open = vec![0; law.lets.len()];
+        let mut part_of = vec![Vec::new(); law.lets.len()];
         for (k, part) in law.lets.iter().enumerate() {
-            let taken = law.species.iter().any(|s| s.name == part.name)
-                || law.parameters.iter().any(|p| p.name == part.name);
-            if taken {
-                let message = format!("`{}` is a species or a parameter already", part.name);
+            let name = part.name.as_str();
+            if self.species.contains_key(name) || self.parameters.contains_key(name) {
+                let message = format!("`{name}` is a species or a parameter already");
                 return Err(wrong(k)(FormulaError::new(0..part.text.len(), message)));
             }
-            waiting.push((k, parse::parse(&part.text).map_err(wrong(k))?));
+            let tree = parse::parse(&part.text).map_err(wrong(k))?;
+            tree.names(&mut |name| {
+                if let Some(&other) = number.get(name) {
+                    open[k] += 1;
+                    part_of[other].push(k);
+                }
+            });
+            trees.push(tree);
         }
-        while !waiting.is_empty() {
-            let open = |name: &str| {
-                law.lets.iter().any(|l| l.name == name)
-                    && !self.lets.iter().any(|(known, _)| known == name)
-            };
-            let Some(next) = waiting.iter().position(|(_, tree)| !tree.mentions(&open)) else {
-                let (k, _) = waiting[0];
+        let mut ready: BTreeSet<usize> = (0..open.len()).filter(|k| open[*k] == 0).collect();
+        while let Some(k) = ready.pop_first() {
+            let find = &mut |graph: &mut Graph, name: &str| self.find(graph, name);
+            let id = graph.insert(&trees[k], find).map_err(wrong(k))?;
+            self.lets.insert(&law.lets[k].name, id);
+            for &whole in &part_of[k] {
+                open[whole] -= 1;
+                if open[whole] == 0 {
+                    ready.insert(whole);
+                }
+            }
+        }
+        match open.iter().position(|open| *open > 0) {
+            None => Ok(()),
+            Some(k) => {
                 let part = &law.lets[k];
                 let message = format!("`{}` is made of itself", part.name);
-                return Err(wrong(k)(FormulaError::new(0..part.text.len(), message)));
-            };
-            let (k, tree) = waiting.remove(next);
-            let id = graph.insert(&tree, &mut |g, name| self.find(g, name)).map_err(wrong(k))?;
-            self.lets.push((law.lets[k].name.clone(), id));
+                Err(wrong(k)(FormulaError::new(0..part.text.len(), message)))
+            }
         }
-        Ok(())
     }
 }

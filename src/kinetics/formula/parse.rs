@@ -109,14 +109,17 @@ pub(super) enum Kind {
 }
 
 impl Tree {
-    /// Whether any name in it is one of `those`.
-    pub(super) fn mentions(&self, those: &impl Fn(&str) -> bool) -> bool {
+    /// Hands every name in it to `each`.
+    pub(super) fn names(&self, each: &mut impl FnMut(&str)) {
         match &self.kind {
-            Kind::Number(_) => false,
-            Kind::Name(name) => those(name),
-            Kind::Negative(inner) => inner.mentions(those),
-            Kind::Binary(_, left, right) => left.mentions(those) || right.mentions(those),
-            Kind::Call(_, all) => all.iter().any(|part| part.mentions(those)),
+            Kind::Number(_) => {}
+            Kind::Name(name) => each(name),
+            Kind::Negative(inner) => inner.names(each),
+            Kind::Binary(_, left, right) => {
+                left.names(each);
+                right.names(each);
+            }
+            Kind::Call(_, all) => all.iter().for_each(|part| part.names(each)),
         }
     }
 }

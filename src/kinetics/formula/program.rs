@@ -77,11 +77,12 @@ impl Program {
                     program.steps.push(Step { op, to: row, a, b });
                 }
             }
-            for operand in op.operands().into_iter().flatten() {
+            let [a, b] = op.operands();
+            // An operand that is used twice is freed once.
+            for operand in [a, b.filter(|b| Some(*b) != a)].into_iter().flatten() {
                 let o = operand as usize;
                 let constant = matches!(ops[o], Op::Constant(_));
-                // An operand that is used twice is freed once.
-                if last_use[o] == Some(k) && !constant && !free.contains(&row_of[o]) {
+                if last_use[o] == Some(k) && !constant {
                     free.push(row_of[o]);
                 }
             }

@@ -14,6 +14,7 @@ use smallvec::SmallVec;
 use super::Library;
 use super::call::Call;
 use super::inputs::Inputs;
+use super::watch;
 use crate::kinetics::batch::{Batch, Column};
 use crate::kinetics::descriptor::{Descriptor, Location};
 use crate::kinetics::error::KineticsError;
@@ -42,9 +43,22 @@ unsafe impl Sync for PluginKinetics {}
 impl Drop for PluginKinetics {
     fn drop(&mut self) {
         if let Some(destroy) = self.library.destroy {
+            let _watched = watch::begin(&of_instance(&self.library, "destroy"));
             // SAFETY: made by `create` of the same library, and never used again.
             unsafe { destroy(self.instance) };
         }
+    }
+}
+
+/// A call that has no points.
+fn of_instance<'a>(library: &'a Library, name: &'static str) -> Call<'a> {
+    Call {
+        plugin: &library.descriptor.name,
+        name,
+        location: Location::Vertex,
+        first: 0,
+        count: 0,
+        library: library.number,
     }
 }
 
@@ -68,15 +82,7 @@ impl PluginKinetics {
     /// An instance with all its parameters, in the order of the descriptor.
     pub(super) fn new(library: &Arc<Library>, parameters: Vec<f64>) -> Result<Self, KineticsError> {
         let mut instance = ptr::null_mut();
-        let call = Call {
-            plugin: &library.descriptor.name,
-            name: "create",
-            location: Location::Vertex,
-            first: 0,
-            count: 0,
-            library: library.number,
-        };
-        call.run(|report| {
+        of_instance(library, "create").run(|report| {
             // SAFETY: as many parameters as the descriptor has; `instance` is ours to be written.
             library.create.map_or(abi::Status::FATAL, |create| unsafe {
                 create(parameters.as_ptr(), parameters.len(), &raw mut instance, report)

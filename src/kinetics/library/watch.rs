@@ -2,43 +2,54 @@
 //!
 //! A call that does not return cannot be ended from outside: threads share what they hold. But
 //! somebody who watches can say which plugin hangs, in which call, and at which points, and end
-//! the program.
+//! the program. One that ends the program itself is [named](super::end) in the same way.
 
-use std::cell::OnceCell;
+use std::cell::Cell;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::call::Call;
+use crate::growing::Growing;
 use crate::kinetics::descriptor::Location;
 
+/// A call that is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct UnderWay {
+    pub(super) plugin: &'static str,
+    call: &'static str,
+    location: Location,
+    first: usize,
+    count: usize,
+}
+
+impl std::fmt::Display for UnderWay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { call, location, first, count, .. } = self;
+        f.write_str(call)?;
+        match count.checked_sub(1) {
+            None => Ok(()),
+            Some(0) => write!(f, " at {} {first}", location.noun()),
+            Some(more) => write!(f, " at {} {first} to {}", location.nouns(), first + more),
+        }
+    }
+}
+
 /// A call that has been under way for long.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Overdue {
-    /// The plugin.
-    pub plugin: String,
-    /// Which call.
-    pub call: &'static str,
-    /// What its points are.
-    pub location: Location,
-    /// Number of the first point.
-    pub first: usize,
-    /// How many points.
-    pub count: usize,
-    /// For how long.
-    pub running: Duration,
+    call: UnderWay,
+    running: Duration,
 }
 
 impl std::fmt::Display for Overdue {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { plugin, call, location, first, count, running } = self;
-        write!(f, "plugin `{plugin}` does not return from {call}")?;
-        match count.checked_sub(1) {
-            None => {}
-            Some(0) => write!(f, " at {} {first}", location.noun())?,
-            Some(more) => write!(f, " at {} {first} to {}", location.nouns(), first + more)?,
-        }
-        write!(f, ": it has been there for {:.0} s", running.as_secs_f64())
+        let Self { call, running } = self;
+        let (plugin, seconds) = (call.plugin, running.as_secs_f64());
+        write!(
+            f,
+            "plugin `{plugin}` does not return from {call}: it has been there for {seconds:.0} s"
+        )
     }
 }
 
@@ -56,26 +67,32 @@ struct Slot {
 }
 
 static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
-static SLOTS: Mutex<Vec<Arc<Slot>>> = Mutex::new(Vec::new());
+static NAMES: Growing<String> = Growing::new();
+static SLOTS: Growing<Slot> = Growing::new();
 
-const CALLS: [&str; 6] =
-    ["create", "rates", "rate_partials", "length_factor", "length_factor_partials", "observe"];
+const CALLS: [&str; 8] = [
+    "loading",
+    "create",
+    "rates",
+    "rate_partials",
+    "length_factor",
+    "length_factor_partials",
+    "observe",
+    "destroy",
+];
 const LOCATIONS: [Location; 3] = [Location::Vertex, Location::Face, Location::Edge];
 
 thread_local! {
-    static SLOT: OnceCell<Arc<Slot>> = const { OnceCell::new() };
+    static SLOT: Cell<Option<(usize, &'static Slot)>> = const { Cell::new(None) };
 }
 
 /// Gives a library its number.
 pub(super) fn enter(name: &str) -> usize {
-    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-    names.push(name.to_owned());
-    names.len() - 1
+    NAMES.push(name.to_owned()).0
 }
 
 /// Ends the watch over a call when it goes out of scope.
-pub(super) struct Watched(Arc<Slot>);
+pub(super) struct Watched(&'static Slot);
 
 impl Drop for Watched {
     fn drop(&mut self) {
@@ -85,13 +102,10 @@ impl Drop for Watched {
 
 /// Begins to watch over a call of this thread.
 pub(super) fn begin(call: &Call<'_>) -> Watched {
-    let slot = SLOT.with(|slot| {
-        let register = || {
-            let slot = Arc::new(Slot::default());
-            SLOTS.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&slot));
-            slot
-        };
-        Arc::clone(slot.get_or_init(register))
+    let (_, slot) = SLOT.get().unwrap_or_else(|| {
+        let entry = SLOTS.push(Slot::default());
+        SLOT.set(Some(entry));
+        entry
     });
     let position = |found: Option<usize>| found.unwrap_or(usize::MAX);
     slot.library.store(call.library, Ordering::Relaxed);
@@ -108,27 +122,59 @@ fn now() -> u64 {
     u64::try_from(START.elapsed().as_millis()).unwrap_or(u64::MAX - 1)
 }
 
+impl Slot {
+    fn is_busy(&self) -> bool {
+        self.since.load(Ordering::Acquire) != 0
+    }
+
+    /// The call that is under way, if there is one.
+    fn call(&self) -> Option<UnderWay> {
+        let at = |number: &AtomicUsize| number.load(Ordering::Relaxed);
+        self.is_busy().then(|| UnderWay {
+            plugin: NAMES.iter().nth(at(&self.library)).map_or("", String::as_str),
+            call: CALLS.get(at(&self.call)).copied().unwrap_or("a call"),
+            location: LOCATIONS.get(at(&self.location)).copied().unwrap_or(Location::Vertex),
+            first: at(&self.first),
+            count: at(&self.count),
+        })
+    }
+}
+
+/// Where a call is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Whose {
+    /// In the thread that asks, which has this number.
+    Own(usize),
+    /// In some other thread alone.
+    Other,
+}
+
+/// Whether and where a call is under way. A signal handler may ask.
+pub(super) fn whose() -> Option<Whose> {
+    match SLOT.get() {
+        Some((number, slot)) if slot.is_busy() => Some(Whose::Own(number)),
+        _ => SLOTS.iter().any(Slot::is_busy).then_some(Whose::Other),
+    }
+}
+
+/// The call that is under way there.
+pub(super) fn under_way(whose: Whose) -> Option<UnderWay> {
+    match whose {
+        Whose::Own(number) => SLOTS.iter().nth(number)?.call(),
+        Whose::Other => SLOTS.iter().find_map(Slot::call),
+    }
+}
+
 /// The call that has been under way longest, if that is longer than `limit`.
 #[must_use]
 pub fn overdue(limit: Duration) -> Option<Overdue> {
-    let slots = SLOTS.lock().unwrap_or_else(PoisonError::into_inner);
     let running = |slot: &Slot| match slot.since.load(Ordering::Acquire) {
         0 => Duration::ZERO,
         since => Duration::from_millis((now() + 1).saturating_sub(since)),
     };
-    let slot = slots.iter().max_by_key(|slot| running(slot))?;
+    let slot = SLOTS.iter().max_by_key(|slot| running(slot))?;
     let running = running(slot);
-    if running <= limit {
-        return None;
-    }
-    let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-    let at = |number: &AtomicUsize| number.load(Ordering::Relaxed);
-    Some(Overdue {
-        plugin: names.get(at(&slot.library)).cloned().unwrap_or_default(),
-        call: CALLS.get(at(&slot.call)).copied().unwrap_or("a call"),
-        location: LOCATIONS.get(at(&slot.location)).copied().unwrap_or(Location::Vertex),
-        first: at(&slot.first),
-        count: at(&slot.count),
-        running,
-    })
+    // It may have come to its end just now.
+    let call = slot.call().filter(|_| running > limit)?;
+    Some(Overdue { call, running })
 }

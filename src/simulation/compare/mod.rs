@@ -13,14 +13,13 @@ pub(super) use measures::aligned;
 pub use measures::{Difference, Differences, Measures, differences};
 pub use timescales::Timescales;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use self::measures::measure;
 use super::run::{self, Summary};
 use super::{Setup, prepare};
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Progress, ResultDirectory};
+use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::state::State;
@@ -117,22 +116,20 @@ impl Ran {
     }
 }
 
-/// Runs one member into `root`; `record` writes down what it was made from.
+/// Runs one member into the directory that `room` makes; `record` writes down what it was made from.
 ///
 /// # Errors
 /// Whatever ends a run, and pairings that make no sense.
 pub fn member(
     scene: &Scene,
     search: &Search,
-    root: &Path,
+    room: &mut dyn FnMut() -> Result<ResultDirectory, OutputError>,
     record: &dyn Fn(&Setup, &ResultDirectory) -> Result<()>,
     progress: &mut Progress,
     interrupt: Interrupt,
 ) -> Result<Ran> {
     let mut setup = prepare(scene, search)?;
-    // Room was made before the first member: what is left here is none of ours.
-    let directory = ResultDirectory::prepare(root, true)?;
-    record(&setup, &directory)?;
+    let directory = room()?;
     let (species, typical) = setup
         .system
         .chemistry()
@@ -147,7 +144,10 @@ pub fn member(
         }
         states.push(state.clone());
     };
-    let summary = run::observed(scene, &mut setup, &directory, progress, interrupt, &mut observe)?;
+    let summary = run::accounted(&directory, || {
+        record(&setup, &directory)?;
+        run::observed(scene, &mut setup, &directory, progress, interrupt, &mut observe)
+    })?;
     if summary.ending == run::Ending::Interrupted {
         return Err(Error::Solve(crate::solve::SolveError::Interrupted));
     }

@@ -1,0 +1,183 @@
+//! A directory while a run writes to it: nobody else does, and how it ends is told.
+//!
+//! ```text
+//! DIR/.lock        locked by the process that writes; the system frees it, however that ends
+//! DIR/status.json  running, complete, interrupted or failed; why; the time reached
+//! ```
+//!
+//! A run that is killed stays `running` with its lock free.
+
+use std::fmt;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::SystemTime;
+
+use serde_json::json;
+
+use super::{OutputError, atomic, clock};
+use crate::growing::Growing;
+
+/// How a run stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// It goes on.
+    Running,
+    /// It came to its end.
+    Complete,
+    /// The user ended it.
+    Interrupted,
+    /// It could not go on.
+    Failed,
+}
+
+impl fmt::Display for Standing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Running => "running",
+            Self::Complete => "complete",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
+        })
+    }
+}
+
+/// The right to write to a directory, until it is dropped.
+#[derive(Debug)]
+pub struct Claim {
+    root: PathBuf,
+    status: OnceLock<&'static Status>,
+    /// Locked as long as it is open; none where the file system has no locks.
+    _lock: Option<File>,
+}
+
+impl Claim {
+    /// Name of the file that is locked.
+    pub const LOCK: &'static str = ".lock";
+    /// Name of the file that says how the run stands.
+    pub const STATUS: &'static str = "status.json";
+
+    /// Claims the directory `root`, which exists.
+    ///
+    /// # Errors
+    /// [`OutputError::Directory`] if another run writes to it, [`OutputError::Write`] if the lock
+    /// cannot be made.
+    pub fn take(root: &Path) -> Result<Self, OutputError> {
+        let path = root.join(Self::LOCK);
+        let refuse = |message: &str| {
+            let message = message.to_owned();
+            Err(OutputError::Directory { path: root.to_owned(), message })
+        };
+        if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
+            return refuse("`.lock` in it is no plain file");
+        }
+        let file = OpenOptions::new()
+            .create(true)
+            .write(true)
+            .truncate(false)
+            .open(&path)
+            .map_err(OutputError::write(&path))?;
+        let lock = match file.try_lock() {
+            Ok(()) => Some(file),
+            Err(TryLockError::WouldBlock) => {
+                return refuse("another run writes to it; name another with --out");
+            }
+            Err(TryLockError::Error(_)) => None,
+        };
+        Ok(Self { root: root.to_owned(), status: OnceLock::new(), _lock: lock })
+    }
+
+    /// Says that the run goes on.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if the status cannot be written.
+    pub fn begin(&self) -> Result<(), OutputError> {
+        let status = self.status.get_or_init(|| {
+            let path = self.root.join(Self::STATUS);
+            ALL.push(Status {
+                path,
+                started: clock::iso(SystemTime::now()),
+                time: AtomicU64::new(0),
+                open: AtomicBool::new(true),
+            })
+            .1
+        });
+        status.write(Standing::Running, "")
+    }
+
+    /// Takes notice of the time that the run has reached.
+    pub fn reached(&self, time: f64) {
+        if let Some(status) = self.status.get() {
+            status.time.store(time.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// Says how the run ended and why; the first who says so is believed.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if the status cannot be written.
+    pub fn end(&self, standing: Standing, reason: &str) -> Result<(), OutputError> {
+        match self.status.get() {
+            Some(status) if status.open.swap(false, Ordering::AcqRel) => {
+                status.write(standing, reason)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        // Whoever left without a word has reported the reason.
+        let _ = self.end(Standing::Failed, "it was given up");
+    }
+}
+
+/// The status of one directory.
+#[derive(Debug)]
+struct Status {
+    path: PathBuf,
+    started: String,
+    /// Bits of the time reached.
+    time: AtomicU64,
+    /// Whether the run goes on.
+    open: AtomicBool,
+}
+
+static ALL: Growing<Status> = Growing::new();
+
+impl Status {
+    fn text(&self, standing: Standing, reason: &str) -> String {
+        let about = json!({
+            "status": standing.to_string(),
+            "reason": reason,
+            "time": f64::from_bits(self.time.load(Ordering::Relaxed)),
+            "started": self.started,
+            "process": std::process::id(),
+        });
+        format!("{about:#}\n")
+    }
+
+    fn write(&self, standing: Standing, reason: &str) -> Result<(), OutputError> {
+        let text = self.text(standing, reason);
+        atomic::replace(&self.path, |writer| writer.write_all(text.as_bytes()))
+    }
+
+    /// The same without waiting for the disk.
+    fn write_at_once(&self, standing: Standing, reason: &str) {
+        let part = atomic::part_of(&self.path);
+        // Who ends the program has nobody to tell of a failure.
+        let _ = fs::write(&part, self.text(standing, reason))
+            .and_then(|()| fs::rename(&part, &self.path));
+    }
+}
+
+/// Says how all runs of this process end that still go on: for those who end the program at once.
+pub fn end_all(standing: Standing, reason: &str) {
+    for status in ALL.iter() {
+        if status.open.swap(false, Ordering::AcqRel) {
+            status.write_at_once(standing, reason);
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! The text of a scene from its file, or why there is none.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::document::{Index, Place};
+use super::error::{Origin, SceneError};
+use super::problem::Problem;
+
+/// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
+/// read in a second.
+const LARGEST: u64 = 1 << 24;
+
+/// Reads the file of a scene. What is no plain file is not even opened: a pipe would wait for
+/// somebody to write, and some devices never end.
+pub(super) fn read(path: &Path) -> Result<String, SceneError> {
+    let unreadable = |error| SceneError::unreadable(path, &error);
+    let refuse = |message: &str| Err(unreadable(std::io::Error::other(message.to_owned())));
+    let about = fs::metadata(path).map_err(unreadable)?;
+    if about.is_dir() {
+        return refuse("it is a directory, expected a file in TOML");
+    }
+    if !about.is_file() {
+        return refuse("it is a device or a pipe, expected a file in TOML");
+    }
+    let mut bytes = Vec::new();
+    // The size that the system tells may be out of date, or 0 where it is not known.
+    let file = File::open(path).map_err(unreadable)?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        let size = about.len().max(LARGEST + 1);
+        return refuse(&format!("it has {size} bytes or more, and a scene at most {LARGEST}"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let byte = error.as_bytes().get(at).copied().unwrap_or_default();
+        // Up to there it is the same text.
+        let text = String::from_utf8_lossy(error.as_bytes());
+        let place = Place { source: 0, span: at..at + char::REPLACEMENT_CHARACTER.len_utf8() };
+        let problem = Problem::at(place, format!("the byte 0x{byte:02x} here is not UTF-8"))
+            .help("save the file in the encoding UTF-8");
+        let origin = Origin {
+            name: path.display().to_string(),
+            text: Arc::from(text),
+            overrides: Vec::new(),
+            index: Index::default(),
+        };
+        origin.error(&problem)
+    })
+}
