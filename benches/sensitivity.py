@@ -1,7 +1,8 @@
 """How much results depend on what should not matter: round-off and units.
 
     python benches/sensitivity.py [--program target/release/rumple] [--scenes small-vertex,dome]
-                                  [--out results/sensitivity] [--cases young,length]
+                                  [--out results/sensitivity] [--cases E,length]
+                                  [--equilibrium 'method = "newton"']
 
 The scene `spots` takes minutes and is run where it is asked for. Every scene is run as it is, with Young's modulus changed in its seventh digit, and with the units of length, time
 and stress changed by 1e6 and 1e-6 (every dimensional number of the scene is scaled; the solution is
@@ -168,6 +169,7 @@ def main():
     parser.add_argument("--program", default=str(ROOT / "target/release/rumple"))
     parser.add_argument("--scenes", default=",".join(s for s in SCENES if s != "spots"))
     parser.add_argument("--cases", default="")
+    parser.add_argument("--equilibrium", default="", help="keys of that table, instead of the scene's")
     parser.add_argument("--out", default=str(ROOT / "results/sensitivity"))
     options = parser.parse_args()
     print("| scene | changed | first frame: shape, species | last frame: shape, species | steps | iterations |")
@@ -180,6 +182,8 @@ def main():
             holder[last] = value
         for key, value in defaults.items():
             scene["kinetics"].setdefault("parameters", {}).setdefault(key, value)
+        if options.equilibrium:
+            scene["equilibrium"] = tomllib.loads(options.equilibrium)
         folder = Path(options.out) / name
         frames, work = run(options.program, scene, folder / "base")
         if frames is None:

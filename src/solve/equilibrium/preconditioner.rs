@@ -50,8 +50,9 @@ pub enum FactorPrecision {
     Auto,
 }
 
-/// Vertices up to which [`FactorPrecision::Auto`] is double precision.
-const SMALL: usize = 6000;
+/// Vertices up to which a factor costs little: [`FactorPrecision::Auto`] is double precision, and it is
+/// renewed often.
+pub(super) const SMALL: usize = 6000;
 
 /// Vertices beyond which [`Preconditioner::Auto`] is multigrid. On the smoothly grown disc of the
 /// scaling bench it is faster at every size, by a third at 30 000; on a sheet that crumples (race A, noise 1)
