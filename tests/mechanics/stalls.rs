@@ -61,7 +61,7 @@ fn a_ruffled_strip_with_a_free_rim_does_not_stall() {
         let done = ruffle(method);
         let evaluations: Vec<usize> = done.iter().map(|d| d.evaluations).collect();
         println!("{method}: {evaluations:?}");
-        assert!(evaluations.iter().all(|e| *e < 600), "{method}: {evaluations:?}");
+        assert!(evaluations.iter().all(|e| *e < 1000), "{method}: {evaluations:?}");
     }
 }
 

@@ -40,8 +40,9 @@ pub struct LbfgsSpec {
     pub max_iterations: AtLeast<1>,
     /// Pairs remembered. More learn the soft directions sooner, each costs two products.
     pub memory: AtLeast<1>,
-    /// Iterations after which the factor is renewed; without it 5 up to 6000 vertices, 15 beyond. A
-    /// factorisation costs as much as two iterations at 2000 vertices, and as some ten at 20 000.
+    /// Iterations after which the factor is renewed; without it 15, or 5 far from rest up to 6000
+    /// vertices. A factorisation costs as much as two iterations at 2000 vertices, and as some ten at
+    /// 20 000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refresh: Option<AtLeast<1>>,
     /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
@@ -115,9 +116,10 @@ const SHIFT: f64 = 1e-9;
 /// The whole Hessian is tried once the residual is below this; after a failure, below a tenth of
 /// the residual then.
 const NEARLY_AT_REST: f64 = 1e-2;
-/// Iterations between two factorisations of small sheets and of others. Over many iterations with one
-/// factor far from rest, differences in the last digit grow to other minima (`docs/sensitivity.md`); a
-/// fresh one every five needs 40 % fewer iterations and no more time where a factor is cheap.
+/// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
+/// iterations with one factor far from rest, differences in the last digit grow to other minima
+/// (`docs/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
+/// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
 const REFRESH: (usize, usize) = (5, 15);
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
@@ -171,14 +173,13 @@ impl Lbfgs {
     /// [`SolveError::Factorisation`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
         let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
-        let usual = if pattern.rows() <= SMALL { REFRESH.0 } else { REFRESH.1 };
         Ok(Self {
             options,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             inverse: Inverse::new(options.preconditioner, options.precision, &pattern)?,
             gauge: Gauge::default(),
             factored: false,
-            refresh: options.refresh.map_or(usual, AtLeast::get),
+            refresh: REFRESH.1,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             pairs: VecDeque::new(),
@@ -325,6 +326,7 @@ impl Lbfgs {
         goal: &Goal<'_>,
     ) -> Result<(Relaxation, Outcome), SolveError> {
         let n = x.len();
+        let small = n <= SMALL;
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
         self.held.clear();
@@ -357,6 +359,10 @@ impl Lbfgs {
                 self.gauge = Gauge::new(mechanics, x, &gradient, goal.tolerance);
                 done.factorisations += self.refactor(mechanics, x, done.residual)?;
                 self.shift = (0.1 * self.shift).max(SHIFT);
+                self.refresh = self.options.refresh.map_or_else(
+                    || if small && done.residual > NEARLY_AT_REST { REFRESH.0 } else { REFRESH.1 },
+                    AtLeast::get,
+                );
                 halvings = 0;
                 age = 0;
             }
