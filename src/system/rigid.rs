@@ -8,7 +8,7 @@
 //! infinitesimal: a flat sheet held out of its plane along its boundary slides and turns in it, three
 //! motions. Whether an energy changes along such a motion is for others to say.
 
-use nalgebra::{DVector, Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
 use super::Pins;
 use crate::Vec3;
@@ -94,9 +94,9 @@ pub fn free_motions(
 pub fn holding(motions: &[Motion], pins: &Pins) -> Vec<(usize, usize)> {
     let count = motions.len();
     // What the motions with all chosen directions at rest still move.
-    let mut basis: Vec<DVector<f64>> = Vec::new();
-    let row = |i: usize, axis: usize, basis: &[DVector<f64>]| {
-        let mut row = DVector::from_fn(count, |k, _| motions[k].shape[i][axis]);
+    let mut basis: Vec<Vector6<f64>> = Vec::new();
+    let row = |i: usize, axis: usize, basis: &[Vector6<f64>]| {
+        let mut row = Vector6::from_fn(|k, _| motions.get(k).map_or(0.0, |m| m.shape[i][axis]));
         for b in basis {
             row -= b.dot(&row) * b;
         }

@@ -3,12 +3,14 @@
 //! ```text
 //! V  the free rigid motions v = t + ω × x with |v·∂U/∂x| as good as 0, orthonormal
 //! P = 1 - V Vᵀ                      steps are taken in the range of P: x does not drift
-//! d = -P A⁺ P ∂U/∂x                 A with as many directions held as there are motions
+//! d = -P (A + k Σ e eᵀ)⁻¹ P ∂U/∂x   as many directions e as there are motions
 //! ```
 //!
 //! The energy does not change along V, so its second derivatives have no stiffness there, and what
-//! round-off leaves of a force is amplified without bound by their inverse. Where A v = 0, P A⁺ P is
-//! the pseudo-inverse of A, and does not depend on which directions are held. No force acts on the
+//! round-off leaves of a force is amplified without bound by their inverse. A spring of stiffness k in
+//! as many directions e as there are motions supports the sheet; where A v = 0, forces without a
+//! share along V leave these springs at rest, since `k Σ (v·e)(e·u) = v·b = 0` for all v. So the
+//! matrix above is the pseudo-inverse of A, whichever directions are taken, and no force acts on the
 //! sheet: shape and energy are those of any other gauge.
 //!
 //! A motion along which a force acts is not free: a load turns a sheet that hangs from one vertex.
@@ -17,8 +19,9 @@ use nalgebra::DVector;
 
 use crate::Vec3;
 use crate::num::real;
-use crate::parallel;
-use crate::system::{Mechanics, Motion, Pins, free_motions, holding};
+use crate::parallel::{self, BLOCK};
+use crate::solve::linear::BlockMatrix;
+use crate::system::{Mechanics, Motion, free_motions, holding};
 
 /// A motion is hindered if the force along it, shared by all vertices, exceeds this share of the
 /// tolerance: it would then keep a relaxation from its end.
@@ -28,9 +31,8 @@ const HINDERED: f64 = 0.1;
 #[derive(Debug, Default)]
 pub(super) struct Gauge {
     motions: Vec<Vec<Vec3>>,
-    /// Directions held where an inverse is needed; empty if there are none.
-    held: Pins,
-    directions: Vec<(usize, usize)>,
+    /// Vertices and axes with springs.
+    springs: Vec<(usize, usize)>,
 }
 
 impl Gauge {
@@ -44,38 +46,42 @@ impl Gauge {
         let pins = mechanics.pins();
         let (mut motions, _) = free_motions(x, pins, |_| 1.0);
         remove_hindered(&mut motions, gradient, HINDERED * tolerance * mechanics.force_scale());
-        if motions.is_empty() {
-            return Self::default();
-        }
-        let directions = holding(&motions, pins);
-        let mut held = vec![[false; 3]; x.len()];
-        for &(i, axis) in &directions {
-            held[i][axis] = true;
-        }
-        Self { motions: motions.into_iter().map(|motion| motion.shape).collect(), held, directions }
+        let springs = holding(&motions, pins);
+        Self { motions: motions.into_iter().map(|motion| motion.shape).collect(), springs }
     }
 
-    /// The directions to hold in a matrix that is to be inverted, if any.
-    pub(super) fn held(&self) -> Option<&Pins> {
-        (!self.directions.is_empty()).then_some(&self.held)
-    }
-
-    /// Sets the held directions of `v` to zero.
-    pub(super) fn hold(&self, v: &mut [Vec3]) {
-        for &(i, axis) in &self.directions {
-            v[i][axis] = 0.0;
+    /// Supports `matrix`, which is to be inverted, by springs of this `stiffness`.
+    pub(super) fn support(&self, matrix: &mut BlockMatrix, stiffness: f64) {
+        for &(i, axis) in &self.springs {
+            matrix.stiffen(i, axis, stiffness);
         }
     }
 
     /// Replaces `v` by P v.
     pub(super) fn project(&self, v: &mut [Vec3]) {
-        for motion in &self.motions {
-            let share = super::stop::dot(motion, v);
-            parallel::update(v, |i, v| *v -= share * motion[i]);
+        let motions = &self.motions;
+        if motions.is_empty() {
+            return;
         }
+        // All products in one pass.
+        let block = |b: usize| {
+            let range = b * BLOCK..((b + 1) * BLOCK).min(v.len());
+            let mut shares = [0.0; 6];
+            for (share, motion) in shares.iter_mut().zip(motions) {
+                *share = range.clone().map(|i| motion[i].dot(&v[i])).sum();
+            }
+            shares
+        };
+        let add = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|k| a[k] + b[k]);
+        let shares = parallel::reduce(v.len().div_ceil(BLOCK), &block, &add).unwrap_or_default();
+        parallel::update(v, |i, v| {
+            for (share, motion) in shares.iter().zip(motions) {
+                *v -= *share * motion[i];
+            }
+        });
     }
 
-    /// Lets the sheet move freely from now on; an inverse made with held directions stays usable.
+    /// Lets the sheet move freely from now on; an inverse made with springs stays usable.
     pub(super) fn release(&mut self) {
         self.motions.clear();
     }

@@ -206,9 +206,7 @@ impl Lbfgs {
             }
             mechanics.hessian(x, part, &mut self.matrix);
             let unit = self.matrix.mean_diagonal();
-            if let Some(held) = self.gauge.held() {
-                self.matrix.pin(held, unit);
-            }
+            self.gauge.support(&mut self.matrix, unit);
             self.matrix.add_diagonal(self.shift * unit);
             tried += 1;
             if self.inverse.factorise(&self.matrix, x, part == HessianPart::Positive).is_ok() {
@@ -235,7 +233,6 @@ impl Lbfgs {
             alphas.push(alpha);
         }
         self.gauge.project(d);
-        self.gauge.hold(d);
         self.inverse.solve(d);
         self.gauge.project(d);
         for &i in &self.held {

@@ -163,6 +163,11 @@ impl BlockMatrix {
         self.update_rows(|_, row| row.value[0] += Block::from_diagonal_element(shift));
     }
 
+    /// Adds `stiffness` to one diagonal entry.
+    pub fn stiffen(&mut self, vertex: usize, axis: usize, stiffness: f64) {
+        self.value[self.pattern.start[vertex]][(axis, axis)] += stiffness;
+    }
+
     /// Mean of the diagonal entries.
     #[must_use]
     pub fn mean_diagonal(&self) -> f64 {
