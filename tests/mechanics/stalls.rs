@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{Bending, BondStretching, LoadForce, Stretching};
 use rumple::effects::{DeadLoad, Energy, Material, MeyerBending};
-use rumple::num::checked::Finite;
+use rumple::num::checked::{AtLeast, Finite};
 use rumple::sheet::Sheet;
+use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
 use rumple::system::Mechanics;
 
@@ -115,4 +116,33 @@ fn a_relaxation_without_end_says_what_to_try() {
     let goal = Goal { tolerance: 1e-9, max_iterations: 2, interrupted: &|| false };
     let error = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap_err().to_string();
     assert!(error.contains("equilibrium.method") && error.contains("tolerance"), "{error}");
+}
+
+/// With one pair of memory and a factor that is never renewed L-BFGS gets nowhere, which is noticed
+/// after 300 iterations here: Newton's method takes over.
+#[test]
+fn newton_takes_over_where_the_default_gets_nowhere() {
+    let number = |n| AtLeast::new(n).unwrap();
+    let relax = |tolerance: f64, max_iterations: usize| {
+        let mut mechanics = flapping(-Vec3::z());
+        let mut x = mechanics.sheet().rest().to_vec();
+        let growth = |e: usize| 1.0 + 0.02 * (0.7 * e as f64).sin();
+        let factor: Vec<f64> = (0..mechanics.sheet().edges().len()).map(growth).collect();
+        mechanics.set_length_factor(&factor);
+        let (memory, refresh) = (number(1), Some(number(100_000)));
+        let spec = LbfgsSpec { memory, refresh, ..LbfgsSpec::default() };
+        let mut lbfgs = Lbfgs::new(&mechanics, spec).unwrap();
+        let goal = Goal { tolerance, max_iterations, interrupted: &|| false };
+        lbfgs.relax(&mut mechanics, &mut x, &goal)
+    };
+    let alone = relax(1e-9, 299).unwrap_err();
+    let SolveError::NotConverged { iterations: 299, residual, .. } = alone else {
+        panic!("{alone}");
+    };
+    let done = relax(0.3 * residual, 100_000).unwrap();
+    println!("{residual:.2e} {done:?}");
+    assert!(done.iterations > 300 && done.factorisations > 1, "{residual:e} {done:?}");
+    // Where that gets nowhere either, the steps of both are counted.
+    let error = relax(1e-9, 100_000).unwrap_err();
+    assert!(matches!(error, SolveError::NotConverged { iterations: 500, .. }), "{error}");
 }

@@ -10,105 +10,29 @@
 //! References: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4; approximate descent
 //! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
 
+mod progress;
+mod spec;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+pub use spec::{Collapse, LbfgsSpec};
+
+use progress::{Outcome, Progress};
 
 use super::gauge::Gauge;
 use super::newton::{Newton, NewtonSpec};
-use super::preconditioner::{FactorPrecision, Inverse, LARGE, Preconditioner, SMALL};
+use super::preconditioner::{Inverse, LARGE, SMALL};
 use super::stop::{COLLAPSED, after, collapsed_at, dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
-use crate::num::checked::{AtLeast, Fraction, Positive};
+use crate::num::checked::AtLeast;
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
+use crate::solve::SolveError;
 use crate::solve::linear::{BlockMatrix, BlockPattern};
-use crate::solve::{EquilibriumSpec, SolveError};
 use crate::system::Mechanics;
-
-/// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LbfgsSpec {
-    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
-    /// (Y times the edge length).
-    pub tolerance: Positive,
-    /// Iterations after which a relaxation has failed.
-    pub max_iterations: AtLeast<1>,
-    /// Pairs remembered. More learn the soft directions sooner, each costs two products.
-    pub memory: AtLeast<1>,
-    /// Iterations after which the factor is renewed; without it 15, or 5 far from rest up to 6000
-    /// vertices. A factorisation costs as much as two iterations at 2000 vertices, and as some ten at
-    /// 20 000.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub refresh: Option<AtLeast<1>>,
-    /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
-    /// overdamped path more closely.
-    pub largest_move: Positive,
-    /// How the Hessian's positive part is inverted.
-    pub preconditioner: Preconditioner,
-    /// Precision of the factor.
-    pub precision: FactorPrecision,
-    /// No triangle's area may fall below this share in one step.
-    pub area_share: Fraction,
-    /// What to do when a triangle collapses.
-    pub collapse: Collapse,
-}
-
-/// What to do when a triangle has lost its area and no step lowers the energy with it.
-///
-/// Where optimal lengths make no triangle, the energy is least where the triangle is flat, and has
-/// a kink there: forces of finite size on both sides and no equilibrium in between.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Collapse {
-    /// Stop with an error that names the triangle.
-    #[default]
-    Stop,
-    /// Hold its vertices for the rest of the relaxation, and count it in the ledger.
-    Hold,
-}
-
-impl Default for LbfgsSpec {
-    fn default() -> Self {
-        let number = |n| AtLeast::new(n).unwrap_or(AtLeast::LEAST);
-        Self {
-            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
-            max_iterations: number(3000),
-            memory: number(20),
-            refresh: None,
-            largest_move: Positive::ONE,
-            preconditioner: Preconditioner::Auto,
-            precision: FactorPrecision::Auto,
-            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
-            collapse: Collapse::Stop,
-        }
-    }
-}
-
-#[typetag::serde(name = "lbfgs")]
-impl EquilibriumSpec for LbfgsSpec {
-    fn name(&self) -> String {
-        format!("L-BFGS, preconditioned by {}", self.preconditioner.words())
-    }
-
-    fn tolerance(&self) -> f64 {
-        self.tolerance.get()
-    }
-
-    fn max_iterations(&self) -> usize {
-        self.max_iterations.get()
-    }
-
-    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
-        Ok(Box::new(Lbfgs::new(mechanics, *self)?))
-    }
-}
-
-crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);
 
 /// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless and is small
 /// against the softest bending of the sheets in use.
@@ -131,11 +55,6 @@ const MOST_SHIFT: f64 = 1.0;
 /// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
 /// metric is too soft: the shift grows.
 const SOFT: usize = 3;
-/// Iterations after which progress is judged. Relaxations that come to an end, through buckling too, make
-/// some 100 to 400 altogether.
-const PATIENCE: usize = 150;
-/// Share of the whole fall of the energy that counts as progress.
-const LITTLE: f64 = 0.01;
 /// Steps of Newton's method when it takes over.
 const HANDED_OVER: usize = 200;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
@@ -443,47 +362,5 @@ impl Equilibrium for Lbfgs {
         let later = later.map_err(|error| after(done.iterations, error))?;
         done.add(&later);
         Ok(done)
-    }
-}
-
-/// How the iteration ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outcome {
-    /// The goal is reached.
-    AtRest,
-    /// No step lowers the energy.
-    NoStep,
-    /// It goes on without getting anywhere.
-    Poor,
-}
-
-/// Whether an iteration gets anywhere, judged every so often.
-struct Progress {
-    /// Energy at the start, and at the last judgement.
-    energy: (f64, f64),
-    /// Least residual before the last judgement, and since.
-    residual: (f64, f64),
-    judged: usize,
-}
-
-impl Progress {
-    fn new(energy: f64, residual: f64) -> Self {
-        Self { energy: (energy, energy), residual: (residual, residual), judged: 0 }
-    }
-
-    /// Poor if over [`PATIENCE`] iterations neither the least residual was halved nor the energy fell
-    /// by a share of all that it has fallen.
-    fn is_poor(&mut self, done: &Relaxation) -> bool {
-        self.residual.1 = self.residual.1.min(done.residual);
-        if done.iterations < self.judged + PATIENCE {
-            return false;
-        }
-        let fall = self.energy.1 - done.energy;
-        let poor = self.residual.1 > 0.5 * self.residual.0
-            && fall < LITTLE * (self.energy.0 - done.energy);
-        self.judged = done.iterations;
-        self.energy.1 = done.energy;
-        self.residual.0 = self.residual.1;
-        poor
     }
 }

@@ -1,0 +1,91 @@
+//! What a scene says about L-BFGS.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::Equilibrium;
+use super::super::preconditioner::{FactorPrecision, Preconditioner};
+use super::Lbfgs;
+use crate::num::checked::{AtLeast, Fraction, Positive};
+use crate::solve::{EquilibriumSpec, SolveError};
+use crate::system::Mechanics;
+
+/// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LbfgsSpec {
+    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
+    /// (Y times the edge length).
+    pub tolerance: Positive,
+    /// Iterations after which a relaxation has failed.
+    pub max_iterations: AtLeast<1>,
+    /// Pairs remembered. More learn the soft directions sooner, each costs two products.
+    pub memory: AtLeast<1>,
+    /// Iterations after which the factor is renewed; without it 15, or 5 far from rest up to 6000
+    /// vertices. A factorisation costs as much as two iterations at 2000 vertices, and as some ten at
+    /// 20 000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refresh: Option<AtLeast<1>>,
+    /// Largest move of a vertex in one step, in mean edge lengths. Small values follow the
+    /// overdamped path more closely.
+    pub largest_move: Positive,
+    /// How the Hessian's positive part is inverted.
+    pub preconditioner: Preconditioner,
+    /// Precision of the factor.
+    pub precision: FactorPrecision,
+    /// No triangle's area may fall below this share in one step.
+    pub area_share: Fraction,
+    /// What to do when a triangle collapses.
+    pub collapse: Collapse,
+}
+
+/// What to do when a triangle has lost its area and no step lowers the energy with it.
+///
+/// Where optimal lengths make no triangle, the energy is least where the triangle is flat, and has
+/// a kink there: forces of finite size on both sides and no equilibrium in between.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Collapse {
+    /// Stop with an error that names the triangle.
+    #[default]
+    Stop,
+    /// Hold its vertices for the rest of the relaxation, and count it in the ledger.
+    Hold,
+}
+
+impl Default for LbfgsSpec {
+    fn default() -> Self {
+        let number = |n| AtLeast::new(n).unwrap_or(AtLeast::LEAST);
+        Self {
+            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
+            max_iterations: number(3000),
+            memory: number(20),
+            refresh: None,
+            largest_move: Positive::ONE,
+            preconditioner: Preconditioner::Auto,
+            precision: FactorPrecision::Auto,
+            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+            collapse: Collapse::Stop,
+        }
+    }
+}
+
+#[typetag::serde(name = "lbfgs")]
+impl EquilibriumSpec for LbfgsSpec {
+    fn name(&self) -> String {
+        format!("L-BFGS, preconditioned by {}", self.preconditioner.words())
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance.get()
+    }
+
+    fn max_iterations(&self) -> usize {
+        self.max_iterations.get()
+    }
+
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        Ok(Box::new(Lbfgs::new(mechanics, *self)?))
+    }
+}
+
+crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);
