@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::remaining::{Remaining, duration};
+use crate::num::Short;
 
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,8 +169,9 @@ impl Progress {
     fn describe(&self, line: &ProgressLine) -> String {
         let ProgressLine { time, step, dt, residual, note } = line;
         let mut text = format!(
-            "time {time:.6} of {}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
-            self.end
+            "time {} of {}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
+            if self.end.abs() < 1e-3 { format!("{time:.6e}") } else { format!("{time:.6}") },
+            Short(self.end)
         );
         if let Some(left) = self.remaining.seconds(self.end) {
             text += &format!("  about {} left", duration(left));

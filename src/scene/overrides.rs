@@ -24,7 +24,7 @@ pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<(), Pr
     if segments.len() > MAX_DEPTH {
         return Err(Problem::at(path_place, format!("a path of more than {MAX_DEPTH} steps")));
     }
-    let value = parse_value(value, source, path.len() + 1)?;
+    let value = parse_value(value, source, path.len() + 1, &segments)?;
     set(root, &segments, value, &path_place)
 }
 
@@ -59,13 +59,21 @@ fn parse_path(path: &str) -> Result<Vec<Segment>, String> {
     }
 }
 
-fn parse_value(raw: &str, source: usize, offset: usize) -> Result<Node, Problem> {
+fn parse_value(raw: &str, source: usize, offset: usize, path: &[Segment]) -> Result<Node, Problem> {
     let text = raw.trim();
     let offset = offset + (raw.len() - raw.trim_start().len());
     let place = Place { source, span: offset..offset + text.len() };
     if text.is_empty() {
-        return Err(Problem::at(place, "an override needs a value after the =")
-            .help("an empty text is written \"\""));
+        let problem = Problem::at(place, "an override needs a value after the =");
+        // A key alone may belong into a table.
+        let home = match path {
+            [Segment::Key(key)] => super::home::of(key),
+            _ => None,
+        };
+        return Err(problem.help(home.map_or_else(
+            || "an empty text is written \"\"".to_owned(),
+            |home| format!("did you mean {home}?"),
+        )));
     }
     Node::value(text, source, offset).or_else(|problem| {
         if !problem.is_syntax() || text.starts_with(['[', '{', '"', '\'']) {

@@ -6,6 +6,7 @@ use super::Setup;
 use crate::geometry::Curvature;
 use crate::kinetics::Location;
 use crate::sheet::{Sheet, SheetError, Surface};
+use crate::solve::SolveError;
 use crate::{Error, Result, Vec3};
 
 /// Puts the positions and species of `surface` into the state of `setup`.
@@ -71,7 +72,7 @@ pub fn take_state(setup: &mut Setup, surface: &Surface) -> Result<()> {
                 "the state has no {} array for species `{}`; it has: {}",
                 if chemistry.location() == Location::Vertex { "point" } else { "cell" },
                 species.name,
-                names.join(", ")
+                if names.is_empty() { "none".to_owned() } else { names.join(", ") }
             )));
         };
         let place = &mut setup.state.species[s];
@@ -120,7 +121,7 @@ fn vectors(v: &[Vec3]) -> Value {
 /// at the points where species live (vector signals as three columns); `length_factor`, Φ there.
 ///
 /// # Errors
-/// If the plugin fails, or optimal lengths make no triangle.
+/// If the plugin fails, optimal lengths make no triangle, or an energy is not finite.
 pub fn inspect(setup: &mut Setup) -> Result<Value> {
     let sheet = setup.sheet.clone();
     let state = setup.state.clone();
@@ -128,6 +129,9 @@ pub fn inspect(setup: &mut Setup) -> Result<Value> {
     let mechanics = setup.system.mechanics();
     let names: Vec<String> = mechanics.names().map(str::to_owned).collect();
     let energies = mechanics.energies(&state.x);
+    if !energies.iter().all(|energy| energy.is_finite()) {
+        return Err(SolveError::NotFinite.into());
+    }
     let mut energy = Map::new();
     let mut force = Map::new();
     let mut total = vec![Vec3::zeros(); state.x.len()];

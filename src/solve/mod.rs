@@ -107,9 +107,9 @@ pub struct StepReport {
 }
 
 /// What to try when a relaxation comes to no end.
-const OTHER_WAYS: &str = "try another equilibrium.method (\"lbfgs\", \"newton\", \"fire\"), a larger \
-     equilibrium.tolerance if that force is small enough, or smaller changes a step \
-     (time.integrator.rtol or step)";
+const OTHER_WAYS: &str = "try another equilibrium.method (\"lbfgs\", \"newton\", \"fire\"), \
+     equilibrium.preconditioner = \"multigrid\", a larger equilibrium.tolerance if that force is small \
+     enough, or smaller changes a step (time.integrator.rtol or step)";
 
 /// Why a solver stopped without a result.
 #[derive(Debug, thiserror::Error)]

@@ -118,6 +118,33 @@ fn an_interrupted_comparison_says_so() {
     assert_eq!(status(&member().unwrap())["status"], "interrupted");
 }
 
+/// y' = y² ends at t = 1: one member steps over that, the other dies there. A death is no success.
+#[test]
+fn a_comparison_with_a_member_that_died_is_no_success() {
+    let scene = r#"
+        sheet = { shape = "point" }
+        [kinetics]
+        species.y = { typical = 1.0 }
+        rates.y = "y^2"
+        initial.y = 1.0
+        [time]
+        until = 2.0
+        [output]
+        every = 1.0
+    "#;
+    let folder = folder(scene);
+    let euler = r#"{ kind = "staggered", method = "euler", step = 0.5, chemistry = "euler" }"#;
+    let bdf = r#"{ kind = "monolithic", method = "bdf" }"#;
+    let args = ["compare", "scene.toml", "--out", "c", "--integrator", euler, "--integrator", bdf];
+    let out = rumple(folder.path(), &args);
+    let (told, message) = (text(&out.stdout), text(&out.stderr));
+    assert_eq!(out.status.code(), Some(1), "{told}\n{message}");
+    assert!(told.contains("1 of 2 members"), "{told}\n{message}");
+    let result = folder.path().join("c");
+    assert_eq!(status(&result)["status"], "failed");
+    assert!(result.join("compare.csv").exists());
+}
+
 #[cfg(unix)]
 #[test]
 fn two_runs_into_one_directory_are_refused() {

@@ -188,6 +188,17 @@ fn a_state_that_is_not_finite_is_refused_with_its_vertex() {
     assert_eq!(setup.state.x, before.x);
 }
 
+/// Finite positions whose energy is not finite are an error, not `null`.
+#[test]
+fn an_energy_that_is_not_finite_is_an_error() {
+    let (_, mut setup) = prepare(&[]);
+    let mut far = surface(&setup);
+    far.points[5].x = 1e300;
+    inspect::take_state(&mut setup, &far).unwrap();
+    let error = inspect::inspect(&mut setup).unwrap_err().to_string();
+    assert!(error.contains("not a finite number"), "{error}");
+}
+
 #[test]
 fn inspect_relax_tells_what_a_run_would_and_how_far_it_came() {
     let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 1.0] }";

@@ -87,6 +87,7 @@ fn a_mistake_in_the_file_can_be_overridden() {
 fn a_key_without_its_table_is_told_where_it_belongs() {
     for (change, path) in [
         ("until=5", "time.until"),
+        ("until=", "time.until"),
         ("policy=quasi-static", "time.policy"),
         ("every=0.1", "output.every"),
         ("radius=3", "sheet.radius"),

@@ -110,10 +110,17 @@ fn work(
     say!("{}", table(&members).trim_end());
     say!("every output time, plots and, of sheets, pictures side by side: {}", root.display());
     let (all, ran) = (members.len(), members.iter().filter(|m| m.outcome.is_ok()).count());
-    // Where nothing ran there is nothing to compare, and the first reason is that of all.
-    if ran == 0
-        && let Some(error) = members.into_iter().find_map(|m| m.outcome.err())
-    {
+    // A member that died ends the comparison as a run ends. Pairings that make no sense are expected
+    // where all are tried; but if nothing ran there is nothing to compare.
+    let expected = |error: &Error| {
+        let pairing = matches!(error, Error::Scene(_) | Error::Solve(SolveError::Pairing(_)));
+        ran > 0 && pairing
+    };
+    let mut errors = members.into_iter().filter_map(|m| m.outcome.err());
+    if let Some(error) = errors.find(|error| !expected(error)) {
+        if ran > 0 {
+            say!("{ran} of {all} members came to their end; the first that did not:");
+        }
         return Err(error);
     }
     Ok(format!("{ran} of {all} members came to their end"))
