@@ -164,6 +164,43 @@ def distances(a, b, length):
     return shape, chemical
 
 
+STUDY = {
+    "single, every 15": {"precision": "single", "refresh": 15},
+    "double, every 15": {"precision": "double", "refresh": 15},
+    "double, every 5": {"precision": "double", "refresh": 5},
+    "double, every 15, largest_move = 0.2": {"precision": "double", "refresh": 15, "largest_move": 0.2},
+    "as by default": {},
+}
+
+
+def study(program, out):
+    """How many of 18 pairs of runs of the small Model I part when E changes by 1e-7, by factor."""
+    print("| factor, renewed | parted | median difference of c | iterations |\n| --- | --- | --- | --- |")
+    for label, keys in STUDY.items():
+        apart, iterations = [], 0
+        for name in ("small-vertex", "small-face"):
+            for thickness in (0.5, 0.7, 1.0):
+                for seed in (7, 8, 9):
+                    file, overrides, defaults = SCENES[name]
+                    scene = tomllib.loads((ROOT / "models" / file).read_text())
+                    for key, value in overrides.items():
+                        holder, last = parent(scene, key)
+                        holder[last] = value
+                    scene["material"]["thickness"] = thickness
+                    scene["sheet"]["imperfection"]["seed"] = seed
+                    scene["equilibrium"] = {"method": "lbfgs", **keys}
+                    frames, work = run(program, scene, Path(out) / "study" / "base")
+                    scene["material"]["young"] *= 1 + 1e-7
+                    other, _ = run(program, scene, Path(out) / "study" / "other")
+                    if frames is None or other is None:
+                        apart.append(float("inf"))
+                        continue
+                    apart.append(distances(frames[1], other[1], 1.0)[1])
+                    iterations += work[1]
+        parted = sum(c > 1e-2 for c in apart)
+        print(f"| {label} | {parted} of {len(apart)} | {np.median(apart):.0e} | {iterations} |", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--program", default=str(ROOT / "target/release/rumple"))
@@ -171,7 +208,11 @@ def main():
     parser.add_argument("--cases", default="")
     parser.add_argument("--equilibrium", default="", help="keys of that table, instead of the scene's")
     parser.add_argument("--out", default=str(ROOT / "results/sensitivity"))
+    parser.add_argument("--study", action="store_true", help="how often 18 pairs of runs part, by factor")
     options = parser.parse_args()
+    if options.study:
+        study(options.program, options.out)
+        return
     print("| scene | changed | first frame: shape, species | last frame: shape, species | steps | iterations |")
     print("| --- | --- | --- | --- | --- | --- |", flush=True)
     for name in options.scenes.split(","):

@@ -4,8 +4,9 @@
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
 //! serves, across calls too. Rigid motions are held by a gauge. Where the metric turns out too soft it is
-//! stiffened, and where the iteration gets nowhere Newton's method takes over. Steps are limited so that no triangle collapses: the energy of the
-//! cotangent curvature jumps there, and a long memory would not survive it.
+//! stiffened, and where the iteration gets nowhere Newton's method takes over. Steps are limited so that no
+//! triangle collapses: the energy of the cotangent curvature jumps there, and a long memory would not
+//! survive it.
 //!
 //! References: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4; approximate descent
 //! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
@@ -34,8 +35,8 @@ use crate::solve::SolveError;
 use crate::solve::linear::{BlockMatrix, BlockPattern};
 use crate::system::Mechanics;
 
-/// Diagonal shift relative to the mean diagonal, which keeps rigid motions harmless and is small
-/// against the softest bending of the sheets in use.
+/// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
+/// softest bending of the sheets in use. Rigid motions have the gauge.
 const SHIFT: f64 = 1e-9;
 /// The whole Hessian is tried once the residual is below this; after a failure, below a tenth of
 /// the residual then.
