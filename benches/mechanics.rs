@@ -15,8 +15,8 @@ use rumple::effects::{Bending, BendingWeight, BondStretching, Energy, HessianPar
 use rumple::effects::{MeyerBending, Stretching, StretchingWeight};
 use rumple::geometry::AreaRule;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern, Precision};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern, Precision};
+use rumple::model::Mechanics;
 
 const DISC: Shape = Shape::Disc { radius: 100.0 };
 

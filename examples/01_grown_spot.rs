@@ -8,7 +8,7 @@ use rumple::effects::{Bending, BondStretching, Energy, Material, MeyerBending, S
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
 use rumple::sheet::{Shape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 /// Relaxes the sheet and says how high the bump is.
 ///

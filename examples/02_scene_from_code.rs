@@ -4,7 +4,7 @@
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 const SCENE: &str = r#"
 sheet = { shape = "annulus", inner = 5.0, outer = 20.0, vertices = 800 }

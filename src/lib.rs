@@ -9,27 +9,25 @@
 //! ```
 //!
 //! where the energy `U` is the sum of the effects that a scene lists and the kinetics `R` come
-//! from a plugin. Data flows one way: [`scene`] → [`system`] → [`solve`] → [`state`] → [`effects`]
-//! → accepted state → [`output`].
+//! from a plugin. Data flows one way: [`scene`] → [`model`] → [`solve`] → trial state → evaluation →
+//! [`effects`] and [`kinetics`] → accepted state → [`output`].
 
 pub mod cli;
+mod document;
 pub mod effects;
-pub mod error;
 pub mod geometry;
 mod growing;
 pub mod kinetics;
-pub mod num;
+pub mod model;
 pub mod output;
-pub mod parallel;
+pub mod registry;
+pub mod run;
 pub mod scene;
 pub mod sheet;
-pub mod simulation;
 pub mod solve;
-pub mod state;
-pub mod system;
-pub mod timescale;
+pub mod study;
 
-pub use error::{Error, Result};
+pub use rumple_numerics::{Vec3, checked_number, num};
+pub use run::{Error, Result, Simulation};
 
-/// A point or vector in space, in units of length unless said otherwise.
-pub type Vec3 = nalgebra::Vector3<f64>;
+pub(crate) use rumple_numerics::{linear, ode, parallel};

@@ -12,7 +12,7 @@ use rumple::kinetics::Search;
 use rumple::num::real;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 use crate::common::{Result, Table, cpu_seconds, number};
 use crate::problem::{MATERIAL, read_positions, read_sheet, smallest_angle};

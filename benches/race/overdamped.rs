@@ -30,9 +30,9 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::HessianPart;
-use rumple::parallel;
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::system::Mechanics;
+use rumple_numerics::parallel;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple::model::Mechanics;
 
 use crate::common::Result;
 use crate::problem::smallest_angle;

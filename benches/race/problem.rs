@@ -19,7 +19,7 @@ use rumple::effects::{
 use rumple::geometry::AreaRule;
 use rumple::sheet::quality::triangle_angles;
 use rumple::sheet::{Sheet, Surface};
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use crate::common::Result;
 

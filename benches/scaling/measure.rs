@@ -9,8 +9,8 @@ use rumple::effects::{
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::Goal;
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern, Multigrid};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern, Multigrid};
+use rumple::model::Mechanics;
 
 use crate::common::{Result, cpu_seconds, equilibrium, gibibytes, number};
 use crate::{Options, seconds};

@@ -5,7 +5,7 @@ use rumple::Vec3;
 use rumple::effects::{Energy, HessianPart};
 use rumple::geometry::{RestMetric, Shape};
 use rumple::sheet::Sheet;
-use rumple::solve::linear::{Block, BlockMatrix};
+use rumple_numerics::linear::{Block, BlockMatrix};
 
 /// A lever of an [`EndMoment`]: from the mean of `base` to `tip`.
 pub struct Lever {

@@ -19,8 +19,8 @@ use rumple::effects::{Effect, EffectContext, EffectSpec, Energy, HessianPart, Ma
 use rumple::sheet::Sheet;
 use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::{Goal, Relaxation};
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::system::{Mechanics, Pins};
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple::model::{Mechanics, Pins};
 
 /// A result, or why there is none.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;

@@ -24,7 +24,7 @@ use rumple::effects::Material;
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::num::real;
 use rumple::sheet::Sheet;
-use rumple::system::Pins;
+use rumple::model::Pins;
 
 use super::meshes::Strip;
 use super::{

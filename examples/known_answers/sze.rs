@@ -14,7 +14,7 @@ use rumple::Vec3;
 use rumple::effects::{Energy, Material};
 use rumple::num::{real, whole};
 use rumple::sheet::Sheet;
-use rumple::system::{Mechanics, Pins};
+use rumple::model::{Mechanics, Pins};
 
 use super::loads::{EndMoment, Lever};
 use super::meshes::Strip;

@@ -3,10 +3,9 @@
 use clap::Args;
 
 use super::SceneArgs;
-use crate::Result;
 use crate::kinetics::Location;
+use crate::run::{self, Result, Simulation, laws};
 use crate::sheet::MeshReport;
-use crate::simulation;
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
@@ -20,22 +19,23 @@ pub(super) struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
-    let mut setup = simulation::prepare(&scene, &search)?;
+    let mut simulation = Simulation::new(&scene, &search)?;
     // The start must be one that every effect and the plugin can evaluate.
-    setup.notes.extend(simulation::laws::try_out(&mut setup.system, &setup.state)?);
-    setup.system.follow(&setup.state)?;
+    let faults = laws::try_out(&mut simulation.evaluate())?;
+    simulation.notes.extend(faults);
+    simulation.evaluate().potential()?;
+    let model = simulation.model();
     if args.resolved {
         say!("{}", scene.resolved()?.trim_end());
         return Ok(());
     }
     say!("{}: ready to run", scene.name());
-    if setup.sheet.triangles().is_empty() {
+    if model.sheet().triangles().is_empty() {
         say!("sheet      none: one point");
     } else {
-        say!("sheet\n{}", MeshReport::new(&setup.sheet));
+        say!("sheet\n{}", MeshReport::new(model.sheet()));
     }
-    if scene.material.is_some() {
-        let material = simulation::material(&scene);
+    if let Some(material) = run::material(&scene) {
         say!(
             "material   Y = {:.6e} force/length, B = {:.6e} energy",
             material.stretching_modulus(),
@@ -45,7 +45,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     for effect in &scene.effects {
         say!("effect     {}", effect.name());
     }
-    if let Some(chemistry) = setup.system.chemistry() {
+    if let Some(chemistry) = model.chemistry() {
         let d = chemistry.descriptor();
         say!(
             "kinetics   {}{}",
@@ -63,7 +63,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         for signal in chemistry.signals().wanted() {
             say!("signal     {} [{}]", signal.name(), signal.unit());
         }
-        if chemistry.location() == Location::Face && !chemistry.transport().is_empty() {
+        if chemistry.location() == Location::Face && !chemistry.transports().is_empty() {
             say!(
                 "warning    the Green-Gauss scheme hardly damps half of the face modes and does \
                  not converge on irregular meshes; it is meant for comparison with the paper"
@@ -72,17 +72,16 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     }
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
-    if setup.system.moves() {
+    if model.moves() {
         say!(
             "relaxation {}, tolerance {:e}",
             scene.equilibrium.name(),
             scene.equilibrium.tolerance()
         );
-        let held: usize =
-            setup.system.mechanics().pins().iter().flatten().filter(|held| **held).count();
-        let free = 3 * setup.sheet.vertex_count() - held;
+        let held: usize = model.mechanics().pins().iter().flatten().filter(|held| **held).count();
+        let free = 3 * model.sheet().vertex_count() - held;
         say!("unknowns   {free} positions free, {held} held");
-        let motions = setup.system.mechanics().free_motions();
+        let motions = model.mechanics().free_motions();
         if motions > 0 {
             say!(
                 "           pins leave {motions} of 6 rigid motions free: positions are found up to \
@@ -92,19 +91,19 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     } else {
         say!("mechanics  none: the shape does not move");
     }
-    if let Some(chemistry) = setup.system.chemistry() {
+    if let Some(chemistry) = model.chemistry() {
         let (points, species) =
-            (chemistry.points(&setup.sheet), chemistry.descriptor().species.len());
+            (chemistry.points(model.sheet()), chemistry.descriptor().species.len());
         say!("unknowns   {} values of species", points * species);
     }
-    let flat = setup.state.x.iter().all(|x| x.z == setup.state.x[0].z);
-    if flat && !setup.system.mechanics().is_empty() {
+    let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
+    if flat && !model.mechanics().is_empty() {
         say!(
             "warning    the start is perfectly flat: only forces out of the plane leave it, even where \
              it is a saddle; give sheet.imperfection or sheet.bump to say how the symmetry is broken"
         );
     }
-    for note in &setup.notes {
+    for note in &simulation.notes {
         say!("note       {note}");
     }
     Ok(())

@@ -6,12 +6,10 @@ use clap::Args;
 use serde_json::json;
 
 use super::SceneArgs;
-use crate::Result;
 use crate::output::{Compression, Inputs, ResultFile, vtu};
+use crate::run::stability::{StabilityReport, add_modes};
+use crate::run::{Error, Result, Simulation, inspect};
 use crate::sheet::read;
-use crate::simulation;
-use crate::simulation::inspect;
-use crate::simulation::stability::{StabilityReport, add_modes};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -56,20 +54,20 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let vtu = place(args.vtu.as_ref(), args.force, &inputs)?;
     if json.is_some() && json == vtu {
         let message = "--json and --vtu name the same place".to_owned();
-        return Err(crate::Error::Refused(message));
+        return Err(Error::Refused(message));
     }
-    let mut setup = simulation::prepare(&scene, &search)?;
-    let read = super::inputs(&scene, &setup.plugins);
+    let mut simulation = Simulation::new(&scene, &search)?;
+    let read = super::inputs(&scene, simulation.plugins());
     for file in [&json, &vtu].into_iter().flatten() {
         file.spares(&read)?;
     }
     if let Some(surface) = &given {
-        inspect::take_state(&mut setup, surface)?;
+        inspect::take_state(&mut simulation, surface)?;
     }
     // Standard output is for the numbers.
-    setup.notes.iter().for_each(|note| super::warn(note));
+    simulation.notes.iter().for_each(|note| super::warn(note));
     let relaxed = match args.relax {
-        true => Some(setup.system.relax(&mut setup.state)?),
+        true => Some(simulation.relax()?),
         false => None,
     };
     if let Some(done) = &relaxed {
@@ -77,18 +75,18 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
             "relaxed: {} iterations, force residual {:.3e} (tolerance {:.1e})",
             done.iterations,
             done.residual,
-            setup.system.force_tolerance()
+            simulation.force_tolerance()
         ));
     }
     let stability = match args.stability {
-        true => Some(StabilityReport::of(&mut setup, args.modes.into())?),
+        true => Some(StabilityReport::of(&mut simulation, args.modes.into())?),
         false => None,
     };
     let shown = [&json, &vtu].contains(&&Some(ResultFile::StandardOutput));
     if let Some(report) = stability.as_ref().filter(|_| !shown) {
         say!("{}", report.to_string().trim_end());
     }
-    let mut result = inspect::inspect(&mut setup)?;
+    let mut result = inspect::inspect(&mut simulation)?;
     if let Some(all) = result.as_object_mut() {
         if let Some(report) = &stability {
             all.insert("stability".into(), report.to_json());
@@ -97,7 +95,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
             let work = json!({
                 "iterations": done.iterations,
                 "residual": done.residual,
-                "tolerance": setup.system.force_tolerance(),
+                "tolerance": simulation.force_tolerance(),
             });
             all.insert("relaxation".into(), work);
         }
@@ -109,7 +107,8 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         None => {}
     }
     if let Some(file) = &vtu {
-        let mut frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state)?;
+        let Simulation { workspace, state, fields, .. } = &mut simulation;
+        let mut frame = fields.frame(&mut workspace.at(state))?;
         if let Some(report) = &stability {
             add_modes(&mut frame, &report.spectrum.modes);
         }

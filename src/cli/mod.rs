@@ -26,8 +26,8 @@ use clap::{Args, Parser, Subcommand};
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, MeshRecord};
 use crate::output::{Inputs, OutputError, Provenance, ResultDirectory, interrupt};
+use crate::run::Simulation;
 use crate::scene::Scene;
-use crate::simulation::Setup;
 use crate::solve::SolveError;
 use crate::{Error, Result};
 
@@ -108,11 +108,11 @@ fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
 }
 
 /// Writes down what a run is made from: every default of its scene, files, versions.
-fn record(scene: &Scene, setup: &Setup, directory: &ResultDirectory) -> Result<()> {
-    let mesh = MeshRecord::of(setup.sheet.rest(), setup.sheet.triangles());
+fn record(scene: &Scene, simulation: &Simulation, directory: &ResultDirectory) -> Result<()> {
+    let mesh = MeshRecord::of(simulation.sheet().rest(), simulation.sheet().triangles());
     let mut provenance = Provenance::new(mesh);
     provenance.scene = Some(FileRecord::of(scene.file())?);
-    for plugin in &setup.plugins {
+    for plugin in simulation.plugins() {
         provenance.plugins.push(FileRecord::of(plugin)?);
     }
     provenance.write(directory, &scene.resolved()?)?;

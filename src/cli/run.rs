@@ -7,11 +7,10 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
+use crate::run::run::{self, Ending, Summary, accounted};
+use crate::run::{Error, Result, Simulation, laws};
 use crate::scene::Scene;
-use crate::simulation::run::{Ending, Summary, accounted};
-use crate::simulation::{self, Setup};
 use crate::solve::SolveError;
-use crate::{Error, Result};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -37,11 +36,12 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
         .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
     // A plugin may change the working directory.
     let root = super::absolute(&root)?;
-    let mut setup = simulation::prepare(&scene, &search)?;
-    super::inputs(&scene, &setup.plugins).outside(&root)?;
+    let mut simulation = Simulation::new(&scene, &search)?;
+    super::inputs(&scene, simulation.plugins()).outside(&root)?;
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let done = accounted(&directory, || work(args, &scene, &mut setup, &directory, interrupt))?;
+    let done =
+        accounted(&directory, || work(args, &scene, &mut simulation, &directory, interrupt))?;
     if !args.quiet {
         tell(&done, &directory);
     }
@@ -55,21 +55,21 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
 fn work(
     args: &RunArgs,
     scene: &Scene,
-    setup: &mut Setup,
+    simulation: &mut Simulation,
     directory: &ResultDirectory,
     interrupt: Interrupt,
 ) -> Result<Summary> {
-    super::record(scene, setup, directory)?;
+    super::record(scene, simulation, directory)?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
-    setup.faults = simulation::laws::try_out(&mut setup.system, &setup.state)?;
-    for note in setup.notes.iter().chain(&setup.faults) {
+    simulation.faults = laws::try_out(&mut simulation.evaluate())?;
+    for note in simulation.notes.iter().chain(&simulation.faults) {
         progress.message(note);
     }
-    let outcome = simulation::run::run(scene, setup, directory, &mut progress, interrupt);
+    let outcome = run::run(scene, simulation, directory, &mut progress, interrupt);
     progress.finish();
     if args.quiet {
-        setup.faults.iter().for_each(|fault| super::warn(fault));
+        simulation.faults.iter().for_each(|fault| super::warn(fault));
     }
     outcome
 }

@@ -25,7 +25,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::green_gauss::GreenGauss;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Measure, Transport};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Transport};
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::num::checked::NonNegative;
@@ -76,6 +76,10 @@ impl EffectSpec for Diffusion {
         format!("diffusion of {}", self.species)
     }
 
+    fn needs(&self) -> Needs {
+        Needs { species: true, ..Needs::default() }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let refuse = |key, message: String, help: String| {
             Err(EffectError { key, message, help: Some(help) })
@@ -111,9 +115,10 @@ impl EffectSpec for Diffusion {
             );
         }
         let rest = self.metric == DiffusionMetric::Rest;
-        Ok(Effect::Transport(match fitting {
+        Ok(match fitting {
             DiffusionScheme::Cotan => {
-                Box::new(Cotan::new(context.sheet, species, coefficient, context.measure, rest))
+                let measure = context.measure;
+                Effect::transport(Cotan::new(context.sheet, species, coefficient, measure, rest))
             }
             DiffusionScheme::GreenGauss => {
                 if context.measure == Measure::Amount {
@@ -123,9 +128,9 @@ impl EffectSpec for Diffusion {
                         "use kinetics.location = \"vertex\" with measure = \"amount\"".into(),
                     );
                 }
-                Box::new(GreenGauss::new(context.sheet, species, coefficient, rest))
+                Effect::transport(GreenGauss::new(context.sheet, species, coefficient, rest))
             }
-        }))
+        })
     }
 }
 
@@ -146,65 +151,26 @@ pub struct Cotan {
     species: usize,
     coefficient: f64,
     measure: Measure,
-    frozen: bool,
     rest_area: Vec<f64>,
+    /// The operator on a surface that does not change, if it is to be that.
+    frozen: Option<CotanOperator>,
+}
+
+/// The operator on one surface.
+#[derive(Debug, Default)]
+pub struct CotanOperator {
     area: Vec<f64>,
     corner: Vec<Corners>,
     weight: Vec<f64>,
     bound: f64,
 }
 
-impl Cotan {
-    /// On `sheet` in its rest state; `frozen` keeps that surface.
-    #[must_use]
-    pub fn new(
-        sheet: &Sheet,
-        species: usize,
-        coefficient: f64,
-        measure: Measure,
-        frozen: bool,
-    ) -> Self {
-        let mut cotan = Self {
-            species,
-            coefficient,
-            measure,
-            frozen: false,
-            rest_area: Vec::new(),
-            area: vec![0.0; sheet.vertex_count()],
-            corner: vec![Corners::default(); sheet.triangle_count()],
-            weight: vec![0.0; sheet.edges().len()],
-            bound: 0.0,
-        };
-        cotan.update(sheet, sheet.rest());
-        cotan.rest_area = cotan.area.clone();
-        // Without diffusion nothing needs to follow the shape.
-        cotan.frozen = frozen || coefficient == 0.0;
-        cotan
-    }
-
-    /// Lumped areas `A_i` of the surface in use.
-    #[must_use]
-    pub fn area(&self) -> &[f64] {
-        &self.area
-    }
-
-    /// Edges whose weight is negative: where a maximum principle may fail.
-    #[must_use]
-    pub fn negative_weights(&self) -> usize {
-        self.weight.iter().filter(|w| **w < 0.0).count()
-    }
-}
-
-impl Transport for Cotan {
-    fn species(&self) -> usize {
-        self.species
-    }
-
-    fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
-        if self.frozen {
-            return;
-        }
+impl CotanOperator {
+    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3]) {
         let triangles = sheet.triangles();
+        self.corner.resize(triangles.len(), Corners::default());
+        self.weight.resize(sheet.edges().len(), 0.0);
+        self.area.resize(sheet.vertex_count(), 0.0);
         parallel::fill(&mut self.corner, |t| {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
             let (ab, bc, ca) = (b - a, c - b, a - c);
@@ -238,12 +204,64 @@ impl Transport for Cotan {
             });
     }
 
-    fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]) {
+    /// Lumped areas `A_i` of the surface.
+    #[must_use]
+    pub fn area(&self) -> &[f64] {
+        &self.area
+    }
+
+    /// Edges whose weight is negative: where a maximum principle may fail.
+    #[must_use]
+    pub fn negative_weights(&self) -> usize {
+        self.weight.iter().filter(|w| **w < 0.0).count()
+    }
+}
+
+impl Cotan {
+    /// On `sheet` in its rest state; `frozen` keeps that surface.
+    #[must_use]
+    pub fn new(
+        sheet: &Sheet,
+        species: usize,
+        coefficient: f64,
+        measure: Measure,
+        frozen: bool,
+    ) -> Self {
+        let mut at_rest = CotanOperator::default();
+        at_rest.assemble(sheet, sheet.rest());
+        let rest_area = at_rest.area.clone();
+        // Without diffusion nothing needs to follow the shape.
+        let frozen = (frozen || coefficient == 0.0).then_some(at_rest);
+        Self { species, coefficient, measure, rest_area, frozen }
+    }
+
+    /// The operator in use where that of the shape is `operator`.
+    #[must_use]
+    pub fn in_use<'a>(&'a self, operator: &'a CotanOperator) -> &'a CotanOperator {
+        self.frozen.as_ref().unwrap_or(operator)
+    }
+}
+
+impl Transport for Cotan {
+    type Operator = CotanOperator;
+
+    fn species(&self) -> usize {
+        self.species
+    }
+
+    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut CotanOperator) {
+        if self.frozen.is_none() {
+            operator.assemble(sheet, x);
+        }
+    }
+
+    fn add_rate(&self, sheet: &Sheet, operator: &CotanOperator, c: &[f64], out: &mut [f64]) {
         if self.coefficient == 0.0 {
             return;
         }
         let neighbours = sheet.vertex_edges();
-        let (weight, area, rest) = (&self.weight, &self.area, &self.rest_area);
+        let CotanOperator { weight, area, .. } = self.in_use(operator);
+        let rest = &self.rest_area;
         let d = self.coefficient;
         match self.measure {
             Measure::Concentration => parallel::update(out, |i, rate| {
@@ -268,21 +286,27 @@ impl Transport for Cotan {
         }
     }
 
-    fn spectral_bound(&self) -> f64 {
-        self.coefficient * self.bound
+    fn spectral_bound(&self, operator: &CotanOperator) -> f64 {
+        self.coefficient * self.in_use(operator).bound
     }
 
-    fn entries(&self, sheet: &Sheet, emit: &mut dyn FnMut(usize, usize, f64)) {
+    fn entries(
+        &self,
+        sheet: &Sheet,
+        operator: &CotanOperator,
+        emit: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let CotanOperator { weight, area, .. } = self.in_use(operator);
         let neighbours = sheet.vertex_edges();
         for i in 0..sheet.vertex_count() {
             // Rows per area; columns from values to densities.
             let (per, density): (f64, &dyn Fn(usize) -> f64) = match self.measure {
-                Measure::Concentration => (self.area[i], &|_| 1.0),
-                Measure::Amount => (self.rest_area[i], &|j| self.rest_area[j] / self.area[j]),
+                Measure::Concentration => (area[i], &|_| 1.0),
+                Measure::Amount => (self.rest_area[i], &|j| self.rest_area[j] / area[j]),
             };
             let mut diagonal = 0.0;
             for &(e, j) in neighbours.of(i) {
-                let flow = self.coefficient * self.weight[e as usize] / per;
+                let flow = self.coefficient * weight[e as usize] / per;
                 emit(i, j as usize, flow * density(j as usize));
                 diagonal -= flow;
             }
@@ -293,19 +317,20 @@ impl Transport for Cotan {
     fn shape_derivatives(
         &self,
         sheet: &Sheet,
+        operator: &CotanOperator,
         x: &[Vec3],
         c: &[f64],
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if self.frozen {
+        if self.frozen.is_some() {
             return;
         }
+        let CotanOperator { weight, area, .. } = operator;
         let amount = self.measure == Measure::Amount;
-        let density =
-            |i: usize| if amount { c[i] * self.rest_area[i] / self.area[i] } else { c[i] };
-        let per = |i: usize| if amount { self.rest_area[i] } else { self.area[i] };
+        let density = |i: usize| if amount { c[i] * self.rest_area[i] / area[i] } else { c[i] };
+        let per = |i: usize| if amount { self.rest_area[i] } else { area[i] };
         let mut rate = vec![0.0; c.len()];
-        self.add_rate(sheet, c, &mut rate);
+        self.add_rate(sheet, operator, c, &mut rate);
         let neighbours = sheet.vertex_edges();
         for triangle in sheet.triangles() {
             let v = triangle.map(|v| v as usize);
@@ -338,16 +363,16 @@ impl Transport for Cotan {
                 let third = by_area[m] / 3.0;
                 for i in v {
                     if amount {
-                        let slope = -density(i) / self.area[i];
+                        let slope = -density(i) / area[i];
                         let mut own = 0.0;
                         for &(edge, j) in neighbours.of(i) {
-                            let flow = self.coefficient * self.weight[edge as usize] * slope;
+                            let flow = self.coefficient * weight[edge as usize] * slope;
                             emit(j as usize, v[m], (flow / per(j as usize)) * third);
                             own -= flow;
                         }
                         emit(i, v[m], (own / per(i)) * third);
                     } else {
-                        emit(i, v[m], (-rate[i] / self.area[i]) * third);
+                        emit(i, v[m], (-rate[i] / area[i]) * third);
                     }
                 }
             }

@@ -7,18 +7,21 @@
 //! An element is pure: from the positions of its K corners it returns its energy and derivatives.
 //! The loops over the elements of a sheet are here, once for all of them.
 
-use super::HessianPart;
+use super::{Coupling, Energy, HessianPart};
 use crate::Vec3;
+use crate::geometry::{Conditions, Shape};
+use crate::linear::{Block, BlockMatrix, LazyStencils};
+use crate::num::index;
 use crate::parallel;
 use crate::sheet::{Incidence, Sheet};
-use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// A term of an energy that depends on K vertices.
-pub(super) trait Element<const K: usize>: Sync {
+pub trait Element<const K: usize>: Send + Sync {
     /// The energy, and its derivative by every corner.
     fn gradient(&self, x: &[Vec3; K]) -> (f64, [Vec3; K]);
 
-    /// Second derivatives: block `[k][m]` is `∂²u/∂x_k∂x_m`.
+    /// Second derivatives: block `[k][m]` is `∂²u/∂x_k∂x_m`; the positive part may leave out what
+    /// makes them indefinite.
     fn hessian(&self, x: &[Vec3; K], part: HessianPart) -> [[Block; K]; K];
 }
 
@@ -105,4 +108,138 @@ pub(super) fn add_blocks<const K: usize>(
             }
         }
     });
+}
+
+/// The energy `Σ_e u_e` of elements of one kind, ready to be an effect: the easy way to write one.
+///
+/// ```
+/// use rumple::effects::{Block, Element, Elements, HessianPart};
+/// # use rumple::{Vec3, sheet::{Shape, generate}};
+///
+/// /// A spring of length 0: `u = k/2 |x_1 - x_0|²`.
+/// struct Spring {
+///     stiffness: f64,
+/// }
+///
+/// impl Element<2> for Spring {
+///     fn gradient(&self, [a, b]: &[Vec3; 2]) -> (f64, [Vec3; 2]) {
+///         let pull = self.stiffness * (b - a);
+///         (0.5 * pull.dot(&(b - a)), [-pull, pull])
+///     }
+///
+///     fn hessian(&self, _: &[Vec3; 2], _: HessianPart) -> [[Block; 2]; 2] {
+///         let k = Block::from_diagonal_element(self.stiffness);
+///         [[k, -k], [-k, k]]
+///     }
+/// }
+///
+/// # let sheet = generate(&Shape::Disc { radius: 1.0 }, 100, 1)?;
+/// let edges = sheet.edges().iter().map(|edge| edge.vertices).collect();
+/// let springs = Elements::new("springs", &sheet, edges, |_, _| Spring { stiffness: 2.0 });
+/// # Ok::<(), rumple::sheet::SheetError>(())
+/// ```
+pub struct Elements<const K: usize, E> {
+    name: String,
+    corners: Vec<[u32; K]>,
+    incident: Incidence,
+    make: Box<Make<E>>,
+    timed: bool,
+    coupling: Coupling,
+}
+
+/// Makes element number e under given optimal lengths and at a given time.
+type Make<E> = dyn Fn(&Conditions<'_>, usize) -> E + Send + Sync;
+
+impl<const K: usize, E: Element<K>> Elements<K, E> {
+    /// Elements between the vertices `corners` of `sheet`, which must be neighbours of one another or
+    /// neighbours of neighbours; `make` gives the parameters of each for the optimal lengths in force.
+    #[must_use]
+    pub fn new(
+        name: &str,
+        sheet: &Sheet,
+        corners: Vec<[u32; K]>,
+        make: impl Fn(&Conditions<'_>, usize) -> E + Send + Sync + 'static,
+    ) -> Self {
+        let triples = corners.iter().enumerate().flat_map(|(e, corner)| {
+            corner.iter().enumerate().map(move |(k, v)| (*v, index(e), index(k)))
+        });
+        let incident = Incidence::new(sheet.vertex_count(), triples);
+        let near = |a: u32, b: u32| {
+            a == b || sheet.vertex_edges().of(a as usize).iter().any(|&(_, j)| j == b)
+        };
+        let adjacent = |c: &[u32; K]| c.iter().all(|a| c.iter().all(|b| near(*a, *b)));
+        let coupling = if K < 2 {
+            Coupling::NONE
+        } else if corners.iter().all(adjacent) {
+            Coupling::ONE_RING
+        } else {
+            Coupling::TWO_RINGS
+        };
+        let make = Box::new(make);
+        Self { name: name.to_owned(), corners, incident, make, timed: false, coupling }
+    }
+
+    /// The same, with parameters that depend on time.
+    #[must_use]
+    pub fn depending_on_time(mut self) -> Self {
+        self.timed = true;
+        self
+    }
+}
+
+/// Memory of [`Elements`].
+pub struct ElementWork<const K: usize, E> {
+    element: Vec<E>,
+    pull: Vec<[Vec3; K]>,
+    places: LazyStencils,
+}
+
+impl<const K: usize, E> Default for ElementWork<K, E> {
+    fn default() -> Self {
+        Self { element: Vec::new(), pull: Vec::new(), places: LazyStencils::default() }
+    }
+}
+
+impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
+    type Work = ElementWork<K, E>;
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn coupling(&self) -> Coupling {
+        self.coupling
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.timed
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
+        work.element.clear();
+        work.element.extend((0..self.corners.len()).map(|e| (self.make)(conditions, e)));
+    }
+
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let element = &work.element;
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        evaluate(&mesh, |e| &element[e], shape.x, &mut work.pull, gradient)
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let element = &work.element;
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        add_hessian(&mesh, |e| &element[e], shape.x, part, &mut work.places, into);
+    }
 }

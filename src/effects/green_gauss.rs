@@ -19,21 +19,26 @@
 
 use super::Transport;
 use crate::Vec3;
-use crate::geometry::Faces;
+use crate::geometry::{FaceVertexAverage, Faces};
 use crate::parallel;
 use crate::sheet::Sheet;
-use crate::state::FaceVertexAverage;
 
 /// Green-Gauss diffusion of one species.
 #[derive(Debug)]
 pub struct GreenGauss {
     species: usize,
     coefficient: f64,
-    frozen: bool,
+    /// The operator on a surface that does not change, if it is to be that.
+    frozen: Option<GreenGaussOperator>,
+}
+
+/// The operator on one surface.
+#[derive(Debug, Default)]
+pub struct GreenGaussOperator {
     average: FaceVertexAverage,
     /// Outward edge normals times half the edge length over the area, by opposite corner.
     edge_normal: Vec<[Vec3; 3]>,
-    /// Unit conormal at rim vertices, zero elsewhere.
+    /// Unit conormal at boundary vertices, zero elsewhere.
     conormal: Vec<Vec3>,
     /// Bound on the spectral radius of Δ: its row sums, taken factor by factor.
     bound: f64,
@@ -43,21 +48,22 @@ impl GreenGauss {
     /// On `sheet` in its rest state; `frozen` keeps that surface.
     #[must_use]
     pub fn new(sheet: &Sheet, species: usize, coefficient: f64, frozen: bool) -> Self {
-        let mut scheme = Self {
-            species,
-            coefficient,
-            frozen: false,
-            average: FaceVertexAverage::new(sheet),
-            edge_normal: vec![[Vec3::zeros(); 3]; sheet.triangle_count()],
-            conormal: vec![Vec3::zeros(); sheet.vertex_count()],
-            bound: 0.0,
-        };
-        scheme.update(sheet, sheet.rest());
         // Without diffusion nothing needs to follow the shape.
-        scheme.frozen = frozen || coefficient == 0.0;
-        scheme
+        let frozen = (frozen || coefficient == 0.0).then(|| {
+            let mut at_rest = GreenGaussOperator::default();
+            at_rest.assemble(sheet, sheet.rest());
+            at_rest
+        });
+        Self { species, coefficient, frozen }
     }
 
+    /// The operator in use where that of the shape is `operator`.
+    fn in_use<'a>(&'a self, operator: &'a GreenGaussOperator) -> &'a GreenGaussOperator {
+        self.frozen.as_ref().unwrap_or(operator)
+    }
+}
+
+impl GreenGaussOperator {
     /// `(Δc)_j` at every face.
     #[must_use]
     pub fn laplacian(&self, sheet: &Sheet, c: &[f64]) -> Vec<f64> {
@@ -82,17 +88,10 @@ impl GreenGauss {
         });
         out
     }
-}
 
-impl Transport for GreenGauss {
-    fn species(&self) -> usize {
-        self.species
-    }
-
-    fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
-        if self.frozen {
-            return;
-        }
+    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3]) {
+        self.edge_normal.resize(sheet.triangle_count(), [Vec3::zeros(); 3]);
+        self.conormal.resize(sheet.vertex_count(), Vec3::zeros());
         self.average.update(sheet, x);
         let mut faces = Faces::default();
         faces.update(sheet, x);
@@ -127,54 +126,63 @@ impl Transport for GreenGauss {
             (0..3).map(|k| normal[t][k].norm() * around[triangles[t][k] as usize]).sum()
         });
     }
+}
 
-    fn add_rate(&self, sheet: &Sheet, c: &[f64], out: &mut [f64]) {
+impl Transport for GreenGauss {
+    type Operator = GreenGaussOperator;
+
+    fn species(&self) -> usize {
+        self.species
+    }
+
+    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut GreenGaussOperator) {
+        if self.frozen.is_none() {
+            operator.assemble(sheet, x);
+        }
+    }
+
+    fn add_rate(&self, sheet: &Sheet, operator: &GreenGaussOperator, c: &[f64], out: &mut [f64]) {
         if self.coefficient == 0.0 {
             return;
         }
-        let laplacian = self.laplacian(sheet, c);
+        let laplacian = self.in_use(operator).laplacian(sheet, c);
         parallel::update(out, |t, rate| *rate += self.coefficient * laplacian[t]);
     }
 
-    fn spectral_bound(&self) -> f64 {
-        self.coefficient * self.bound
+    fn spectral_bound(&self, operator: &GreenGaussOperator) -> f64 {
+        self.coefficient * self.in_use(operator).bound
     }
 
-    fn entries(&self, sheet: &Sheet, emit: &mut dyn FnMut(usize, usize, f64)) {
+    fn entries(
+        &self,
+        sheet: &Sheet,
+        operator: &GreenGaussOperator,
+        emit: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let GreenGaussOperator { average, edge_normal, conormal, .. } = self.in_use(operator);
         let (triangles, around) = (sheet.triangles(), sheet.vertex_triangles());
         // The four steps of the Laplacian, backwards from each face: mean gradients at the corners,
         // gradients of the faces around, means of the values at their corners.
         for (t, corners) in triangles.iter().enumerate() {
             for k in 0..3 {
-                let outer = self.coefficient
-                    * (self.edge_normal[t][(k + 1) % 3] + self.edge_normal[t][(k + 2) % 3]);
+                let outer =
+                    self.coefficient * (edge_normal[t][(k + 1) % 3] + edge_normal[t][(k + 2) % 3]);
                 let v = corners[k] as usize;
-                let outer = outer - self.conormal[v] * self.conormal[v].dot(&outer);
+                let outer = outer - conormal[v] * conormal[v].dot(&outer);
                 for &(f, own) in around.of(v) {
                     let f = f as usize;
-                    let share = self.average.share(f, own as usize, v);
+                    let share = average.share(f, own as usize, v);
                     for m in 0..3 {
-                        let normal =
-                            self.edge_normal[f][(m + 1) % 3] + self.edge_normal[f][(m + 2) % 3];
+                        let normal = edge_normal[f][(m + 1) % 3] + edge_normal[f][(m + 2) % 3];
                         let slope = share * outer.dot(&normal);
                         let w = triangles[f][m] as usize;
                         for &(g, own) in around.of(w) {
-                            let share = self.average.share(g as usize, own as usize, w);
+                            let share = average.share(g as usize, own as usize, w);
                             emit(t, g as usize, slope * share);
                         }
                     }
                 }
             }
         }
-    }
-
-    /// Left out: implicit solvers see the shape's part through the residual alone.
-    fn shape_derivatives(
-        &self,
-        _: &Sheet,
-        _: &[Vec3],
-        _: &[f64],
-        _: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
     }
 }

@@ -19,14 +19,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Region};
+use super::{
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Region,
+};
 use crate::Vec3;
-use crate::geometry::{RestMetric, Shape};
+use crate::geometry::Shape;
+use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
 use crate::num::real;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
-use crate::solve::linear::BlockMatrix;
 
 /// Parameters of a dead load in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,7 +66,7 @@ impl EffectSpec for Load {
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "load")?;
         let load = DeadLoad::new(context.sheet, &chosen, self.force)?;
-        Ok(Effect::Energy(Box::new(load)))
+        Ok(Effect::energy(load))
     }
 }
 
@@ -152,13 +154,22 @@ impl DeadLoad {
 }
 
 impl Energy for DeadLoad {
+    type Work = ();
+
     fn name(&self) -> &'static str {
         "load"
     }
 
-    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
+    fn coupling(&self) -> Coupling {
+        Coupling::NONE
+    }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        _: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
         let (force, x, rest) = (&self.force, shape.x, shape.sheet.rest());
         if let Some(gradient) = gradient {
             parallel::update(gradient, |i, g| *g -= force[i]);
@@ -166,7 +177,7 @@ impl Energy for DeadLoad {
         -parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
     }
 
-    fn add_hessian(&mut self, _: &Shape<'_>, _: HessianPart, _: &mut BlockMatrix) {}
+    fn add_hessian(&self, _: &Shape<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
 
     fn applied_force(&self) -> f64 {
         self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)

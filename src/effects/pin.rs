@@ -61,7 +61,7 @@ impl EffectSpec for Pin {
         let chosen = self.region.choose(context.sheet, "pin")?;
         let held = |inside: bool| if inside { self.axes.0 } else { [false; 3] };
         let pins = chosen.into_iter().map(held).collect();
-        Ok(Effect::Pins(pins))
+        Ok(Effect::pins(pins))
     }
 }
 

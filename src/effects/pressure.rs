@@ -29,13 +29,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::element::{self, Element, Mesh};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart};
+use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart};
 use crate::Vec3;
-use crate::geometry::{RestMetric, Shape};
+use crate::geometry::Shape;
+use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::checked::Finite;
 use crate::num::real;
 use crate::sheet::Sheet;
-use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// Parameters of a pressure in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ impl EffectSpec for Pressure {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        Ok(Effect::Energy(Box::new(FollowerPressure::new(context.sheet, self.value.get()))))
+        Ok(Effect::energy(FollowerPressure::new(context.sheet, self.value.get())))
     }
 }
 
@@ -88,10 +88,15 @@ impl Element<3> for Cone {
 #[derive(Debug)]
 pub struct FollowerPressure {
     cone: Cone,
-    pull: Vec<[Vec3; 3]>,
-    places: LazyStencils,
     /// Largest force on a vertex at rest.
     at_rest: f64,
+}
+
+/// Memory of evaluations.
+#[derive(Debug, Default)]
+pub struct PressureWork {
+    pull: Vec<[Vec3; 3]>,
+    places: LazyStencils,
 }
 
 impl FollowerPressure {
@@ -112,36 +117,49 @@ impl FollowerPressure {
         }
         Self {
             cone: Cone { pressure, apex },
-            pull: Vec::new(),
-            places: LazyStencils::default(),
             at_rest: force.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max),
         }
     }
 }
 
 impl Energy for FollowerPressure {
+    type Work = PressureWork;
+
     fn name(&self) -> &'static str {
         "pressure"
     }
 
-    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
+    fn coupling(&self) -> Coupling {
+        Coupling::ONE_RING
+    }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
         let cone = &self.cone;
         let mesh = Mesh::triangles(shape.sheet);
-        element::evaluate(&mesh, |_| cone, shape.x, &mut self.pull, gradient)
+        element::evaluate(&mesh, |_| cone, shape.x, &mut work.pull, gradient)
     }
 
     fn applied_force(&self) -> f64 {
         self.at_rest
     }
 
-    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
         if part == HessianPart::Positive {
             return;
         }
         let cone = &self.cone;
         let mesh = Mesh::triangles(shape.sheet);
-        element::add_hessian(&mesh, |_| cone, shape.x, part, &mut self.places, into);
+        element::add_hessian(&mesh, |_| cone, shape.x, part, &mut work.places, into);
     }
 }

@@ -2,11 +2,15 @@
 //!
 //! Everything here is kinematics: it knows positions and lengths, no energy and no field.
 
+mod align;
+mod average;
 mod curvature;
 mod faces;
 mod rest_metric;
 mod vertex_area;
 
+pub use align::aligned;
+pub use average::FaceVertexAverage;
 pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces};
 pub use rest_metric::{RestMetric, heron_area};
@@ -15,6 +19,17 @@ pub use vertex_area::{AreaRule, VertexArea};
 use crate::Vec3;
 use crate::sheet::Sheet;
 
+/// What energies depend on besides positions.
+#[derive(Clone, Copy)]
+pub struct Conditions<'a> {
+    /// Topology and rest positions.
+    pub sheet: &'a Sheet,
+    /// Optimal lengths and areas.
+    pub metric: &'a RestMetric,
+    /// Time.
+    pub time: f64,
+}
+
 /// A shape of a sheet, as the effects see it.
 #[derive(Clone, Copy)]
 pub struct Shape<'a> {
@@ -22,6 +37,8 @@ pub struct Shape<'a> {
     pub sheet: &'a Sheet,
     /// Optimal lengths and areas.
     pub metric: &'a RestMetric,
+    /// Time.
+    pub time: f64,
     /// Current positions `x_i`.
     pub x: &'a [Vec3],
 }

@@ -307,6 +307,12 @@ pub enum KineticsError {
 }
 
 impl KineticsError {
+    /// Whether a smaller time step may do without this failure.
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        matches!(self, Self::Retry { .. } | Self::BadOutput(_) | Self::BadInput { .. })
+    }
+
     /// The point to blame, if it is known.
     #[must_use]
     pub fn site(&self) -> Option<&Site> {

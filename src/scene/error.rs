@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
 
-use super::document::Index;
-use super::problem::{Explanation, Problem};
+use crate::document::Index;
+use crate::document::{Explanation, Problem};
 
 /// So many problems of one scene are told in full, each with its lines; nobody reads more, and all
 /// of a file of nothing else would take hours.

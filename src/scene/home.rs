@@ -2,14 +2,14 @@
 
 use std::sync::OnceLock;
 
-use super::deserialize::read;
-use super::document::{Key, Node, Place, Value};
 use super::material::Material;
 use super::output::OutputSpec;
-use super::problem::Problem;
-use super::registry::choose;
 use super::stability::StabilitySpec;
 use super::{kinetics, sheet, time};
+use crate::document::Problem;
+use crate::document::read;
+use crate::document::{Key, Node, Place, Value};
+use crate::registry::choose;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
 /// Tables with what reads them.

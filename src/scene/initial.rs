@@ -18,10 +18,10 @@ use serde::{Deserialize, Serialize};
 use crate::Vec3;
 use crate::num::checked::{Finite, Positive};
 
-use super::deserialize::read;
-use super::document::{Node, Value};
-use super::problem::Problem;
 use super::sheet::{default_seed, origin};
+use crate::document::Problem;
+use crate::document::read;
+use crate::document::{Node, Value};
 
 /// How one species starts.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::Measure;
 use crate::kinetics::{Location, search};
+use crate::model::TensionReading;
 use crate::num::checked::Finite;
-use crate::system::TensionReading;
 
-use super::deserialize::read;
-use super::document::{Node, Value};
 use super::initial::{FieldFile, Initial};
 use super::law::SpeciesSpec;
-use super::problem::Problem;
+use crate::document::Problem;
+use crate::document::read;
+use crate::document::{Node, Value};
 
 /// The table `[kinetics]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

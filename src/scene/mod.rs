@@ -4,8 +4,6 @@
 //! into checked structs; whatever is wrong ends as a [`SceneError`] that points to its place.
 //! What a scene does not list does not exist.
 
-mod deserialize;
-mod document;
 mod error;
 mod files;
 mod home;
@@ -15,8 +13,6 @@ mod law;
 mod material;
 mod output;
 mod overrides;
-mod problem;
-pub mod registry;
 mod sheet;
 mod source;
 mod stability;
@@ -31,24 +27,24 @@ use serde::Serialize;
 use crate::effects::EffectSpec;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
-pub use self::document::{Node, Place};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
 pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};
 pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
 pub use self::output::{Format, OutputSpec};
-pub use self::problem::Problem;
 pub use self::sheet::{
     Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Point, Rectangle, Shape, SheetSource,
     SheetSpec, Sphere,
 };
 pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
+pub use crate::document::Problem;
+pub use crate::document::{Node, Place};
 
-use self::deserialize::read;
-use self::document::{Index, Segment, Value};
 use self::error::Origin;
+use crate::document::{Index, Segment, Value, read};
+use crate::registry;
 
 /// Tables of a scene.
 const TABLES: [&str; 8] =
@@ -71,7 +67,7 @@ pub struct Scene {
     /// Time stepping.
     pub time: TimeSpec,
     /// How mechanical equilibrium is found.
-    pub equilibrium: Box<dyn EquilibriumSpec>,
+    pub(crate) equilibrium: Box<dyn EquilibriumSpec>,
     /// The watch on stability, if the scene has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stability: Option<StabilitySpec>,
@@ -241,7 +237,7 @@ impl Scene {
 /// is no bare word gets quotes.
 #[must_use]
 pub fn path_to(table: &str, key: &str) -> String {
-    format!("{table}.{}", document::key_path(&[Segment::Key(key.to_owned())]))
+    format!("{table}.{}", crate::document::key_path(&[Segment::Key(key.to_owned())]))
 }
 
 /// Reads every table; the first problem of each is reported.

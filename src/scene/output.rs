@@ -6,8 +6,8 @@ use crate::num::checked::Positive;
 use crate::num::{Short, real};
 use crate::output::Compression;
 
-use super::problem::Problem;
 use super::time::Span;
+use crate::document::Problem;
 
 /// Most frames of a run: more are a slip of the pen, and would fill a disc with files.
 const MOST_FRAMES: f64 = 1e6;

@@ -1,7 +1,7 @@
 //! `--set key.path=value`: changes to a scene's document before it is checked.
 
-use super::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
-use super::problem::Problem;
+use crate::document::Problem;
+use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 
 /// Applies the override number `source` (from 1) to `root`.
 ///

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::num::checked::{AtLeast, Finite, NonNegative, Positive};
 
-use super::deserialize::read;
-use super::document::{Node, Value};
-use super::problem::Problem;
+use crate::document::Problem;
+use crate::document::read;
+use crate::document::{Node, Value};
 
 /// Seed of random numbers where a scene gives none.
 pub(crate) fn default_seed() -> u64 {

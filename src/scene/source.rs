@@ -5,9 +5,9 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::document::{Index, Place};
 use super::error::{Origin, SceneError};
-use super::problem::Problem;
+use crate::document::Problem;
+use crate::document::{Index, Place};
 
 /// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
 /// read in a second.

@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::model::Policy;
 use crate::num::checked::{AtLeast, Positive};
 use crate::solve::{DEFAULT_INTEGRATOR, IntegratorSpec, OTHER_INTEGRATOR};
-use crate::timescale::{DEFAULT_POLICY, PolicySpec, Storage};
 
-use super::deserialize::read;
-use super::document::Node;
-use super::problem::Problem;
-use super::registry::{Family, choose};
+use crate::document::Problem;
+use crate::document::read;
+use crate::document::{Node, Value};
+use crate::registry::{Family, choose};
 
 /// The table `[time]`.
 #[derive(Debug, Serialize)]
@@ -18,9 +18,9 @@ pub struct TimeSpec {
     #[serde(flatten)]
     pub span: Span,
     /// The timescale policy.
-    pub policy: Box<dyn PolicySpec>,
+    pub policy: Policy,
     /// How steps are made.
-    pub integrator: Box<dyn IntegratorSpec>,
+    pub(crate) integrator: Box<dyn IntegratorSpec>,
 }
 
 /// When to stop.
@@ -39,9 +39,11 @@ pub struct Span {
 
 /// Reads the table `[time]`.
 pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
-    let policy: Box<dyn PolicySpec> = chosen(&mut node, "policy", DEFAULT_POLICY)?;
-    let quasi_static = policy.storage() == (Storage { mechanics: 0.0, chemistry: 1.0 });
-    let default = if quasi_static { DEFAULT_INTEGRATOR } else { OTHER_INTEGRATOR };
+    let policy = match node.take("policy") {
+        Some((_, node)) => read_policy(node).map_err(|problem| problem.under("policy"))?,
+        None => Policy::default(),
+    };
+    let default = if policy == Policy::QuasiStatic { DEFAULT_INTEGRATOR } else { OTHER_INTEGRATOR };
     let integrator = chosen(&mut node, "integrator", default)?;
     let span = read(node).map_err(|p: Problem| p.also_allowed(&["policy", "integrator"]))?;
     Ok(TimeSpec { span, policy, integrator })
@@ -59,3 +61,31 @@ fn chosen<T: ?Sized + Family>(
     };
     choose(choice, Some(default)).map_err(|problem| problem.under(key))
 }
+
+/// A policy by its name, or as a table with its name as `kind`.
+fn read_policy(mut node: Node) -> Result<Policy, Problem> {
+    let whole = node.place.clone();
+    let named = match node.take("kind") {
+        Some((_, name)) => {
+            let rest: Nothing = read(node).map_err(|p: Problem| p.also_allowed(&["kind"]))?;
+            let Nothing {} = rest;
+            name
+        }
+        None => node,
+    };
+    let place = named.place.clone();
+    let Value::String(name) = named.value else {
+        let problem = Problem::mismatch("the name of a policy in quotes", named.value.describe());
+        return Err(problem.placed(&place));
+    };
+    let found = Policy::ALL.into_iter().find(|policy| policy.name() == name);
+    found.ok_or_else(|| {
+        let names = Policy::ALL.map(Policy::name);
+        Problem::unknown_name("timescale policy", &name, &names).placed(&place).placed(&whole)
+    })
+}
+
+/// A table without keys.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nothing {}

@@ -13,14 +13,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::monolithic::InOnePiece;
-use super::ode::OdeMethod;
-use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step};
-use crate::Result;
+use super::monolithic::Monolithic;
+use super::{
+    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
+};
+use crate::model::{Coupled, Part, State, Storage};
 use crate::num::checked::Positive;
-use crate::state::State;
-use crate::system::{Coupled, System};
-use crate::timescale::Storage;
+use crate::ode::OdeMethod;
 
 /// Parameters of the explicit integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,7 +66,7 @@ impl IntegratorSpec for ExplicitSpec {
         }
     }
 
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
+    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
             let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };
             return Err(SolveError::Pairing(format!(
@@ -79,11 +78,9 @@ impl IntegratorSpec for ExplicitSpec {
         let step = self.step.map(Positive::get);
         let tolerance = (self.rtol.get(), self.atol.get());
         Ok(match self.method {
-            ExplicitMethod::Euler => {
-                Box::new(Euler { policy, step: step.unwrap_or(STEP), coupled: None })
-            }
+            ExplicitMethod::Euler => Box::new(Euler { step: step.unwrap_or(STEP), coupled: None }),
             ExplicitMethod::Tsit45 => {
-                Box::new(InOnePiece::new(policy, OdeMethod::Tsit45, tolerance, step))
+                Box::new(Monolithic::new(Part::Whole, OdeMethod::Tsit45, tolerance, step))
             }
         })
     }
@@ -93,7 +90,6 @@ crate::register_kind!(dyn IntegratorSpec, "explicit", ExplicitSpec);
 
 /// The paper's simultaneous update.
 struct Euler {
-    policy: Storage,
     step: f64,
     coupled: Option<Coupled>,
 }
@@ -101,33 +97,33 @@ struct Euler {
 impl Integrator for Euler {
     fn advance(
         &mut self,
-        system: &mut System,
+        workspace: &mut Workspace,
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
+        workspace.control.check()?;
         let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
-        let coupled = self.coupled.get_or_insert_with(|| Coupled::new(system, self.policy));
+        let model = &workspace.model;
+        let coupled = self.coupled.get_or_insert_with(|| Coupled::new(model, Part::Whole));
         coupled.start(state);
-        let mut y = vec![0.0; coupled.layout().unknowns()];
-        let mut rate = y.clone();
-        coupled.pack(system, state, &mut y);
-        coupled.residual(system, state.time, &y, &mut rate)?;
+        let mut y = coupled.pack(state);
+        let mut rate = vec![0.0; y.len()];
+        coupled.residual(state.time, &y, &mut rate)?;
         for ((y, rate), mass) in y.iter_mut().zip(&rate).zip(coupled.mass()) {
             *y += step * rate / mass;
         }
         if !y.iter().all(|y| y.is_finite()) {
-            return Err(SolveError::NotFinite.into());
+            return Err(SolveError::NotFinite);
         }
         let mut next = state.clone();
-        coupled.unpack(system, &y, time, &mut next);
+        coupled.unpack(&y, time, &mut next);
         next.step += 1;
-        system.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
-        system.follow(&next)?;
-        *state = next;
+        model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
         let mut report = StepReport { step, ..StepReport::default() };
         report.relaxation.evaluations = 1;
-        report.relaxation.residual = system.residual(state);
+        report.relaxation.residual = workspace.at(&next).residual()?;
+        *state = next;
         Ok(report)
     }
 }

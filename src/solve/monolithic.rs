@@ -8,20 +8,15 @@
 
 use std::sync::Arc;
 
-use diffsol::OdeSolverProblem;
-use self_cell::self_cell;
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::relax_chemistry;
+use super::chemistry::Settling;
 use super::equilibrium::Relaxation;
-use super::ode::{Equations, OdeMethod, OdeProblem, Options, Stepper, make_consistent, problem};
-use super::{Integrator, IntegratorSpec, SolveError, StepReport};
-use crate::Result;
+use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace};
+use crate::linear::{LinearChoice, Sparse};
+use crate::model::{Coupled, Course, Layout, Part, State, Storage};
 use crate::num::checked::Positive;
-use crate::solve::linear::{LinearChoice, Sparse};
-use crate::state::State;
-use crate::system::{Coupled, Course, System};
-use crate::timescale::Storage;
+use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options};
 
 /// Parameters of the monolithic integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -81,32 +76,26 @@ impl IntegratorSpec for MonolithicSpec {
         format!("monolithic, {}", OdeMethod::from(self.method).name())
     }
 
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
-        Ok(Box::new(InOnePiece {
-            policy,
-            method: self.method.into(),
-            linear: self.linear,
-            rtol: self.rtol.get(),
-            atol: self.atol.get(),
-            step: self.step.map(Positive::get),
-            part: Part::Whole,
-            running: None,
-        }))
+    fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {
+        let tolerance = (self.rtol.get(), self.atol.get());
+        let step = self.step.map(Positive::get);
+        let made = Monolithic::new(Part::Whole, self.method.into(), tolerance, step);
+        Ok(Box::new(Monolithic { linear: self.linear, ..made }))
     }
 }
 
 crate::register_kind!(dyn IntegratorSpec, "monolithic", MonolithicSpec);
 
-/// The coupled system on loan to the equations while a step is made.
-struct OnLoan {
-    system: System,
+/// The coupled system as an integrator sees it: rows with storage divided by their mass.
+struct Problem {
     coupled: Coupled,
+    control: Control,
     /// Factors that turn the mass of rows with storage into 1.
     scale: Vec<f64>,
     matrix: Sparse,
 }
 
-impl OdeProblem for OnLoan {
+impl OdeProblem for Problem {
     fn unknowns(&self) -> usize {
         self.coupled.layout().unknowns()
     }
@@ -116,199 +105,170 @@ impl OdeProblem for OnLoan {
         mass.contains(&0.0).then(|| mass.iter().map(|m| *m != 0.0).collect())
     }
 
-    fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<()> {
-        self.coupled.residual(&mut self.system, time, y, out)?;
+    fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
+        // Every integration comes by here often.
+        self.control.check().map_err(SolveError::into_failure)?;
+        self.coupled.residual(time, y, out).map_err(|e| SolveError::from(e).into_failure())?;
         for (out, scale) in out.iter_mut().zip(&self.scale) {
             *out *= scale;
         }
         Ok(())
     }
 
-    fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse> {
-        self.matrix.clone_from(self.coupled.jacobian(&mut self.system, time, y)?);
+    fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, Failure> {
+        self.control.check().map_err(SolveError::into_failure)?;
+        let jacobian = self.coupled.jacobian(time, y);
+        self.matrix.clone_from(jacobian.map_err(|e| SolveError::from(e).into_failure())?);
         self.matrix.scale_rows(&self.scale);
         Ok(&self.matrix)
     }
 }
 
-type Owner = OdeSolverProblem<Equations<OnLoan>>;
-type Borrower<'a> = Stepper<'a, OnLoan>;
-
-self_cell!(
-    struct Running {
-        owner: Owner,
-        #[not_covariant]
-        dependent: Borrower,
-    }
-);
-
-/// What of the system moves, and how the rest does meanwhile.
-enum Part {
-    /// All of it.
-    Whole,
-    /// The shape, with the species on a course.
-    Shape(Course),
-    /// The species, with the signals on a course.
-    Chemistry(Course),
+/// An integration under way.
+struct Running {
+    integration: Integration<Problem>,
+    layout: Arc<Layout>,
+    /// Where it is; `None` after a failed step. From another state it starts anew.
+    at: Option<State>,
 }
 
 /// The integrator of diffsol's methods on the whole system, or on a part of it.
-pub(super) struct InOnePiece {
-    policy: Storage,
+pub(super) struct Monolithic {
+    part: Part,
     method: OdeMethod,
     linear: LinearChoice,
     rtol: f64,
     atol: f64,
     step: Option<f64>,
-    part: Part,
-    running: Option<(Running, Arc<State>)>,
+    course: Option<Course>,
+    running: Option<Running>,
+    settling: Settling,
 }
 
-impl InOnePiece {
+impl Monolithic {
     /// With these choices, from the first step on.
     pub(super) fn new(
-        policy: Storage,
+        part: Part,
         method: OdeMethod,
         (rtol, atol): (f64, f64),
         step: Option<f64>,
     ) -> Self {
-        let linear = LinearChoice::default();
-        Self { policy, method, linear, rtol, atol, step, part: Part::Whole, running: None }
+        let (linear, settling) = (LinearChoice::default(), Settling::default());
+        Self { part, method, linear, rtol, atol, step, course: None, running: None, settling }
     }
 
-    /// Of the shape alone, as it moves under drag while the species go along `course`:
-    /// `drag dx/dt = -∂U/∂x`.
-    pub(super) fn of_shape(policy: Storage, tolerance: (f64, f64), course: Course) -> Self {
-        let part = Part::Shape(course);
-        Self { part, ..Self::new(policy, OdeMethod::TrBdf2, tolerance, None) }
+    /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
+    /// the shape that it starts with.
+    pub(super) fn of_part(part: Part, method: OdeMethod, tolerance: (f64, f64)) -> Self {
+        Self::new(part, method, tolerance, None)
     }
 
-    /// Of the chemistry alone, with the transport of the shape last followed, while the signals go
-    /// along `course`.
-    pub(super) fn of_chemistry(method: OdeMethod, tolerance: (f64, f64), course: Course) -> Self {
-        let policy = Storage { mechanics: 0.0, chemistry: 1.0 };
-        let part = Part::Chemistry(course);
-        Self { part, ..Self::new(policy, method, tolerance, None) }
+    /// Lets the other part go along `course` from now on.
+    pub(super) fn set_course(&mut self, course: Course) {
+        self.course = Some(course);
+        if let Some(running) = &mut self.running {
+            running.at = None;
+        }
     }
 
-    /// The unknowns and what they obey.
-    fn coupled(&self, system: &mut System) -> Coupled {
-        let (mut coupled, course) = match &self.part {
-            Part::Whole => return Coupled::new(system, self.policy),
-            Part::Shape(course) => (Coupled::shape_alone(system, self.policy), course),
-            Part::Chemistry(course) => (Coupled::chemistry_alone(system, self.policy), course),
+    /// Starts anew from `state`; layout, patterns and analyses stay.
+    fn restart(&mut self, workspace: &Workspace, state: &State, until: f64) -> Result<()> {
+        let span = until - state.time;
+        let begin = |coupled: &mut Coupled| {
+            coupled.start(state);
+            if let Some(course) = &self.course {
+                coupled.set_course(course.clone());
+            }
+            coupled.pack(state)
         };
-        coupled.set_course(course.clone());
-        coupled
-    }
-
-    /// Starts anew from `state`.
-    fn restart(&self, system: &mut System, state: &State, until: f64) -> Result<Running> {
-        let mut coupled = self.coupled(system);
-        coupled.start(state);
-        let mut start = vec![0.0; coupled.layout().unknowns()];
-        coupled.pack(system, state, &mut start);
+        if let Some(Running { integration, .. }) = &mut self.running {
+            let start = integration.with(|problem| {
+                problem.control = workspace.control.clone();
+                begin(&mut problem.coupled)
+            });
+            return Ok(integration.restart(state.time, start.unwrap_or_default(), span)?);
+        }
+        let mut coupled = Coupled::new(&workspace.model, self.part);
+        let start = begin(&mut coupled);
         let options = Options {
             method: self.method,
             linear: self.linear,
-            displacements: coupled.displacements(system),
+            displacements: coupled.displacements(),
             rtol: self.rtol,
-            atol: coupled.tolerances(system, self.atol),
+            atol: coupled.tolerances(self.atol),
             step: self.step,
-            span: until - state.time,
+            span,
         };
         let scale = coupled.mass().iter().map(|m| if *m == 0.0 { 1.0 } else { 1.0 / m }).collect();
-        let mut loan =
-            OnLoan { system: std::mem::take(system), coupled, scale, matrix: Sparse::default() };
-        if let Err(error) = make_consistent(&mut loan, state.time, &mut start, &options) {
-            *system = loan.system;
-            return Err(error);
+        let layout = Arc::clone(coupled.layout());
+        let control = workspace.control.clone();
+        let problem = Problem { coupled, control, scale, matrix: Sparse::default() };
+        let integration = Integration::new(problem, state.time, start, options)?;
+        self.running = Some(Running { integration, layout, at: None });
+        Ok(())
+    }
+
+    /// One step that does not pass `until`; on an error `state` is as before.
+    pub(super) fn step(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
+        let here = |running: &Running| running.at.as_ref() == Some(state);
+        if !self.running.as_ref().is_some_and(here) {
+            self.restart(workspace, state, until)?;
         }
-        let implicit = self.method.is_implicit();
-        let equations =
-            Equations::new(loan, state.time, start, implicit).map_err(|(loan, e)| {
-                *system = loan.system;
-                e
-            })?;
-        let owner = problem(equations, state.time, &options)?;
-        let made = Running::try_new_or_recover(owner, |owner| Stepper::new(owner, &options));
-        match made {
-            Ok(running) => {
-                *system = take_back(&running);
-                Ok(running)
-            }
-            Err((owner, error)) => {
-                *system = owner.eqn.into_problem().system;
-                Err(error)
-            }
+        let Some(Running { integration, layout, at }) = &mut self.running else {
+            return Err(SolveError::NotFinite);
+        };
+        *at = None;
+        let tolerance = (self.rtol, self.atol);
+        let earlier = integration.work();
+        let model = &workspace.model;
+        let rest = model.sheet().rest();
+        let mut next = state.clone();
+        integration.step(until, &mut |time, y| {
+            layout.unpack(rest, y, &mut next);
+            next.time = time;
+            let kept = model.keep_in_range(&mut next.species, time, tolerance);
+            kept.map_err(|e| SolveError::from(e).into_failure())
+        })?;
+        next.step += 1;
+        let work = integration.work();
+        let mut report = StepReport {
+            step: next.time - state.time,
+            rejected: work.rejected - earlier.rejected,
+            ..StepReport::default()
+        };
+        report.relaxation.iterations = work.iterations - earlier.iterations;
+        report.relaxation.factorisations = work.factorisations - earlier.factorisations;
+        if self.part != Part::Chemistry {
+            report.relaxation.residual = workspace.at(&next).residual()?;
         }
+        *at = Some(next.clone());
+        *state = next;
+        Ok(report)
     }
 }
 
-fn take_back(running: &Running) -> System {
-    running.with_dependent(|owner, _| owner.eqn.with(|loan| std::mem::take(&mut loan.system)))
-}
-
-impl Integrator for InOnePiece {
-    fn prepare(&mut self, system: &mut System, state: &mut State) -> Result<Relaxation> {
-        let mut done = system.relax(state)?;
-        if self.policy.chemistry == 0.0 {
-            let work = relax_chemistry(system, state, (self.rtol, self.atol))?;
-            done.factorisations += work;
-            done.residual = system.residual(state);
+impl Integrator for Monolithic {
+    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
+        let mut done = workspace.relax(state)?;
+        if workspace.model.storage().chemistry == 0.0 {
+            let tolerance = (self.rtol, self.atol);
+            done.factorisations += self.settling.settle(workspace, state, tolerance)?;
+            done.residual = workspace.at(state).residual()?;
         }
         Ok(done)
     }
 
     fn advance(
         &mut self,
-        system: &mut System,
+        workspace: &mut Workspace,
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let running = match self.running.take() {
-            Some((running, last)) if *last == *state => running,
-            _ => self.restart(system, state, until)?,
-        };
-        let mut running = running;
-        let (before, began) = (state.clone(), state.time);
-        let tolerance = (self.rtol, self.atol);
-        let loaned = std::mem::take(system);
-        let (done, work, earlier) = running.with_dependent_mut(|owner, stepper| {
-            owner.eqn.with(|loan| loan.system = loaned);
-            let earlier = stepper.work();
-            let mut next = before.clone();
-            let done = stepper.step(until, |time, y| {
-                owner.eqn.with(|loan| {
-                    loan.coupled.unpack(&mut loan.system, y, time, &mut next);
-                    loan.system.keep_in_range(&mut next.species, time, tolerance)
-                })
-            });
-            (done.map(|()| next), stepper.work(), earlier)
-        });
-        *system = take_back(&running);
-        match done {
-            Ok(mut next) => {
-                next.step += 1;
-                system.follow(&next)?;
-                *state = next;
-                self.running = Some((running, Arc::new(state.clone())));
-            }
-            Err(error) => {
-                system.follow(&before)?;
-                return Err(error);
-            }
-        }
-        let mut report = StepReport {
-            step: state.time - began,
-            rejected: work.rejected - earlier.rejected,
-            ..StepReport::default()
-        };
-        report.relaxation.iterations = work.iterations - earlier.iterations;
-        report.relaxation.factorisations = work.factorisations - earlier.factorisations;
-        if !matches!(self.part, Part::Chemistry(_)) {
-            report.relaxation.residual = system.residual(state);
-        }
-        Ok(report)
+        self.step(workspace, state, until)
     }
 }

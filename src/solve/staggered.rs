@@ -42,15 +42,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::{ChemistryMethod, ChemistrySteps, relax_chemistry};
+use super::chemistry::{ChemistryMethod, ChemistrySteps, Settling};
 use super::equilibrium::Relaxation;
-use super::monolithic::InOnePiece;
-use super::{Integrator, IntegratorSpec, SolveError, StepReport, end_of_fixed_step, under_way};
+use super::monolithic::Monolithic;
+use super::{
+    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
+    under_way,
+};
+use crate::model::{Course, Part, SignalColumns, State, Storage};
 use crate::num::checked::Positive;
-use crate::state::State;
-use crate::system::{Course, SignalColumns, System};
-use crate::timescale::Storage;
-use crate::{Error, Result};
+use crate::ode::OdeMethod;
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
 const GROWTH: f64 = 2.0;
@@ -135,7 +136,7 @@ impl IntegratorSpec for StaggeredSpec {
         }
     }
 
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError> {
+    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.chemistry == 0.0
             && let Some(chemistry) = self.chemistry
         {
@@ -154,6 +155,8 @@ impl IntegratorSpec for StaggeredSpec {
             power: chemistry.power(),
             chemistry: ChemistrySteps::new(chemistry),
             step: self.step.get(),
+            mover: None,
+            settling: Settling::default(),
             policy,
         }))
     }
@@ -168,27 +171,32 @@ struct Staggered {
     /// [`ChemistryMethod::power`] of the chemistry's method.
     power: f64,
     step: f64,
+    /// Moves a shape with storage.
+    mover: Option<Monolithic>,
+    /// Settles a chemistry without.
+    settling: Settling,
     policy: Storage,
 }
 
 impl Integrator for Staggered {
-    fn prepare(&mut self, system: &mut System, state: &mut State) -> Result<Relaxation> {
-        let mut done = system.relax(state)?;
+    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
+        let mut done = workspace.relax(state)?;
         if self.policy.chemistry == 0.0 {
-            done.factorisations += relax_chemistry(system, state, self.inner())?;
+            let inner = self.inner();
+            done.factorisations += self.settling.settle(workspace, state, inner)?;
         }
         Ok(done)
     }
 
     fn advance(
         &mut self,
-        system: &mut System,
+        workspace: &mut Workspace,
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
         match self.spec.method {
-            Method::Euler => self.euler(system, state, until),
-            Method::Heun => self.heun(system, state, until),
+            Method::Euler => self.euler(workspace, state, until),
+            Method::Heun => self.heun(workspace, state, until),
         }
     }
 }
@@ -213,65 +221,78 @@ impl Staggered {
 
     /// X: lets the shape of `next` follow from `state` while the species go to those of `next`.
     fn follow_shape(
-        &self,
-        system: &mut System,
+        &mut self,
+        workspace: &mut Workspace,
         state: &State,
         next: &mut State,
     ) -> Result<Relaxation> {
         if self.policy.mechanics == 0.0 {
-            return system.relax(next);
+            return workspace.relax(next);
         }
-        if !system.moves() {
-            system.follow(next)?;
+        if !workspace.model.moves() {
             return Ok(Relaxation::default());
         }
         let mut moving = state.clone();
         let course =
             Course::new((state.time, state.species.clone()), (next.time, next.species.clone()));
         let inner = self.inner_of(INNER_OF_SHAPE, ChemistryMethod::TrBdf2.power());
-        let mut mover = InOnePiece::of_shape(self.policy, inner, course);
+        let mover = self
+            .mover
+            .get_or_insert_with(|| Monolithic::of_part(Part::Shape, OdeMethod::TrBdf2, inner));
+        mover.set_course(course);
         let mut done = Relaxation::default();
         while moving.time < next.time {
             let way = (state.time, moving.time, next.time);
-            system.tell(|| under_way("moving the shape", way));
-            done.add(&mover.advance(system, &mut moving, next.time)?.relaxation);
+            workspace.control.tell(|| under_way("moving the shape", way));
+            done.add(&mover.step(workspace, &mut moving, next.time)?.relaxation);
         }
         next.x = moving.x;
-        system.follow(next)?;
-        done.residual = system.residual(next);
+        done.residual = workspace.at(next).residual()?;
         Ok(done)
     }
 
-    fn euler(&mut self, system: &mut System, state: &mut State, until: f64) -> Result<StepReport> {
+    fn euler(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
         let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {
-            let signals = Course::still(system.signals(state));
+            let signals = Course::still(workspace.at(state).signals()?.clone());
             let inner = self.inner();
-            next.species = self.chemistry.advance(system, state, time, &signals, inner)?;
+            next.species = self.chemistry.advance(workspace, state, time, signals, inner)?;
         }
         next.time = time;
         next.step += 1;
-        system.keep_in_range(&mut next.species, time, (EULER_SLACK, EULER_SLACK))?;
-        let mut relaxation = self.follow_shape(system, state, &mut next)?;
+        let slack = (EULER_SLACK, EULER_SLACK);
+        workspace.model.keep_in_range(&mut next.species, time, slack)?;
+        let mut relaxation = self.follow_shape(workspace, state, &mut next)?;
         if self.policy.chemistry == 0.0 {
-            relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
+            let inner = self.inner();
+            relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
         }
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
     }
 
-    fn heun(&mut self, system: &mut System, state: &mut State, until: f64) -> Result<StepReport> {
+    fn heun(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
         let longest = self.spec.longest_step.map_or(f64::INFINITY, Positive::get);
         let shortest = SHORTEST * self.spec.step.get();
-        let now = system.signals(state);
+        let now = workspace.at(state).signals()?.clone();
         let mut report = StepReport::default();
         loop {
             let proposed = self.step.min(longest);
             let time = end_of_step(state.time, proposed, until);
             let step = time - state.time;
-            match self.try_heun(system, state, &now, time, &mut report) {
+            match self.try_heun(workspace, state, &now, time, &mut report) {
                 Ok((next, error)) if error <= 1.0 => {
                     *state = next;
                     report.step = step;
@@ -286,7 +307,7 @@ impl Staggered {
                     let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
                     self.step = step * factor;
                 }
-                Err(error) if error.may_vanish_with_the_step() => {
+                Err(error) if error.is_recoverable() => {
                     self.step = step / (GROWTH * GROWTH);
                     if self.step < shortest {
                         return Err(error);
@@ -297,8 +318,7 @@ impl Staggered {
             }
             report.rejected += 1;
             if self.step < shortest {
-                let error = SolveError::StepTooSmall { time: state.time, step: self.step };
-                return Err(Error::Solve(error));
+                return Err(SolveError::StepTooSmall { time: state.time, step: self.step });
             }
         }
     }
@@ -306,7 +326,7 @@ impl Staggered {
     /// One try; the error estimate in units of the tolerance, and the state if that is at most 1.
     fn try_heun(
         &mut self,
-        system: &mut System,
+        workspace: &mut Workspace,
         state: &State,
         now: &SignalColumns,
         time: f64,
@@ -314,71 +334,64 @@ impl Staggered {
     ) -> Result<(State, f64)> {
         let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
         let inner = self.inner();
-        // The transport still follows the shape of the last try; bring it back.
-        system.follow(state)?;
         let mut next = state.clone();
         next.time = time;
         next.step += 1;
         if self.policy.chemistry == 0.0 {
-            return self.try_settling(system, state, next, report);
+            return self.try_settling(workspace, state, next, report);
         }
         let frozen = Course::still(now.clone());
-        next.species = self.chemistry.advance(system, state, time, &frozen, inner)?;
-        system.keep_in_range(&mut next.species, time, tolerance)?;
-        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
+        next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
+        workspace.model.keep_in_range(&mut next.species, time, tolerance)?;
+        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
         let predicted = next.clone();
-        let signals = Course::new((state.time, now.clone()), (time, system.signals(&next)));
-        if system.diffuses() {
-            system.follow(&half_way(state, &next))?;
+        let later = workspace.at(&next).signals()?.clone();
+        let signals = Course::new((state.time, now.clone()), (time, later));
+        let mut on = state.clone();
+        if workspace.model.diffuses() {
+            on.x.iter_mut().zip(&next.x).for_each(|(a, b)| *a = 0.5 * (*a + b));
         }
-        next.species = self.chemistry.advance(system, state, time, &signals, inner)?;
-        system.keep_in_range(&mut next.species, time, tolerance)?;
-        let error = system.coupling_error(state, &predicted, &next, tolerance, QUIET);
+        next.species = self.chemistry.advance(workspace, &on, time, signals, inner)?;
+        let model = &workspace.model;
+        model.keep_in_range(&mut next.species, time, tolerance)?;
+        let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
         if error > 1.0 {
             return Ok((next, error));
         }
-        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
-        let error = error.max(self.shape_error(system, state, &predicted, &next));
+        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
+        let error = error.max(self.shape_error(workspace, state, &predicted, &next));
         Ok((next, error))
     }
 
     /// The same of the shape, where it has storage: there it may move while the species hardly do.
-    fn shape_error(&self, system: &mut System, state: &State, a: &State, b: &State) -> f64 {
+    fn shape_error(&self, workspace: &Workspace, state: &State, a: &State, b: &State) -> f64 {
         if self.policy.mechanics == 0.0 {
             return 0.0;
         }
-        system.shape_error(state, a, b, (self.spec.rtol.get(), self.spec.atol.get()), QUIET)
+        let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
+        workspace.model.shape_error(state, a, b, tolerance, QUIET)
     }
 
     /// The same where the chemistry settles at once: shape, chemistry, and both once more.
     fn try_settling(
-        &self,
-        system: &mut System,
+        &mut self,
+        workspace: &mut Workspace,
         state: &State,
         mut next: State,
         report: &mut StepReport,
     ) -> Result<(State, f64)> {
         let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
-        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
-        report.relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
+        let inner = self.inner();
+        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
+        report.relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
         let predicted = next.clone();
-        report.relaxation.add(&self.follow_shape(system, state, &mut next)?);
-        report.relaxation.factorisations += relax_chemistry(system, &mut next, self.inner())?;
-        let error = system.coupling_error(state, &predicted, &next, tolerance, QUIET);
-        let error = error.max(self.shape_error(system, state, &predicted, &next));
+        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
+        report.relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+        let model = &workspace.model;
+        let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
+        let error = error.max(self.shape_error(workspace, state, &predicted, &next));
         Ok((next, error))
     }
-}
-
-/// The mean of two states.
-fn half_way(a: &State, b: &State) -> State {
-    let mut mean = a.clone();
-    mean.time = 0.5 * (a.time + b.time);
-    mean.x.iter_mut().zip(&b.x).for_each(|(a, b)| *a = 0.5 * (*a + b));
-    for (a, b) in mean.species.iter_mut().flatten().zip(b.species.iter().flatten()) {
-        *a = 0.5 * (*a + b);
-    }
-    mean
 }
 
 /// End of a step that does not pass `until`; the last two steps before it share the way.

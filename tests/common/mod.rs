@@ -8,7 +8,7 @@ use rumple::Vec3;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
-use rumple::simulation::{self, Setup};
+use rumple::run::{self, Setup};
 
 use crate::plugins::build;
 

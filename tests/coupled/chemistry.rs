@@ -7,7 +7,7 @@ use rumple::Error;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
 use rumple::solve::SolveError;
-use rumple::state::State;
+use rumple::model::State;
 
 use super::{DOME, distance, final_state};
 
@@ -96,7 +96,7 @@ fn a_method_is_refused_where_the_chemistry_settles_at_once() {
     ];
     let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
     let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
-    let error = rumple::simulation::prepare(&scene, &search).err().unwrap().to_string();
+    let error = rumple::run::prepare(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("leave out chemistry = \"bdf\""), "{error}");
 }
 
@@ -142,9 +142,9 @@ until = 1.0
 
 /// What a system was told to stop after so many questions said, and whether it stopped for that.
 fn interrupted(
-    setup: &mut rumple::simulation::Setup,
+    setup: &mut rumple::run::Setup,
     questions: usize,
-    work: impl FnOnce(&mut rumple::simulation::Setup) -> rumple::Result<()>,
+    work: impl FnOnce(&mut rumple::run::Setup) -> rumple::Result<()>,
 ) -> (bool, Vec<String>) {
     let asked = AtomicUsize::new(0);
     setup.system.set_interrupt(move || asked.fetch_add(1, Ordering::SeqCst) >= questions);

@@ -1,7 +1,7 @@
 //! What diffsol does not do by itself, and would harm if nobody did.
 
-use rumple::solve::linear::{Assembly, LinearChoice};
-use rumple::solve::ode::{
+use rumple_numerics::linear::{Assembly, LinearChoice};
+use rumple_numerics::ode::{
     Equations, NewtonSolver, OdeMethod, OdeProblem, Options, Stepper, problem,
 };
 use rumple::solve::{SolveError, linear::Sparse};

@@ -14,11 +14,11 @@ use rumple::kinetics::{
 use rumple::sheet::Sheet;
 use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::LbfgsSpec;
-use rumple::state::State;
-use rumple::system::{
+use rumple::model::State;
+use rumple::model::{
     Chemistry, Coupled, Mechanics, ParameterFields, Signals, System, TensionReading,
 };
-use rumple::timescale::Storage;
+use rumple::model::Storage;
 
 use crate::common::{Noise, irregular};
 use crate::mechanics::{MATERIAL, alone, crumpled, variants};

@@ -7,7 +7,7 @@ mod policies;
 mod stiff;
 mod turing;
 
-use rumple::state::State;
+use rumple::model::State;
 
 use crate::common::prepare;
 

@@ -1,6 +1,6 @@
 //! Policies and integrators against each other and against their limits, on a smooth coupled scene.
 
-use rumple::state::State;
+use rumple::model::State;
 
 use super::{DOME, distance, final_state};
 use crate::common::prepare;
@@ -148,7 +148,7 @@ fn what_is_elastic_needs_a_material() {
         .fold(text, |text, line| text.replacen(line, "", 1));
     let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
     let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
-    let error = rumple::simulation::prepare(&scene, &search).err().unwrap().to_string();
+    let error = rumple::run::prepare(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("missing table [material]"), "{error}");
 }
 
@@ -161,7 +161,7 @@ fn senseless_pairings_are_refused_with_the_reason() {
             [format!("time.policy=\"{policy}\""), format!("time.integrator={{kind=\"{kind}\"}}")];
         let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
         let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
-        match rumple::simulation::prepare(&scene, &search) {
+        match rumple::run::prepare(&scene, &search) {
             Ok(_) => panic!("{policy} with {kind} accepted"),
             Err(error) => error.to_string(),
         }
@@ -193,6 +193,6 @@ fn a_bounded_relaxation_stops_short_of_rest() {
 /// The ratio of rates is of the size of the error, and errors of 1.8 times it were seen: no bound.
 #[test]
 fn the_ratio_of_rates_is_not_called_a_bound() {
-    let verdict = rumple::simulation::compare::Timescales { shape: 1.0, chemistry: 0.1 }.verdict();
+    let verdict = rumple::study::compare::Timescales { shape: 1.0, chemistry: 0.1 }.verdict();
     assert!(verdict.contains("ratio 1.00e-1") && !verdict.contains("at most"), "{verdict}");
 }

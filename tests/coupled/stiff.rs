@@ -184,7 +184,7 @@ fn a_point_has_no_shape() {
     let search = || Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let refusal = |text: &str| {
         let scene = Scene::parse(text, "scene.toml", &[]).unwrap();
-        match rumple::simulation::prepare(&scene, &search()) {
+        match rumple::run::prepare(&scene, &search()) {
             Ok(_) => panic!("accepted: {text}"),
             Err(error) => error.to_string(),
         }

@@ -5,7 +5,7 @@ use rumple::Vec3;
 use rumple::effects::{GreenGauss, Transport};
 use rumple::sheet::Sheet;
 use rumple::sheet::generate::{Shape, generate};
-use rumple::state::FaceVertexAverage;
+use rumple::geometry::FaceVertexAverage;
 
 use super::{DISC_ZEROS, bumpy, decay_rate, disc, disc_mode, imbalance, rate};
 use crate::common::{Noise, irregular, lattice};

@@ -293,7 +293,7 @@ until = 5.0
     let wrong = text.replace("u^2*v\"\nrates.v", "u^2*vv\"\nrates.v");
     let scene = Scene::parse(&wrong, "scene.toml", &[]).unwrap();
     let search = rumple::kinetics::Search::in_directories(Vec::new());
-    let error = match rumple::simulation::prepare(&scene, &search) {
+    let error = match rumple::run::prepare(&scene, &search) {
         Err(rumple::Error::Scene(error)) => error,
         other => panic!("{:?}", other.err()),
     };

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::HessianPart;
-use rumple::solve::linear::{BlockMatrix, BlockPattern};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockMatrix, BlockPattern};
+use rumple::model::Mechanics;
 
 use super::{alone, crumpled, variants};
 use crate::common::{Noise, irregular};

@@ -10,7 +10,7 @@ use rumple::solve::equilibrium::{
     Descent, DescentSpec, Equilibrium, Fire, FireSpec, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec,
     Preconditioner, Relaxation,
 };
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use super::both;
 use crate::common::{Noise, prepare};

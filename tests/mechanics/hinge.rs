@@ -6,7 +6,7 @@ use rumple::Vec3;
 use rumple::effects::{BendingWeight, Energy, HingeBending, Material, MeyerBending};
 use rumple::geometry::AreaRule;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use crate::common::lattice;
 

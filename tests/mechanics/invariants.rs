@@ -8,8 +8,8 @@ use rumple::Vec3;
 use rumple::effects::{FollowerPressure, HessianPart};
 use rumple::geometry::{AreaRule, Curvature, VertexArea, angle_at};
 use rumple::sheet::Sheet;
-use rumple::solve::linear::{BlockMatrix, BlockPattern};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockMatrix, BlockPattern};
+use rumple::model::Mechanics;
 
 use super::{MATERIAL, alone, both, crumpled, variants};
 use crate::common::{icosphere, irregular, lattice};

@@ -7,7 +7,7 @@ use rumple::Vec3;
 use rumple::effects::{BendingWeight, Energy, Material, MeyerBending};
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
 use rumple::sheet::Sheet;
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use super::both;
 use crate::common::{icosphere, lattice};

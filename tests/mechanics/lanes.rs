@@ -1,6 +1,6 @@
 //! Four numbers at a time: the same as one after the other.
 
-use rumple::parallel::simd::{Lanes, Plain, Simd, Task, angle, dispatch};
+use rumple_numerics::parallel::simd::{Lanes, Plain, Simd, Task, angle, dispatch};
 
 use crate::common::Noise;
 

@@ -8,8 +8,8 @@ use rumple::Vec3;
 use rumple::effects::{DeadLoad, Energy, FollowerPressure, HessianPart, LoadForce, Region};
 use rumple::num::checked::Finite;
 use rumple::sheet::Sheet;
-use rumple::solve::linear::{BlockMatrix, BlockPattern};
-use rumple::system::{Mechanics, Pins};
+use rumple_numerics::linear::{BlockMatrix, BlockPattern};
+use rumple::model::{Mechanics, Pins};
 
 use super::crumpled;
 use crate::common::{Noise, icosphere, irregular, lattice};

@@ -9,8 +9,8 @@ use rumple::effects::{
     StvkStretching,
 };
 use rumple::sheet::Sheet;
-use rumple::solve::linear::{BlockMatrix, BlockPattern};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockMatrix, BlockPattern};
+use rumple::model::Mechanics;
 
 use super::{MATERIAL, crumpled};
 use crate::common::{irregular, lattice};

@@ -8,8 +8,8 @@ use rumple::effects::{
     StretchingModulus, StretchingWeight, StvkStretching,
 };
 use rumple::geometry::AreaRule;
-use rumple::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple::model::Mechanics;
 
 use super::{MATERIAL, crumpled};
 use crate::common::{allocations, irregular};

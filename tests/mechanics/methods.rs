@@ -6,7 +6,7 @@ use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Relaxation};
 use rumple::solve::{EquilibriumSpec, SolveError};
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use super::both;
 use crate::common::{Noise, irregular};

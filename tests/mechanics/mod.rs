@@ -23,7 +23,7 @@ use rumple::effects::{
     StvkStretching,
 };
 use rumple::sheet::Sheet;
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use crate::common::Noise;
 

@@ -8,8 +8,8 @@ use rumple::scene::Scene;
 use rumple::sheet::{Shape, generate};
 use rumple::solve::EquilibriumSpec;
 use rumple::solve::equilibrium::{Goal, Relaxation};
-use rumple::solve::linear::{BlockMatrix, BlockPattern, Multigrid};
-use rumple::system::Mechanics;
+use rumple_numerics::linear::{BlockMatrix, BlockPattern, Multigrid};
+use rumple::model::Mechanics;
 
 use super::both;
 use crate::common::Noise;

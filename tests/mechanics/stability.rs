@@ -8,9 +8,9 @@ use rumple::Vec3;
 use rumple::effects::{HessianPart, Material};
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
-use rumple::solve::linear::{BlockMatrix, BlockPattern};
+use rumple_numerics::linear::{BlockMatrix, BlockPattern};
 use rumple::solve::stability::{Spectrum, Stability};
-use rumple::system::{Mechanics, Pins};
+use rumple::model::{Mechanics, Pins};
 
 use super::{both, crumpled};
 use crate::common::{icosphere, irregular};

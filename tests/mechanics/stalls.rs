@@ -10,7 +10,7 @@ use rumple::num::checked::{AtLeast, Finite};
 use rumple::sheet::Sheet;
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
-use rumple::system::Mechanics;
+use rumple::model::Mechanics;
 
 use crate::common::prepare;
 

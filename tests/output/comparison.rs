@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rumple::output::picture::Picture;
-use rumple::simulation::compare::{Measures, Member, Ran, contact_sheet, differences, figure};
-use rumple::simulation::run::{Ending, Summary};
+use rumple::study::compare::{Measures, Member, Ran, contact_sheet, differences, figure};
+use rumple::run::run::{Ending, Summary};
 use rumple::solve::SolveError;
-use rumple::state::State;
+use rumple::model::State;
 use rumple::{Error, Vec3};
 
 use crate::common::lattice;

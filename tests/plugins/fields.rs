@@ -5,7 +5,7 @@ use std::process::Command;
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 use super::build::{self, c_library};
 use crate::common::prepare;

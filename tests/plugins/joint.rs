@@ -2,7 +2,7 @@
 
 use rumple::kinetics::{Kinetics, Search};
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 use super::build;
 use crate::common::prepare;
@@ -111,7 +111,7 @@ initial = { p = 1.2, q = 0.5 }
     let last = |laws: &str| {
         let (_, mut setup) = prepare(&POINT.replace("LAWS", laws), &[]);
         let (system, state) = (&mut setup.system, &mut setup.state);
-        let rates = |system: &mut rumple::system::System, state: &rumple::state::State| {
+        let rates = |system: &mut rumple::model::System, state: &rumple::model::State| {
             system.follow(state).unwrap();
             let signals = system.signals(state);
             system.rates(&state.species, &signals).unwrap()

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use rumple::kinetics::examine::{self, Verdict};
 use rumple::kinetics::{Kinetics, Search, formula};
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 use crate::run::program;
 

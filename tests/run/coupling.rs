@@ -1,6 +1,6 @@
 //! The staggered coupling: order, determinism, the range of species, amounts, what a scene pays for.
 
-use rumple::state::State;
+use rumple::model::State;
 
 use super::{final_state, prepare};
 
@@ -131,7 +131,7 @@ fn a_scene_without_kinetics_has_no_species_and_no_plugin() {
         + "[time]\nuntil = 1.0\nstop_when_steady = 1e-3\n";
     let scene = rumple::scene::Scene::parse(&text, "bare.toml", &[]).unwrap();
     let search = rumple::kinetics::Search::in_directories(Vec::new());
-    let setup = rumple::simulation::prepare(&scene, &search).unwrap();
+    let setup = rumple::run::prepare(&scene, &search).unwrap();
     assert!(setup.system.chemistry().is_none());
     assert!(setup.state.species.is_empty());
     assert!(setup.plugins.is_empty());

@@ -1,7 +1,7 @@
 //! `inspect` against the same quantities computed here from their definitions.
 
 use rumple::sheet::{Array, Surface};
-use rumple::simulation::inspect;
+use rumple::run::inspect;
 use serde_json::Value;
 
 use super::program::{folder, rumple, text};
@@ -140,7 +140,7 @@ fn effects_of_the_same_kind_have_names_of_their_own() {
 }
 
 /// The start of the small scene as a file would give it.
-fn surface(setup: &rumple::simulation::Setup) -> Surface {
+fn surface(setup: &rumple::run::Setup) -> Surface {
     let values = setup.state.species[0].clone();
     Surface {
         points: setup.state.x.clone(),

@@ -11,7 +11,7 @@ mod stability;
 use std::path::PathBuf;
 
 use rumple::scene::Scene;
-use rumple::simulation::Setup;
+use rumple::run::Setup;
 
 use crate::common;
 
@@ -61,7 +61,7 @@ pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {
 }
 
 /// The state at the end time, by steps alone.
-pub fn final_state(overrides: &[&str]) -> rumple::state::State {
+pub fn final_state(overrides: &[&str]) -> rumple::model::State {
     let (scene, mut setup) = prepare(overrides);
     setup.system.relax(&mut setup.state).unwrap();
     let until = scene.time.span.until.get();

@@ -4,7 +4,7 @@ use std::fs;
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 use super::prepare;
 use crate::plugins::build;

@@ -4,7 +4,7 @@ use rumple::Vec3;
 use rumple::effects::Measure;
 use rumple::output::Compression;
 use rumple::scene::{Direction, Initial, Scene, Shape, SheetSource, registry};
-use rumple::system::TensionReading;
+use rumple::model::TensionReading;
 
 use super::SCENE;
 
@@ -23,9 +23,9 @@ fn a_scene_with_every_table() {
     assert_eq!((bump.width.get(), bump.centre[1].get(), bump.direction), (3.0, 2.0, Direction::Z));
     assert_eq!(scene.material.as_ref().unwrap().drag.get(), 1.0);
     let y = 1e6 * 0.5 / (1.0 - 1.0 / 9.0);
-    assert!((rumple::simulation::material(&scene).stretching_modulus() / y - 1.0).abs() < 1e-15);
+    assert!((rumple::run::material(&scene).stretching_modulus() / y - 1.0).abs() < 1e-15);
     assert!(
-        (rumple::simulation::material(&scene).bending_rigidity() / (y * 0.25 / 12.0) - 1.0).abs()
+        (rumple::run::material(&scene).bending_rigidity() / (y * 0.25 / 12.0) - 1.0).abs()
             < 1e-15
     );
     let names: Vec<_> = scene.effects.iter().map(|effect| effect.name()).collect();

@@ -2,7 +2,7 @@
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::simulation;
+use rumple::run;
 
 use super::{position, refused};
 

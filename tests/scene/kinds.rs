@@ -5,8 +5,8 @@ use rumple::num::checked::{AtLeast, Finite, Fraction, Positive};
 use rumple::register_kind;
 use rumple::solve::equilibrium::Equilibrium;
 use rumple::solve::{EquilibriumSpec, Integrator, IntegratorSpec, SolveError};
-use rumple::system::Mechanics;
-use rumple::timescale::{PolicySpec, Storage};
+use rumple::model::Mechanics;
+use rumple::model::{PolicySpec, Storage};
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]

@@ -12,11 +12,10 @@ use self::table::{csv, table};
 use super::SceneArgs;
 use crate::kinetics::Search;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory, Standing, atomic, interrupt};
+use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
-use crate::simulation::compare::{Member, Timescales, contact_sheet, figure, member};
-use crate::simulation::{Setup, prepare};
-use crate::solve::SolveError;
-use crate::{Error, Result};
+use crate::solve::{Control, SolveError};
+use crate::study::compare::{Member, Timescales, contact_sheet, figure, member};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -53,12 +52,12 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
     let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());
     // A plugin may change the working directory.
     let root = super::absolute(&args.out.clone().unwrap_or_else(stamp))?;
-    let (scene, setup) = start(args, &search)?;
-    super::inputs(&scene, &setup.plugins).outside(&root)?;
+    let (scene, simulation) = start(args, &search)?;
+    super::inputs(&scene, simulation.plugins()).outside(&root)?;
     let interrupt = Interrupt::install()?;
     let claim = room::make(&root, args.force)?;
-    let outcome =
-        announce(setup, interrupt).and_then(|()| work(args, &search, planned, &root, interrupt));
+    let outcome = announce(simulation, interrupt)
+        .and_then(|()| work(args, &search, planned, &root, interrupt));
     let (standing, reason) = match &outcome {
         Ok(reason) => (Standing::Complete, reason.clone()),
         Err(Error::Solve(SolveError::Interrupted)) => {
@@ -89,7 +88,7 @@ fn work(
             &scene,
             search,
             &mut || ResultDirectory::prepare(&directory, args.force),
-            &|setup, directory| super::record(&scene, setup, directory),
+            &|simulation, directory| super::record(&scene, simulation, directory),
             &mut progress,
             interrupt,
         );
@@ -161,20 +160,20 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
 }
 
 /// The scene made ready with a policy and an integrator that go with every sheet.
-fn start(args: &CompareArgs, search: &Search) -> Result<(Scene, Setup)> {
+fn start(args: &CompareArgs, search: &Search) -> Result<(Scene, Simulation)> {
     let mut overrides = args.scene.overrides.clone();
     let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];
     overrides.extend(plain.map(str::to_owned));
     let scene = Scene::load(&args.scene.scene, &overrides)?;
-    let setup = prepare(&scene, search)?;
-    Ok((scene, setup))
+    let simulation = Simulation::new(&scene, search)?;
+    Ok((scene, simulation))
 }
 
 /// Prints the timescales at the start, whatever the scene's own pairing.
-fn announce(mut setup: Setup, interrupt: Interrupt) -> Result<()> {
-    setup.system.set_interrupt(move || interrupt.requested());
-    setup.system.relax(&mut setup.state)?;
-    match Timescales::of(&mut setup) {
+fn announce(mut simulation: Simulation, interrupt: Interrupt) -> Result<()> {
+    simulation.set_control(Control::new(move || interrupt.requested(), |_| ()));
+    simulation.relax()?;
+    match Timescales::of(&mut simulation) {
         Ok(Some(timescales)) => say!("{}", timescales.verdict()),
         Ok(None) => {}
         Err(error) => say!("the timescales are not known: {error}"),

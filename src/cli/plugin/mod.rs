@@ -12,8 +12,8 @@ use clap::{Args, Subcommand};
 
 use crate::Result;
 use crate::kinetics::{Kinetics, Library, Search};
+use crate::run::laws;
 use crate::scene::Scene;
-use crate::simulation::laws;
 
 pub(super) use describe::over_the_sheet;
 

@@ -44,12 +44,12 @@
 
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Energy, HessianPart, Material};
-use crate::geometry::{RestMetric, Shape};
+use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::geometry::{Conditions, Shape};
+use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
 use crate::parallel;
 use crate::sheet::{Edge, Incidence, Sheet};
-use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// One hinge: corners 0 and 1 are the ends of the edge, 2 is opposite in the triangle in which the
 /// edge runs from 0 to 1, 3 in the other.
@@ -215,6 +215,11 @@ pub struct HingeBending {
     edge: Vec<u32>,
     corners: Vec<[u32; 4]>,
     incident: Incidence,
+}
+
+/// Memory of evaluations.
+#[derive(Debug, Default)]
+pub struct HingeWork {
     hinge: Vec<Hinge>,
     pull: Vec<[Vec3; 4]>,
     places: LazyStencils,
@@ -230,46 +235,55 @@ impl HingeBending {
             .enumerate()
             .flat_map(|(h, corner)| (0u32..4).map(move |k| (corner[k as usize], index(h), k)));
         let incident = Incidence::new(sheet.vertex_count(), triples);
-        let hinge = vec![Hinge::default(); edge.len()];
-        Self {
-            rigidity: material.bending_rigidity(),
-            edge,
-            corners,
-            incident,
-            hinge,
-            pull: Vec::new(),
-            places: LazyStencils::default(),
-        }
+        Self { rigidity: material.bending_rigidity(), edge, corners, incident }
     }
 }
 
 impl Energy for HingeBending {
+    type Work = HingeWork;
+
     fn name(&self) -> &'static str {
         "bending"
     }
 
-    fn set_rest_metric(&mut self, sheet: &Sheet, metric: &RestMetric) {
+    fn coupling(&self) -> Coupling {
+        Coupling::TWO_RINGS
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
+        let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
         let (edge, rigidity) = (&self.edge, self.rigidity);
-        parallel::fill(&mut self.hinge, |h| {
+        work.hinge.resize(edge.len(), Hinge::default());
+        parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
             Hinge { stiffness: rigidity * length[e] * length[e] / (first + second) }
         });
     }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
-        let hinge = &self.hinge;
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let hinge = &work.hinge;
         let mesh = Mesh { corners: &self.corners, incident: &self.incident };
-        element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut self.pull, gradient)
+        element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut work.pull, gradient)
     }
 
-    fn metric_derivatives(&mut self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+    fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
         let (sheet, metric) = (shape.sheet, shape.metric);
         for (h, corners) in self.corners.iter().enumerate() {
             let e = self.edge[h] as usize;
             let corners = corners.map(|v| v as usize);
-            let (_, pull) = self.hinge[h].gradient(&corners.map(|v| shape.x[v]));
+            let (_, pull) = work.hinge[h].gradient(&corners.map(|v| shape.x[v]));
             // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2).
             let mut by = |f: usize, slope: f64| {
                 for (v, pull) in corners.into_iter().zip(pull) {
@@ -288,9 +302,15 @@ impl Energy for HingeBending {
         }
     }
 
-    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
-        let hinge = &self.hinge;
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let hinge = &work.hinge;
         let mesh = Mesh { corners: &self.corners, incident: &self.incident };
-        element::add_hessian(&mesh, |h| &hinge[h], shape.x, part, &mut self.places, into);
+        element::add_hessian(&mesh, |h| &hinge[h], shape.x, part, &mut work.places, into);
     }
 }

@@ -34,13 +34,13 @@ use kernels::{Gather, Gradient};
 
 use super::BendingWeight;
 use crate::Vec3;
-use crate::effects::{Energy, HessianPart, Material};
-use crate::geometry::{AreaRule, RestMetric, Shape, VertexArea, angle_at};
+use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::geometry::{AreaRule, Shape, VertexArea, angle_at};
+use crate::linear::BlockMatrix;
 use crate::num::real;
 use crate::parallel;
 use crate::parallel::patches::Quad;
 use crate::sheet::Sheet;
-use crate::solve::linear::BlockMatrix;
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
 #[derive(Debug, Clone, Copy, Default)]
@@ -62,10 +62,15 @@ pub struct MeyerBending {
     gaussian: f64,
     weight: BendingWeight,
     area: VertexArea,
+    has_rim: bool,
+}
+
+/// Memory of evaluations.
+#[derive(Debug, Default)]
+pub struct MeyerWork {
     /// `L_i`, `A_i` and `Σθ` of every vertex.
     gathered: Vec<[f64; 5]>,
     vertex: Vec<VertexDerivatives>,
-    has_rim: bool,
     places: hessian::Places,
 }
 
@@ -79,16 +84,13 @@ impl MeyerBending {
             gaussian: rigidity * (1.0 - material.poisson),
             weight,
             area: VertexArea::new(sheet, area),
-            vertex: vec![VertexDerivatives::default(); sheet.vertex_count()],
-            gathered: vec![[0.0; 5]; sheet.vertex_count()],
             has_rim: sheet.rim().contains(&true),
-            places: hessian::Places::default(),
         }
     }
 
-    /// Fills [`MeyerBending::gathered`] at the shape.
-    fn gather(&mut self, shape: &Shape<'_>) {
-        let mut gathered = std::mem::take(&mut self.gathered);
+    /// Fills [`MeyerWork::gathered`] at the shape.
+    fn gather(&self, shape: &Shape<'_>, gathered: &mut Vec<[f64; 5]>) {
+        gathered.resize(shape.x.len(), [0.0; 5]);
         let patches = shape.sheet.triangle_patches();
         let kernel = Gather { bending: self, shape: *shape };
         if self.weight == BendingWeight::Paper {
@@ -96,20 +98,24 @@ impl MeyerBending {
                 |place: &mut [f64; 5], [Quad([x, y, z, area]), Quad([angles, ..])]: &[Quad; 2]| {
                     *place = [*x, *y, *z, *area, *angles];
                 };
-            patches.accumulate::<2, _>(&kernel, &mut gathered, write);
+            patches.accumulate::<2, _>(&kernel, gathered, write);
         } else {
             let write = |place: &mut [f64; 5], [Quad([x, y, z, area])]: &[Quad; 1]| {
                 *place = [*x, *y, *z, *area, 0.0];
             };
-            patches.accumulate::<1, _>(&kernel, &mut gathered, write);
+            patches.accumulate::<1, _>(&kernel, gathered, write);
         }
-        self.gathered = gathered;
     }
 
     /// Energy of vertex `i` and its derivatives, from what it has gathered.
-    fn at_vertex(&self, shape: &Shape<'_>, i: usize) -> (VertexDerivatives, f64) {
+    fn at_vertex(
+        &self,
+        shape: &Shape<'_>,
+        gathered: &[[f64; 5]],
+        i: usize,
+    ) -> (VertexDerivatives, f64) {
         let rim = shape.sheet.rim()[i];
-        let [x, y, z, area, angles] = self.gathered[i];
+        let [x, y, z, area, angles] = gathered[i];
         let l = Vec3::new(x, y, z);
         match (self.weight, rim) {
             (BendingWeight::Area, true) => {
@@ -153,17 +159,26 @@ impl MeyerBending {
 }
 
 impl Energy for MeyerBending {
+    type Work = MeyerWork;
+
     fn name(&self) -> &'static str {
         "bending"
     }
 
-    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
+    fn coupling(&self) -> Coupling {
+        Coupling::TWO_RINGS
+    }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
-        self.gather(shape);
-        let mut vertex = std::mem::take(&mut self.vertex);
-        let mut energy = parallel::fill_and_sum(&mut vertex, |i| self.at_vertex(shape, i));
-        self.vertex = vertex;
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let MeyerWork { gathered, vertex, .. } = work;
+        self.gather(shape, gathered);
+        vertex.resize(shape.x.len(), VertexDerivatives::default());
+        let mut energy = parallel::fill_and_sum(vertex, |i| self.at_vertex(shape, gathered, i));
         if self.weight == BendingWeight::Area {
             let euler = shape.sheet.euler_characteristic();
             let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(if euler < 0 {
@@ -178,25 +193,29 @@ impl Energy for MeyerBending {
             let write =
                 |g: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *g += Vec3::new(*x, *y, *z);
             if self.weight == BendingWeight::Paper || self.has_rim {
-                let kernel = Gradient::<true> { bending: self, shape: *shape };
+                let kernel = Gradient::<true> { bending: self, vertex, shape: *shape };
                 patches.accumulate(&kernel, gradient, write);
             } else {
-                let kernel = Gradient::<false> { bending: self, shape: *shape };
+                let kernel = Gradient::<false> { bending: self, vertex, shape: *shape };
                 patches.accumulate(&kernel, gradient, write);
             }
         }
         energy
     }
 
-    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
-        self.gather(shape);
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let MeyerWork { gathered, vertex, places } = work;
+        self.gather(shape, gathered);
+        vertex.resize(shape.x.len(), VertexDerivatives::default());
         if part == HessianPart::Full {
-            let mut vertex = std::mem::take(&mut self.vertex);
-            parallel::fill(&mut vertex, |i| self.at_vertex(shape, i).0);
-            self.vertex = vertex;
+            parallel::fill(vertex, |i| self.at_vertex(shape, gathered, i).0);
         }
-        let mut places = std::mem::take(&mut self.places);
-        hessian::add(self, &mut places, shape, part, into);
-        self.places = places;
+        hessian::add(&hessian::At { bending: self, gathered, vertex }, places, shape, part, into);
     }
 }

@@ -8,7 +8,7 @@ pub use meyer::MeyerBending;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, misplaced};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced};
 use crate::geometry::AreaRule;
 
 /// Parameters of bending in a scene.
@@ -67,6 +67,10 @@ impl EffectSpec for Bending {
         "bending".into()
     }
 
+    fn needs(&self) -> Needs {
+        Needs { material: true, ..Needs::default() }
+    }
+
     fn vertex_area(&self) -> Option<AreaRule> {
         (self.model == BendingModel::Meyer).then_some(self.area)
     }
@@ -80,13 +84,13 @@ impl EffectSpec for Bending {
                 "meyer",
             ));
         }
-        let (sheet, material) = (context.sheet, context.material);
-        Ok(Effect::Energy(match self.model {
+        let (sheet, material) = (context.sheet, context.material()?);
+        Ok(match self.model {
             BendingModel::Meyer => {
-                Box::new(MeyerBending::new(sheet, material, self.weight, self.area))
+                Effect::energy(MeyerBending::new(sheet, material, self.weight, self.area))
             }
-            BendingModel::Hinge => Box::new(HingeBending::new(sheet, material)),
-        }))
+            BendingModel::Hinge => Effect::energy(HingeBending::new(sheet, material)),
+        })
     }
 }
 

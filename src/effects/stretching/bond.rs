@@ -19,22 +19,26 @@
 
 use super::StretchingWeight;
 use crate::Vec3;
-use crate::effects::{Energy, HessianPart, Material};
-use crate::geometry::{RestMetric, Shape};
+use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::geometry::{Conditions, Shape};
+use crate::linear::{BlockMatrix, LazyStencils};
 use crate::parallel;
 use crate::parallel::patches::{Corners, Group, Kernel, Quad};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
-use crate::sheet::{Edge, Sheet};
-use crate::solve::linear::{BlockMatrix, LazyStencils};
+use crate::sheet::Edge;
 
 /// Bond stretching of one sheet.
 #[derive(Debug)]
 pub struct BondStretching {
     modulus: f64,
     weight: StretchingWeight,
-    length: Vec<f64>,
+}
+
+/// Memory of evaluations.
+#[derive(Debug, Default)]
+pub struct BondWork {
+    /// `Y w/l̄²` of every bond.
     stiffness: Vec<f64>,
-    force_scale: f64,
     stencils: LazyStencils,
 }
 
@@ -42,14 +46,7 @@ impl BondStretching {
     /// For a sheet of the given material; lengths come with the rest metric.
     #[must_use]
     pub fn new(material: &Material, weight: StretchingWeight) -> Self {
-        Self {
-            modulus: material.stretching_modulus(),
-            weight,
-            length: Vec::new(),
-            stiffness: Vec::new(),
-            force_scale: 0.0,
-            stencils: LazyStencils::default(),
-        }
+        Self { modulus: material.stretching_modulus(), weight }
     }
 }
 
@@ -92,13 +89,19 @@ impl Kernel<2, 0> for Bonds<'_> {
 }
 
 impl Energy for BondStretching {
+    type Work = BondWork;
+
     fn name(&self) -> &'static str {
         "stretching"
     }
 
-    fn set_rest_metric(&mut self, sheet: &Sheet, metric: &RestMetric) {
-        let edges = sheet.edges();
-        let (length, area) = (metric.length(), metric.weight_area());
+    fn coupling(&self) -> Coupling {
+        Coupling::ONE_RING
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
+        let edges = conditions.sheet.edges();
+        let (length, area) = (conditions.metric.length(), conditions.metric.weight_area());
         let share = |t: u32| if t == Edge::NONE { 0.0 } else { area[t as usize] };
         let weight = |e: usize| match self.weight {
             StretchingWeight::OptimalArea => {
@@ -106,21 +109,19 @@ impl Energy for BondStretching {
             }
             StretchingWeight::Paper => 1.0,
         };
-        self.length.resize(edges.len(), 0.0);
-        self.length.copy_from_slice(length);
-        self.stiffness.resize(edges.len(), 0.0);
+        work.stiffness.resize(edges.len(), 0.0);
         let modulus = self.modulus;
-        parallel::fill(&mut self.stiffness, |e| modulus * weight(e) / (length[e] * length[e]));
-        // Y·(edge length) for area weights, Y/(edge length) for the printed ones.
-        let edge = metric.mean_edge();
-        self.force_scale = match self.weight {
-            StretchingWeight::OptimalArea => modulus * edge,
-            StretchingWeight::Paper => modulus / edge,
-        };
+        parallel::fill(&mut work.stiffness, |e| modulus * weight(e) / (length[e] * length[e]));
     }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
-        let kernel = Bonds { x: shape.x, length: &self.length, stiffness: &self.stiffness };
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let kernel =
+            Bonds { x: shape.x, length: shape.metric.length(), stiffness: &work.stiffness };
         let patches = shape.sheet.edge_patches();
         match gradient {
             None => patches.total(&kernel),
@@ -132,12 +133,18 @@ impl Energy for BondStretching {
         }
     }
 
-    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
         let x = shape.x;
-        let (length, stiffness) = (&self.length, &self.stiffness);
+        let (length, stiffness) = (shape.metric.length(), &work.stiffness);
         let edges = shape.sheet.edges();
         let ends = || edges.iter().map(|e| e.vertices);
-        let stencils = self.stencils.for_pattern(into.pattern(), ends);
+        let stencils = work.stencils.for_pattern(into.pattern(), ends);
         stencils.assemble(into, |e, sink| {
             let [i, j] = edges[e].vertices.map(|v| v as usize);
             let d = x[i] - x[j];
@@ -158,10 +165,15 @@ impl Energy for BondStretching {
         });
     }
 
-    fn metric_derivatives(&mut self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+    fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
         let sheet = shape.sheet;
         let triangles = sheet.triangle_edges();
-        let (length, stiffness, modulus) = (&self.length, &self.stiffness, self.modulus);
+        let (length, stiffness, modulus) = (shape.metric.length(), &work.stiffness, self.modulus);
         let bond = |e: usize| {
             let [i, j] = sheet.edges()[e].vertices.map(|v| v as usize);
             let d = shape.x[i] - shape.x[j];
@@ -191,7 +203,12 @@ impl Energy for BondStretching {
         }
     }
 
-    fn force_scale(&self) -> f64 {
-        self.force_scale
+    /// Y·(edge length) for area weights, Y/(edge length) for the printed ones.
+    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
+        let edge = conditions.metric.mean_edge();
+        match self.weight {
+            StretchingWeight::OptimalArea => self.modulus * edge,
+            StretchingWeight::Paper => self.modulus / edge,
+        }
     }
 }

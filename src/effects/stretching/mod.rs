@@ -11,7 +11,7 @@ pub use stvk::StvkStretching;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, misplaced};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Material, Needs, misplaced};
 
 /// Parameters of stretching in a scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -71,6 +71,10 @@ impl EffectSpec for Stretching {
         "stretching".into()
     }
 
+    fn needs(&self) -> Needs {
+        Needs { material: true, ..Needs::default() }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         match (self.misplaced, self.model) {
             (Some(key @ "weight"), _) => {
@@ -78,18 +82,16 @@ impl EffectSpec for Stretching {
             }
             (Some(key), _) => Err(misplaced(key, "bond", "always has Y = E h/(1-ν²)", "stvk")),
             (None, StretchingModel::Bond) => {
-                let energy = BondStretching::new(context.material, self.weight);
-                Ok(Effect::Energy(Box::new(energy)))
+                Ok(Effect::energy(BondStretching::new(context.material()?, self.weight)))
             }
             (None, StretchingModel::Stvk) => {
-                let energy = StvkStretching::new(context.material, self.modulus);
-                Ok(Effect::Energy(Box::new(energy)))
+                Ok(Effect::energy(StvkStretching::new(context.material()?, self.modulus)))
             }
         }
     }
 
     fn notes(&self, context: &EffectContext<'_>) -> Vec<String> {
-        let poisson = context.material.poisson;
+        let Some(Material { poisson, .. }) = context.material else { return Vec::new() };
         if self.model == StretchingModel::Stvk || (poisson - 1.0 / 3.0).abs() < NEAR_A_THIRD {
             return Vec::new();
         }

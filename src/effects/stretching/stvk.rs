@@ -48,11 +48,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::StretchingModulus;
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Energy, HessianPart, Material};
-use crate::geometry::{RestMetric, Shape};
+use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::geometry::{Conditions, Shape};
+use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::parallel;
-use crate::sheet::Sheet;
-use crate::solve::linear::{Block, BlockMatrix, LazyStencils};
 
 /// Least ratio of the principal values of the rest metric relative to the rest triangle: an optimal
 /// triangle is at most four times flatter than it. Jumps of Φ up to 1.5 within one triangle need
@@ -240,8 +239,12 @@ impl Principal {
 pub struct StvkStretching {
     modulus: f64,
     poisson: f64,
+}
+
+/// Memory of evaluations.
+#[derive(Debug, Default)]
+pub struct StvkWork {
     membrane: Vec<Membrane>,
-    force_scale: f64,
     pull: Vec<[Vec3; 3]>,
     places: LazyStencils,
 }
@@ -256,48 +259,66 @@ impl StvkStretching {
                 StretchingModulus::Plate => material.young * material.thickness,
             },
             poisson: material.poisson,
-            membrane: Vec::new(),
-            force_scale: 0.0,
-            pull: Vec::new(),
-            places: LazyStencils::default(),
         }
     }
 }
 
 impl Energy for StvkStretching {
+    type Work = StvkWork;
+
     fn name(&self) -> &'static str {
         "stretching"
     }
 
-    fn set_rest_metric(&mut self, sheet: &Sheet, metric: &RestMetric) {
+    fn coupling(&self) -> Coupling {
+        Coupling::ONE_RING
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
+        let metric = conditions.metric;
         let (optimal, rest) = (metric.length(), metric.reference_length());
-        let edges = sheet.triangle_edges();
+        let edges = conditions.sheet.triangle_edges();
         let (modulus, poisson) = (self.modulus, self.poisson);
         let empty = Membrane { square: Vector3::zeros(), form: Matrix3::zeros() };
-        self.membrane.resize(edges.len(), empty);
-        parallel::fill(&mut self.membrane, |t| {
+        work.membrane.resize(edges.len(), empty);
+        parallel::fill(&mut work.membrane, |t| {
             let of = |length: &[f64]| edges[t].map(|e| length[e as usize]);
             Membrane::new(of(optimal), of(rest), modulus, poisson)
         });
-        self.force_scale = modulus * metric.mean_edge();
     }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
-        let membrane = &self.membrane;
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let membrane = &work.membrane;
         let mesh = Mesh::triangles(shape.sheet);
-        element::evaluate(&mesh, |t| &membrane[t], shape.x, &mut self.pull, gradient)
+        element::evaluate(&mesh, |t| &membrane[t], shape.x, &mut work.pull, gradient)
     }
 
-    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
-        let membrane = &self.membrane;
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let membrane = &work.membrane;
         let mesh = Mesh::triangles(shape.sheet);
-        element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut self.places, into);
+        element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut work.places, into);
     }
 
-    fn metric_derivatives(&mut self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+    fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
         let (optimal, rest) = (shape.metric.length(), shape.metric.reference_length());
         let material = (self.modulus, self.poisson);
-        for (t, membrane) in self.membrane.iter().enumerate() {
+        for (t, membrane) in work.membrane.iter().enumerate() {
             let edges = shape.sheet.triangle_edges()[t].map(|e| e as usize);
             let corners = shape.sheet.triangles()[t].map(|v| v as usize);
             let (e, _, q) = membrane.state(&shape.corners(t));
@@ -314,7 +335,7 @@ impl Energy for StvkStretching {
         }
     }
 
-    fn force_scale(&self) -> f64 {
-        self.force_scale
+    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
+        self.modulus * conditions.metric.mean_edge()
     }
 }

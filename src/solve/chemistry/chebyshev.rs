@@ -17,8 +17,7 @@
 
 use crate::num::{real, whole};
 use crate::parallel;
-use crate::solve::SolveError;
-use crate::{Error, Result};
+use crate::solve::{Result, SolveError};
 
 /// Damping of the stability polynomial; keeps a strip around the negative axis stable.
 const DAMPING: f64 = 2.0 / 13.0;
@@ -102,7 +101,7 @@ impl Chebyshev {
             return Ok(());
         }
         if !bound.is_finite() {
-            return Err(Error::Solve(SolveError::SpectralBound { time: from }));
+            return Err(SolveError::SpectralBound { time: from });
         }
         // Nor may a step be lost in the rounding of the time.
         let rounding = 4.0 * f64::EPSILON * from.abs().max(until.abs());
@@ -124,7 +123,7 @@ impl Chebyshev {
             let mut cause = None;
             let error = match self.stages(t, h, h * bound, &mut rate) {
                 Ok(()) => self.error(h, tolerance),
-                Err(e) if e.may_vanish_with_the_step() => {
+                Err(e) if e.is_recoverable() => {
                     cause = Some(e);
                     f64::INFINITY
                 }
@@ -144,12 +143,12 @@ impl Chebyshev {
                 let finite = error.is_finite();
                 step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
                 if step.is_nan() || step < shortest {
-                    let too_small = Error::Solve(SolveError::StepTooSmall { time: t, step });
+                    let too_small = SolveError::StepTooSmall { time: t, step };
                     return Err(cause.unwrap_or(too_small));
                 }
             }
         }
-        Err(Error::Solve(SolveError::TooManySteps { time: t, steps: MOST_STEPS }))
+        Err(SolveError::TooManySteps { time: t, steps: MOST_STEPS })
     }
 
     /// All stages of one step from `y0` with `f0`: leaves the result in `y2`, its rate in `f`.

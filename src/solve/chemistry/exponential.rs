@@ -13,11 +13,10 @@
 use super::CHEMISTRY;
 use super::chebyshev::Tolerance;
 use super::krylov::polynomial_forcing;
+use crate::linear::Sparse;
+use crate::model::Coupled;
 use crate::num::real;
-use crate::solve::linear::Sparse;
-use crate::solve::{SolveError, under_way};
-use crate::system::{Coupled, System};
-use crate::{Error, Result};
+use crate::solve::{Control, Result, SolveError, under_way};
 
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.8;
@@ -28,106 +27,94 @@ const MOST_STEPS: usize = 100_000;
 /// Error of the φ functions, relative to the tolerance of a step.
 const INNER: f64 = 0.05;
 
-/// The integrator on loan to one interval.
-pub(super) struct Exponential<'a> {
-    coupled: &'a mut Coupled,
-    system: &'a mut System,
-    tolerance: Tolerance<'a>,
-}
-
-impl<'a> Exponential<'a> {
-    pub(super) fn new(
-        coupled: &'a mut Coupled,
-        system: &'a mut System,
-        tolerance: Tolerance<'a>,
-    ) -> Self {
-        Self { coupled, system, tolerance }
-    }
-
-    /// Brings `y` from `from` to `until`; on error it holds the last accepted values.
-    pub(super) fn integrate(&mut self, from: f64, until: f64, y: &mut Vec<f64>) -> Result<()> {
-        let shortest = (SHORTEST * (until - from)).max(4.0 * f64::EPSILON * until.abs());
-        let (mut t, mut step) = (from, until - from);
-        let n = y.len();
-        let mut start = vec![0.0; n];
-        for _ in 0..MOST_STEPS {
-            self.system.tell(|| under_way(CHEMISTRY, (from, t, until)));
-            self.coupled.residual(self.system, t, y, &mut start)?;
-            let jacobian = self.coupled.jacobian(self.system, t, y)?.clone();
-            loop {
-                let last = t + step >= until - shortest;
-                let end = if last { until } else { t + step };
-                let h = end - t;
-                let (error, cause) = match self.step(&jacobian, t, h, y, &start) {
-                    Ok(Some((next, error))) if error <= 1.0 => {
-                        *y = next;
-                        t = end;
-                        if last {
-                            return Ok(());
-                        }
-                        step = h * (SAFETY / error.cbrt()).clamp(0.5, 4.0);
-                        break;
+/// Brings the unknowns `y` of `coupled` along the way; on error they hold the last accepted values.
+pub(super) fn integrate(
+    coupled: &mut Coupled,
+    control: &Control,
+    tolerance: &Tolerance<'_>,
+    (from, until): (f64, f64),
+    y: &mut Vec<f64>,
+) -> Result<()> {
+    let shortest = (SHORTEST * (until - from)).max(4.0 * f64::EPSILON * until.abs());
+    let (mut t, mut step) = (from, until - from);
+    let n = y.len();
+    let mut start = vec![0.0; n];
+    for _ in 0..MOST_STEPS {
+        control.tell(|| under_way(CHEMISTRY, (from, t, until)));
+        control.check()?;
+        coupled.residual(t, y, &mut start)?;
+        let jacobian = coupled.jacobian(t, y)?.clone();
+        loop {
+            let last = t + step >= until - shortest;
+            let end = if last { until } else { t + step };
+            let h = end - t;
+            control.check()?;
+            let (error, cause) = match step_of(coupled, tolerance, &jacobian, (t, h), y, &start) {
+                Ok(Some((next, error))) if error <= 1.0 => {
+                    *y = next;
+                    t = end;
+                    if last {
+                        return Ok(());
                     }
-                    Ok(Some((_, error))) => (error, None),
-                    Ok(None) => (f64::INFINITY, None),
-                    Err(e) if e.may_vanish_with_the_step() => (f64::INFINITY, Some(e)),
-                    Err(e) => return Err(e),
-                };
-                let finite = error.is_finite();
-                step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
-                if step < shortest {
-                    let too_small = Error::Solve(SolveError::StepTooSmall { time: t, step });
-                    return Err(cause.unwrap_or(too_small));
+                    step = h * (SAFETY / error.cbrt()).clamp(0.5, 4.0);
+                    break;
                 }
+                Ok(Some((_, error))) => (error, None),
+                Ok(None) => (f64::INFINITY, None),
+                Err(e) if e.is_recoverable() => (f64::INFINITY, Some(e)),
+                Err(e) => return Err(e),
+            };
+            let finite = error.is_finite();
+            step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
+            if step < shortest {
+                let too_small = SolveError::StepTooSmall { time: t, step };
+                return Err(cause.unwrap_or(too_small));
             }
         }
-        Err(Error::Solve(SolveError::TooManySteps { time: t, steps: MOST_STEPS }))
     }
+    Err(SolveError::TooManySteps { time: t, steps: MOST_STEPS })
+}
 
-    /// One step and its error in units of the tolerance; `None` if it is too long for the φ functions.
-    fn step(
-        &mut self,
-        jacobian: &Sparse,
-        t: f64,
-        h: f64,
-        y: &[f64],
-        start: &[f64],
-    ) -> Result<Option<(Vec<f64>, f64)>> {
-        let n = y.len();
-        let unit: Vec<f64> = y
-            .iter()
-            .zip(self.tolerance.absolute)
-            .map(|(y, a)| a + self.tolerance.relative * y.abs())
-            .collect();
-        // In units of the tolerance, so that the Euclidean norm is the one that counts.
-        let apply = |v: &[f64], out: &mut [f64]| {
-            let v: Vec<f64> = v.iter().zip(&unit).map(|(v, unit)| v * unit).collect();
-            jacobian.multiply(&v, out);
-            out.iter_mut().zip(&unit).for_each(|(out, unit)| *out /= unit);
-        };
-        let scaled = |v: &[f64]| -> Vec<f64> { v.iter().zip(&unit).map(|(v, u)| v / u).collect() };
-        let zero = vec![0.0; n];
-        let mut later = vec![0.0; n];
-        self.coupled.residual(self.system, t + h, y, &mut later)?;
-        let drift: Vec<f64> = later.iter().zip(start).map(|(b, a)| (b - a) / h).collect();
-        let forcing = [&scaled(start)[..], &scaled(&drift), &zero];
-        let Some(first) = polynomial_forcing(apply, forcing, h, INNER) else { return Ok(None) };
-        let change: Vec<f64> = first.iter().zip(&unit).map(|(v, unit)| v * unit).collect();
-        let mut next: Vec<f64> = y.iter().zip(&change).map(|(y, change)| y + change).collect();
-        // What is not linear, at the end of the step.
-        let mut rest = vec![0.0; n];
-        self.coupled.residual(self.system, t + h, &next, &mut rest)?;
-        let mut linear = vec![0.0; n];
-        jacobian.multiply(&change, &mut linear);
-        for i in 0..n {
-            rest[i] = 2.0 / (h * h) * (rest[i] - start[i] - linear[i] - h * drift[i]);
-        }
-        let forcing = [&zero[..], &zero, &scaled(&rest)];
-        let Some(second) = polynomial_forcing(apply, forcing, h, INNER) else { return Ok(None) };
-        for ((next, second), unit) in next.iter_mut().zip(&second).zip(&unit) {
-            *next += second * unit;
-        }
-        let sum: f64 = second.iter().map(|e| e * e).sum();
-        Ok(Some((next, (sum / real(n.max(1))).sqrt())))
+/// One step and its error in units of the tolerance; `None` if it is too long for the φ functions.
+fn step_of(
+    coupled: &mut Coupled,
+    tolerance: &Tolerance<'_>,
+    jacobian: &Sparse,
+    (t, h): (f64, f64),
+    y: &[f64],
+    start: &[f64],
+) -> Result<Option<(Vec<f64>, f64)>> {
+    let n = y.len();
+    let unit: Vec<f64> =
+        y.iter().zip(tolerance.absolute).map(|(y, a)| a + tolerance.relative * y.abs()).collect();
+    // In units of the tolerance, so that the Euclidean norm is the one that counts.
+    let apply = |v: &[f64], out: &mut [f64]| {
+        let v: Vec<f64> = v.iter().zip(&unit).map(|(v, unit)| v * unit).collect();
+        jacobian.multiply(&v, out);
+        out.iter_mut().zip(&unit).for_each(|(out, unit)| *out /= unit);
+    };
+    let scaled = |v: &[f64]| -> Vec<f64> { v.iter().zip(&unit).map(|(v, u)| v / u).collect() };
+    let zero = vec![0.0; n];
+    let mut later = vec![0.0; n];
+    coupled.residual(t + h, y, &mut later)?;
+    let drift: Vec<f64> = later.iter().zip(start).map(|(b, a)| (b - a) / h).collect();
+    let forcing = [&scaled(start)[..], &scaled(&drift), &zero];
+    let Some(first) = polynomial_forcing(apply, forcing, h, INNER) else { return Ok(None) };
+    let change: Vec<f64> = first.iter().zip(&unit).map(|(v, unit)| v * unit).collect();
+    let mut next: Vec<f64> = y.iter().zip(&change).map(|(y, change)| y + change).collect();
+    // What is not linear, at the end of the step.
+    let mut rest = vec![0.0; n];
+    coupled.residual(t + h, &next, &mut rest)?;
+    let mut linear = vec![0.0; n];
+    jacobian.multiply(&change, &mut linear);
+    for i in 0..n {
+        rest[i] = 2.0 / (h * h) * (rest[i] - start[i] - linear[i] - h * drift[i]);
     }
+    let forcing = [&zero[..], &zero, &scaled(&rest)];
+    let Some(second) = polynomial_forcing(apply, forcing, h, INNER) else { return Ok(None) };
+    for ((next, second), unit) in next.iter_mut().zip(&second).zip(&unit) {
+        *next += second * unit;
+    }
+    let sum: f64 = second.iter().map(|e| e * e).sum();
+    Ok(Some((next, (sum / real(n.max(1))).sqrt())))
 }

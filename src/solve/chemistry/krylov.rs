@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::linear::{dot, norm};
 use crate::num::real;
-use crate::solve::linear::{dot, norm};
 
 /// Largest Krylov space.
 const LARGEST: usize = 60;

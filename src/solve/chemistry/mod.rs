@@ -17,19 +17,15 @@ mod exponential;
 mod krylov;
 mod steady;
 
-pub use steady::relax_chemistry;
+pub(super) use steady::Settling;
 
 use serde::{Deserialize, Serialize};
 
 use self::chebyshev::{Chebyshev, Tolerance};
-use self::exponential::Exponential;
-use super::monolithic::InOnePiece;
-use super::ode::OdeMethod;
-use super::{Integrator, SolveError, under_way};
-use crate::Result;
-use crate::state::State;
-use crate::system::{Coupled, Course, System};
-use crate::timescale::Storage;
+use super::monolithic::Monolithic;
+use super::{Result, SolveError, Workspace, under_way};
+use crate::model::{Coupled, Course, Part, State};
+use crate::ode::OdeMethod;
 
 /// What sub-steps are called where their progress is told.
 const CHEMISTRY: &str = "integrating the chemistry";
@@ -81,156 +77,144 @@ impl ChemistryMethod {
     }
 }
 
-/// An integrator of the chemistry with its work arrays.
-#[derive(Debug)]
-pub struct ChemistrySteps {
+/// An integrator of the chemistry, with what it keeps from interval to interval.
+pub(super) struct ChemistrySteps {
     method: ChemistryMethod,
     chebyshev: Chebyshev,
+    /// The species as the unknowns of a system of their own.
+    alone: Option<Coupled>,
+    implicit: Option<Monolithic>,
 }
 
 impl ChemistrySteps {
     /// By `method`.
-    #[must_use]
-    pub fn new(method: ChemistryMethod) -> Self {
-        Self { method, chebyshev: Chebyshev::default() }
+    pub(super) fn new(method: ChemistryMethod) -> Self {
+        Self { method, chebyshev: Chebyshev::default(), alone: None, implicit: None }
     }
 
-    /// The species of `state` carried on to `until`, with the transport of the shape that `system`
-    /// last followed and the signals on `signals`.
+    /// The species of `state` carried on to `until`, on its shape and with the signals on `signals`.
     ///
     /// # Errors
     /// If the plugin or the integrator fails.
-    pub fn advance(
+    pub(super) fn advance(
         &mut self,
-        system: &mut System,
+        workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: &Course,
+        signals: Course,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
-        if system.chemistry().is_none() || until <= state.time {
+        if workspace.model.chemistry().is_none() || until <= state.time {
             return Ok(state.species.clone());
         }
         match self.method {
-            ChemistryMethod::Euler => euler(system, state, until, signals),
-            ChemistryMethod::Chebyshev => {
-                stabilised(&mut self.chebyshev, system, state, until, signals, tolerance)
-            }
-            ChemistryMethod::Exponential => {
-                let mut y = Unknowns::new(system, state, signals);
-                let absolute = y.coupled.tolerances(system, tolerance.1);
-                let tolerance = Tolerance { relative: tolerance.0, absolute: &absolute };
-                let mut exponential = Exponential::new(&mut y.coupled, system, tolerance);
-                exponential.integrate(state.time, until, &mut y.values)?;
-                Ok(y.species(system, state))
+            ChemistryMethod::Euler | ChemistryMethod::Chebyshev | ChemistryMethod::Exponential => {
+                self.by_own_method(workspace, state, until, signals, tolerance)
             }
             ChemistryMethod::Tsit45 => {
-                whole(OdeMethod::Tsit45, system, state, until, signals, tolerance)
+                self.by_diffsol(OdeMethod::Tsit45, workspace, state, until, signals, tolerance)
             }
-            ChemistryMethod::Bdf => whole(OdeMethod::Bdf, system, state, until, signals, tolerance),
+            ChemistryMethod::Bdf => {
+                self.by_diffsol(OdeMethod::Bdf, workspace, state, until, signals, tolerance)
+            }
             ChemistryMethod::TrBdf2 => {
-                whole(OdeMethod::TrBdf2, system, state, until, signals, tolerance)
+                self.by_diffsol(OdeMethod::TrBdf2, workspace, state, until, signals, tolerance)
             }
             ChemistryMethod::Esdirk34 => {
-                whole(OdeMethod::Esdirk34, system, state, until, signals, tolerance)
+                self.by_diffsol(OdeMethod::Esdirk34, workspace, state, until, signals, tolerance)
             }
         }
     }
-}
 
-/// The species as the unknowns of a system of their own.
-struct Unknowns {
-    coupled: Coupled,
-    values: Vec<f64>,
-}
-
-impl Unknowns {
-    fn new(system: &mut System, state: &State, signals: &Course) -> Self {
-        let policy = Storage { mechanics: 0.0, chemistry: 1.0 };
-        let mut coupled = Coupled::chemistry_alone(system, policy);
+    fn by_own_method(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+        until: f64,
+        signals: Course,
+        (rtol, atol): (f64, f64),
+    ) -> Result<Vec<Vec<f64>>> {
+        let model = &workspace.model;
+        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
         coupled.start(state);
-        coupled.set_course(signals.clone());
-        let mut values = vec![0.0; coupled.layout().unknowns()];
-        coupled.pack(system, state, &mut values);
-        Self { coupled, values }
+        let still = signals.is_still();
+        coupled.set_course(signals);
+        let mut y = coupled.pack(state);
+        let absolute = coupled.tolerances(atol);
+        let tolerance = Tolerance { relative: rtol, absolute: &absolute };
+        let control = &workspace.control;
+        match self.method {
+            ChemistryMethod::Euler => euler(coupled, (state.time, until), still, &mut y)?,
+            ChemistryMethod::Exponential => {
+                exponential::integrate(coupled, control, &tolerance, (state.time, until), &mut y)?;
+            }
+            _ => {
+                let times = if still { vec![until] } else { vec![state.time, until] };
+                let bound = coupled.spectral_bound(&times)?;
+                let rate = |t: f64, y: &[f64], out: &mut [f64]| {
+                    control.tell(|| under_way(CHEMISTRY, (state.time, t, until)));
+                    control.check()?;
+                    Ok(coupled.residual(t, y, out)?)
+                };
+                let way = (state.time, until);
+                self.chebyshev.integrate(way.0, way.1, &mut y, &tolerance, bound, rate)?;
+            }
+        }
+        let mut next = state.clone();
+        coupled.unpack(&y, until, &mut next);
+        Ok(next.species)
     }
 
-    fn species(&self, system: &mut System, state: &State) -> Vec<Vec<f64>> {
-        let mut next = state.clone();
-        self.coupled.unpack(system, &self.values, state.time, &mut next);
-        next.species
+    fn by_diffsol(
+        &mut self,
+        method: OdeMethod,
+        workspace: &mut Workspace,
+        state: &State,
+        until: f64,
+        signals: Course,
+        tolerance: (f64, f64),
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut moving = state.clone();
+        let steps = self
+            .implicit
+            .get_or_insert_with(|| Monolithic::of_part(Part::Chemistry, method, tolerance));
+        steps.set_course(signals);
+        while moving.time < until {
+            let way = (state.time, moving.time, until);
+            workspace.control.tell(|| under_way(CHEMISTRY, way));
+            steps.step(workspace, &mut moving, until)?;
+        }
+        if moving.species.iter().flatten().all(|c| c.is_finite()) {
+            Ok(moving.species)
+        } else {
+            Err(SolveError::NotFinite)
+        }
     }
 }
 
 /// One explicit step. While signals move, Heun's: the mean of the rates at both ends.
-fn euler(system: &System, state: &State, until: f64, signals: &Course) -> Result<Vec<Vec<f64>>> {
-    let step = until - state.time;
-    let mut at = Vec::new();
-    signals.at(state.time, &mut at);
-    let first = system.rates(&state.species, &at)?;
-    let add = |c: &mut [Vec<f64>], rates: &[Vec<f64>], step: f64| {
-        for (c, r) in c.iter_mut().flatten().zip(rates.iter().flatten()) {
-            *c += step * r;
+fn euler(
+    coupled: &mut Coupled,
+    (from, until): (f64, f64),
+    still: bool,
+    y: &mut [f64],
+) -> Result<()> {
+    let step = until - from;
+    let start = y.to_vec();
+    let mut first = vec![0.0; y.len()];
+    coupled.residual(from, &start, &mut first)?;
+    let add = |y: &mut [f64], rates: &[f64], step: f64| {
+        for (y, r) in y.iter_mut().zip(rates) {
+            *y += step * r;
         }
     };
-    let mut next = state.species.clone();
-    add(&mut next, &first, step);
-    if !signals.is_still() {
-        signals.at(until, &mut at);
-        let last = system.rates(&next, &at)?;
-        next.clone_from(&state.species);
-        add(&mut next, &first, 0.5 * step);
-        add(&mut next, &last, 0.5 * step);
+    add(y, &first, step);
+    if !still {
+        let mut last = vec![0.0; y.len()];
+        coupled.residual(until, y, &mut last)?;
+        y.copy_from_slice(&start);
+        add(y, &first, 0.5 * step);
+        add(y, &last, 0.5 * step);
     }
-    Ok(next)
-}
-
-fn stabilised(
-    chebyshev: &mut Chebyshev,
-    system: &mut System,
-    state: &State,
-    until: f64,
-    signals: &Course,
-    (rtol, atol): (f64, f64),
-) -> Result<Vec<Vec<f64>>> {
-    let Some(chemistry) = system.chemistry() else { return Ok(state.species.clone()) };
-    let views: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-    let mut bound: f64 = 0.0;
-    let mut at = Vec::new();
-    for time in if signals.is_still() { vec![until] } else { vec![state.time, until] } {
-        signals.at(time, &mut at);
-        bound = bound.max(chemistry.spectral_bound(&views, &at)?);
-    }
-    let mut y = Unknowns::new(system, state, signals);
-    let absolute = y.coupled.tolerances(system, atol);
-    let tolerance = Tolerance { relative: rtol, absolute: &absolute };
-    let coupled = &mut y.coupled;
-    let rate = |t: f64, y: &[f64], out: &mut [f64]| {
-        system.tell(|| under_way(CHEMISTRY, (state.time, t, until)));
-        coupled.residual(system, t, y, out)
-    };
-    chebyshev.integrate(state.time, until, &mut y.values, &tolerance, bound, rate)?;
-    Ok(y.species(system, state))
-}
-
-/// By one of diffsol's methods.
-fn whole(
-    method: OdeMethod,
-    system: &mut System,
-    state: &State,
-    until: f64,
-    signals: &Course,
-    tolerance: (f64, f64),
-) -> Result<Vec<Vec<f64>>> {
-    let mut moving = state.clone();
-    let mut steps = InOnePiece::of_chemistry(method, tolerance, signals.clone());
-    while moving.time < until {
-        system.tell(|| under_way(CHEMISTRY, (state.time, moving.time, until)));
-        steps.advance(system, &mut moving, until)?;
-    }
-    if moving.species.iter().flatten().all(|c| c.is_finite()) {
-        Ok(moving.species)
-    } else {
-        Err(SolveError::NotFinite.into())
-    }
+    Ok(())
 }

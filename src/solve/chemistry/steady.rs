@@ -5,12 +5,9 @@
 //! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
 //! doi:10.1137/S0036142996304796).
 
-use crate::Result;
-use crate::solve::SolveError;
-use crate::solve::linear::{LinearChoice, Shifted};
-use crate::state::State;
-use crate::system::{Coupled, System};
-use crate::timescale::Storage;
+use crate::linear::{LinearChoice, Shifted};
+use crate::model::{Coupled, Part, State};
+use crate::solve::{Result, SolveError, Workspace};
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
 const STILL: f64 = 1e-2;
@@ -25,104 +22,113 @@ const MOST_FAILURES: usize = 30;
 /// magnitude.
 const SLACK: f64 = 0.1;
 
-/// Brings the chemistry of `state` to the steady state that it runs into while the shape rests;
-/// returns the factorisations.
-///
-/// # Errors
-/// [`SolveError::NotSteady`] if it comes to no rest; errors of the plugin.
-pub fn relax_chemistry(
-    system: &mut System,
-    state: &mut State,
-    (rtol, atol): (f64, f64),
-) -> Result<usize> {
-    let policy = Storage { mechanics: 0.0, chemistry: 1.0 };
-    let mut coupled = Coupled::chemistry_alone(system, policy);
-    coupled.start(state);
-    let n = coupled.layout().unknowns();
-    let tolerance = coupled.tolerances(system, atol);
-    let (mut y, mut rate) = (vec![0.0; n], vec![0.0; n]);
-    coupled.pack(system, state, &mut y);
-    coupled.residual(system, state.time, &y, &mut rate)?;
-    let mut newton: Option<Shifted> = None;
-    // The first step changes nothing by more than its own size.
-    let relative = |y: &[f64], rate: &[f64]| {
-        let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
-        (0..n).map(of).fold(0.0, f64::max)
-    };
-    let first = relative(&y, &rate);
-    let mut speed = first;
-    let mut inverse_step = first;
-    let mut rejected = 0;
-    for step in 0..MOST {
-        if first == 0.0 {
-            return Ok(step);
-        }
-        system.tell(|| {
+/// Settles the chemistry, with what it keeps from one time to the next.
+#[derive(Default)]
+pub(in crate::solve) struct Settling {
+    alone: Option<Coupled>,
+    newton: Option<Shifted>,
+}
+
+impl Settling {
+    /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests;
+    /// returns the factorisations.
+    ///
+    /// # Errors
+    /// [`SolveError::NotSteady`] if it comes to no rest; errors of the plugin.
+    pub(in crate::solve) fn settle(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &mut State,
+        (rtol, atol): (f64, f64),
+    ) -> Result<usize> {
+        let Workspace { model, control, .. } = workspace;
+        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
+        let newton = &mut self.newton;
+        coupled.start(state);
+        let n = coupled.layout().unknowns();
+        let tolerance = coupled.tolerances(atol);
+        let (mut y, mut rate) = (coupled.pack(state), vec![0.0; n]);
+        coupled.residual(state.time, &y, &mut rate)?;
+        // The first step changes nothing by more than its own size.
+        let relative = |y: &[f64], rate: &[f64]| {
+            let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
+            (0..n).map(of).fold(0.0, f64::max)
+        };
+        let first = relative(&y, &rate);
+        let mut speed = first;
+        let mut inverse_step = first;
+        let mut rejected = 0;
+        for step in 0..MOST {
+            if first == 0.0 {
+                return Ok(step);
+            }
+            control.check()?;
+            control.tell(|| {
             let time = state.time;
             format!(
                 "time {time:.6}: settling the chemistry, step {step} of at most {MOST}; it still changes by \
                  {speed:.1e} of its size per unit of time"
             )
         });
-        let jacobian = coupled.jacobian(system, state.time, &y)?;
-        let newton = match &mut newton {
-            Some(newton) => newton,
-            None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
-        };
-        let mut change = rate.clone();
-        if let Err(failure) = newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change) {
-            // A shorter step makes the matrix easier; with no step to speak of it is the identity.
-            inverse_step = 4.0 * inverse_step.max(1e-9 * first);
-            rejected += 1;
-            if rejected > MOST_FAILURES {
-                return Err(failure.into());
+            let jacobian = coupled.jacobian(state.time, &y)?;
+            let newton = match &mut *newton {
+                Some(newton) => newton,
+                None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
+            };
+            let mut change = rate.clone();
+            if let Err(failure) = newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change) {
+                // A shorter step makes the matrix easier; with no step to speak of it is the identity.
+                inverse_step = 4.0 * inverse_step.max(1e-9 * first);
+                rejected += 1;
+                if rejected > MOST_FAILURES {
+                    return Err(failure.into());
+                }
+                continue;
             }
-            continue;
-        }
-        rejected = 0;
-        let mut tried = y.clone();
-        let before = rate.clone();
-        let mut largest: f64 = 0.0;
-        for i in 0..n {
-            tried[i] += change[i];
-            largest = largest.max(change[i].abs() / (rtol * tried[i].abs() + tolerance[i]));
-        }
-        // Where the kinetics have no value, or one far out of their range, the step was too long.
-        let mut shown = state.clone();
-        coupled.unpack(system, &tried, state.time, &mut shown);
-        let sensible = system.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
-        let done = sensible.and_then(|()| coupled.residual(system, state.time, &tried, &mut rate));
-        let error = match done {
-            Ok(()) => {
-                let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
-                0.5 / inverse_step * relative(&tried, &differ)
+            rejected = 0;
+            let mut tried = y.clone();
+            let before = rate.clone();
+            let mut largest: f64 = 0.0;
+            for i in 0..n {
+                tried[i] += change[i];
+                largest = largest.max(change[i].abs() / (rtol * tried[i].abs() + tolerance[i]));
             }
-            Err(failure) if failure.may_vanish_with_the_step() => f64::INFINITY,
-            Err(failure) => return Err(failure),
-        };
-        if !(error <= 4.0 * ERROR && largest.is_finite()) {
-            let shorter =
-                if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
-            inverse_step = shorter * inverse_step.max(1e-9 * first);
-            rate = before;
-            continue;
+            // Where the kinetics have no value, or one far out of their range, the step was too long.
+            let mut shown = state.clone();
+            coupled.unpack(&tried, state.time, &mut shown);
+            let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
+            let done = sensible.and_then(|()| coupled.residual(state.time, &tried, &mut rate));
+            let error = match done {
+                Ok(()) => {
+                    let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
+                    0.5 / inverse_step * relative(&tried, &differ)
+                }
+                Err(failure) if failure.is_recoverable() => f64::INFINITY,
+                Err(failure) => return Err(failure.into()),
+            };
+            if !(error <= 4.0 * ERROR && largest.is_finite()) {
+                let shorter =
+                    if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
+                inverse_step = shorter * inverse_step.max(1e-9 * first);
+                rate = before;
+                continue;
+            }
+            y = tried;
+            speed = relative(&y, &rate);
+            if !speed.is_finite() {
+                break;
+            }
+            if largest < STILL && inverse_step < 1e-3 * first {
+                let mut next = state.clone();
+                let time = state.time;
+                coupled.unpack(&y, time, &mut next);
+                model.keep_in_range(&mut next.species, time, (rtol, atol))?;
+                *state = next;
+                return Ok(step + 1);
+            }
+            let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
+            inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
         }
-        y = tried;
-        speed = relative(&y, &rate);
-        if !speed.is_finite() {
-            break;
-        }
-        if largest < STILL && inverse_step < 1e-3 * first {
-            let mut next = state.clone();
-            let time = state.time;
-            coupled.unpack(system, &y, time, &mut next);
-            system.keep_in_range(&mut next.species, time, (rtol, atol))?;
-            system.follow(&next)?;
-            *state = next;
-            return Ok(step + 1);
-        }
-        let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
-        inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
+        Err(SolveError::NotSteady { time: state.time, rate: speed })
     }
-    Err(SolveError::NotSteady { time: state.time, rate: speed }.into())
 }

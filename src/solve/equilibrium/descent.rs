@@ -26,10 +26,10 @@ use serde::{Deserialize, Serialize};
 use super::stop::{dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
+use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
 use crate::solve::{EquilibriumSpec, SolveError};
-use crate::system::Mechanics;
 
 /// Settings of [`Descent`]; parameters of `equilibrium.method = "descent"` in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ impl EquilibriumSpec for DescentSpec {
         self.max_iterations.get()
     }
 
-    fn build(&self, _mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+    fn build(&self, _: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
         Ok(Box::new(Descent::new(*self)))
     }
 }
@@ -114,19 +114,19 @@ impl Descent {
 impl Equilibrium for Descent {
     fn relax(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
         let n = x.len();
         let mut gradient = vec![Vec3::zeros(); n];
         let (mut trial, mut trial_gradient) = (gradient.clone(), gradient.clone());
-        let edge = mechanics.metric().mean_edge();
+        let edge = potential.metric().mean_edge();
         let longest = self.options.largest_move.get() * edge;
-        let softness = edge / mechanics.force_scale();
+        let softness = edge / potential.force_scale();
         let mut done = Relaxation { evaluations: 1, ..Relaxation::default() };
-        done.energy = mechanics.energy_gradient(x, &mut gradient);
-        done.residual = mechanics.residual(&gradient);
+        done.energy = potential.energy_gradient(x, &mut gradient);
+        done.residual = potential.residual(&gradient);
         let enough = self.options.steps.map_or(usize::MAX, AtLeast::get);
         while done.iterations < enough && !reached(&done, goal)? {
             let square = dot(&gradient, &gradient);
@@ -134,12 +134,12 @@ impl Equilibrium for Descent {
             let step = (self.step * softness).min(limit);
             parallel::fill(&mut trial, |i| x[i] - step * gradient[i]);
             let mut accepted = None;
-            if mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
-                let energy = mechanics.energy_gradient(&trial, &mut trial_gradient);
+            if potential.allows(x, &trial, self.options.area_share.get()) {
+                let energy = potential.energy_gradient(&trial, &mut trial_gradient);
                 done.evaluations += 1;
                 let descends = energy <= done.energy - DECREASE * step * square;
                 let level =
-                    level(mechanics, done.energy, energy) && dot(&gradient, &trial_gradient) >= 0.0;
+                    level(potential, done.energy, energy) && dot(&gradient, &trial_gradient) >= 0.0;
                 accepted = (energy.is_finite() && (descends || level)).then_some(energy);
             }
             let Some(energy) = accepted else {
@@ -153,7 +153,7 @@ impl Equilibrium for Descent {
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);
             done.energy = energy;
-            done.residual = mechanics.residual(&gradient);
+            done.residual = potential.residual(&gradient);
             done.iterations += 1;
             self.step = GROWTH * self.step.max(step / softness);
         }

@@ -21,10 +21,10 @@ use serde::{Deserialize, Serialize};
 use super::stop::{dot, largest, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
+use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
 use crate::solve::{EquilibriumSpec, SolveError};
-use crate::system::Mechanics;
 
 /// Settings of [`Fire`]; parameters of `equilibrium.method = "fire"` in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ impl EquilibriumSpec for FireSpec {
         self.max_iterations.get()
     }
 
-    fn build(&self, _mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+    fn build(&self, _: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
         Ok(Box::new(Fire::new(*self)))
     }
 }
@@ -107,27 +107,27 @@ impl Fire {
 impl Equilibrium for Fire {
     fn relax(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
         let n = x.len();
         let mut gradient = vec![Vec3::zeros(); n];
         let (mut velocity, mut trial) = (gradient.clone(), gradient.clone());
-        let edge = mechanics.metric().mean_edge();
-        let unit = (edge / mechanics.force_scale()).sqrt();
+        let edge = potential.metric().mean_edge();
+        let unit = (edge / potential.force_scale()).sqrt();
         let longest_move = self.options.largest_move.get() * edge;
         let share = self.options.area_share.get();
         let mut done = Relaxation { evaluations: 1, ..Relaxation::default() };
-        done.energy = mechanics.energy_gradient(x, &mut gradient);
-        done.residual = mechanics.residual(&gradient);
+        done.energy = potential.energy_gradient(x, &mut gradient);
+        done.residual = potential.residual(&gradient);
         let (mut step, mut steer, mut downhill) = (FIRST, STEER, 0);
         while !reached(&done, goal)? {
             let uphill = dot(&gradient, &velocity) >= 0.0;
             if uphill {
                 let back = 0.5 * step * unit;
                 parallel::fill(&mut trial, |i| x[i] - back * velocity[i]);
-                if mechanics.keeps_triangles(x, &trial, share) {
+                if potential.allows(x, &trial, share) {
                     x.copy_from_slice(&trial);
                 }
                 // The very first step starts from rest: nothing to be blamed for.
@@ -158,7 +158,7 @@ impl Equilibrium for Fire {
                     parallel::update(&mut velocity, |_, v| *v *= scale);
                 }
                 parallel::fill(&mut trial, |i| x[i] + dt * velocity[i]);
-                if mechanics.keeps_triangles(x, &trial, share) {
+                if potential.allows(x, &trial, share) {
                     break;
                 }
                 velocity.fill(Vec3::zeros());
@@ -169,8 +169,8 @@ impl Equilibrium for Fire {
                 }
             }
             x.copy_from_slice(&trial);
-            done.energy = mechanics.energy_gradient(x, &mut gradient);
-            done.residual = mechanics.residual(&gradient);
+            done.energy = potential.energy_gradient(x, &mut gradient);
+            done.residual = potential.residual(&gradient);
             done.evaluations += 1;
             done.iterations += 1;
             if !(step >= SHORTEST) {

@@ -18,10 +18,10 @@
 use nalgebra::DVector;
 
 use crate::Vec3;
+use crate::linear::BlockMatrix;
+use crate::model::{Motion, Potential, free_motions, holding};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
-use crate::solve::linear::BlockMatrix;
-use crate::system::{Mechanics, Motion, free_motions, holding};
 
 /// A motion is hindered if the force along it, shared by all vertices, exceeds this share of the
 /// tolerance: it would then keep a relaxation from its end.
@@ -38,14 +38,14 @@ pub(super) struct Gauge {
 impl Gauge {
     /// For `x`, where the gradient of the energy is `gradient` and counts as 0 below `tolerance`.
     pub(super) fn new(
-        mechanics: &Mechanics,
+        potential: &Potential,
         x: &[Vec3],
         gradient: &[Vec3],
         tolerance: f64,
     ) -> Self {
-        let pins = mechanics.pins();
+        let pins = potential.pins();
         let (mut motions, _) = free_motions(x, pins, |_| 1.0);
-        remove_hindered(&mut motions, gradient, HINDERED * tolerance * mechanics.force_scale());
+        remove_hindered(&mut motions, gradient, HINDERED * tolerance * potential.force_scale());
         let springs = holding(&motions, pins);
         Self { motions: motions.into_iter().map(|motion| motion.shape).collect(), springs }
     }

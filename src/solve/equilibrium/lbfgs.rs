@@ -28,12 +28,12 @@ use super::stop::{COLLAPSED, after, collapsed_at, dot, largest, level, reached, 
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
+use crate::linear::{BlockMatrix, LinearError};
+use crate::model::{Mechanics, Potential};
 use crate::num::checked::AtLeast;
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
 use crate::solve::SolveError;
-use crate::solve::linear::{BlockMatrix, BlockPattern};
-use crate::system::Mechanics;
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
 /// softest bending of the sheets in use. Rigid motions have the gauge.
@@ -87,12 +87,12 @@ pub struct Lbfgs {
 }
 
 impl Lbfgs {
-    /// Prepares the sparse factorisation for the sheet of `mechanics`.
+    /// Prepares the sparse factorisation for the effects of `mechanics`.
     ///
     /// # Errors
-    /// [`SolveError::Factorisation`] if the sheet is too large for one.
+    /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
-        let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
+        let pattern = Arc::clone(mechanics.pattern());
         Ok(Self {
             options,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
@@ -115,31 +115,44 @@ impl Lbfgs {
     /// third of the time.
     fn refactor(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &[Vec3],
         residual: f64,
     ) -> Result<usize, SolveError> {
+        self.fit(potential, x)?;
         let mut tried = 0;
         for part in [HessianPart::Full, HessianPart::Positive] {
             if part == HessianPart::Full && residual > self.try_full_below {
                 continue;
             }
-            mechanics.hessian(x, part, &mut self.matrix);
+            potential.hessian(x, part, &mut self.matrix)?;
+            let terms = potential.low_rank(x, part);
             let unit = self.matrix.mean_diagonal();
             self.gauge.support(&mut self.matrix, unit);
             self.matrix.add_diagonal(self.shift * unit);
             tried += 1;
-            if self.inverse.factorise(&self.matrix, x, part == HessianPart::Positive).is_ok() {
+            if self.inverse.factorise(&self.matrix, terms, x, part == HessianPart::Positive).is_ok()
+            {
                 self.factored = true;
                 self.pairs.clear();
                 return Ok(tried);
             }
             self.try_full_below = 0.1 * residual;
         }
-        Err(SolveError::Factorisation(
-            "the positive part of the Hessian is not positive: the shape has degenerate triangles"
-                .into(),
-        ))
+        Err(SolveError::Linear(LinearError::new(
+            "the positive part of the Hessian is not positive: the shape has degenerate triangles",
+        )))
+    }
+
+    /// Makes room for what is coupled at `x`.
+    fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
+        let pattern = potential.pattern(x);
+        if pattern != *self.matrix.pattern() {
+            let LbfgsSpec { preconditioner, precision, .. } = self.options;
+            self.inverse = Inverse::new(preconditioner, precision, &pattern)?;
+            self.matrix = BlockMatrix::zeros(pattern);
+        }
+        Ok(())
     }
 
     /// The two-loop recursion: `-H g`.
@@ -165,8 +178,8 @@ impl Lbfgs {
     }
 
     /// Energy and gradient, without what acts on held vertices.
-    fn evaluate(&self, mechanics: &mut Mechanics, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
-        let energy = mechanics.energy_gradient(x, gradient);
+    fn evaluate(&self, potential: &mut Potential, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        let energy = potential.energy_gradient(x, gradient);
         for &i in &self.held {
             gradient[i] = Vec3::zeros();
         }
@@ -177,7 +190,7 @@ impl Lbfgs {
     /// is an error; `false` if there are none.
     fn collapse(
         &mut self,
-        mechanics: &Mechanics,
+        potential: &Potential,
         x: &[Vec3],
         gradient: &[Vec3],
         done: &mut Relaxation,
@@ -186,7 +199,7 @@ impl Lbfgs {
         let Some(worst) = (0..x.len()).max_by(|a, b| size(a).total_cmp(&size(b))) else {
             return Ok(false);
         };
-        let sheet = mechanics.sheet();
+        let sheet = potential.sheet();
         // Bending reaches one ring further than the triangle itself.
         let around = sheet.vertex_edges().of(worst).iter().map(|&(_, j)| j as usize);
         let mut collapsed: Vec<usize> = std::iter::once(worst)
@@ -199,7 +212,7 @@ impl Lbfgs {
         collapsed.dedup();
         let Some(&first) = collapsed.first() else { return Ok(false) };
         if self.options.collapse == Collapse::Stop {
-            return Err(collapsed_at(mechanics, first, done.iterations, done.residual));
+            return Err(collapsed_at(potential, first, done.iterations, done.residual));
         }
         for &t in &collapsed {
             for v in sheet.triangles()[t] {
@@ -238,7 +251,7 @@ impl Lbfgs {
 
     fn iterate(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<(Relaxation, Outcome), SolveError> {
@@ -247,21 +260,21 @@ impl Lbfgs {
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
         self.held.clear();
-        let mut energy = self.evaluate(mechanics, x, &mut gradient);
+        let mut energy = self.evaluate(potential, x, &mut gradient);
         done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-        let longest = self.options.largest_move.get() * mechanics.metric().mean_edge();
+        let longest = self.options.largest_move.get() * potential.metric().mean_edge();
         // A factor kept from an earlier relaxation is not fresh: if no step is found with it, it is
         // renewed before giving up.
         let mut age = 1;
         let mut halvings = 0;
-        let mut progress = Progress::new(energy, mechanics.residual(&gradient));
+        let mut progress = Progress::new(energy, potential.residual(&gradient));
         self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
         self.pairs.clear();
         loop {
-            done.residual = mechanics.residual(&gradient);
+            done.residual = potential.residual(&gradient);
             done.energy = energy;
             if reached(&done, goal)? {
                 return Ok((done, Outcome::AtRest));
@@ -273,8 +286,8 @@ impl Lbfgs {
                 if age > 0 && halvings > SOFT * age {
                     self.stiffen();
                 }
-                self.gauge = Gauge::new(mechanics, x, &gradient, goal.tolerance);
-                done.factorisations += self.refactor(mechanics, x, done.residual)?;
+                self.gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
+                done.factorisations += self.refactor(potential, x, done.residual)?;
                 self.shift = (0.1 * self.shift).max(SHIFT);
                 self.refresh = self.options.refresh.map_or_else(
                     || if small && done.residual > NEARLY_AT_REST { REFRESH.0 } else { REFRESH.1 },
@@ -296,12 +309,12 @@ impl Lbfgs {
                     break None;
                 }
                 parallel::fill(&mut trial, |i| x[i] + length * d[i]);
-                if mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
-                    let e = self.evaluate(mechanics, &trial, &mut trial_gradient);
+                if potential.allows(x, &trial, self.options.area_share.get()) {
+                    let e = self.evaluate(potential, &trial, &mut trial_gradient);
                     done.evaluations += 1;
                     let descends = e <= energy + ARMIJO * length * slope;
                     // At round-off the slopes tell: still downhill, or not far uphill, at the end.
-                    let level = level(mechanics, energy, e)
+                    let level = level(potential, energy, e)
                         && dot(&trial_gradient, &d) <= 0.9 * slope.abs();
                     if e.is_finite() && (descends || level) {
                         break Some(e);
@@ -313,9 +326,9 @@ impl Lbfgs {
             let falls = accepted.is_some_and(|e| e < energy - NO_FALL * energy.abs());
             let far = done.residual > 10.0 * goal.tolerance;
             if (accepted.is_none() || (far && !falls))
-                && self.collapse(mechanics, x, &gradient, &mut done)?
+                && self.collapse(potential, x, &gradient, &mut done)?
             {
-                energy = self.evaluate(mechanics, x, &mut gradient);
+                energy = self.evaluate(potential, x, &mut gradient);
                 continue;
             }
             let Some(e) = accepted else {
@@ -344,11 +357,11 @@ impl Lbfgs {
 impl Equilibrium for Lbfgs {
     fn relax(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
-        let (mut done, outcome) = self.iterate(mechanics, x, goal)?;
+        let (mut done, outcome) = self.iterate(potential, x, goal)?;
         if outcome == Outcome::AtRest {
             return Ok(done);
         }
@@ -358,8 +371,8 @@ impl Equilibrium for Lbfgs {
         // The factor belongs to a shape that is left behind.
         self.factored = false;
         let options = NewtonSpec { area_share: self.options.area_share, ..NewtonSpec::default() };
-        let mut newton = Newton::new(mechanics, options)?;
-        let later = newton.relax(mechanics, x, &Goal { max_iterations: HANDED_OVER, ..*goal });
+        let mut newton = Newton::new(potential.mechanics(), options)?;
+        let later = newton.relax(potential, x, &Goal { max_iterations: HANDED_OVER, ..*goal });
         let later = later.map_err(|error| after(done.iterations, error))?;
         done.add(&later);
         Ok(done)

@@ -19,13 +19,13 @@ pub use preconditioner::{FactorPrecision, Preconditioner};
 pub use stop::explained;
 
 use crate::Vec3;
+use crate::model::Potential;
 use crate::solve::SolveError;
-use crate::system::Mechanics;
 
 /// When a relaxation may stop.
 #[derive(Clone, Copy)]
 pub struct Goal<'a> {
-    /// Largest force on a vertex, in units of [`Mechanics::force_scale`].
+    /// Largest force on a vertex, in units of [`Potential::force_scale`].
     pub tolerance: f64,
     /// Most iterations before it counts as failed.
     pub max_iterations: usize,
@@ -70,7 +70,7 @@ pub trait Equilibrium: Send {
     /// [`SolveError`] if the goal is not reached.
     fn relax(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError>;

@@ -18,16 +18,17 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
 use super::stop::{largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
+use crate::linear::{BlockCholesky, BlockMatrix};
+use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
-use crate::solve::linear::{BlockCholesky, BlockMatrix, BlockPattern};
 use crate::solve::{EquilibriumSpec, SolveError};
-use crate::system::Mechanics;
 
 /// Settings of [`Newton`]; parameters of `equilibrium.method = "newton"` in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -91,24 +92,34 @@ pub struct Newton {
 }
 
 impl Newton {
-    /// Prepares the sparse factorisation for the sheet of `mechanics`.
+    /// Prepares the sparse factorisation for the effects of `mechanics`.
     ///
     /// # Errors
-    /// [`SolveError::Factorisation`] if the sheet is too large for one.
+    /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: NewtonSpec) -> Result<Self, SolveError> {
-        let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
+        let pattern = mechanics.pattern();
         Ok(Self {
             options,
-            matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            cholesky: BlockCholesky::new(pattern)?,
+            matrix: BlockMatrix::zeros(Arc::clone(pattern)),
+            cholesky: BlockCholesky::new(Arc::clone(pattern))?,
         })
+    }
+
+    /// Makes room for what is coupled at `x`.
+    fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
+        let pattern = potential.pattern(x);
+        if pattern != *self.matrix.pattern() {
+            self.cholesky = BlockCholesky::new(Arc::clone(&pattern))?;
+            self.matrix = BlockMatrix::zeros(pattern);
+        }
+        Ok(())
     }
 }
 
 impl Equilibrium for Newton {
     fn relax(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
@@ -117,18 +128,20 @@ impl Equilibrium for Newton {
         let mut gradient = vec![Vec3::zeros(); n];
         let (mut step, mut trial) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let (mut after, mut defect) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-        let mut energy = mechanics.energy_gradient(x, &mut gradient);
+        let mut energy = potential.energy_gradient(x, &mut gradient);
         done.evaluations += 1;
-        let allowed = self.options.path_error.get() * mechanics.metric().mean_edge();
+        let allowed = self.options.path_error.get() * potential.metric().mean_edge();
         let mut sigma = FIRST;
         loop {
-            done.residual = mechanics.residual(&gradient);
+            done.residual = potential.residual(&gradient);
             done.energy = energy;
             if reached(&done, goal)? {
                 return Ok(done);
             }
-            let gauge = Gauge::new(mechanics, x, &gradient, goal.tolerance);
-            mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
+            let gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
+            self.fit(potential, x)?;
+            potential.hessian(x, HessianPart::Full, &mut self.matrix)?;
+            let terms = potential.low_rank(x, HessianPart::Full);
             let unit = self.matrix.mean_diagonal();
             let mut shifted = 0.0;
             loop {
@@ -141,29 +154,37 @@ impl Equilibrium for Newton {
                 self.matrix.add_diagonal((sigma - shifted) * unit);
                 shifted = sigma;
                 done.factorisations += 1;
-                if self.cholesky.factorise(&self.matrix).is_err() {
+                let update = self
+                    .cholesky
+                    .factorise(&self.matrix)
+                    .map(|()| LowRankUpdate::new(terms.clone(), |rhs| self.cholesky.solve(rhs)))
+                    .ok()
+                    .filter(LowRankUpdate::is_positive);
+                let Some(update) = update else {
                     sigma = (8.0 * sigma).max(1e-6);
                     continue;
-                }
+                };
                 parallel::fill(&mut step, |i| -gradient[i]);
                 gauge.project(&mut step);
                 self.cholesky.solve(&mut step);
+                update.correct(&mut step);
                 gauge.project(&mut step);
                 parallel::fill(&mut trial, |i| x[i] + step[i]);
-                if !mechanics.keeps_triangles(x, &trial, self.options.area_share.get()) {
+                if !potential.allows(x, &trial, self.options.area_share.get()) {
                     sigma *= 8.0;
                     continue;
                 }
-                let e = mechanics.energy_gradient(&trial, &mut after);
+                let e = potential.energy_gradient(&trial, &mut after);
                 done.evaluations += 1;
                 // Since H δ = -∂U - σ D δ, the defect is ∂U(x+δ) + σ D δ.
                 let drag = sigma * unit;
                 parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
                 gauge.project(&mut defect);
                 self.cholesky.solve(&mut defect);
+                update.correct(&mut defect);
                 gauge.project(&mut defect);
                 let error = 0.5 * largest(&defect) / allowed;
-                let descends = e <= energy || level(mechanics, energy, e);
+                let descends = e <= energy || level(potential, energy, e);
                 if !(e.is_finite() && descends && error <= 1.0) {
                     sigma *= (2.0 * error).clamp(4.0, 64.0);
                     continue;

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::super::low_rank::LowRankUpdate;
 use crate::Vec3;
+use crate::effects::LowRank;
+use crate::linear::{BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
 use crate::solve::SolveError;
-use crate::solve::linear::{BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
 
 /// How the Hessian's positive part is inverted: `equilibrium.preconditioner` in a scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,9 +62,23 @@ pub(super) const SMALL: usize = 6000;
 pub(super) const LARGE: usize = 50_000;
 
 /// The preconditioner of one relaxation.
-pub(super) enum Inverse {
+pub(super) struct Inverse {
+    sparse: Sparse,
+    low_rank: LowRankUpdate,
+}
+
+enum Sparse {
     Factor(Box<FrugalCholesky>),
     Multigrid(Box<Multigrid>),
+}
+
+impl Sparse {
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        match self {
+            Self::Factor(cholesky) => cholesky.solve(rhs),
+            Self::Multigrid(multigrid) => multigrid.solve(rhs),
+        }
+    }
 }
 
 impl Inverse {
@@ -77,7 +93,7 @@ impl Inverse {
             Preconditioner::Multigrid => false,
             Preconditioner::Auto => pattern.rows() <= LARGE,
         };
-        Ok(if factor {
+        let sparse = if factor {
             let double = match precision {
                 FactorPrecision::Single => false,
                 FactorPrecision::Double => true,
@@ -85,31 +101,34 @@ impl Inverse {
             };
             let new =
                 if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
-            Self::Factor(Box::new(new(Arc::clone(pattern))?))
+            Sparse::Factor(Box::new(new(Arc::clone(pattern))?))
         } else {
-            Self::Multigrid(Box::new(Multigrid::new(pattern)?))
-        })
+            Sparse::Multigrid(Box::new(Multigrid::new(pattern)?))
+        };
+        Ok(Self { sparse, low_rank: LowRankUpdate::default() })
     }
 
-    /// Takes over `matrix`, the Hessian or its positive part at `x`; with `insist` at some expense
-    /// rather than fail.
+    /// Takes over `matrix` and the `terms` of low rank, the Hessian or its positive part at `x`; with
+    /// `insist` at some expense rather than fail.
     pub(super) fn factorise(
         &mut self,
         matrix: &BlockMatrix,
+        terms: Vec<LowRank>,
         x: &[Vec3],
         insist: bool,
     ) -> Result<(), NotPositive> {
-        match self {
-            Self::Factor(cholesky) => cholesky.factorise(matrix, insist),
-            Self::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist),
+        let Self { sparse, low_rank } = self;
+        match sparse {
+            Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
+            Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
         }
+        *low_rank = LowRankUpdate::new(terms, |rhs| sparse.solve(rhs));
+        if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
     }
 
     /// Replaces `rhs` by the solution, or nearly.
     pub(super) fn solve(&mut self, rhs: &mut [Vec3]) {
-        match self {
-            Self::Factor(cholesky) => cholesky.solve(rhs),
-            Self::Multigrid(multigrid) => multigrid.solve(rhs),
-        }
+        self.sparse.solve(rhs);
+        self.low_rank.correct(rhs);
     }
 }

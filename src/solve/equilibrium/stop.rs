@@ -2,10 +2,10 @@
 
 use super::{Goal, Relaxation};
 use crate::Vec3;
+use crate::model::Potential;
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
 use crate::solve::SolveError;
-use crate::system::Mechanics;
 
 /// Quality below which a triangle counts as collapsed once the energy stops falling.
 pub(super) const COLLAPSED: f64 = 1e-2;
@@ -55,12 +55,12 @@ pub(super) fn after(earlier: usize, mut error: SolveError) -> SolveError {
 
 /// The error that names collapsed triangle `t`.
 pub(super) fn collapsed_at(
-    mechanics: &Mechanics,
+    potential: &Potential,
     t: usize,
     iterations: usize,
     residual: f64,
 ) -> SolveError {
-    let (sheet, metric) = (mechanics.sheet(), mechanics.metric());
+    let (sheet, metric) = (potential.sheet(), potential.metric());
     SolveError::Collapsed {
         triangle: t,
         vertices: sheet.triangles()[t],
@@ -72,16 +72,16 @@ pub(super) fn collapsed_at(
 
 /// `error`, or the triangle that explains why a relaxation came to no end at `x`: the flattest, if
 /// that has collapsed.
-pub fn explained(error: SolveError, mechanics: &Mechanics, x: &[Vec3]) -> SolveError {
+pub fn explained(error: SolveError, potential: &Potential, x: &[Vec3]) -> SolveError {
     let (SolveError::NotConverged { iterations, residual, .. }
     | SolveError::Stalled { iterations, residual, .. }) = error
     else {
         return error;
     };
     let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| x[v as usize]));
-    let all = mechanics.sheet().triangles().iter().map(quality).enumerate();
+    let all = potential.sheet().triangles().iter().map(quality).enumerate();
     match all.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((t, worst)) if worst < COLLAPSED => collapsed_at(mechanics, t, iterations, residual),
+        Some((t, worst)) if worst < COLLAPSED => collapsed_at(potential, t, iterations, residual),
         _ => error,
     }
 }
@@ -91,8 +91,8 @@ const ROUND_OFF: f64 = 1e-12;
 
 /// Whether two energies are the same up to round-off. Where both are nearly nothing it is that of
 /// the energy of one edge at unit strain: turning angles add up to nothing only in exact arithmetic.
-pub(super) fn level(mechanics: &Mechanics, before: f64, after: f64) -> bool {
-    let edge = mechanics.force_scale() * mechanics.metric().mean_edge();
+pub(super) fn level(potential: &Potential, before: f64, after: f64) -> bool {
+    let edge = potential.force_scale() * potential.metric().mean_edge();
     (after - before).abs() <= ROUND_OFF * (before.abs() + edge)
 }
 

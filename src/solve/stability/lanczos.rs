@@ -15,9 +15,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::restricted::{Restricted, inner};
 use crate::Vec3;
+use crate::effects::Pins;
 use crate::parallel;
 use crate::solve::SolveError;
-use crate::system::Pins;
 
 /// Change of `θ v` by the operator, relative, at which a pair counts as found. The error of θ is the
 /// square of it.

@@ -32,12 +32,13 @@ use std::sync::Arc;
 
 use self::restricted::{Count, Restricted};
 use super::SolveError;
-use super::linear::{BlockLdlt, BlockMatrix, BlockPattern};
+use super::low_rank::LowRankUpdate;
 use crate::Vec3;
-use crate::effects::HessianPart;
+use crate::effects::{HessianPart, LowRank};
+use crate::linear::{BlockLdlt, BlockMatrix, LinearError};
+use crate::model::{Mechanics, Potential};
 use crate::num::real;
 use crate::parallel;
-use crate::system::Mechanics;
 
 /// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
 /// softest bending mode of a disc with 100 edges along its radius and half an edge thick is at 10⁻⁹.
@@ -95,10 +96,10 @@ pub struct Stability {
 }
 
 impl Stability {
-    /// Prepares the factorisation for the sheet of `mechanics`.
+    /// Prepares the factorisation for the effects of `mechanics`.
     ///
     /// # Errors
-    /// [`SolveError::Factorisation`] if the sheet is too large for one.
+    /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics) -> Result<Self, SolveError> {
         let sheet = mechanics.sheet();
         let mut mass = vec![0.0; sheet.vertex_count()];
@@ -109,7 +110,7 @@ impl Stability {
                 mass[*v as usize] += area / 3.0;
             }
         }
-        let pattern = Arc::new(BlockPattern::two_rings(sheet));
+        let pattern = Arc::clone(mechanics.pattern());
         Ok(Self {
             mass,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
@@ -126,29 +127,29 @@ impl Stability {
     /// Counts the directions that lower the energy at `x`, by one factorisation.
     ///
     /// # Errors
-    /// [`SolveError::Factorisation`] if H is not finite or its factor not sound.
+    /// [`SolveError::Linear`] if H is not finite or its factor not sound.
     pub fn inertia(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &[Vec3],
     ) -> Result<Inertia, SolveError> {
-        let (unit, rigid) = self.assemble(mechanics, x);
-        count(&mut self.restricted(rigid), unit)
+        let (unit, rigid, terms) = self.assemble(potential, x)?;
+        count(&mut self.restricted(rigid, terms), unit)
     }
 
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
     ///
     /// # Errors
-    /// [`SolveError::Factorisation`] as above; [`SolveError::Modes`] if the iteration does not
+    /// [`SolveError::Linear`] as above; [`SolveError::Modes`] if the iteration does not
     /// converge.
     pub fn spectrum(
         &mut self,
-        mechanics: &mut Mechanics,
+        potential: &mut Potential,
         x: &[Vec3],
         count: usize,
     ) -> Result<Spectrum, SolveError> {
-        let (unit, rigid) = self.assemble(mechanics, x);
-        let mut restricted = self.restricted(rigid);
+        let (unit, rigid, terms) = self.assemble(potential, x)?;
+        let mut restricted = self.restricted(rigid, terms);
         let inertia = self::count(&mut restricted, unit)?;
         let Inertia { negative, resolution, .. } = inertia;
         let (mut shift, mut below) = (resolution, negative);
@@ -159,14 +160,14 @@ impl Stability {
             }
             below = restricted.factorise(shift)?.negative;
         }
-        let pairs = lanczos::smallest(&mut restricted, mechanics.pins(), count)?;
+        let pairs = lanczos::smallest(&mut restricted, potential.pins(), count)?;
         let found = pairs.iter().filter(|p| p.0 < -resolution).count();
         if found != negative.min(pairs.len()) {
-            return Err(SolveError::Factorisation(format!(
+            return Err(SolveError::Linear(LinearError::new(format!(
                 "{negative} negative eigenvalues are counted, but {found} found among the \
                  smallest {}",
                 pairs.len()
-            )));
+            ))));
         }
         let modes = pairs
             .into_iter()
@@ -175,23 +176,39 @@ impl Stability {
         Ok(Spectrum { inertia, modes })
     }
 
-    /// Assembles H; its mean diagonal over the mean mass, and the rigid motions (orthonormal in M).
-    fn assemble(&mut self, mechanics: &mut Mechanics, x: &[Vec3]) -> (f64, Vec<Vec<Vec3>>) {
+    /// Assembles H; its mean diagonal over the mean mass, the rigid motions (orthonormal in M), and what
+    /// of H is of low rank.
+    fn assemble(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<Parts, SolveError> {
+        let pattern = potential.pattern(x);
+        if pattern != *self.matrix.pattern() {
+            self.ldlt = BlockLdlt::new(Arc::clone(&pattern))?;
+            self.matrix = BlockMatrix::zeros(pattern);
+        }
         let mut gradient = vec![Vec3::zeros(); x.len()];
-        mechanics.energy_gradient(x, &mut gradient);
-        mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
+        potential.energy_gradient(x, &mut gradient);
+        potential.hessian(x, HessianPart::Full, &mut self.matrix)?;
+        let terms = potential.low_rank(x, HessianPart::Full);
         let diagonal = self.matrix.mean_diagonal();
         let mean_mass = self.mass.iter().sum::<f64>() / real(self.mass.len().max(1));
         let force = parallel::sum(x.len(), |i| gradient[i].norm_squared()).sqrt();
         let limits = rigid::Limits { force, round_off: 10.0 * RESOLUTION * diagonal };
-        let motions = rigid::motions(x, mechanics.pins(), &self.mass, &self.matrix, &limits);
-        (diagonal / mean_mass, motions)
+        let whole = LowRankUpdate::new(terms.clone(), |_| ());
+        let image = |v: &[Vec3]| {
+            let mut out = product(&self.matrix, v);
+            whole.add_product(v, &mut out);
+            out
+        };
+        let motions = rigid::motions(x, potential.pins(), &self.mass, image, &limits);
+        Ok((diagonal / mean_mass, motions, terms))
     }
 
-    fn restricted(&mut self, rigid: Vec<Vec<Vec3>>) -> Restricted<'_> {
-        Restricted::new(&mut self.ldlt, &self.matrix, &self.mass, rigid)
+    fn restricted(&mut self, rigid: Vec<Vec<Vec3>>, terms: Vec<LowRank>) -> Restricted<'_> {
+        Restricted::new(&mut self.ldlt, &self.matrix, &self.mass, rigid, terms)
     }
 }
+
+/// Scale of the eigenvalues, rigid motions, terms of low rank.
+type Parts = (f64, Vec<Vec<Vec3>>, Vec<LowRank>);
 
 /// Counts at the finest resolution that the factor bears, in units of `unit`.
 fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveError> {
@@ -204,9 +221,9 @@ fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveErr
         }
         relative = (MARGIN * error).max(LOWER * relative);
     }
-    Err(SolveError::Factorisation(
-        "the factor of the indefinite Hessian is spoilt by round-off".into(),
-    ))
+    Err(SolveError::Linear(LinearError::new(
+        "the factor of the indefinite Hessian is spoilt by round-off",
+    )))
 }
 
 /// `H v` for the stored upper half of H.

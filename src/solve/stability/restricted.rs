@@ -14,11 +14,13 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::super::low_rank::LowRankUpdate;
 use super::product;
 use crate::Vec3;
+use crate::effects::LowRank;
+use crate::linear::{BlockLdlt, BlockMatrix};
 use crate::parallel;
 use crate::solve::SolveError;
-use crate::solve::linear::{BlockLdlt, BlockMatrix};
 
 /// What a factorisation says.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +38,8 @@ pub(super) struct Restricted<'a> {
     matrix: &'a BlockMatrix,
     mass: &'a [f64],
     rigid: Vec<Vec<Vec3>>,
+    terms: Vec<LowRank>,
+    update: LowRankUpdate,
     solved: Vec<Vec<Vec3>>,
     inverse: DMatrix<f64>,
     shift: f64,
@@ -53,9 +57,11 @@ impl<'a> Restricted<'a> {
         matrix: &'a BlockMatrix,
         mass: &'a [f64],
         rigid: Vec<Vec<Vec3>>,
+        terms: Vec<LowRank>,
     ) -> Self {
         let (solved, inverse) = (Vec::new(), DMatrix::zeros(0, 0));
-        Self { ldlt, matrix, mass, rigid, solved, inverse, shift: 0.0 }
+        let update = LowRankUpdate::default();
+        Self { ldlt, matrix, mass, rigid, terms, update, solved, inverse, shift: 0.0 }
     }
 
     /// The mass of every vertex.
@@ -72,7 +78,13 @@ impl<'a> Restricted<'a> {
     pub(super) fn factorise(&mut self, shift: f64) -> Result<Count, SolveError> {
         let mass = self.mass;
         self.shift = shift;
-        let negative = self.ldlt.factorise(self.matrix, |i| shift * mass[i])?;
+        let sparse = self.ldlt.factorise(self.matrix, |i| shift * mass[i])?;
+        let ldlt = &mut *self.ldlt;
+        self.update = LowRankUpdate::new(self.terms.clone(), |rhs| ldlt.solve(rhs));
+        let more = self.update.more_negative();
+        let Some(negative) = more.and_then(|more| sparse.checked_add_signed(more)) else {
+            return Ok(Count { negative: sparse, error: f64::NAN });
+        };
         let error = self.error();
         let count = self.rigid.len();
         if count == 0 {
@@ -82,6 +94,7 @@ impl<'a> Restricted<'a> {
         for v in &self.rigid {
             let mut z: Vec<Vec3> = (0..v.len()).map(|i| mass[i] * v[i]).collect();
             self.ldlt.solve(&mut z);
+            self.update.correct(&mut z);
             self.solved.push(z);
         }
         let entry = |a: usize, b: usize| inner(mass, &self.rigid[a], &self.solved[b]);
@@ -109,7 +122,9 @@ impl<'a> Restricted<'a> {
             .collect();
         let mut y = rhs.clone();
         self.ldlt.solve(&mut y);
+        self.update.correct(&mut y);
         let mut left = product(self.matrix, &y);
+        self.update.add_product(&y, &mut left);
         parallel::update(&mut left, |i, v| *v += shift * mass[i] * y[i] - rhs[i]);
         let largest = |v: &[Vec3]| parallel::max(v.len(), |i| v[i].norm_squared()).sqrt();
         largest(&left) / (self.matrix.mean_diagonal() * largest(&y) + largest(&rhs))
@@ -118,6 +133,7 @@ impl<'a> Restricted<'a> {
     /// Replaces `w` by the solution on the complement, which `w` need not lie in.
     pub(super) fn solve(&mut self, w: &mut [Vec3]) {
         self.ldlt.solve(w);
+        self.update.correct(w);
         let count = self.rigid.len();
         if count == 0 {
             return;

@@ -12,11 +12,10 @@
 
 use nalgebra::{DMatrix, SymmetricEigen, Vector6};
 
-use super::product;
 use crate::Vec3;
+use crate::effects::Pins;
+use crate::model::free_motions;
 use crate::parallel;
-use crate::solve::linear::BlockMatrix;
-use crate::system::{Pins, free_motions};
 
 /// What |H v| is compared with.
 pub(super) struct Limits {
@@ -31,11 +30,11 @@ pub(super) fn motions(
     x: &[Vec3],
     pins: &Pins,
     mass: &[f64],
-    matrix: &BlockMatrix,
+    image: impl Fn(&[Vec3]) -> Vec<Vec3>,
     limits: &Limits,
 ) -> Vec<Vec<Vec3>> {
     let (candidates, radius) = free_motions(x, pins, |i| mass[i]);
-    let images: Vec<Vec<Vec3>> = candidates.iter().map(|c| product(matrix, &c.shape)).collect();
+    let images: Vec<Vec<Vec3>> = candidates.iter().map(|c| image(&c.shape)).collect();
     let count = candidates.len();
     if count == 0 {
         return Vec::new();

@@ -31,12 +31,12 @@ mod rim;
 mod rings;
 mod triangles;
 
-use super::{BendingWeight, MeyerBending};
+use super::{BendingWeight, MeyerBending, VertexDerivatives};
 use crate::effects::HessianPart;
 use crate::geometry::Shape;
+use crate::linear::{BlockMatrix, LazyStencils, Stencils};
 use crate::num::index;
 use crate::sheet::Sheet;
-use crate::solve::linear::{BlockMatrix, LazyStencils, Stencils};
 
 use rim::Rim;
 use rings::Outer;
@@ -93,15 +93,25 @@ fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
     }
 }
 
+/// The energy with what it has gathered at the shape.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    pub bending: &'a MeyerBending,
+    /// As [`super::MeyerWork::gathered`].
+    pub gathered: &'a [[f64; 5]],
+    /// Derivatives by it, for the whole Hessian.
+    pub vertex: &'a [VertexDerivatives],
+}
+
 /// Adds the wanted part of the Hessian; `places` belong to the sheet.
 pub(super) fn add(
-    bending: &MeyerBending,
+    at: &At<'_>,
     places: &mut Places,
     shape: &Shape<'_>,
     part: HessianPart,
     into: &mut BlockMatrix,
 ) {
-    let sheet = shape.sheet;
+    let (sheet, bending) = (shape.sheet, at.bending);
     let rings = places.rings.for_pattern(into.pattern(), || {
         (0..sheet.vertex_count()).map(|i| {
             let mut vertices = Vec::new();
@@ -112,8 +122,8 @@ pub(super) fn add(
     let local = places.local.get_or_insert_with(|| Local::new(sheet));
     let full = part == HessianPart::Full;
     let second_order = full && bending.weight == BendingWeight::Paper;
-    let outer = Outer { bending, shape: *shape, local, second_order };
-    let inner = Inner { bending, shape: *shape };
+    let outer = Outer { at: *at, shape: *shape, local, second_order };
+    let inner = Inner { at: *at, shape: *shape };
     let triangles = full.then(|| {
         places.triangles.for_pattern(into.pattern(), || {
             sheet.triangles().iter().map(|t| {

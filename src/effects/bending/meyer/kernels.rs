@@ -159,6 +159,7 @@ impl Kernel<3, 2> for Gather<'_> {
 /// The gradient that a vertex gathers; ANGLES if triangles may have derivatives by angles.
 pub(super) struct Gradient<'a, const ANGLES: bool> {
     pub bending: &'a MeyerBending,
+    pub vertex: &'a [VertexDerivatives],
     pub shape: Shape<'a>,
 }
 
@@ -169,7 +170,7 @@ impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
             Triangles::gather(simd, self.shape.x, group.vertex);
         let one = simd.splat(1.0);
         let zero = simd.splat(0.0);
-        let at = &self.bending.vertex;
+        let at = self.vertex;
         let vertex = &group.vertex;
         let (mut g, mut by_area) = ([Lanes3 { x: zero, y: zero, z: zero }; 3], [zero; 3]);
         for k in 0..3 {
@@ -258,7 +259,7 @@ fn add_area_gradient<S: Simd, const ANGLES: bool>(
     let extra = group.element.map(|t| {
         let t = t as usize;
         let corners = kernel.shape.sheet.triangles()[t];
-        let by_area = corners.map(|v| kernel.bending.vertex[v as usize].by_area);
+        let by_area = corners.map(|v| kernel.vertex[v as usize].by_area);
         let mut gradient = [Vec3::zeros(); 3];
         kernel.bending.area.add_gradient(&kernel.shape, t, by_area, &mut gradient);
         gradient

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::super::Equilibrium;
 use super::super::preconditioner::{FactorPrecision, Preconditioner};
 use super::Lbfgs;
+use crate::model::Mechanics;
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::solve::{EquilibriumSpec, SolveError};
-use crate::system::Mechanics;
 
 /// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -20,8 +20,8 @@ use super::super::super::hinge;
 use super::super::BendingWeight;
 use crate::effects::element;
 use crate::geometry::Shape;
+use crate::linear::{BlockMatrix, LazyStencils};
 use crate::sheet::Sheet;
-use crate::solve::linear::{BlockMatrix, LazyStencils};
 
 /// Share of the hinge energy whose Gaussian modulus is that of a plate, by 1 - ν.
 const SHARE: f64 = 0.75;

@@ -3,19 +3,19 @@
 //! Each block (p, q) of a ring is a sum of outer products `Σ_k a_k(p) b_k(q)ᵀ`: three from `|J|²`,
 //! two more from the rest of `f''`.
 
-use super::super::{BendingWeight, MeyerBending};
-use super::Local;
+use super::super::BendingWeight;
+use super::{At, Local};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Face, Shape};
+use crate::linear::{Elements, Packed, Rows, Sink};
 use crate::parallel::simd::Simd;
-use crate::solve::linear::{Elements, Packed, Rows, Sink};
 
 /// Ring sizes up to which nothing is allocated.
 const RING: usize = 12;
 
 /// Outer part of the interior vertices.
 pub(super) struct Outer<'a> {
-    pub bending: &'a MeyerBending,
+    pub at: At<'a>,
     pub shape: Shape<'a>,
     pub local: &'a Local,
     /// Whether to add what is not positive.
@@ -83,7 +83,7 @@ impl Outer<'_> {
     /// Derivatives of what vertex `i` gathers by the vertices of its ring.
     #[inline(always)]
     fn differentiate(&self, i: usize, ring: &mut [Derivatives]) {
-        let Self { bending, shape, .. } = self;
+        let Self { at: At { bending, .. }, shape, .. } = self;
         ring.fill(Derivatives::ZERO);
         let incident = shape.sheet.vertex_triangles().of(i);
         for (&(t, k), local) in incident.iter().zip(self.local.of(i)) {
@@ -141,8 +141,8 @@ impl Outer<'_> {
         factors: &mut [Factors<S::Lanes, K>],
         sink: &mut Sink<'_>,
     ) {
-        let bending = self.bending;
-        let [x, y, z, area, angles] = bending.gathered[i];
+        let bending = self.at.bending;
+        let [x, y, z, area, angles] = self.at.gathered[i];
         let l = Vec3::new(x, y, z);
         let ratio = l / area;
         let quarter = 0.25 * bending.rigidity;

@@ -1,10 +1,10 @@
 //! The inner part of the second derivatives, four triangles at a time.
 
-use super::super::MeyerBending;
 use super::super::kernels::{Triangles, derivatives, has_angles, turns};
+use super::At;
 use crate::geometry::Shape;
+use crate::linear::{Elements, Rows, pack};
 use crate::parallel::simd::{LANES, Lanes3, Simd};
-use crate::solve::linear::{Elements, Rows, pack};
 
 /// Columns of a 3×3 block.
 type Columns<L> = [Lanes3<L>; 3];
@@ -13,7 +13,7 @@ type Columns<L> = [Lanes3<L>; 3];
 /// them; where that turns a triangle over, its normal and its edges change sign together, and all
 /// expressions stay.
 pub(super) struct Inner<'a> {
-    pub bending: &'a MeyerBending,
+    pub at: At<'a>,
     pub shape: Shape<'a>,
 }
 
@@ -55,7 +55,7 @@ impl Inner<'_> {
     ) -> [Columns<S::Lanes>; 6] {
         let Triangles { edge: e, normal: n, double_area } =
             Triangles::gather(simd, self.shape.x, vertex);
-        let at = &self.bending.vertex;
+        let at = self.at.vertex;
         let inverse = simd.splat(1.0) / double_area;
         let mut g = e;
         for k in 0..3 {
@@ -130,8 +130,8 @@ impl Inner<'_> {
     fn area_factors(&self, element: [u32; LANES]) -> [f64; LANES] {
         element.map(|t| {
             let corners = self.shape.sheet.triangles()[t as usize];
-            let by_area = corners.map(|v| self.bending.vertex[v as usize].by_area);
-            self.bending.area.area_factor(t as usize, by_area)
+            let by_area = corners.map(|v| self.at.vertex[v as usize].by_area);
+            self.at.bending.area.area_factor(t as usize, by_area)
         })
     }
 }

@@ -1,0 +1,282 @@
+//! Text as a tree of values, each of which knows where it was written, and what is wrong with one.
+
+mod deserialize;
+mod problem;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+
+pub use self::problem::Problem;
+
+pub(crate) use self::deserialize::read;
+pub(crate) use self::problem::Explanation;
+
+/// Tables and lists may be nested this deep; scenes need five levels. The bound keeps every
+/// recursion over a document far from the end of the stack.
+pub(crate) const MAX_DEPTH: usize = 24;
+
+/// Where something is written: a byte range of one of the texts a scene is made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// 0 for the scene file, k for the k-th override (from 1).
+    pub source: usize,
+    /// Bytes of that text.
+    pub span: Range<usize>,
+}
+
+/// One step of a key path.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Segment {
+    /// Key of a table.
+    Key(String),
+    /// Element of a list, from 0.
+    Index(usize),
+}
+
+/// `a.b[0]."odd key"`: the notation of key paths in messages, overrides and [`crate::scene::Scene::error_at`].
+pub(crate) fn key_path<'a>(segments: impl IntoIterator<Item = &'a Segment>) -> String {
+    let mut path = String::new();
+    for segment in segments {
+        match segment {
+            Segment::Index(i) => path.push_str(&format!("[{i}]")),
+            Segment::Key(key) => {
+                if !path.is_empty() {
+                    path.push('.');
+                }
+                let bare = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+                if !key.is_empty() && key.chars().all(bare) {
+                    path.push_str(key);
+                } else {
+                    path.push_str(&format!("{key:?}"));
+                }
+            }
+        }
+    }
+    path
+}
+
+/// A key of a table.
+#[derive(Debug, Clone)]
+pub struct Key {
+    pub(crate) name: String,
+    pub(crate) place: Place,
+}
+
+/// A value of a scene document with its place.
+#[derive(Debug, Clone)]
+pub struct Node {
+    pub(crate) value: Value,
+    pub(crate) place: Place,
+}
+
+/// What a [`Node`] holds; tables keep the order of the file.
+#[derive(Debug, Clone)]
+pub(crate) enum Value {
+    String(String),
+    Integer(i64),
+    Float(f64),
+    Boolean(bool),
+    Date(String),
+    Array(Vec<Node>),
+    Table(Vec<(Key, Node)>),
+}
+
+impl Value {
+    /// The value's type in words for messages.
+    pub(crate) fn describe(&self) -> String {
+        match self {
+            Self::String(s) => format!("the text {s:?}"),
+            Self::Integer(i) => format!("{i}"),
+            Self::Float(x) => format!("{x:?}"),
+            Self::Boolean(b) => format!("{b}"),
+            Self::Date(d) => format!("the date {d}"),
+            Self::Array(_) => "a list".to_owned(),
+            Self::Table(_) => "a table".to_owned(),
+        }
+    }
+}
+
+impl Node {
+    /// Reads a whole document.
+    pub(crate) fn document(text: &str) -> Result<Self, Problem> {
+        let root = DeTable::parse(text).map_err(|e| syntax(&e, 0, 0))?;
+        let whole = 0..text.len();
+        table(root.into_inner(), Place { source: 0, span: whole }, MAX_DEPTH)
+    }
+
+    /// Reads one value that stands at byte `offset` of the text number `source`.
+    pub(crate) fn value(text: &str, source: usize, offset: usize) -> Result<Self, Problem> {
+        let value = DeValue::parse(text).map_err(|e| syntax(&e, source, offset))?;
+        let span = value.span();
+        let place = Place { source, span: span.start + offset..span.end + offset };
+        // The spans inside are relative to `text`: shift them along.
+        let mut node = convert(value.into_inner(), place, MAX_DEPTH)?;
+        node.shift_children(offset);
+        Ok(node)
+    }
+
+    /// A table without entries.
+    pub(crate) fn empty_table(place: Place) -> Self {
+        Self { value: Value::Table(Vec::new()), place }
+    }
+
+    /// A text that stands for what is not written, at the place where it could be.
+    pub(crate) fn text(text: &str, place: Place) -> Self {
+        Self { value: Value::String(text.to_owned()), place }
+    }
+
+    /// Whether this is a table.
+    #[must_use]
+    pub(crate) fn is_table(&self) -> bool {
+        matches!(self.value, Value::Table(_))
+    }
+
+    /// The value of `key`, where this is a table that has it.
+    #[must_use]
+    pub(crate) fn get(&self, key: &str) -> Option<&Self> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|(k, _)| k.name == key).map(|(_, v)| v),
+            _ => None,
+        }
+    }
+
+    /// Takes the entry of `key` out, where this is a table that has it.
+    pub(crate) fn take(&mut self, key: &str) -> Option<(Key, Self)> {
+        match &mut self.value {
+            Value::Table(entries) => {
+                let at = entries.iter().position(|(k, _)| k.name == key)?;
+                Some(entries.remove(at))
+            }
+            _ => None,
+        }
+    }
+
+    fn shift_children(&mut self, offset: usize) {
+        let shift = |place: &mut Place| {
+            place.span.start += offset;
+            place.span.end += offset;
+        };
+        match &mut self.value {
+            Value::Array(items) => {
+                for item in items {
+                    shift(&mut item.place);
+                    item.shift_children(offset);
+                }
+            }
+            Value::Table(entries) => {
+                for (key, item) in entries {
+                    shift(&mut key.place);
+                    shift(&mut item.place);
+                    item.shift_children(offset);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn syntax(error: &toml::de::Error, source: usize, offset: usize) -> Problem {
+    let place =
+        error.span().map(|span| Place { source, span: span.start + offset..span.end + offset });
+    Problem::syntax(error.message(), place)
+}
+
+fn table(entries: DeTable<'_>, place: Place, depth: usize) -> Result<Node, Problem> {
+    let source = place.source;
+    let mut out = Vec::with_capacity(entries.len());
+    for (key, value) in entries {
+        let key_place = Place { source, span: key.span() };
+        let place = Place { source, span: value.span() };
+        let node = convert(value.into_inner(), place, depth)?;
+        out.push((Key { name: key.into_inner().into_owned(), place: key_place }, node));
+    }
+    out.sort_by_key(|(key, _)| key.place.span.start);
+    Ok(Node { value: Value::Table(out), place })
+}
+
+fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, Problem> {
+    let Some(depth) = depth.checked_sub(1) else {
+        return Err(Problem::at(place, format!("nested more than {MAX_DEPTH} levels deep")));
+    };
+    let source = place.source;
+    let value = match value {
+        DeValue::String(s) => Value::String(s.into_owned()),
+        DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
+            Ok(i) => Value::Integer(i),
+            Err(_) => {
+                return Err(Problem::at(place, "this whole number needs more than 64 bits")
+                    .help("write a large real number with a point or exponent, as in 1e20"));
+            }
+        },
+        DeValue::Float(x) => match x.as_str().parse::<f64>() {
+            Ok(v) if v.is_finite() || x.as_str().contains("inf") || v.is_nan() => Value::Float(v),
+            _ => {
+                return Err(Problem::at(place, "this number is too large")
+                    .help("the largest number is 1.797e308"));
+            }
+        },
+        DeValue::Boolean(b) => Value::Boolean(b),
+        DeValue::Datetime(d) => Value::Date(d.to_string()),
+        DeValue::Array(items) => Value::Array(
+            items
+                .into_iter()
+                .map(|item| {
+                    let place = Place { source, span: item.span() };
+                    convert(item.into_inner(), place, depth)
+                })
+                .collect::<Result<_, _>>()?,
+        ),
+        DeValue::Table(entries) => return table(entries, place, depth),
+    };
+    Ok(Node { value, place })
+}
+
+/// Places of every key and value of a document, by key path.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Index {
+    places: BTreeMap<String, (Place, Place)>,
+}
+
+impl Index {
+    /// Collects the places of everything below `root`.
+    pub(crate) fn new(root: &Node) -> Self {
+        let mut index = Self::default();
+        index.collect(root, &mut Vec::new());
+        index
+    }
+
+    fn collect(&mut self, node: &Node, path: &mut Vec<Segment>) {
+        let mut enter = |segment, key: &Place, child: &Node| {
+            path.push(segment);
+            self.places.insert(key_path(path.iter()), (key.clone(), child.place.clone()));
+            self.collect(child, path);
+            path.pop();
+        };
+        match &node.value {
+            Value::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
+                    enter(Segment::Index(i), &item.place, item);
+                }
+            }
+            Value::Table(entries) => {
+                for (key, item) in entries {
+                    enter(Segment::Key(key.name.clone()), &key.place, item);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Places of key and value at `path`, or of its nearest ancestor that is written out.
+    pub(crate) fn find(&self, path: &str) -> Option<&(Place, Place)> {
+        let mut path = path;
+        loop {
+            if let Some(found) = self.places.get(path) {
+                return Some(found);
+            }
+            path = &path[..path.rfind(['.', '['])?];
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! What an energy is.
+
+use std::any::Any;
+
+use crate::Vec3;
+use crate::geometry::{Conditions, Shape};
+use crate::linear::BlockMatrix;
+
+/// Which second derivatives are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HessianPart {
+    /// A positive semi-definite approximation: what remains when compressive geometric stiffness
+    /// and terms linear in the curvature are dropped. The metric of descent methods.
+    Positive,
+    /// Everything; indefinite where the sheet buckles.
+    Full,
+}
+
+/// Which vertices the second derivatives of an energy couple.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Coupling {
+    /// Vertices up to so many edges apart.
+    pub rings: usize,
+    /// Pairs that depend on the shape: [`Energy::pairs`].
+    pub pairs: bool,
+    /// All with all, by terms of low rank: [`Energy::low_rank`].
+    pub low_rank: bool,
+    /// Whether steps are limited: [`Energy::largest_step`].
+    pub limits_steps: bool,
+}
+
+impl Coupling {
+    /// No vertex with another.
+    pub const NONE: Self = Self { rings: 0, pairs: false, low_rank: false, limits_steps: false };
+    /// Neighbours: the corners of a triangle.
+    pub const ONE_RING: Self = Self { rings: 1, ..Self::NONE };
+    /// Neighbours of neighbours: two triangles at an edge, or all triangles at a vertex.
+    pub const TWO_RINGS: Self = Self { rings: 2, ..Self::NONE };
+}
+
+/// The second derivatives `stiffness · d ⊗ d`, d one vector a vertex.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LowRank {
+    /// Energy per squared unit of d·x.
+    pub stiffness: f64,
+    /// d, a gradient.
+    pub direction: Vec<Vec3>,
+}
+
+/// An effect with an energy `U(x; l̄, t)`: positions x, optimal lengths l̄, time t.
+///
+/// It is immutable. An evaluation hands it `work`, memory of a type of its own that it may use as it
+/// likes; what [`Energy::prepare`] has left there belongs to the conditions (l̄, t) of all calls until it
+/// is called again. An energy that is a sum over small elements is most easily made of an
+/// [`Element`](super::Element).
+pub trait Energy: Send + Sync + 'static {
+    /// Memory of evaluations; `()` for none.
+    type Work: Default + Send + 'static;
+
+    /// Name under which the ledger and `inspect` list it; they number those that share one.
+    fn name(&self) -> &str;
+
+    /// Which vertices its second derivatives couple; a block outside of that is an error.
+    fn coupling(&self) -> Coupling;
+
+    /// Whether it depends on time other than through the optimal lengths.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
+    /// Evaluates what depends on optimal lengths and time alone. Called before the first evaluation, and
+    /// whenever these change.
+    fn prepare(&self, _conditions: &Conditions<'_>, _work: &mut Self::Work) {}
+
+    /// The energy at `shape`; with `gradient` given, `∂U/∂x_i` is **added** to `gradient[i]`.
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64;
+
+    /// Adds second derivatives (blocks `∂²U/∂x_i∂x_j`, j ≥ i) to `into`, those of low rank left out.
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    );
+
+    /// Adds the pairs of vertices that are coupled at `shape` though they are further apart than
+    /// [`Coupling::rings`]; for [`Coupling::pairs`].
+    fn pairs(&self, _shape: &Shape<'_>, _work: &mut Self::Work, _pairs: &mut Vec<[u32; 2]>) {}
+
+    /// Adds second derivatives that couple all vertices; for [`Coupling::low_rank`]. The
+    /// positive part has those with a positive stiffness alone.
+    fn low_rank(
+        &self,
+        _shape: &Shape<'_>,
+        _work: &mut Self::Work,
+        _part: HessianPart,
+        _terms: &mut Vec<LowRank>,
+    ) {
+    }
+
+    /// The largest share of the way from `from` in direction `way` that it allows, up to 1: for energies
+    /// that are infinite beyond, as those of contact; for [`Coupling::limits_steps`].
+    fn largest_step(&self, _from: &Shape<'_>, _work: &mut Self::Work, _way: &[Vec3]) -> f64 {
+        1.0
+    }
+
+    /// Hands all `∂²U/∂x_i∂l̄_e` that can be different from zero to `emit` as (i, e, vector): how the
+    /// forces change with the optimal lengths. Which pairs come in which order depends on the sheet
+    /// alone; a pair may come more than once, and then counts as the sum. Nothing for an energy
+    /// that knows no optimal lengths.
+    fn metric_derivatives(
+        &self,
+        _shape: &Shape<'_>,
+        _work: &mut Self::Work,
+        _emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+    }
+
+    /// Size of the force on a vertex at unit strain, for tolerances; 0 if it has none.
+    fn force_scale(&self, _conditions: &Conditions<'_>) -> f64 {
+        0.0
+    }
+
+    /// Largest force on a vertex that is given from outside, as it is on the sheet at rest; 0 if
+    /// none is.
+    fn applied_force(&self) -> f64 {
+        0.0
+    }
+}
+
+/// An energy of any type, as a model holds it.
+pub struct EnergyTerm(Box<dyn AnyEnergy>);
+
+impl std::fmt::Debug for EnergyTerm {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("EnergyTerm").field(&self.name()).finish()
+    }
+}
+
+impl EnergyTerm {
+    /// Holds `energy`.
+    #[must_use]
+    pub fn new(energy: impl Energy) -> Self {
+        Self(Box::new(energy))
+    }
+}
+
+impl std::ops::Deref for EnergyTerm {
+    type Target = dyn AnyEnergy;
+
+    fn deref(&self) -> &Self::Target {
+        self.0.as_ref()
+    }
+}
+
+/// Memory of an [`EnergyTerm`].
+pub type Work = Box<dyn Any + Send>;
+
+/// [`Energy`] with its memory behind a pointer; each method is the one of the same name.
+#[allow(missing_docs)]
+pub trait AnyEnergy: Send + Sync {
+    fn work(&self) -> Work;
+    fn name(&self) -> &str;
+    fn coupling(&self) -> Coupling;
+    fn depends_on_time(&self) -> bool;
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Work);
+    fn evaluate(&self, shape: &Shape<'_>, work: &mut Work, gradient: Option<&mut [Vec3]>) -> f64;
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    );
+    fn pairs(&self, shape: &Shape<'_>, work: &mut Work, pairs: &mut Vec<[u32; 2]>);
+    fn low_rank(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        part: HessianPart,
+        terms: &mut Vec<LowRank>,
+    );
+    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, way: &[Vec3]) -> f64;
+    fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    );
+    fn force_scale(&self, conditions: &Conditions<'_>) -> f64;
+    fn applied_force(&self) -> f64;
+}
+
+/// The memory as the type that it was made with. Memory of another energy is replaced by new: it can
+/// hold nothing that this one has prepared.
+fn own<W: Default + Send + 'static>(work: &mut Work) -> &mut W {
+    if !work.is::<W>() {
+        *work = Box::new(W::default());
+    }
+    work.downcast_mut().unwrap_or_else(|| unreachable!("it was just made of this type"))
+}
+
+impl<E: Energy> AnyEnergy for E {
+    fn work(&self) -> Work {
+        Box::new(E::Work::default())
+    }
+
+    fn name(&self) -> &str {
+        Energy::name(self)
+    }
+
+    fn coupling(&self) -> Coupling {
+        Energy::coupling(self)
+    }
+
+    fn depends_on_time(&self) -> bool {
+        Energy::depends_on_time(self)
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Work) {
+        Energy::prepare(self, conditions, own(work));
+    }
+
+    fn evaluate(&self, shape: &Shape<'_>, work: &mut Work, gradient: Option<&mut [Vec3]>) -> f64 {
+        Energy::evaluate(self, shape, own(work), gradient)
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        Energy::add_hessian(self, shape, own(work), part, into);
+    }
+
+    fn pairs(&self, shape: &Shape<'_>, work: &mut Work, pairs: &mut Vec<[u32; 2]>) {
+        Energy::pairs(self, shape, own(work), pairs);
+    }
+
+    fn low_rank(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        part: HessianPart,
+        terms: &mut Vec<LowRank>,
+    ) {
+        Energy::low_rank(self, shape, own(work), part, terms);
+    }
+
+    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, way: &[Vec3]) -> f64 {
+        Energy::largest_step(self, from, own(work), way)
+    }
+
+    fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        Energy::metric_derivatives(self, shape, own(work), emit);
+    }
+
+    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
+        Energy::force_scale(self, conditions)
+    }
+
+    fn applied_force(&self) -> f64 {
+        Energy::applied_force(self)
+    }
+}

@@ -1,0 +1,166 @@
+//! What a scene lists, what that is bound to, and what comes of it.
+
+use super::energy::{Energy, EnergyTerm};
+use super::transport::{Transport, TransportTerm};
+use crate::geometry::AreaRule;
+use crate::kinetics::{Descriptor, Location};
+use crate::sheet::Sheet;
+
+/// Material of the sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Young's modulus E, stress.
+    pub young: f64,
+    /// Poisson's ratio ν.
+    pub poisson: f64,
+    /// Thickness h, length.
+    pub thickness: f64,
+}
+
+impl Material {
+    /// Stretching modulus `Y = E h/(1-ν²)`, force per length, as the paper defines it.
+    #[must_use]
+    pub fn stretching_modulus(&self) -> f64 {
+        self.young * self.thickness / (1.0 - self.poisson * self.poisson)
+    }
+
+    /// Bending rigidity `B = E h³/(12(1-ν²))`, energy.
+    #[must_use]
+    pub fn bending_rigidity(&self) -> f64 {
+        self.stretching_modulus() * self.thickness * self.thickness / 12.0
+    }
+}
+
+/// What an effect needs of a scene besides its sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Needs {
+    /// The table `[material]`.
+    pub material: bool,
+    /// Species, from the table `[kinetics]`.
+    pub species: bool,
+}
+
+/// An effect as a scene lists it: its kind and parameters, not yet bound to a sheet.
+#[typetag::serde(tag = "kind")]
+pub trait EffectSpec: std::fmt::Debug + Send + Sync {
+    /// What the effect is called in results.
+    fn name(&self) -> String;
+
+    /// What it needs of the scene: without that, the scene is refused before anything is built.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    /// The rule by which it gives areas to vertices, if it has one: the scene's signals, fields and
+    /// reports then go by the same.
+    fn vertex_area(&self) -> Option<AreaRule> {
+        None
+    }
+
+    /// Binds it to a sheet, a material and the species there are.
+    ///
+    /// # Errors
+    /// A parameter that does not fit the sheet or the kinetics.
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError>;
+
+    /// What it does there that the author of a scene may not have meant.
+    fn notes(&self, _context: &EffectContext<'_>) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+crate::family!(dyn EffectSpec, "effect", "kind");
+
+/// What an effect is bound to.
+#[derive(Clone, Copy)]
+pub struct EffectContext<'a> {
+    /// The sheet in its rest state.
+    pub sheet: &'a Sheet,
+    /// Its material, if the scene has one.
+    pub material: Option<&'a Material>,
+    /// Species, if the scene has kinetics.
+    pub kinetics: Option<(&'a Descriptor, Location)>,
+    /// What the values of species are per.
+    pub measure: Measure,
+}
+
+impl<'a> EffectContext<'a> {
+    /// The material.
+    ///
+    /// # Errors
+    /// If there is none: an effect that asks for it declares that in [`EffectSpec::needs`], and the
+    /// scene is then refused earlier.
+    pub fn material(&self) -> Result<&'a Material, EffectError> {
+        self.material.ok_or_else(|| EffectError {
+            key: "kind",
+            message: "this effect needs a [material], which the scene lacks".into(),
+            help: Some("add [material] with young, poisson and thickness".into()),
+        })
+    }
+}
+
+/// What a species' value is an amount per.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measure {
+    /// Current area; growth does not dilute (the paper has no dilution term).
+    #[default]
+    Concentration,
+    /// Rest area; growth dilutes, and the total is conserved.
+    Amount,
+}
+
+/// A parameter of an effect that does not fit, with the key to blame.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct EffectError {
+    /// The key in the effect's table.
+    pub key: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+/// The error for a key that `model` does not have, but `other` has.
+pub(super) fn misplaced(key: &'static str, model: &str, reason: &str, other: &str) -> EffectError {
+    EffectError {
+        key,
+        message: format!("model = \"{model}\" has no {key}: it {reason}"),
+        help: Some(format!("leave {key} out, or choose model = \"{other}\"")),
+    }
+}
+
+/// For every vertex the directions that are fixed.
+pub type Pins = Vec<[bool; 3]>;
+
+/// What an effect brings to a model: any of these, and of each as many as it likes.
+#[derive(Default)]
+pub struct Effect {
+    /// Energies.
+    pub energies: Vec<EnergyTerm>,
+    /// Directions that are fixed.
+    pub pins: Option<Pins>,
+    /// Transports of species.
+    pub transports: Vec<TransportTerm>,
+}
+
+impl Effect {
+    /// With an energy.
+    #[must_use]
+    pub fn energy(energy: impl Energy) -> Self {
+        Self { energies: vec![EnergyTerm::new(energy)], ..Self::default() }
+    }
+
+    /// With fixed directions.
+    #[must_use]
+    pub fn pins(pins: Pins) -> Self {
+        Self { pins: Some(pins), ..Self::default() }
+    }
+
+    /// With a transport.
+    #[must_use]
+    pub fn transport(transport: impl Transport) -> Self {
+        Self { transports: vec![TransportTerm::new(transport)], ..Self::default() }
+    }
+}

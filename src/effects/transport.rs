@@ -1,0 +1,148 @@
+//! What moves a species about.
+
+use std::any::Any;
+
+use crate::Vec3;
+use crate::sheet::Sheet;
+
+/// Transport of one species, `dc/dt = … + transport(c)`, linear in c.
+///
+/// It is immutable; what it is on a given shape is an [`Transport::Operator`] of its own.
+pub trait Transport: Send + Sync + 'static {
+    /// The transport on one shape, and the memory for it.
+    type Operator: Default + Send + Sync + 'static;
+
+    /// Number of the species in the kinetics' descriptor.
+    fn species(&self) -> usize;
+
+    /// Makes `operator` that of the shape `x`.
+    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Self::Operator);
+
+    /// Adds the rate of change to `out`.
+    fn add_rate(&self, sheet: &Sheet, operator: &Self::Operator, c: &[f64], out: &mut [f64]);
+
+    /// A bound on the largest decay rate, 1/time.
+    fn spectral_bound(&self, operator: &Self::Operator) -> f64;
+
+    /// Hands the matrix of the transport to `emit` as (point, by point, value); order and pairs
+    /// depend on the sheet alone, pairs may come more than once.
+    fn entries(
+        &self,
+        sheet: &Sheet,
+        operator: &Self::Operator,
+        emit: &mut dyn FnMut(usize, usize, f64),
+    );
+
+    /// Hands the derivatives of the rate at `c` by positions to `emit` as (point, by vertex, vector),
+    /// in an order that depends on the sheet alone; `x` is the shape of `operator`. Nothing for a
+    /// transport that leaves them out: implicit methods then see them through the residual alone.
+    fn shape_derivatives(
+        &self,
+        _sheet: &Sheet,
+        _operator: &Self::Operator,
+        _x: &[Vec3],
+        _c: &[f64],
+        _emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+    }
+}
+
+/// A transport of any type, as a model holds it.
+pub struct TransportTerm(Box<dyn AnyTransport>);
+
+impl std::fmt::Debug for TransportTerm {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("TransportTerm").field(&self.species()).finish()
+    }
+}
+
+impl TransportTerm {
+    /// Holds `transport`.
+    #[must_use]
+    pub fn new(transport: impl Transport) -> Self {
+        Self(Box::new(Held(transport)))
+    }
+
+    /// On the shape `x`.
+    #[must_use]
+    pub fn at(&self, sheet: &Sheet, x: &[Vec3]) -> Operator {
+        let mut operator = self.0.operator();
+        self.0.assemble(sheet, x, &mut operator);
+        operator
+    }
+}
+
+impl std::ops::Deref for TransportTerm {
+    type Target = dyn AnyTransport;
+
+    fn deref(&self) -> &Self::Target {
+        self.0.as_ref()
+    }
+}
+
+/// A transport on one shape.
+pub type Operator = Box<dyn Any + Send + Sync>;
+
+/// [`Transport`] with its operator behind a pointer; each method is the one of the same name.
+#[allow(missing_docs)]
+pub trait AnyTransport: Send + Sync {
+    fn operator(&self) -> Operator;
+    fn species(&self) -> usize;
+    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator);
+    fn add_rate(&self, sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
+    fn spectral_bound(&self, operator: &Operator) -> f64;
+    fn entries(&self, sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));
+    fn shape_derivatives(
+        &self,
+        sheet: &Sheet,
+        operator: &Operator,
+        x: &[Vec3],
+        c: &[f64],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    );
+}
+
+struct Held<T>(T);
+
+fn own<O: 'static>(operator: &Operator) -> &O {
+    operator.downcast_ref().unwrap_or_else(|| unreachable!("operators stay with their transport"))
+}
+
+impl<T: Transport> AnyTransport for Held<T> {
+    fn operator(&self) -> Operator {
+        Box::new(T::Operator::default())
+    }
+
+    fn species(&self) -> usize {
+        self.0.species()
+    }
+
+    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator) {
+        if let Some(operator) = operator.downcast_mut() {
+            self.0.assemble(sheet, x, operator);
+        }
+    }
+
+    fn add_rate(&self, sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]) {
+        self.0.add_rate(sheet, own(operator), c, out);
+    }
+
+    fn spectral_bound(&self, operator: &Operator) -> f64 {
+        self.0.spectral_bound(own(operator))
+    }
+
+    fn entries(&self, sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64)) {
+        self.0.entries(sheet, own(operator), emit);
+    }
+
+    fn shape_derivatives(
+        &self,
+        sheet: &Sheet,
+        operator: &Operator,
+        x: &[Vec3],
+        c: &[f64],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        self.0.shape_derivatives(sheet, own(operator), x, c, emit);
+    }
+}

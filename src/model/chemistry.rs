@@ -1,0 +1,421 @@
+//! The chemical half of a model: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
+
+use std::sync::Arc;
+
+use super::flagged::Flagged;
+use super::parameters::{ParameterFields, column};
+use super::signals::Signals;
+use crate::Vec3;
+use crate::effects::{Measure, Operator, TransportTerm};
+use crate::geometry::FaceVertexAverage;
+use crate::kinetics::{
+    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
+};
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// Kinetics on a sheet, with the transport of its species.
+pub struct Chemistry {
+    kinetics: Arc<dyn Kinetics>,
+    parameters: ParameterFields,
+    location: Location,
+    signals: Signals,
+    transports: Vec<TransportTerm>,
+    measure: Measure,
+    flagged: Flagged,
+}
+
+/// What of the chemistry depends on the shape alone.
+#[derive(Default)]
+pub struct Surface {
+    /// How values on faces are carried to vertices, if species live there.
+    pub average: Option<FaceVertexAverage>,
+    /// The transports, in the order of [`Chemistry::transports`].
+    pub operators: Vec<Operator>,
+}
+
+/// The columns of the signals, in the order of the descriptor.
+pub type SignalColumns = Vec<Vec<f64>>;
+
+/// Values at vertices, of values where species live.
+fn at_vertices(sheet: &Sheet, average: Option<&FaceVertexAverage>, values: &[f64]) -> Vec<f64> {
+    let Some(average) = average else { return values.to_vec() };
+    let mut out = vec![0.0; sheet.vertex_count()];
+    average.apply(sheet, values, &mut out);
+    out
+}
+
+/// Means of the two ends of every edge.
+fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
+    let edges = sheet.edges();
+    let mut mean = vec![0.0; edges.len()];
+    parallel::fill(&mut mean, |e| {
+        let [a, b] = edges[e].vertices;
+        0.5 * (at_vertices[a as usize] + at_vertices[b as usize])
+    });
+    mean
+}
+
+impl Chemistry {
+    /// Puts `kinetics` on `sheet`.
+    #[must_use]
+    pub fn new(
+        sheet: &Sheet,
+        kinetics: Arc<dyn Kinetics>,
+        mut parameters: ParameterFields,
+        location: Location,
+        signals: Signals,
+        transports: Vec<TransportTerm>,
+        measure: Measure,
+    ) -> Self {
+        if kinetics.descriptor().capabilities.length_factor {
+            let average = (location == Location::Face).then(|| FaceVertexAverage::new(sheet));
+            let at_edges = |values: &Vec<f64>| {
+                if values.len() == 1 {
+                    return values.clone();
+                }
+                edge_means(sheet, &at_vertices(sheet, average.as_ref(), values))
+            };
+            parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
+        }
+        let flagged = Flagged::default();
+        Self { kinetics, parameters, location, signals, transports, measure, flagged }
+    }
+
+    /// What the kinetics says about itself.
+    #[must_use]
+    pub fn descriptor(&self) -> &Descriptor {
+        self.kinetics.descriptor()
+    }
+
+    /// Where parameters differ from place to place.
+    #[must_use]
+    pub fn parameters(&self) -> &ParameterFields {
+        &self.parameters
+    }
+
+    /// What the values of species are per.
+    #[must_use]
+    pub fn measure(&self) -> Measure {
+        self.measure
+    }
+
+    /// Where species live.
+    #[must_use]
+    pub fn location(&self) -> Location {
+        self.location
+    }
+
+    /// The signals in use.
+    #[must_use]
+    pub fn signals(&self) -> &Signals {
+        &self.signals
+    }
+
+    /// Whether the kinetics reads strains, which compare areas with optimal ones.
+    #[must_use]
+    pub fn reads_strain(&self) -> bool {
+        let wanted = self.signals.wanted();
+        wanted.contains(&Signal::AreaStrain) || wanted.contains(&Signal::Tension)
+    }
+
+    /// How many points carry species.
+    #[must_use]
+    pub fn points(&self, sheet: &Sheet) -> usize {
+        match self.location {
+            Location::Vertex => sheet.vertex_count(),
+            Location::Face => sheet.triangle_count(),
+            Location::Edge => sheet.edges().len(),
+        }
+    }
+
+    /// Evaluates how values on faces are carried to vertices on the shape `x`.
+    pub fn average(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
+        if self.location == Location::Face {
+            surface.average.get_or_insert_default().update(sheet, x);
+        }
+    }
+
+    /// Evaluates the transports on the shape `x`.
+    pub fn transport(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
+        surface.operators.truncate(self.transports.len());
+        for (k, term) in self.transports.iter().enumerate() {
+            match surface.operators.get_mut(k) {
+                Some(operator) => term.assemble(sheet, x, operator),
+                None => surface.operators.push(term.at(sheet, x)),
+            }
+        }
+    }
+
+    /// The species carried to the vertices (as they are, if they live there).
+    #[must_use]
+    pub fn at_vertices(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        species.iter().map(|c| at_vertices(sheet, surface.average.as_ref(), c)).collect()
+    }
+
+    /// Length factor Φ at every edge, from the mean of the species at its two ends; `None` if the
+    /// kinetics gives none.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a factor that is no positive number.
+    pub fn length_factor(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<f64>>, KineticsError> {
+        if !self.descriptor().capabilities.length_factor {
+            return Ok(None);
+        }
+        self.factor_at(Location::Edge, &self.at_edges(sheet, surface, species)).map(Some)
+    }
+
+    /// ∂Φ/∂c at every edge, one column a species; `None` if the kinetics gives no length factor.
+    ///
+    /// # Errors
+    /// As for [`Chemistry::length_factor`].
+    pub fn length_factor_slopes(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<Vec<f64>>>, KineticsError> {
+        if !self.descriptor().capabilities.length_factor {
+            return Ok(None);
+        }
+        let at_edges = self.at_edges(sheet, surface, species);
+        let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
+        let (location, count) = (Location::Edge, sheet.edges().len());
+        let parameters = self.parameters.columns(location, count);
+        let batch = Batch {
+            location,
+            first: 0,
+            count,
+            species: &columns,
+            signals: &[],
+            parameters: &parameters,
+        };
+        let mut factor = vec![1.0; count];
+        let mut slopes = vec![vec![0.0; count]; species.len()];
+        let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
+        let law = self.kinetics.as_ref();
+        let outcome = field::length_factor_partials(law, &batch, &mut factor, &mut out);
+        self.flagged.note(location, outcome)?;
+        Ok(Some(slopes))
+    }
+
+    /// Means of the ends of every edge.
+    fn at_edges(&self, sheet: &Sheet, surface: &Surface, species: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.at_vertices(sheet, surface, species).iter().map(|c| edge_means(sheet, c)).collect()
+    }
+
+    /// Hands the points whose values make up the value at `vertex` to `each`, with their shares.
+    pub fn sources_of_vertex(
+        sheet: &Sheet,
+        surface: &Surface,
+        vertex: usize,
+        mut each: impl FnMut(usize, f64),
+    ) {
+        match &surface.average {
+            None => each(vertex, 1.0),
+            Some(average) => {
+                for &(t, k) in sheet.vertex_triangles().of(vertex) {
+                    let (t, k) = (t as usize, k as usize);
+                    each(t, average.share(t, k, vertex));
+                }
+            }
+        }
+    }
+
+    /// Length factor Φ where the species live.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a factor that is no positive number.
+    pub fn point_length_factor(&self, species: &[Vec<f64>]) -> Result<Vec<f64>, KineticsError> {
+        self.factor_at(self.location, species)
+    }
+
+    fn factor_at(
+        &self,
+        location: Location,
+        species: &[Vec<f64>],
+    ) -> Result<Vec<f64>, KineticsError> {
+        let columns: Vec<Column<'_>> = species.iter().map(Into::into).collect();
+        let count = species.first().map_or(0, Vec::len);
+        let parameters = self.parameters.columns(location, count);
+        let batch = Batch {
+            location,
+            first: 0,
+            count,
+            species: &columns,
+            signals: &[],
+            parameters: &parameters,
+        };
+        let mut factor = vec![1.0; count];
+        if self.descriptor().capabilities.length_factor {
+            let outcome = field::length_factor(self.kinetics.as_ref(), &batch, &mut factor);
+            self.flagged.note(location, outcome)?;
+        }
+        Ok(factor)
+    }
+
+    fn batch<R>(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+        f: impl FnOnce(&Batch<'_>) -> R,
+    ) -> R {
+        let count = species.first().map_or(0, |c| c.len());
+        let species: Vec<Column<'_>> = species.iter().map(|c| (*c).into()).collect();
+        let signals: Vec<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
+        let parameters = self.parameters.columns(self.location, count);
+        f(&Batch {
+            location: self.location,
+            first: 0,
+            count,
+            species: &species,
+            signals: &signals,
+            parameters: &parameters,
+        })
+    }
+
+    /// Reaction rates R at every point, one column a species.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn reaction(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+        out: &mut [&mut [f64]],
+    ) -> Result<(), KineticsError> {
+        let law = self.kinetics.as_ref();
+        let outcome = self.batch(species, signals, |batch| field::rates(law, batch, out));
+        self.flagged.note(self.location, outcome)
+    }
+
+    /// Which results the law has flagged, or given wrongly, on the way; each kind is reported once.
+    #[must_use]
+    pub fn flagged(&self) -> &Flagged {
+        &self.flagged
+    }
+
+    /// The observables at every point, one column each.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn observe(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+    ) -> Result<Vec<Vec<f64>>, KineticsError> {
+        let count = species.first().map_or(0, |c| c.len());
+        // What a law leaves unwritten must not be taken for a result.
+        let mut all = vec![vec![f64::NAN; count]; self.descriptor().observables.len()];
+        let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
+        self.batch(species, signals, |batch| {
+            field::observe(self.kinetics.as_ref(), batch, &mut out)
+        })?;
+        Ok(all)
+    }
+
+    /// Hands the law's inputs at all points to `look`.
+    pub fn look<R>(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+        look: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
+    ) -> R {
+        self.batch(species, signals, |batch| look(self.kinetics.as_ref(), batch))
+    }
+
+    /// Partial derivatives of the reaction rates, column `s · inputs + j` for rate s by input j:
+    /// species, then signal columns.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn reaction_partials(
+        &self,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+    ) -> Result<field::Columns, KineticsError> {
+        let count = species.first().map_or(0, |c| c.len());
+        let (n, inputs) = (species.len(), self.descriptor().inputs());
+        let mut rates = field::Columns::new(n, count);
+        let mut partials = field::Columns::new(n * inputs, count);
+        let outcome = self.batch(species, signals, |batch| {
+            field::rate_partials(
+                self.kinetics.as_ref(),
+                batch,
+                &mut rates.slices_mut(),
+                &mut partials.slices_mut(),
+            )
+        });
+        self.flagged.note(self.location, outcome)?;
+        Ok(partials)
+    }
+
+    /// `D Δ_x c + R` of every species on `surface`.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn rates(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+        signals: &SignalColumns,
+        out: &mut Vec<Vec<f64>>,
+    ) -> Result<(), KineticsError> {
+        out.resize_with(species.len(), Vec::new);
+        for (out, c) in out.iter_mut().zip(species) {
+            out.clear();
+            out.resize(c.len(), 0.0);
+        }
+        let c: Vec<&[f64]> = species.iter().map(Vec::as_slice).collect();
+        let mut r: Vec<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
+        self.reaction(&c, signals, &mut r)?;
+        for (term, operator) in self.transports.iter().zip(&surface.operators) {
+            let which = term.species();
+            term.add_rate(sheet, operator, c[which], r[which]);
+        }
+        Ok(())
+    }
+
+    /// A bound on the spectral radius of the rates by the species: diffusion by its own bound,
+    /// reaction by the largest row sum of |∂R/∂c|.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn spectral_bound(
+        &self,
+        surface: &Surface,
+        species: &[&[f64]],
+        signals: &SignalColumns,
+    ) -> Result<f64, KineticsError> {
+        let count = species.first().map_or(0, |c| c.len());
+        let (n, inputs) = (species.len(), self.descriptor().inputs());
+        let partials = self.reaction_partials(species, signals)?;
+        let mut reaction: f64 = 0.0;
+        for s in 0..n {
+            let row = |p: usize| -> f64 {
+                (0..n).map(|j| partials.column(s * inputs + j)[p].abs()).sum()
+            };
+            reaction = reaction.max(parallel::max(count, row));
+        }
+        let each = self.transports.iter().zip(&surface.operators);
+        let diffusion = each.map(|(t, operator)| t.spectral_bound(operator)).fold(0.0, f64::max);
+        Ok(reaction.max(0.0) + diffusion)
+    }
+
+    /// The transport effects.
+    #[must_use]
+    pub fn transports(&self) -> &[TransportTerm] {
+        &self.transports
+    }
+}

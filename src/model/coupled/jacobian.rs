@@ -1,0 +1,287 @@
+//! ∂F/∂y of the coupled system, assembled from what effects, signals and kinetics know.
+//!
+//! Optimal lengths l̄ stand between chemistry and shape, so the Jacobian is a sum and a product:
+//!
+//! ```text
+//! ∂F/∂y = ∂F/∂y|_l̄ + (∂F/∂l̄) (∂l̄/∂y)
+//!
+//! ∂F_x/∂x|_l̄ = -H                        ∂F_x/∂l̄ = -∂²U/∂x∂l̄
+//! ∂F_c/∂x|_l̄ = ∂R/∂s ∂s/∂x + D ∂(Δ_x c)/∂x    ∂F_c/∂l̄ = ∂R/∂s ∂s/∂l̄
+//! ∂F_c/∂c|_l̄ = ∂R/∂c + D Δ_x             ∂l̄_e/∂c = l⁰_e Φ'(c_e) ∂c_e/∂c
+//! ```
+//!
+//! `c_e` is the mean of the ends of a bond; species on faces are carried there by averages that
+//! depend on x, so that then ∂l̄/∂x is there too.
+
+use super::Layout;
+use crate::Vec3;
+use crate::effects::HessianPart;
+use crate::kinetics::field::Columns;
+use crate::linear::{Assembly, BlockMatrix, Entries, Sparse, SumOfProduct};
+use crate::model::{
+    Chemistry, Derivatives, Model, ModelError, Potential, SignalColumns, State, Surface,
+};
+
+/// The Jacobian with everything that it is assembled from.
+#[derive(Default)]
+pub(super) struct Jacobian {
+    hessian: Option<BlockMatrix>,
+    /// Made with the first values; the pattern stays.
+    sums: Option<Sums>,
+    nothing: Sparse,
+}
+
+struct Sums {
+    direct: Assembly,
+    lengths: Option<Lengths>,
+}
+
+/// What goes through the optimal lengths.
+struct Lengths {
+    of_residual: Assembly,
+    of_unknowns: Assembly,
+    total: SumOfProduct,
+}
+
+/// The model at the state, as far as the unknowns depend on it.
+pub(super) struct Inputs<'a> {
+    /// Without one, the shape and the signals are given.
+    pub potential: Option<&'a mut Potential>,
+    pub surface: &'a Surface,
+    pub signals: &'a SignalColumns,
+}
+
+/// Everything at one state.
+struct Values<'a> {
+    layout: &'a Layout,
+    state: &'a State,
+    surface: &'a Surface,
+    hessian: Option<&'a BlockMatrix>,
+    /// The laws, where species are unknowns, with ∂R/∂(species, signals).
+    chemistry: Option<(&'a Chemistry, Columns)>,
+    /// ∂Φ/∂c at the edges.
+    factor_slopes: Option<Vec<Vec<f64>>>,
+}
+
+impl Jacobian {
+    /// Evaluates it at a state.
+    pub(super) fn fill(
+        &mut self,
+        model: &Model,
+        layout: &Layout,
+        state: &State,
+        inputs: Inputs<'_>,
+    ) -> Result<(), ModelError> {
+        let Inputs { mut potential, surface, signals } = inputs;
+        if layout.mechanical() > 0
+            && let Some(potential) = &mut potential
+        {
+            let pattern = potential.pattern(&state.x);
+            let hessian = self.hessian.get_or_insert_with(|| BlockMatrix::zeros(pattern));
+            potential.hessian(&state.x, HessianPart::Full, hessian)?;
+        }
+        let sheet = model.sheet();
+        let hessian = self.hessian.as_ref();
+        let mut at =
+            Values { layout, state, surface, hessian, chemistry: None, factor_slopes: None };
+        if let Some(chemistry) = model.chemistry().filter(|_| layout.species() > 0) {
+            let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+            at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
+            // Lengths that nothing feels need no derivatives.
+            if layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain() {
+                let species = &state.species;
+                at.factor_slopes = chemistry.length_factor_slopes(sheet, surface, species)?;
+            }
+        }
+        let n = layout.unknowns();
+        let edges = sheet.edges().len();
+        let mut potential = potential;
+        let mut direct =
+            |entries: &mut Entries<'_>| direct(potential.as_deref(), model, &at, entries);
+        match &mut self.sums {
+            Some(sums) => sums.direct.fill(&mut direct),
+            None => {
+                let direct = Assembly::new(n, n, &mut direct);
+                self.sums = Some(Sums { direct, lengths: None });
+            }
+        }
+        let Some(sums) = &mut self.sums else { return Ok(()) };
+        if let (Some(_), Some(potential)) = (&at.factor_slopes, &mut potential) {
+            let potential: &mut Potential = potential;
+            if sums.lengths.is_none() {
+                let of_residual = Assembly::new(n, edges, |entries| {
+                    residual_by_lengths(potential, &at, entries);
+                });
+                let of_unknowns = Assembly::new(edges, n, |entries| {
+                    lengths_by_unknowns(potential, &at, entries);
+                });
+                let total = SumOfProduct::new(
+                    sums.direct.matrix(),
+                    of_residual.matrix(),
+                    of_unknowns.matrix(),
+                );
+                sums.lengths = Some(Lengths { of_residual, of_unknowns, total });
+            }
+            if let Some(Lengths { of_residual, of_unknowns, total }) = &mut sums.lengths {
+                of_residual.fill(|entries| residual_by_lengths(potential, &at, entries));
+                of_unknowns.fill(|entries| lengths_by_unknowns(potential, &at, entries));
+                total.fill(sums.direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn matrix(&self) -> &Sparse {
+        match &self.sums {
+            Some(Sums { lengths: Some(lengths), .. }) => lengths.total.matrix(),
+            Some(Sums { direct, .. }) => direct.matrix(),
+            None => &self.nothing,
+        }
+    }
+}
+
+/// ∂F/∂y at fixed optimal lengths.
+fn direct(
+    potential: Option<&Potential>,
+    model: &Model,
+    at: &Values<'_>,
+    entries: &mut Entries<'_>,
+) {
+    let layout = at.layout;
+    if let Some(hessian) = at.hessian {
+        let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
+        for i in 0..places.len() {
+            for (&j, block) in hessian.pattern().row(i).iter().zip(hessian.row(i)) {
+                let j = j as usize;
+                for (a, row) in places[i].into_iter().enumerate() {
+                    for (b, column) in places[j].into_iter().enumerate() {
+                        if let (Some(row), Some(column)) = (row, column) {
+                            entries.add(row, column, -block[(a, b)]);
+                            if j != i {
+                                entries.add(column, row, -block[(a, b)]);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let Some((chemistry, partials)) = &at.chemistry else { return };
+    let (species, inputs) = (layout.species(), chemistry.descriptor().inputs());
+    for point in 0..layout.points() {
+        for s in 0..species {
+            for j in 0..species {
+                let value = partials.column(s * inputs + j)[point];
+                entries.add(layout.concentration(s, point), layout.concentration(j, point), value);
+            }
+        }
+    }
+    let sheet = model.sheet();
+    for (transport, operator) in chemistry.transports().iter().zip(&at.surface.operators) {
+        let s = transport.species();
+        transport.entries(sheet, operator, &mut |i, j, value| {
+            entries.add(layout.concentration(s, i), layout.concentration(s, j), value);
+        });
+        if layout.mechanical() > 0 {
+            let (x, c) = (&at.state.x, &at.state.species[s]);
+            transport.shape_derivatives(sheet, operator, x, c, &mut |i, vertex, by| {
+                add_vector(layout, entries, layout.concentration(s, i), vertex, by);
+            });
+        }
+    }
+    if layout.mechanical() > 0
+        && let Some(potential) = potential
+    {
+        let mut sink = BySignals { layout, partials, inputs, entries, lengths: false };
+        chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
+    }
+}
+
+fn add_vector(layout: &Layout, entries: &mut Entries<'_>, row: usize, vertex: usize, by: Vec3) {
+    for axis in 0..3 {
+        if let Some(column) = layout.displacement(vertex, axis) {
+            entries.add(row, column, by[axis]);
+        }
+    }
+}
+
+/// Turns derivatives of signals into those of the rates.
+struct BySignals<'a, 'b, 'c> {
+    layout: &'a Layout,
+    partials: &'a Columns,
+    inputs: usize,
+    entries: &'b mut Entries<'c>,
+    /// Whether derivatives by lengths are wanted, or those by positions.
+    lengths: bool,
+}
+
+impl BySignals<'_, '_, '_> {
+    /// The row of the rate of species `s` at `point`, and its derivative by a signal there.
+    fn rate(&self, s: usize, column: usize, point: usize) -> (usize, f64) {
+        let entry = s * self.inputs + self.layout.species() + column;
+        (self.layout.concentration(s, point), self.partials.column(entry)[point])
+    }
+}
+
+impl Derivatives for BySignals<'_, '_, '_> {
+    fn by_position(&mut self, column: usize, point: usize, vertex: usize, value: Vec3) {
+        if !self.lengths {
+            for s in 0..self.layout.species() {
+                let (row, slope) = self.rate(s, column, point);
+                add_vector(self.layout, self.entries, row, vertex, slope * value);
+            }
+        }
+    }
+
+    fn by_length(&mut self, column: usize, point: usize, edge: usize, value: f64) {
+        if self.lengths {
+            for s in 0..self.layout.species() {
+                let (row, slope) = self.rate(s, column, point);
+                self.entries.add(row, edge, slope * value);
+            }
+        }
+    }
+}
+
+/// ∂F/∂l̄.
+fn residual_by_lengths(potential: &mut Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
+    let layout = at.layout;
+    if layout.mechanical() > 0 {
+        potential.metric_derivatives(&at.state.x, &mut |vertex, edge, by| {
+            for axis in 0..3 {
+                if let Some(row) = layout.displacement(vertex, axis) {
+                    entries.add(row, edge, -by[axis]);
+                }
+            }
+        });
+    }
+    let Some((chemistry, partials)) = &at.chemistry else { return };
+    let inputs = chemistry.descriptor().inputs();
+    let mut sink = BySignals { layout, partials, inputs, entries, lengths: true };
+    chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
+}
+
+/// ∂l̄/∂y.
+fn lengths_by_unknowns(potential: &Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
+    let Some(slopes) = &at.factor_slopes else { return };
+    let (layout, sheet) = (at.layout, potential.sheet());
+    let reference = potential.metric().reference_length();
+    for (s, slope) in slopes.iter().enumerate() {
+        for (e, edge) in sheet.edges().iter().enumerate() {
+            let by_end = 0.5 * reference[e] * slope[e];
+            for v in edge.vertices {
+                Chemistry::sources_of_vertex(sheet, at.surface, v as usize, |point, share| {
+                    entries.add(e, layout.concentration(s, point), by_end * share);
+                });
+                if layout.mechanical() > 0
+                    && let Some(average) = &at.surface.average
+                {
+                    let c = &at.state.species[s];
+                    average.shape_derivatives(sheet, &at.state.x, c, v as usize, |m, by| {
+                        add_vector(layout, entries, e, m, by_end * by);
+                    });
+                }
+            }
+        }
+    }
+}

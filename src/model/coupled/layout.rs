@@ -1,0 +1,142 @@
+//! Which unknown of the coupled system is what.
+
+use super::super::rigid::{free_motions, holding};
+use super::super::{Model, State};
+use super::Part;
+use crate::Vec3;
+use crate::num::index;
+
+/// Stands for a direction that is held.
+const HELD: u32 = u32::MAX;
+
+/// Places of displacements and species among the unknowns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    /// For every vertex and axis its place, or [`HELD`].
+    place: Vec<[u32; 3]>,
+    mechanical: usize,
+    points: usize,
+    species: usize,
+}
+
+impl Layout {
+    /// Of the unknowns of `part`: free directions first (none if the shape never moves), then species
+    /// point by point. If the shape is `still`, without storage, rigid motions are held too.
+    pub(super) fn new(model: &Model, part: Part, still: bool) -> Self {
+        let moves = model.moves() && part != Part::Chemistry;
+        let mechanics = model.mechanics();
+        let mut pins = mechanics.pins().clone();
+        if moves && still {
+            // Without storage the rows of forces say nothing about rigid motions.
+            let (motions, _) = free_motions(mechanics.sheet().rest(), &pins, |_| 1.0);
+            for (vertex, axis) in holding(&motions, &pins) {
+                pins[vertex][axis] = true;
+            }
+        }
+        let mut mechanical = 0;
+        let place = pins
+            .iter()
+            .map(|held| {
+                held.map(|held| {
+                    if held || !moves {
+                        HELD
+                    } else {
+                        mechanical += 1;
+                        index(mechanical - 1)
+                    }
+                })
+            })
+            .collect();
+        let chemistry = model.chemistry().filter(|_| part != Part::Shape);
+        let (points, species) =
+            chemistry.map_or((0, 0), |c| (c.points(model.sheet()), c.descriptor().species.len()));
+        Self { place, mechanical, points, species }
+    }
+
+    /// How many unknowns are displacements.
+    #[must_use]
+    pub fn mechanical(&self) -> usize {
+        self.mechanical
+    }
+
+    /// How many points carry species.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points
+    }
+
+    /// How many species there are.
+    #[must_use]
+    pub fn species(&self) -> usize {
+        self.species
+    }
+
+    /// How many unknowns there are.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.mechanical + self.points * self.species
+    }
+
+    /// Place of a displacement; none if it is held.
+    #[must_use]
+    pub fn displacement(&self, vertex: usize, axis: usize) -> Option<usize> {
+        let place = self.place[vertex][axis];
+        (place != HELD).then_some(place as usize)
+    }
+
+    /// Places of the displacements of every vertex.
+    pub fn displacements(&self) -> impl Iterator<Item = [Option<usize>; 3]> + '_ {
+        (0..self.place.len()).map(|v| std::array::from_fn(|axis| self.displacement(v, axis)))
+    }
+
+    /// Place of a species at a point.
+    #[must_use]
+    pub fn concentration(&self, species: usize, point: usize) -> usize {
+        self.mechanical + point * self.species + species
+    }
+
+    pub(super) fn pack(&self, rest: &[Vec3], state: &State, y: &mut [f64]) {
+        for (i, place) in self.place.iter().enumerate() {
+            for axis in 0..3 {
+                if place[axis] != HELD {
+                    y[place[axis] as usize] = state.x[i][axis] - rest[i][axis];
+                }
+            }
+        }
+        self.pack_species(&state.species, y);
+    }
+
+    pub(super) fn pack_forces(&self, gradient: &[Vec3], out: &mut [f64]) {
+        for (g, place) in gradient.iter().zip(&self.place) {
+            for axis in 0..3 {
+                if place[axis] != HELD {
+                    out[place[axis] as usize] = -g[axis];
+                }
+            }
+        }
+    }
+
+    pub(super) fn pack_species(&self, species: &[Vec<f64>], out: &mut [f64]) {
+        for (s, values) in species.iter().enumerate().take(self.species) {
+            for (point, value) in values.iter().enumerate() {
+                out[self.concentration(s, point)] = *value;
+            }
+        }
+    }
+
+    /// Writes `y` into `state`, whose fixed directions stay as they are; `rest` are the rest positions.
+    pub fn unpack(&self, rest: &[Vec3], y: &[f64], state: &mut State) {
+        for (i, place) in self.place.iter().enumerate() {
+            for axis in 0..3 {
+                if place[axis] != HELD {
+                    state.x[i][axis] = rest[i][axis] + y[place[axis] as usize];
+                }
+            }
+        }
+        for (s, values) in state.species.iter_mut().enumerate().take(self.species) {
+            for (point, value) in values.iter_mut().enumerate() {
+                *value = y[self.mechanical + point * self.species + s];
+            }
+        }
+    }
+}

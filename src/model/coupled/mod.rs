@@ -1,0 +1,251 @@
+//! The one coupled system that every policy weighs: `M dy/dt = F(t, y)`.
+//!
+//! ```text
+//! y = (u, c),  u = x - X at the free directions of the vertices,  c point by point
+//! F = ( -∂U/∂x (x; l̄(c)),  D Δ_x c + R(c, signals(x, c), t) )
+//! M = diag( w_x · drag,  w_c )
+//! ```
+//!
+//! A policy is the two weights of M and nothing else. Held directions are no unknowns, and where the
+//! shape has no storage neither are its rigid motions, so that its rows stay regular. Displacements take the place of positions, so that relative
+//! tolerances do not depend on where the origin is.
+
+mod jacobian;
+mod layout;
+
+pub use layout::Layout;
+
+use std::sync::Arc;
+
+use super::{Course, Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface};
+use crate::Vec3;
+use crate::linear::{Displacements, Sparse};
+use jacobian::{Inputs, Jacobian};
+
+/// What of the model moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// The shape; species go along a course.
+    Shape,
+    /// The species, on a surface that stays as it is; signals go along a course.
+    Chemistry,
+}
+
+/// Work done since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CoupledWork {
+    /// Evaluations of F.
+    pub residuals: usize,
+    /// Evaluations of ∂F/∂y.
+    pub jacobians: usize,
+}
+
+/// F, its derivatives and M of a [`Model`], or of a part of it.
+pub struct Coupled {
+    model: Arc<Model>,
+    layout: Arc<Layout>,
+    mass: Vec<f64>,
+    state: State,
+    memory: Memory,
+    gradient: Vec<Vec3>,
+    rates: Vec<Vec<f64>>,
+    jacobian: Jacobian,
+    course: Option<Course>,
+    work: CoupledWork,
+}
+
+impl Coupled {
+    /// The unknowns of `part`, weighed as the model says; species that move alone have storage.
+    #[must_use]
+    pub fn new(model: &Arc<Model>, part: Part) -> Self {
+        let storage = model.storage();
+        let layout = Layout::new(model, part, storage.mechanics == 0.0 && part == Part::Whole);
+        let weight = if part == Part::Chemistry { 1.0 } else { storage.chemistry };
+        let mut mass = vec![storage.mechanics * model.drag(); layout.mechanical()];
+        mass.resize(layout.unknowns(), weight);
+        Self {
+            model: Arc::clone(model),
+            layout: Arc::new(layout),
+            mass,
+            state: State::default(),
+            memory: Memory::default(),
+            gradient: Vec::new(),
+            rates: Vec::new(),
+            jacobian: Jacobian::default(),
+            course: None,
+            work: CoupledWork::default(),
+        }
+    }
+
+    /// Which unknown is what.
+    #[must_use]
+    pub fn layout(&self) -> &Arc<Layout> {
+        &self.layout
+    }
+
+    /// The diagonal of M; exactly 0 in rows without storage.
+    #[must_use]
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Work so far.
+    #[must_use]
+    pub fn work(&self) -> CoupledWork {
+        self.work
+    }
+
+    /// Which unknowns are displacements, for linear solvers that treat them apart; `None` without any.
+    #[must_use]
+    pub fn displacements(&self) -> Option<Displacements> {
+        let count = self.layout.mechanical();
+        (count > 0).then(|| Displacements {
+            place: self.layout.displacements().collect(),
+            count,
+            pattern: Arc::clone(self.model.mechanics().pattern()),
+        })
+    }
+
+    /// Absolute tolerances of the unknowns: `atol` times the mean edge for displacements, times the
+    /// species' typical magnitude for species.
+    #[must_use]
+    pub fn tolerances(&self, atol: f64) -> Vec<f64> {
+        let edge = self.model.mechanics().reference().mean_edge();
+        let mut all = vec![atol * edge; self.layout.mechanical()];
+        if let Some(chemistry) = self.model.chemistry() {
+            let typical: Vec<f64> =
+                chemistry.descriptor().species.iter().map(|s| atol * s.typical).collect();
+            for _ in 0..self.layout.points() {
+                all.extend_from_slice(&typical);
+            }
+        }
+        all
+    }
+
+    /// The unknowns of `state`.
+    #[must_use]
+    pub fn pack(&self, state: &State) -> Vec<f64> {
+        let mut y = vec![0.0; self.layout.unknowns()];
+        self.layout.pack(self.model.sheet().rest(), state, &mut y);
+        y
+    }
+
+    /// Writes `y` into `state`, whose fixed directions stay as they are.
+    pub fn unpack(&self, y: &[f64], time: f64, state: &mut State) {
+        self.layout.unpack(self.model.sheet().rest(), y, state);
+        state.time = time;
+    }
+
+    /// Takes from `state` what no unknown stands for: before the first residual, and whenever it changed.
+    /// Where the shape is no unknown, transports are evaluated here, once.
+    pub fn start(&mut self, state: &State) {
+        let moved = self.state.x != state.x;
+        self.state.clone_from(state);
+        if moved && self.layout.mechanical() == 0 {
+            self.model.at(state, &mut self.memory).surface();
+        }
+    }
+
+    /// Lets what no unknown stands for go along `course`: the species of [`Part::Shape`], the signals of
+    /// [`Part::Chemistry`].
+    pub fn set_course(&mut self, course: Course) {
+        self.course = Some(course);
+    }
+
+    /// The signals on their course, if they have one.
+    fn given_signals(&self, time: f64) -> Option<SignalColumns> {
+        let course = self.course.as_ref().filter(|_| self.layout.species() > 0)?;
+        let mut signals = Vec::new();
+        course.at(time, &mut signals);
+        Some(signals)
+    }
+
+    /// The state of the unknowns `y`, with the species on their course if they have one.
+    fn show(&mut self, time: f64, y: &[f64]) {
+        self.layout.unpack(self.model.sheet().rest(), y, &mut self.state);
+        self.state.time = time;
+        if let Some(course) = self.course.as_ref().filter(|_| self.layout.species() == 0) {
+            course.at(time, &mut self.state.species);
+        }
+    }
+
+    /// Writes F.
+    ///
+    /// # Errors
+    /// If a law fails, or optimal lengths make no triangle where strains are read.
+    pub fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), ModelError> {
+        self.work.residuals += 1;
+        self.show(time, y);
+        let given = self.given_signals(time);
+        let Self { model, layout, state, memory, gradient, rates, .. } = self;
+        let mut at = Evaluation::new(model, state, memory, layout.mechanical() == 0);
+        if let (Some(signals), Some(chemistry)) = (&given, model.chemistry()) {
+            chemistry.rates(model.sheet(), at.surface(), &state.species, signals, rates)?;
+            layout.pack_species(rates, out);
+            return Ok(());
+        }
+        if layout.mechanical() > 0 {
+            gradient.resize(state.x.len(), Vec3::zeros());
+            at.potential()?.energy_gradient(&state.x, gradient);
+            layout.pack_forces(gradient, out);
+        }
+        if layout.species() > 0 {
+            layout.pack_species(at.rates()?, out);
+        }
+        Ok(())
+    }
+
+    /// ∂F/∂y.
+    ///
+    /// Exact but for the derivatives of the Green-Gauss scheme by positions, and the second ones of
+    /// mixed-Voronoi area fractions in the bending energy, which are left out.
+    ///
+    /// # Errors
+    /// As for [`Coupled::residual`].
+    pub fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, ModelError> {
+        self.work.jacobians += 1;
+        self.show(time, y);
+        let given = self.given_signals(time);
+        let Self { model, layout, state, memory, jacobian, .. } = self;
+        let mut at = Evaluation::new(model, state, memory, layout.mechanical() == 0);
+        let (nothing, silent) = (Surface::default(), SignalColumns::new());
+        let inputs = match &given {
+            Some(signals) => Inputs { potential: None, surface: at.surface(), signals },
+            None if layout.species() == 0 => {
+                let potential = Some(at.potential()?);
+                Inputs { potential, surface: &nothing, signals: &silent }
+            }
+            None => {
+                let parts = at.parts()?;
+                Inputs {
+                    potential: Some(parts.potential),
+                    surface: parts.surface,
+                    signals: parts.signals,
+                }
+            }
+        };
+        jacobian.fill(model, layout, state, inputs)?;
+        Ok(jacobian.matrix())
+    }
+
+    /// A bound on the spectral radius of ∂F/∂y of [`Part::Chemistry`] at the state last started from,
+    /// with the signals at these times.
+    ///
+    /// # Errors
+    /// As for [`Coupled::residual`].
+    pub fn spectral_bound(&mut self, times: &[f64]) -> Result<f64, ModelError> {
+        let mut bound: f64 = 0.0;
+        for &time in times {
+            let Some(signals) = self.given_signals(time) else { continue };
+            let Self { model, state, memory, .. } = self;
+            let mut at = Evaluation::new(model, state, memory, true);
+            if let Some(chemistry) = model.chemistry() {
+                let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+                bound = bound.max(chemistry.spectral_bound(at.surface(), &species, &signals)?);
+            }
+        }
+        Ok(bound)
+    }
+}

@@ -1,0 +1,64 @@
+//! Why a model has no value at a state.
+
+use crate::kinetics::KineticsError;
+use crate::linear::LinearError;
+use crate::num::Short;
+use crate::sheet::SheetError;
+
+/// Why a model has no value at a state, or refuses it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A law failed.
+    #[error(transparent)]
+    Kinetics(#[from] KineticsError),
+    /// Optimal lengths that make no triangle, or a rest state without one.
+    #[error(transparent)]
+    Sheet(#[from] SheetError),
+    /// A matrix that does not fit in memory.
+    #[error(transparent)]
+    Linear(#[from] LinearError),
+    /// An effect whose second derivatives couple vertices that it does not declare.
+    #[error(
+        "the effect {effect} couples vertices {} and {}, which its declared coupling does not: \
+         Energy::coupling has to cover all blocks that it adds",
+        pair[0], pair[1]
+    )]
+    Coupling {
+        /// Name of the effect.
+        effect: String,
+        /// The first such pair.
+        pair: [u32; 2],
+    },
+    /// A species left its valid range by more than the tolerance.
+    #[error(
+        "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
+         {}: the step is too large for its kinetics, or these lead out of the range",
+        Short(range.0), Short(range.1)
+    )]
+    OutOfRange {
+        /// The species.
+        species: String,
+        /// Kind and number of the point.
+        place: String,
+        /// The value there.
+        value: f64,
+        /// Valid range.
+        range: (f64, f64),
+        /// End time of the step.
+        time: f64,
+    },
+}
+
+impl ModelError {
+    /// Whether a smaller step may do without this failure: a chemistry that changed too fast, a law that
+    /// asks for it, optimal lengths that make no triangle.
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        match self {
+            Self::Kinetics(error) => error.is_recoverable(),
+            Self::Sheet(_) | Self::OutOfRange { .. } => true,
+            Self::Coupling { .. } | Self::Linear(_) => false,
+        }
+    }
+}

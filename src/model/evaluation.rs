@@ -1,0 +1,247 @@
+//! A model at a state.
+//!
+//! Everything is computed once, when it is first asked for, and is gone with the evaluation: no value of
+//! one state can be taken for that of another. What outlives it is memory.
+
+use std::sync::Arc;
+
+use super::Model;
+use super::chemistry::{Chemistry, SignalColumns, Surface};
+use super::error::ModelError;
+use super::potential::Potential;
+use super::state::State;
+use crate::Vec3;
+use crate::parallel;
+use crate::sheet::SheetError;
+
+/// Memory of evaluations, one after the other. Its values are those of the last one, and nobody reads
+/// them.
+#[derive(Default)]
+pub struct Memory {
+    potential: Option<Potential>,
+    surface: Surface,
+    signals: SignalColumns,
+    rates: Vec<Vec<f64>>,
+}
+
+/// What has been computed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Known {
+    average: bool,
+    transport: bool,
+    potential: bool,
+    signals: bool,
+    rates: bool,
+}
+
+/// A model at a state: optimal lengths, energies, signals and rates, each computed once.
+pub struct Evaluation<'a> {
+    model: &'a Model,
+    state: &'a State,
+    memory: &'a mut Memory,
+    known: Known,
+}
+
+/// All that the derivatives of the rates need.
+pub(super) struct Parts<'a> {
+    pub potential: &'a mut Potential,
+    pub surface: &'a Surface,
+    pub signals: &'a SignalColumns,
+}
+
+impl<'a> Evaluation<'a> {
+    /// With `same_shape` the shape is that of the last evaluation in `memory`, surface included.
+    pub(super) fn new(
+        model: &'a Model,
+        state: &'a State,
+        memory: &'a mut Memory,
+        same_shape: bool,
+    ) -> Self {
+        let known = Known { average: same_shape, transport: same_shape, ..Known::default() };
+        Self { model, state, memory, known }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &'a Model {
+        self.model
+    }
+
+    /// The state.
+    #[must_use]
+    pub fn state(&self) -> &'a State {
+        self.state
+    }
+
+    fn average(&mut self, chemistry: &Chemistry) -> &Surface {
+        if !self.known.average {
+            chemistry.average(self.model.sheet(), &self.state.x, &mut self.memory.surface);
+            self.known.average = true;
+        }
+        &self.memory.surface
+    }
+
+    /// The transports, and the average over faces if species live there.
+    pub fn surface(&mut self) -> &Surface {
+        if let Some(chemistry) = self.model.chemistry() {
+            self.average(chemistry);
+            if !self.known.transport {
+                chemistry.transport(self.model.sheet(), &self.state.x, &mut self.memory.surface);
+                self.known.transport = true;
+            }
+        }
+        &self.memory.surface
+    }
+
+    /// The energies under the optimal lengths of the species.
+    ///
+    /// # Errors
+    /// If a law fails, or reads strains where optimal lengths make no triangle.
+    pub fn potential(&mut self) -> Result<&mut Potential, ModelError> {
+        let mechanics = self.model.mechanics();
+        if !self.known.potential {
+            let factor = self.length_factor()?;
+            let fits = |p: &Potential| Arc::ptr_eq(p.mechanics(), mechanics);
+            if !self.memory.potential.as_ref().is_some_and(fits) {
+                self.memory.potential = Some(Potential::new(mechanics));
+            }
+            self.set_conditions(factor.as_deref())?;
+            self.known.potential = true;
+        }
+        Ok(self.memory.potential.get_or_insert_with(|| Potential::new(mechanics)))
+    }
+
+    fn set_conditions(&mut self, factor: Option<&[f64]>) -> Result<(), ModelError> {
+        let Some(potential) = &mut self.memory.potential else { return Ok(()) };
+        potential.set_conditions(factor, self.state.time);
+        let strained = self.model.chemistry().is_some_and(Chemistry::reads_strain);
+        if factor.is_some()
+            && strained
+            && let Some(t) = potential.metric().impossible_triangle()
+        {
+            let message = potential.metric().describe_impossible(self.model.sheet(), t);
+            return Err(SheetError::Unusable(message).into());
+        }
+        Ok(())
+    }
+
+    /// Length factor Φ at every edge; `None` if nothing changes lengths.
+    fn length_factor(&mut self) -> Result<Option<Vec<f64>>, ModelError> {
+        let Some(chemistry) = self.model.chemistry() else { return Ok(None) };
+        if !chemistry.descriptor().capabilities.length_factor {
+            return Ok(None);
+        }
+        let (sheet, species) = (self.model.sheet(), &self.state.species);
+        Ok(chemistry.length_factor(sheet, self.average(chemistry), species)?)
+    }
+
+    /// The signals that the laws read; none without kinetics.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn signals(&mut self) -> Result<&SignalColumns, ModelError> {
+        if !self.known.signals {
+            let signals = match self.model.chemistry() {
+                None => Vec::new(),
+                Some(chemistry) => {
+                    let state = self.state;
+                    let signals = chemistry.signals();
+                    signals.evaluate(&self.potential()?.shape(&state.x), state.time)
+                }
+            };
+            self.memory.signals = signals;
+            self.known.signals = true;
+        }
+        Ok(&self.memory.signals)
+    }
+
+    /// `D Δc + R` of every species.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn rates(&mut self) -> Result<&[Vec<f64>], ModelError> {
+        if !self.known.rates {
+            self.signals()?;
+            self.surface();
+            let Memory { surface, signals, rates, .. } = &mut *self.memory;
+            match self.model.chemistry() {
+                None => rates.clear(),
+                Some(chemistry) => {
+                    let sheet = self.model.sheet();
+                    chemistry.rates(sheet, surface, &self.state.species, signals, rates)?;
+                }
+            }
+            self.known.rates = true;
+        }
+        Ok(&self.memory.rates)
+    }
+
+    /// What derivatives of the rates are made of.
+    pub(super) fn parts(&mut self) -> Result<Parts<'_>, ModelError> {
+        self.signals()?;
+        self.surface();
+        self.potential()?;
+        let Memory { potential, surface, signals, .. } = &mut *self.memory;
+        let potential = potential.get_or_insert_with(|| Potential::new(self.model.mechanics()));
+        Ok(Parts { potential, surface, signals })
+    }
+
+    /// The species carried to the vertices (as they are, if they live there).
+    pub fn species_at_vertices(&mut self) -> Vec<Vec<f64>> {
+        self.at_vertices(&self.state.species)
+    }
+
+    /// Values where species live, carried to the vertices.
+    pub fn at_vertices(&mut self, values: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let Some(chemistry) = self.model.chemistry() else { return Vec::new() };
+        let sheet = self.model.sheet();
+        chemistry.at_vertices(sheet, self.average(chemistry), values)
+    }
+
+    /// Energy of every effect, by [`super::Mechanics::names`].
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn energies(&mut self) -> Result<Vec<f64>, ModelError> {
+        let x = &self.state.x;
+        Ok(self.potential()?.energies(x))
+    }
+
+    /// Gradient of the total energy with the fixed directions set to zero.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn gradient(&mut self) -> Result<Vec<Vec3>, ModelError> {
+        let x = &self.state.x;
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        self.potential()?.energy_gradient(x, &mut gradient);
+        Ok(gradient)
+    }
+
+    /// Largest force on a vertex, in units of the force scale; 0 where nothing moves.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn residual(&mut self) -> Result<f64, ModelError> {
+        if !self.model.moves() {
+            return Ok(0.0);
+        }
+        let gradient = self.gradient()?;
+        Ok(self.potential()?.residual(&gradient))
+    }
+
+    /// Largest `|dc/dt|` over all points, in units of each species' typical magnitude, 1/time.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn fastest_rate(&mut self) -> Result<f64, ModelError> {
+        let Some(chemistry) = self.model.chemistry() else { return Ok(0.0) };
+        let rates = self.rates()?;
+        let mut largest: f64 = 0.0;
+        for (species, rate) in chemistry.descriptor().species.iter().zip(rates) {
+            let fastest = parallel::max(rate.len(), |i| rate[i].abs());
+            largest = largest.max(fastest / species.typical);
+        }
+        Ok(largest)
+    }
+}

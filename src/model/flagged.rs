@@ -1,0 +1,51 @@
+//! Results of a law that it has flagged as unreliable, or that were no usable numbers, without ending the
+//! run.
+
+use std::sync::OnceLock;
+
+use crate::kinetics::{BadValue, Descriptor, KineticsError, Location, Outcome, Unreliable};
+
+/// The first of each kind.
+#[derive(Debug, Default)]
+pub struct Flagged {
+    unreliable: OnceLock<(Location, Unreliable)>,
+    bad: OnceLock<BadValue>,
+}
+
+impl Flagged {
+    /// Records the outcome of a call.
+    pub(super) fn note(&self, location: Location, outcome: Outcome) -> Result<(), KineticsError> {
+        match outcome {
+            Ok(None) => Ok(()),
+            Ok(Some(unreliable)) => {
+                let _ = self.unreliable.set((location, unreliable));
+                Ok(())
+            }
+            Err(error) => {
+                if let KineticsError::BadOutput(bad) = &error {
+                    let _ = self.bad.set((**bad).clone());
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// The first result that the law itself flagged as unreliable, in words.
+    #[must_use]
+    pub fn unreliable(&self, law: &Descriptor) -> Option<String> {
+        let (location, Unreliable { message, point }) = self.unreliable.get()?;
+        let place = point.map(|point| format!(" at {} {point}", location.noun()));
+        let law = law.title();
+        Some(format!(
+            "{law} flags its result as unreliable{}: {message}",
+            place.unwrap_or_default()
+        ))
+    }
+
+    /// The first result that was no usable number. Where the run goes on it was in a try that has
+    /// been given up.
+    #[must_use]
+    pub fn bad(&self) -> Option<&BadValue> {
+        self.bad.get()
+    }
+}

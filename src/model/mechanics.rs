@@ -1,0 +1,173 @@
+//! The mechanical half of a model: the energies that a scene lists, and the directions it fixes.
+
+use std::sync::{Arc, OnceLock};
+
+use super::rigid::free_motions;
+use crate::Vec3;
+use crate::effects::{EnergyTerm, Pins};
+use crate::geometry::RestMetric;
+use crate::linear::BlockPattern;
+use crate::parallel;
+use crate::sheet::{Sheet, SheetError};
+
+/// Energies and fixed directions of one sheet.
+#[derive(Debug)]
+pub struct Mechanics {
+    sheet: Arc<Sheet>,
+    reference: RestMetric,
+    terms: Vec<EnergyTerm>,
+    names: Vec<String>,
+    pins: Pins,
+    /// The vertices with pins.
+    pinned: Vec<usize>,
+    /// Made when it is first asked for.
+    pattern: OnceLock<Arc<BlockPattern>>,
+}
+
+impl Mechanics {
+    /// Puts `terms` on `sheet`.
+    ///
+    /// # Errors
+    /// A rest state with edges or triangles of no size.
+    pub fn new(
+        sheet: Arc<Sheet>,
+        terms: Vec<EnergyTerm>,
+        pins: Pins,
+    ) -> Result<Arc<Self>, SheetError> {
+        let reference = RestMetric::new(&sheet)?;
+        let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
+        let names = numbered(terms.iter().map(|e| e.name()));
+        let pattern = OnceLock::new();
+        Ok(Arc::new(Self { sheet, reference, terms, names, pins, pinned, pattern }))
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        &self.sheet
+    }
+
+    /// The rest metric of the rest positions, Φ = 1.
+    #[must_use]
+    pub fn reference(&self) -> &RestMetric {
+        &self.reference
+    }
+
+    /// The energies.
+    #[must_use]
+    pub fn terms(&self) -> &[EnergyTerm] {
+        &self.terms
+    }
+
+    /// The fixed directions.
+    #[must_use]
+    pub fn pins(&self) -> &Pins {
+        &self.pins
+    }
+
+    /// Sets the fixed directions of `gradient` to zero.
+    pub(super) fn fix(&self, gradient: &mut [Vec3]) {
+        for &i in &self.pinned {
+            for a in 0..3 {
+                if self.pins[i][a] {
+                    gradient[i][a] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// How many of the six rigid motions of the sheet at rest the pins do not hold.
+    #[must_use]
+    pub fn free_motions(&self) -> usize {
+        free_motions(self.sheet.rest(), &self.pins, |_| 1.0).0.len()
+    }
+
+    /// Largest force on a vertex that each effect applies from outside to the sheet at rest, by
+    /// [`Mechanics::names`].
+    #[must_use]
+    pub fn applied_forces(&self) -> Vec<f64> {
+        self.terms.iter().map(|e| e.applied_force()).collect()
+    }
+
+    /// Whether no effect has an energy.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// Names of the effects with an energy, in the scene's order: no two are the same.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str)
+    }
+
+    /// Whether an energy depends on time other than through the optimal lengths.
+    #[must_use]
+    pub fn depends_on_time(&self) -> bool {
+        self.terms.iter().any(|term| term.depends_on_time())
+    }
+
+    /// Whether an effect couples pairs of vertices that depend on the shape.
+    #[must_use]
+    pub fn couples_pairs(&self) -> bool {
+        self.terms.iter().any(|term| term.coupling().pairs)
+    }
+
+    /// Whether an effect limits steps.
+    #[must_use]
+    pub fn limits_steps(&self) -> bool {
+        self.terms.iter().any(|term| term.coupling().limits_steps)
+    }
+
+    /// Whether an effect couples all vertices.
+    #[must_use]
+    pub fn has_low_rank(&self) -> bool {
+        self.terms.iter().any(|term| term.coupling().low_rank)
+    }
+
+    /// Which vertices second derivatives couple, pairs of the moment and terms of low rank left out:
+    /// as many rings as the furthest-reaching effect of the scene.
+    #[must_use]
+    pub fn pattern(&self) -> &Arc<BlockPattern> {
+        self.pattern.get_or_init(|| self.pattern_with(&[]))
+    }
+
+    /// The same with these pairs.
+    #[must_use]
+    pub fn pattern_with(&self, pairs: &[[u32; 2]]) -> Arc<BlockPattern> {
+        let rings = self.terms.iter().map(|term| term.coupling().rings).max().unwrap_or(0);
+        let neighbours = self.sheet.vertex_edges();
+        let each = |i: usize, f: &mut dyn FnMut(u32)| {
+            neighbours.of(i).iter().for_each(|&(_, j)| f(j));
+        };
+        Arc::new(BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs))
+    }
+
+    /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
+    /// `share` of what it was, and it does not turn over.
+    #[must_use]
+    pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
+        let triangles = self.sheet.triangles();
+        let cross = |x: &[Vec3], t: usize| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            (b - a).cross(&(c - a))
+        };
+        let worst = parallel::max(triangles.len(), |t| {
+            let (old, new) = (cross(from, t), cross(to, t));
+            if new.norm() >= share * old.norm() && old.dot(&new) > 0.0 { 0.0 } else { 1.0 }
+        });
+        worst <= 0.0
+    }
+}
+
+/// Names with a number after those that came before: load, load 2, load 3.
+fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut seen: Vec<&str> = Vec::new();
+    let number = |name: &'a str| {
+        seen.push(name);
+        match seen.iter().filter(|earlier| **earlier == name).count() {
+            1 => name.to_owned(),
+            count => format!("{name} {count}"),
+        }
+    };
+    names.map(number).collect()
+}

@@ -1,0 +1,203 @@
+//! What is simulated: a model, immutable, and its states.
+//!
+//! ```text
+//! w_x · drag · dx/dt = -∂U/∂x (x; c)              mechanics
+//! w_c ·        dc/dt = D Δ_x c + R(c, signals, t) chemistry
+//! ```
+//!
+//! A [`Model`] is the sheet with the effects, laws and weights w that a scene lists; a [`State`] is
+//! time, positions and species, and nothing else; an [`Evaluation`] is the model at a state. Solvers ask
+//! for its pieces: energies at fixed optimal lengths ([`Potential`]), rates, or both at once with their
+//! derivatives (`Coupled`).
+
+mod chemistry;
+mod coupled;
+mod course;
+mod error;
+mod evaluation;
+mod flagged;
+mod mechanics;
+mod parameters;
+mod policy;
+mod potential;
+mod rigid;
+mod signals;
+mod state;
+
+pub use chemistry::{Chemistry, SignalColumns, Surface};
+pub use coupled::{Coupled, CoupledWork, Layout, Part};
+pub use course::Course;
+pub use error::ModelError;
+pub use evaluation::{Evaluation, Memory};
+pub use flagged::Flagged;
+pub use mechanics::Mechanics;
+pub use parameters::ParameterFields;
+pub use policy::{Policy, Storage};
+pub use potential::Potential;
+pub use rigid::{Motion, free_motions, holding};
+pub use signals::{Signals, TensionReading};
+pub use state::State;
+
+pub(crate) use signals::Derivatives;
+
+use std::sync::Arc;
+
+use crate::num::real;
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// A sheet with its mechanics, its chemistry if the scene has kinetics, and the weights of both.
+pub struct Model {
+    mechanics: Arc<Mechanics>,
+    chemistry: Option<Chemistry>,
+    storage: Storage,
+    drag: f64,
+}
+
+impl Model {
+    /// Puts the pieces together; without energies the shape never moves. `drag` is that of a
+    /// vertex, force per velocity.
+    #[must_use]
+    pub fn new(
+        mechanics: Arc<Mechanics>,
+        chemistry: Option<Chemistry>,
+        storage: Storage,
+        drag: f64,
+    ) -> Self {
+        Self { mechanics, chemistry, storage, drag }
+    }
+
+    /// The model at `state`.
+    pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
+        Evaluation::new(self, state, memory, false)
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        self.mechanics.sheet()
+    }
+
+    /// The mechanical half.
+    #[must_use]
+    pub fn mechanics(&self) -> &Arc<Mechanics> {
+        &self.mechanics
+    }
+
+    /// The chemical half, if there is kinetics.
+    #[must_use]
+    pub fn chemistry(&self) -> Option<&Chemistry> {
+        self.chemistry.as_ref()
+    }
+
+    /// Weights of the two rows.
+    #[must_use]
+    pub fn storage(&self) -> Storage {
+        self.storage
+    }
+
+    /// Drag of a vertex, force per velocity.
+    #[must_use]
+    pub fn drag(&self) -> f64 {
+        self.drag
+    }
+
+    /// Whether the shape can move.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        !self.mechanics.is_empty()
+    }
+
+    /// Whether any species diffuses.
+    #[must_use]
+    pub fn diffuses(&self) -> bool {
+        self.chemistry.as_ref().is_some_and(|chemistry| !chemistry.transports().is_empty())
+    }
+
+    /// Brings values that left a species' valid range by less than the tolerance
+    /// `atol·typical + rtol·max|c|` back to its edge.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] for a value further out, or none at all (NaN).
+    pub fn keep_in_range(
+        &self,
+        values: &mut [Vec<f64>],
+        time: f64,
+        (rtol, atol): (f64, f64),
+    ) -> Result<(), ModelError> {
+        let Some(chemistry) = &self.chemistry else { return Ok(()) };
+        for (species, c) in chemistry.descriptor().species.iter().zip(values) {
+            let largest = c.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+            let slack = atol * species.typical + rtol * largest;
+            let (least, greatest) = (species.lower - slack, species.upper + slack);
+            for (point, c) in c.iter_mut().enumerate() {
+                if !(*c >= least && *c <= greatest) {
+                    return Err(ModelError::OutOfRange {
+                        species: species.name.clone(),
+                        place: format!("{} {point}", chemistry.location().noun()),
+                        value: *c,
+                        range: (species.lower, species.upper),
+                        time,
+                    });
+                }
+                *c = c.clamp(species.lower, species.upper);
+            }
+        }
+        Ok(())
+    }
+
+    /// RMS of `|b - a| / (atol·typical + rtol·max|c|)` over the points that changed by more than
+    /// `quiet` of that from `start` to `b`.
+    #[must_use]
+    pub fn coupling_error(
+        &self,
+        start: &State,
+        a: &State,
+        b: &State,
+        (rtol, atol): (f64, f64),
+        quiet: f64,
+    ) -> f64 {
+        let Some(chemistry) = &self.chemistry else { return 0.0 };
+        let (a, b) = (&a.species, &b.species);
+        let (mut sum, mut points) = (0.0, 0usize);
+        for (s, species) in chemistry.descriptor().species.iter().enumerate() {
+            let largest = b[s].iter().fold(0.0f64, |m, c| m.max(c.abs()));
+            let unit = atol * species.typical + rtol * largest;
+            for i in 0..b[s].len() {
+                if (b[s][i] - start.species[s][i]).abs() > quiet * unit {
+                    let error = (b[s][i] - a[s][i]) / unit;
+                    sum += error * error;
+                    points += 1;
+                }
+            }
+        }
+        if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
+    }
+
+    /// RMS of `|x_b - x_a| / (atol·edge + rtol·max|x_b - X|)` over the vertices that moved by more than
+    /// `quiet` of that from `start` to `b`.
+    #[must_use]
+    pub fn shape_error(
+        &self,
+        start: &State,
+        a: &State,
+        b: &State,
+        (rtol, atol): (f64, f64),
+        quiet: f64,
+    ) -> f64 {
+        if !self.moves() {
+            return 0.0;
+        }
+        let rest = self.sheet().rest();
+        let largest = parallel::max(rest.len(), |i| (b.x[i] - rest[i]).norm());
+        let unit = atol * self.mechanics.reference().mean_edge() + rtol * largest;
+        let (mut sum, mut points) = (0.0, 0usize);
+        for ((start, a), b) in start.x.iter().zip(&a.x).zip(&b.x) {
+            if (b - start).norm() > quiet * unit {
+                sum += (b - a).norm_squared() / (unit * unit);
+                points += 1;
+            }
+        }
+        if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
+    }
+}

@@ -1,0 +1,228 @@
+//! The energy landscape at fixed optimal lengths and time: U(x).
+
+use std::sync::Arc;
+
+use super::error::ModelError;
+use super::mechanics::Mechanics;
+use crate::Vec3;
+use crate::effects::{HessianPart, LowRank, Pins, Work};
+use crate::geometry::{Conditions, RestMetric, Shape};
+use crate::linear::{BlockMatrix, BlockPattern};
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// `U(x)` of the sum of all energies under given conditions, with the memory to evaluate it.
+pub struct Potential {
+    mechanics: Arc<Mechanics>,
+    metric: RestMetric,
+    time: f64,
+    work: Vec<Work>,
+    force_scale: f64,
+}
+
+impl Potential {
+    /// At Φ = 1 and time 0.
+    #[must_use]
+    pub fn new(mechanics: &Arc<Mechanics>) -> Self {
+        let work = mechanics.terms().iter().map(|term| term.work()).collect();
+        let (metric, time) = (mechanics.reference().clone(), 0.0);
+        let mut made =
+            Self { mechanics: Arc::clone(mechanics), metric, time, work, force_scale: 0.0 };
+        made.prepare();
+        made
+    }
+
+    /// Brings it under the length factor Φ of every edge.
+    pub fn set_length_factor(&mut self, factor: &[f64]) {
+        self.set_conditions(Some(factor), self.time);
+    }
+
+    /// Brings it under the length factor Φ of every edge and the time given.
+    pub fn set_conditions(&mut self, factor: Option<&[f64]>, time: f64) {
+        let later = time.to_bits() != self.time.to_bits();
+        self.time = time;
+        if let Some(factor) = factor {
+            self.metric.set_length_factor(self.mechanics.sheet(), factor);
+            self.prepare();
+        } else if later && self.mechanics.depends_on_time() {
+            self.prepare();
+        }
+    }
+
+    fn prepare(&mut self) {
+        let sheet = self.mechanics.sheet();
+        let conditions = Conditions { sheet, metric: &self.metric, time: self.time };
+        self.force_scale = 0.0;
+        for (term, work) in self.mechanics.terms().iter().zip(&mut self.work) {
+            term.prepare(&conditions, work);
+            self.force_scale = self.force_scale.max(term.force_scale(&conditions));
+        }
+    }
+
+    /// The effects.
+    #[must_use]
+    pub fn mechanics(&self) -> &Arc<Mechanics> {
+        &self.mechanics
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        self.mechanics.sheet()
+    }
+
+    /// The fixed directions.
+    #[must_use]
+    pub fn pins(&self) -> &Pins {
+        self.mechanics.pins()
+    }
+
+    /// The optimal lengths in force.
+    #[must_use]
+    pub fn metric(&self) -> &RestMetric {
+        &self.metric
+    }
+
+    /// Force on a vertex at unit strain: the unit of force tolerances. At least one listed effect
+    /// must define it for relaxation to make sense; otherwise it is 0.
+    #[must_use]
+    pub fn force_scale(&self) -> f64 {
+        self.force_scale
+    }
+
+    /// The shape `x` under these conditions.
+    #[must_use]
+    pub fn shape<'a>(&'a self, x: &'a [Vec3]) -> Shape<'a> {
+        Shape { sheet: self.mechanics.sheet(), metric: &self.metric, time: self.time, x }
+    }
+
+    /// Calls `f` with every term, its memory and the shape at `x`.
+    fn each(
+        &mut self,
+        x: &[Vec3],
+        mut f: impl FnMut(usize, &dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
+    ) {
+        let sheet = self.mechanics.sheet();
+        let shape = Shape { sheet, metric: &self.metric, time: self.time, x };
+        for (k, (term, work)) in self.mechanics.terms().iter().zip(&mut self.work).enumerate() {
+            f(k, &**term, work, &shape);
+        }
+    }
+
+    /// Energy of every effect at `x`, by [`Mechanics::names`].
+    pub fn energies(&mut self, x: &[Vec3]) -> Vec<f64> {
+        let mut all = Vec::new();
+        self.each(x, |_, term, work, shape| all.push(term.evaluate(shape, work, None)));
+        all
+    }
+
+    /// Force `-∂U/∂x` of effect number `which` at `x`, before pins.
+    pub fn force_of(&mut self, which: usize, x: &[Vec3]) -> Vec<Vec3> {
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        self.each(x, |k, term, work, shape| {
+            if k == which {
+                term.evaluate(shape, work, Some(&mut gradient));
+            }
+        });
+        gradient.iter().map(|g| -g).collect()
+    }
+
+    /// Total energy at `x`.
+    pub fn energy(&mut self, x: &[Vec3]) -> f64 {
+        let mut energy = 0.0;
+        self.each(x, |_, term, work, shape| energy += term.evaluate(shape, work, None));
+        energy
+    }
+
+    /// Total energy at `x`, and its gradient with the fixed directions set to zero.
+    pub fn energy_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        gradient.fill(Vec3::zeros());
+        let mut energy = 0.0;
+        self.each(x, |_, term, work, shape| {
+            energy += term.evaluate(shape, work, Some(&mut *gradient));
+        });
+        self.mechanics.fix(gradient);
+        energy
+    }
+
+    /// Largest force on a vertex in units of [`Potential::force_scale`].
+    #[must_use]
+    pub fn residual(&self, gradient: &[Vec3]) -> f64 {
+        let largest = parallel::max(gradient.len(), |i| gradient[i].norm_squared()).sqrt();
+        if largest == 0.0 { 0.0 } else { largest / self.force_scale }
+    }
+
+    /// The pattern of second derivatives at `x`: that of all shapes, unless an effect couples pairs of
+    /// the moment.
+    pub fn pattern(&mut self, x: &[Vec3]) -> Arc<BlockPattern> {
+        if !self.mechanics.couples_pairs() {
+            return Arc::clone(self.mechanics.pattern());
+        }
+        let mut pairs = Vec::new();
+        self.each(x, |_, term, work, shape| term.pairs(shape, work, &mut pairs));
+        self.mechanics.pattern_with(&pairs)
+    }
+
+    /// Second derivatives at `x`, those of low rank left out, with the fixed directions replaced by the
+    /// mean stiffness.
+    ///
+    /// # Errors
+    /// [`ModelError::Coupling`] if an effect adds to what the pattern of `into` lacks.
+    pub fn hessian(
+        &mut self,
+        x: &[Vec3],
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) -> Result<(), ModelError> {
+        into.clear();
+        let mut wrong = None;
+        self.each(x, |k, term, work, shape| {
+            term.add_hessian(shape, work, part, into);
+            wrong = wrong.or(into.outside().map(|pair| (k, pair)));
+        });
+        if let Some((k, pair)) = wrong {
+            let effect = self.mechanics.names().nth(k).unwrap_or_default().to_owned();
+            return Err(ModelError::Coupling { effect, pair });
+        }
+        let scale = into.mean_diagonal();
+        into.pin(self.mechanics.pins(), scale);
+        Ok(())
+    }
+
+    /// Second derivatives of low rank at `x`, with the fixed directions set to zero.
+    pub fn low_rank(&mut self, x: &[Vec3], part: HessianPart) -> Vec<LowRank> {
+        let mut terms = Vec::new();
+        if self.mechanics.has_low_rank() {
+            self.each(x, |_, term, work, shape| term.low_rank(shape, work, part, &mut terms));
+            for term in &mut terms {
+                self.mechanics.fix(&mut term.direction);
+            }
+        }
+        terms
+    }
+
+    /// The largest share of the way from `x` in direction `way` that all effects allow, up to 1.
+    pub fn largest_step(&mut self, x: &[Vec3], way: &[Vec3]) -> f64 {
+        let mut share = 1.0f64;
+        self.each(x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, way)));
+        share
+    }
+
+    /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
+    /// side, and no effect forbids the way.
+    pub fn allows(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
+        if !self.mechanics.keeps_triangles(from, to, share) {
+            return false;
+        }
+        if !self.mechanics.limits_steps() {
+            return true;
+        }
+        let way: Vec<Vec3> = from.iter().zip(to).map(|(from, to)| to - from).collect();
+        self.largest_step(from, &way) >= 1.0
+    }
+
+    /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
+    pub fn metric_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        self.each(x, |_, term, work, shape| term.metric_derivatives(shape, work, emit));
+    }
+}

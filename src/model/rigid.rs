@@ -1,0 +1,121 @@
+//! Rigid motions that pins leave free.
+//!
+//! ```text
+//! v_i = t + ω × (x_i - x̄)/R        every fixed component of v zero;   ⟨v, w⟩ = Σ_i m_i v_i · w_i
+//! ```
+//!
+//! with x̄ the mean position and R the root mean square distance from it. What is counted is
+//! infinitesimal: a flat sheet held out of its plane along its boundary slides and turns in it, three
+//! motions. Whether an energy changes along such a motion is for others to say.
+
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+
+use crate::Vec3;
+use crate::effects::Pins;
+use crate::num::real;
+use crate::parallel;
+
+/// Mean square of the fixed components of a motion, relative to its own, that counts as 0: round-off
+/// leaves some 1e-16.
+const HELD: f64 = 1e-13;
+/// Smallest square of a component that can stand for a motion.
+const SMALL: f64 = 1e-12;
+
+/// A rigid motion.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Velocity of every vertex.
+    pub shape: Vec<Vec3>,
+    /// (t, ω).
+    pub parameters: Vector6<f64>,
+}
+
+/// `Σ_i m_i a_i · b_i`.
+fn inner(mass: &(impl Fn(usize) -> f64 + Sync), a: &[Vec3], b: &[Vec3]) -> f64 {
+    parallel::sum(a.len(), |i| mass(i) * a[i].dot(&b[i]))
+}
+
+/// The motions of `x` that move no vertex in a fixed direction, orthonormal in `mass`, and R.
+#[must_use]
+pub fn free_motions(
+    x: &[Vec3],
+    pins: &Pins,
+    mass: impl Fn(usize) -> f64 + Sync,
+) -> (Vec<Motion>, f64) {
+    let count = real(x.len().max(1));
+    let centre: Vec3 = x.iter().sum::<Vec3>() / count;
+    let square: f64 = x.iter().map(|x| (x - centre).norm_squared()).sum();
+    let radius = (square / count).sqrt();
+    if !(radius > 0.0 && radius.is_finite()) {
+        return (Vec::new(), 1.0);
+    }
+    let basis = |p: usize, i: usize| -> Vec3 {
+        let axis = Vec3::ith(p % 3, 1.0);
+        if p < 3 { axis } else { axis.cross(&(x[i] - centre)) / radius }
+    };
+    let mut held = Matrix6::zeros();
+    let mut rows = 0usize;
+    for (i, pin) in pins.iter().enumerate() {
+        for a in (0..3).filter(|&a| pin[a]) {
+            let row = Vector6::from_fn(|p, _| basis(p, i)[a]);
+            held += row * row.transpose();
+            rows += 1;
+        }
+    }
+    let eigen = SymmetricEigen::new(held / real(rows.max(1)));
+    let mut all: Vec<Motion> = Vec::new();
+    for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= HELD) {
+        let mut parameters: Vector6<f64> = eigen.eigenvectors.column(k).into();
+        let mut shape = vec![Vec3::zeros(); x.len()];
+        parallel::fill(&mut shape, |i| {
+            let v = (0..6).map(|p| parameters[p] * basis(p, i)).sum::<Vec3>();
+            Vec3::from_fn(|a, _| if pins[i][a] { 0.0 } else { v[a] })
+        });
+        let before = inner(&mass, &shape, &shape);
+        for other in &all {
+            let share = inner(&mass, &other.shape, &shape);
+            parallel::update(&mut shape, |i, v| *v -= share * other.shape[i]);
+            parameters -= share * other.parameters;
+        }
+        let square = inner(&mass, &shape, &shape);
+        // A sheet without extent across an axis does not feel a turn about it.
+        if square > 1e-20 * before && square > 0.0 {
+            let scale = 1.0 / square.sqrt();
+            parallel::update(&mut shape, |_, v| *v *= scale);
+            all.push(Motion { shape, parameters: scale * parameters });
+        }
+    }
+    (all, radius)
+}
+
+/// As many (vertex, axis) pairs as there are `motions`: held there, a sheet has none of them left.
+/// Which ones does not matter to the shape; those are taken that the motions move most.
+#[must_use]
+pub fn holding(motions: &[Motion], pins: &Pins) -> Vec<(usize, usize)> {
+    let count = motions.len();
+    // What the motions with all chosen directions at rest still move.
+    let mut basis: Vec<Vector6<f64>> = Vec::new();
+    let row = |i: usize, axis: usize, basis: &[Vector6<f64>]| {
+        let mut row = Vector6::from_fn(|k, _| motions.get(k).map_or(0.0, |m| m.shape[i][axis]));
+        for b in basis {
+            row -= b.dot(&row) * b;
+        }
+        row
+    };
+    let mut chosen = Vec::new();
+    for _ in 0..count {
+        let all = (0..pins.len()).flat_map(|i| (0..3).map(move |axis| (i, axis)));
+        let sizes = all
+            .filter(|&(i, axis)| !pins[i][axis])
+            .map(|(i, axis)| (row(i, axis, &basis).norm_squared(), i, axis));
+        let Some((size, i, axis)) =
+            sizes.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > SMALL)
+        else {
+            break;
+        };
+        chosen.push((i, axis));
+        let along = row(i, axis, &basis) / size.sqrt();
+        basis.push(along);
+    }
+    chosen
+}

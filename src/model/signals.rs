@@ -1,0 +1,203 @@
+//! Signals: what kinetics may read of the shape, at the points where species live.
+//!
+//! ```text
+//! mean_curvature      H          1/length      > 0 at the top of a bump towards the normal
+//! gaussian_curvature  K          1/length²
+//! area_strain         A/Ā - 1    elastic: current over optimal area
+//! area_ratio          A/A⁰       current over rest area, growth included
+//! tension             σ          force/length, by one of three readings of the mean strain ē
+//! position, normal    x, n       three columns each
+//! time                t
+//! ```
+//!
+//! Curvatures belong to vertices, strains to faces. On vertices a strain is the mean over the
+//! adjacent faces; on faces a curvature is the mean of the three corners.
+//!
+//! Readings of the tension, with `ē = mean(A_j/Ā_j - 1)`: `trace`, `σ_αα = Y/(1-ν) ē`, the trace of
+//! the stress of an isotropic strain; `mean`, `Y ē`; `paper`, the printed `(Y/3) Σ_j (A_j/Ā_j - 1)`
+//! over the adjacent triangles, `2Y ē` where six meet (and on faces).
+
+mod derivatives;
+
+pub use derivatives::Derivatives;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Vec3;
+use crate::effects::Material;
+use crate::geometry::{Curvature, Shape, VertexArea};
+use crate::kinetics::{Location, Signal};
+use crate::num::real;
+use crate::parallel;
+
+/// How tension is read off the area strain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TensionReading {
+    /// `Y/(1-ν)` times the mean strain.
+    #[default]
+    Trace,
+    /// `Y` times the mean strain.
+    Mean,
+    /// `Y/3` times the sum over adjacent triangles, as printed.
+    Paper,
+}
+
+/// Evaluates signals on one sheet.
+#[derive(Debug, Clone)]
+pub struct Signals {
+    wanted: Vec<Signal>,
+    location: Location,
+    area: VertexArea,
+    modulus: f64,
+    poisson: f64,
+    reading: TensionReading,
+    rest_area: Vec<f64>,
+}
+
+impl Signals {
+    /// Prepares the `wanted` signals, in that order.
+    #[must_use]
+    pub fn new(
+        wanted: Vec<Signal>,
+        location: Location,
+        area: VertexArea,
+        material: Option<&Material>,
+        reading: TensionReading,
+        rest_area: Vec<f64>,
+    ) -> Self {
+        Self {
+            wanted,
+            location,
+            area,
+            // Of use to the tension alone, which is refused without a material.
+            modulus: material.map_or(0.0, Material::stretching_modulus),
+            poisson: material.map_or(0.0, |material| material.poisson),
+            reading,
+            rest_area,
+        }
+    }
+
+    /// The signals evaluated.
+    #[must_use]
+    pub fn wanted(&self) -> &[Signal] {
+        &self.wanted
+    }
+
+    /// The columns of all wanted signals at `shape`: one value a point, vectors as three columns,
+    /// time as a column of one value.
+    #[must_use]
+    pub fn evaluate(&self, shape: &Shape<'_>, time: f64) -> Vec<Vec<f64>> {
+        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
+        let curvature = self.wanted.iter().any(curved).then(|| Curvature::of(shape, &self.area));
+        let mut columns = Vec::new();
+        for signal in &self.wanted {
+            match (signal, &curvature) {
+                (Signal::MeanCurvature, Some(c)) => {
+                    columns.push(self.carry_vertices(shape, &c.mean))
+                }
+                (Signal::GaussianCurvature, Some(c)) => {
+                    columns.push(self.carry_vertices(shape, &c.gaussian));
+                }
+                (Signal::Time, _) => columns.push(vec![time]),
+                (Signal::Position, _) => columns.extend(self.positions(shape)),
+                (Signal::Normal, _) => columns.extend(self.normals(shape)),
+                (Signal::AreaRatio, _) => {
+                    let ratio = |t: usize| shape.face(t).area / self.rest_area[t];
+                    columns.push(self.carry_faces(shape, ratio));
+                }
+                (Signal::AreaStrain, _) => columns.push(self.carry_faces(shape, strain(shape))),
+                (Signal::Tension, _) => columns.push(self.tension(shape)),
+                // Curvature is evaluated whenever it is wanted.
+                (_, None) => columns.push(vec![0.0; self.points(shape)]),
+            }
+        }
+        columns
+    }
+
+    fn points(&self, shape: &Shape<'_>) -> usize {
+        match self.location {
+            Location::Vertex => shape.sheet.vertex_count(),
+            Location::Face | Location::Edge => shape.sheet.triangle_count(),
+        }
+    }
+
+    fn filled(&self, shape: &Shape<'_>, f: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+        let mut column = vec![0.0; self.points(shape)];
+        parallel::fill(&mut column, f);
+        column
+    }
+
+    fn carry_vertices(&self, shape: &Shape<'_>, value: &[f64]) -> Vec<f64> {
+        match self.location {
+            Location::Vertex => value.to_vec(),
+            Location::Face | Location::Edge => {
+                let triangles = shape.sheet.triangles();
+                self.filled(shape, |t| {
+                    let [a, b, c] = triangles[t].map(|v| value[v as usize]);
+                    (a + b + c) / 3.0
+                })
+            }
+        }
+    }
+
+    fn carry_faces(&self, shape: &Shape<'_>, value: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+        match self.location {
+            Location::Face | Location::Edge => self.filled(shape, value),
+            Location::Vertex => {
+                let incident = shape.sheet.vertex_triangles();
+                self.filled(shape, |i| {
+                    let around = incident.of(i);
+                    let sum: f64 = around.iter().map(|&(t, _)| value(t as usize)).sum();
+                    sum / real(around.len())
+                })
+            }
+        }
+    }
+
+    fn tension(&self, shape: &Shape<'_>) -> Vec<f64> {
+        let strain = strain(shape);
+        match (self.reading, self.location) {
+            (TensionReading::Trace, _) => {
+                let factor = self.modulus / (1.0 - self.poisson);
+                self.carry_faces(shape, |t| factor * strain(t))
+            }
+            (TensionReading::Mean, _) => self.carry_faces(shape, |t| self.modulus * strain(t)),
+            (TensionReading::Paper, Location::Face | Location::Edge) => {
+                self.filled(shape, |t| 2.0 * self.modulus * strain(t))
+            }
+            (TensionReading::Paper, Location::Vertex) => {
+                let incident = shape.sheet.vertex_triangles();
+                self.filled(shape, |i| {
+                    let sum: f64 = incident.of(i).iter().map(|&(t, _)| strain(t as usize)).sum();
+                    self.modulus / 3.0 * sum
+                })
+            }
+        }
+    }
+
+    fn positions(&self, shape: &Shape<'_>) -> [Vec<f64>; 3] {
+        std::array::from_fn(|axis| {
+            let at: Vec<f64> = shape.x.iter().map(|x| x[axis]).collect();
+            self.carry_vertices(shape, &at)
+        })
+    }
+
+    fn normals(&self, shape: &Shape<'_>) -> [Vec<f64>; 3] {
+        let mut normal = vec![Vec3::zeros(); self.points(shape)];
+        parallel::fill(&mut normal, |i| match self.location {
+            Location::Face | Location::Edge => shape.face(i).normal,
+            Location::Vertex => {
+                let around = shape.sheet.vertex_triangles().of(i).iter();
+                let faces = around.map(|&(t, _)| shape.face(t as usize));
+                faces.map(|f| f.area * f.normal).sum::<Vec3>().normalize()
+            }
+        });
+        std::array::from_fn(|axis| normal.iter().map(|n| n[axis]).collect())
+    }
+}
+
+/// `A/Ā - 1` of every triangle.
+fn strain<'a>(shape: &'a Shape<'_>) -> impl Fn(usize) -> f64 + Sync + 'a {
+    |t| shape.face(t).area / shape.metric.area()[t] - 1.0
+}

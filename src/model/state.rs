@@ -1,0 +1,16 @@
+//! The state of a run: when, where every vertex is, and how much of every species is where.
+
+use crate::Vec3;
+
+/// Positions and species at one time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct State {
+    /// Time, in the unit that the kinetics' rates use.
+    pub time: f64,
+    /// Accepted steps since the start.
+    pub step: u64,
+    /// Current positions `x_i`, one per vertex.
+    pub x: Vec<Vec3>,
+    /// For every species its value at every point (vertex or face).
+    pub species: Vec<Vec<f64>>,
+}

@@ -1,0 +1,79 @@
+//! Sparse LU with column ordering: faer's factorisation, with errors in place of panics.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par};
+
+use super::LinearError;
+
+/// An LU factor of matrices in one pattern.
+pub struct SparseLu {
+    symbolic: SymbolicLu<usize>,
+    numeric: NumericLu<usize, f64>,
+    memory: MemBuffer,
+    ready: bool,
+}
+
+impl SparseLu {
+    /// Orders the columns and prepares the factor.
+    ///
+    /// # Errors
+    /// [`LinearError`] if the memory does not suffice.
+    pub fn new(pattern: SymbolicSparseColMatRef<'_, usize>) -> Result<Self, LinearError> {
+        let refuse = |why: &dyn std::fmt::Debug| {
+            LinearError::new(format!("the matrix cannot be factorised: {why:?}"))
+        };
+        let symbolic =
+            factorize_symbolic_lu(pattern, Default::default()).map_err(|e| refuse(&e))?;
+        let need = symbolic
+            .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
+            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let memory = MemBuffer::try_new(need).map_err(|e| refuse(&e))?;
+        Ok(Self { symbolic, numeric: NumericLu::new(), memory, ready: false })
+    }
+
+    /// Factorises a matrix of the pattern.
+    ///
+    /// # Errors
+    /// [`LinearError`] for a matrix that is singular by its pattern, or with numbers
+    /// that are not finite. One that is singular by its numbers shows in the solution.
+    pub fn factorise(
+        &mut self,
+        matrix: SparseColMatRef<'_, usize, f64>,
+    ) -> Result<(), LinearError> {
+        self.ready = false;
+        if !matrix.val().iter().all(|v| v.is_finite()) {
+            let text = "the Newton matrix has entries that are not finite";
+            return Err(LinearError::new(text));
+        }
+        let Self { symbolic, numeric, memory, .. } = self;
+        let stack = MemStack::new(memory);
+        symbolic
+            .factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default())
+            .map_err(|e| LinearError::new(format!("the Newton matrix is singular: {e:?}")))?;
+        self.ready = true;
+        Ok(())
+    }
+
+    /// Solves in place.
+    ///
+    /// # Errors
+    /// [`LinearError`] if the solution is not finite: the matrix is singular.
+    pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
+        if !self.ready {
+            return Err(LinearError::new("there is no factor"));
+        }
+        let Self { symbolic, numeric, memory, .. } = self;
+        // The numeric part belongs to the symbolic one: both are made here.
+        let factor = LuRef::new_unchecked(symbolic, numeric);
+        let n = x.len();
+        let right = MatMut::from_column_major_slice_mut(x, n, 1);
+        factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+        if x.iter().all(|v| v.is_finite()) {
+            Ok(())
+        } else {
+            Err(LinearError::new("the Newton matrix is singular"))
+        }
+    }
+}

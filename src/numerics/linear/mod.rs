@@ -1,0 +1,44 @@
+//! Sparse symmetric matrices of 3×3 blocks, their factors, and multigrid.
+
+mod aggregates;
+mod analysis;
+mod block_matrix;
+mod cholesky;
+mod factor;
+mod full_rows;
+mod gmres;
+mod ilu;
+mod ldlt;
+mod lu;
+mod multigrid;
+mod prolongator;
+mod shifted;
+mod sparse;
+mod stencils;
+mod two_fields;
+
+pub use analysis::Precision;
+pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
+pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
+pub use factor::{Factor, LinearChoice};
+pub use gmres::{dot, norm};
+pub use ilu::Ilu;
+pub use ldlt::BlockLdlt;
+pub use lu::SparseLu;
+pub use multigrid::Multigrid;
+pub use shifted::Shifted;
+pub use sparse::{Assembly, Entries, Sparse, SumOfProduct};
+pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
+pub use two_fields::{Displacements, TwoFields};
+
+/// A matrix that could not be factorised, or a system that could not be solved, and why.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct LinearError(String);
+
+impl LinearError {
+    /// With the reason in words.
+    pub fn new(reason: impl Into<String>) -> Self {
+        Self(reason.into())
+    }
+}

@@ -1,0 +1,273 @@
+//! Multigrid by smoothed aggregation: an approximate inverse whose memory grows with the sheet as
+//! the matrix itself does.
+//!
+//! ```text
+//! z ← q(D⁻¹A) D⁻¹ r                     Chebyshev polynomial q: the rough part
+//! z ← z + P A_c⁻¹ Pᵀ (r - A z)          the smooth part, on the coarse level by the same cycle
+//! z ← z + q(D⁻¹A) D⁻¹ (r - A z)         the rough part again, which makes the cycle symmetric
+//! ```
+//!
+//! The coarsest matrix is factorised. The cycle is positive definite if that matrix is, whatever A:
+//! with s(λ) = 1 - λ q(λ) it is (1 - s²)/λ + s P A_c⁻¹ Pᵀ s, and the first term is positive up to the
+//! largest eigenvalue, for negative λ too.
+//!
+//! Sources: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511; Chebyshev
+//! smoothers: Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593,
+//! doi:10.1016/S0021-9991(03)00194-3.
+
+use std::sync::Arc;
+
+use super::LinearError;
+use super::full_rows::{FullRows, SingleRows};
+use super::prolongator::{Motions, Prolongator};
+use super::{Block, BlockCholesky, BlockMatrix, BlockPattern, NotPositive};
+use crate::Vec3;
+use crate::num::real;
+use crate::parallel;
+
+/// Degree of the smoother: products with A on either side of the coarse level.
+const DEGREE: usize = 2;
+/// The smoother acts on eigenvalues of D⁻¹A down to this share of the largest.
+const SMOOTHED: f64 = 1.0 / 15.0;
+/// Steps of the power iteration, and what its result is multiplied by: it comes from below, and the
+/// smoother must not meet an eigenvalue beyond its bound.
+const POWER: (usize, f64) = (20, 1.2);
+/// Nodes of a level that is factorised rather than made coarser. A third level more than doubles the
+/// number of iterations; with two a million vertices take 2.7 GiB, the coarse factor included.
+const COARSEST: usize = 120_000;
+/// Cycles on each level below the finest.
+const VISITS: usize = 3;
+/// A matrix that must be positive gets a growing shift, relative to its mean diagonal: first, factor,
+/// last.
+const SHIFT: (f64, f64, f64) = (1e-9, 100.0, 1e-3);
+
+/// One level above the coarsest.
+struct Level {
+    rows: FullRows,
+    single: SingleRows,
+    /// D⁻¹.
+    inverse: Vec<Block>,
+    /// Largest eigenvalue of D⁻¹A, or a little more.
+    largest: f64,
+    prolongator: Prolongator,
+    coarse: BlockMatrix,
+    solution: Vec<Vec3>,
+    step: Vec<Vec3>,
+    coarse_vector: Vec<[Vec3; 2]>,
+}
+
+impl Level {
+    fn new(pattern: &BlockPattern) -> Self {
+        let rows = FullRows::new(pattern);
+        let prolongator = Prolongator::new(&rows);
+        let n = rows.len();
+        Self {
+            single: SingleRows::default(),
+            inverse: vec![Block::zeros(); n],
+            largest: 0.0,
+            coarse: BlockMatrix::zeros(Arc::new(prolongator.coarse_pattern())),
+            solution: vec![Vec3::zeros(); n],
+            step: vec![Vec3::zeros(); n],
+            coarse_vector: vec![[Vec3::zeros(); 2]; prolongator.aggregates()],
+            rows,
+            prolongator,
+        }
+    }
+
+    /// Everything for `matrix`; the motions of the coarse level.
+    fn load(
+        &mut self,
+        matrix: &BlockMatrix,
+        motions: &mut [Motions],
+    ) -> Result<Vec<Motions>, NotPositive> {
+        self.single.load(&self.rows, matrix);
+        parallel::fill(&mut self.inverse, |i| {
+            let cholesky = nalgebra::Cholesky::new(matrix.row(i)[0]);
+            cholesky.map_or_else(Block::zeros, |c| c.inverse())
+        });
+        if self.inverse.iter().any(|block| block[(0, 0)] == 0.0) {
+            return Err(NotPositive);
+        }
+        self.largest_eigenvalue();
+        if !(self.largest > 0.0 && self.largest.is_finite()) {
+            return Err(NotPositive);
+        }
+        let damping = 4.0 / (3.0 * self.largest);
+        let coarse = self.prolongator.smooth(&self.rows, matrix, &self.inverse, damping, motions);
+        self.prolongator.coarse_matrix(&self.rows, matrix, &mut self.coarse);
+        Ok(coarse)
+    }
+
+    fn bytes(&self) -> usize {
+        let nodes = self.inverse.len() * (size_of::<Block>() + 2 * size_of::<Vec3>());
+        let blocks = size_of_val(self.coarse.values());
+        nodes + blocks + self.rows.bytes() + self.single.bytes() + self.prolongator.bytes()
+    }
+
+    /// Power iteration, always from the same vector: what is found depends on the matrix alone.
+    fn largest_eigenvalue(&mut self) {
+        let norm = |v: &[Vec3]| parallel::sum(v.len(), |i| v[i].norm_squared()).sqrt();
+        // Any vector that is not smooth.
+        parallel::fill(&mut self.solution, |i| {
+            Vec3::from_fn(|a, _| (2.399_963 * real(3 * i + a)).sin())
+        });
+        for _ in 0..POWER.0 {
+            let (vector, length) = (&self.solution, norm(&self.solution));
+            parallel::fill(&mut self.step, |i| {
+                self.inverse[i] * self.single.times(&self.rows, i, vector) / length
+            });
+            std::mem::swap(&mut self.solution, &mut self.step);
+        }
+        self.largest = POWER.1 * norm(&self.solution);
+    }
+
+    /// `residual -= A step`.
+    fn subtract(&self, residual: &mut [Vec3]) {
+        parallel::update(residual, |i, r| *r -= self.single.times(&self.rows, i, &self.step));
+    }
+
+    /// Adds the Chebyshev polynomial of `residual` to the solution; all but its last step is
+    /// subtracted from the residual.
+    fn smooth(&mut self, residual: &mut [Vec3]) {
+        let (low, high) = (SMOOTHED * self.largest, self.largest);
+        let (middle, half) = (0.5 * (high + low), 0.5 * (high - low));
+        let mut ratio = half / middle;
+        let inverse = &self.inverse;
+        parallel::update(&mut self.step, |i, d| *d = inverse[i] * residual[i] / middle);
+        let step = &self.step;
+        parallel::update(&mut self.solution, |i, z| *z += step[i]);
+        for _ in 1..DEGREE {
+            self.subtract(residual);
+            let next = (2.0 * middle / half - ratio).recip();
+            let inverse = &self.inverse;
+            parallel::update(&mut self.step, |i, d| {
+                *d = next * ratio * *d + 2.0 * next / half * (inverse[i] * residual[i]);
+            });
+            let step = &self.step;
+            parallel::update(&mut self.solution, |i, z| *z += step[i]);
+            ratio = next;
+        }
+    }
+}
+
+/// Hierarchy of levels for matrices of one pattern.
+pub struct Multigrid {
+    levels: Vec<Level>,
+    coarsest: BlockCholesky,
+}
+
+impl Multigrid {
+    /// Aggregates the nodes of `pattern`, level after level, and orders the coarsest.
+    ///
+    /// # Errors
+    /// [`LinearError`] if the coarsest level is too large for a factor.
+    pub fn new(pattern: &Arc<BlockPattern>) -> Result<Self, LinearError> {
+        Self::with_coarsest(pattern, COARSEST)
+    }
+
+    /// As [`Multigrid::new`], with levels down to one of at most `coarsest` nodes; two at least.
+    ///
+    /// # Errors
+    /// As [`Multigrid::new`].
+    pub fn with_coarsest(
+        pattern: &Arc<BlockPattern>,
+        coarsest: usize,
+    ) -> Result<Self, LinearError> {
+        let mut pattern = Arc::clone(pattern);
+        let mut levels: Vec<Level> = Vec::new();
+        while levels.is_empty() || pattern.rows() > coarsest {
+            let level = Level::new(&pattern);
+            // Parts too small to be made coarser would go on for ever.
+            if 3 * level.coarse.pattern().rows() > 2 * pattern.rows() {
+                break;
+            }
+            pattern = Arc::clone(level.coarse.pattern());
+            levels.push(level);
+        }
+        Ok(Self { levels, coarsest: BlockCholesky::new(pattern)? })
+    }
+
+    /// Takes over `matrix`, which must have the pattern this was made for, at the shape `x` whose
+    /// rigid motions cost little. With `insist` a coarsest matrix that is not positive is shifted
+    /// until it is.
+    ///
+    /// # Errors
+    /// [`NotPositive`] if the coarsest matrix is not positive definite, or a block of a diagonal.
+    pub fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        x: &[Vec3],
+        insist: bool,
+    ) -> Result<(), NotPositive> {
+        let mut motions = rigid_motions(x);
+        let mut matrix = matrix;
+        for level in &mut self.levels {
+            motions = level.load(matrix, &mut motions)?;
+            matrix = &level.coarse;
+        }
+        let result = self.coarsest.factorise(matrix);
+        if result.is_ok() || !insist {
+            return result;
+        }
+        let mut shifted = matrix.clone();
+        let (mut shift, unit) = (SHIFT.0, matrix.mean_diagonal());
+        while shift <= SHIFT.2 {
+            shifted.add_diagonal(shift * unit);
+            if self.coarsest.factorise(&shifted).is_ok() {
+                return Ok(());
+            }
+            shift *= SHIFT.1;
+        }
+        Err(NotPositive)
+    }
+
+    /// Replaces `rhs` by one cycle's approximation of the solution for the last matrix taken over.
+    pub fn solve(&mut self, rhs: &mut [Vec3]) {
+        cycle(&mut self.levels, &mut self.coarsest, rhs, 1);
+    }
+
+    /// Bytes of all levels and of the factor of the coarsest.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(Level::bytes).sum::<usize>() + 8 * self.coarsest.factor_size()
+    }
+}
+
+/// Replaces `residual` by the solution of the finest of `levels`, or what `visits` cycles make of it.
+fn cycle(levels: &mut [Level], coarsest: &mut BlockCholesky, residual: &mut [Vec3], visits: usize) {
+    let Some((level, coarser)) = levels.split_first_mut() else {
+        coarsest.solve(residual);
+        return;
+    };
+    parallel::update(&mut level.solution, |_, z| *z = Vec3::zeros());
+    for visit in 0..visits {
+        if visit > 0 {
+            level.subtract(residual);
+        }
+        level.smooth(residual);
+        level.subtract(residual);
+        level.prolongator.restrict(residual, &mut level.coarse_vector);
+        cycle(coarser, coarsest, level.coarse_vector.as_flattened_mut(), VISITS);
+        level.prolongator.prolong(&level.coarse_vector, &mut level.step);
+        let step = &level.step;
+        parallel::update(&mut level.solution, |i, z| *z += step[i]);
+        level.subtract(residual);
+        level.smooth(residual);
+    }
+    residual.copy_from_slice(&level.solution);
+}
+
+/// Translations, and rotations about the mean position, of every vertex: `[1 | -[r]×/R]`.
+fn rigid_motions(x: &[Vec3]) -> Vec<Motions> {
+    let centre = x.iter().sum::<Vec3>() / real(x.len().max(1));
+    let radius = x.iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let mut motions = vec![Motions::zeros(); x.len()];
+    parallel::fill(&mut motions, |i| {
+        let mut motion = Motions::zeros();
+        motion.fixed_columns_mut::<3>(0).copy_from(&Block::identity());
+        let turn = -((x[i] - centre) / radius).cross_matrix();
+        motion.fixed_columns_mut::<3>(3).copy_from(&turn);
+        motion
+    });
+    motions
+}

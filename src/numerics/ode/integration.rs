@@ -1,0 +1,107 @@
+//! An integration that owns its problem and lives as long as it is useful.
+//!
+//! diffsol's steppers borrow their problem; here the two are kept together, so that whoever integrates
+//! keeps one value. Started again elsewhere it keeps the pattern of ∂F/∂y and the analyses of the
+//! linear solver.
+
+use std::any::Any;
+use std::marker::PhantomData;
+
+use self_cell::self_cell;
+
+use super::consistent::make_consistent;
+use super::equations::Equations;
+use super::stepper::{Problem, Stepper, problem};
+use super::{Failure, OdeProblem, OdeWork, Options, Result};
+use crate::linear::Shifted;
+
+self_cell!(
+    struct Running {
+        owner: Problem,
+        #[not_covariant]
+        dependent: Stepper,
+    }
+);
+
+/// An integration of a problem of type P.
+pub struct Integration<P> {
+    running: Running,
+    options: Options,
+    stored: Option<Vec<bool>>,
+    newton: Option<Shifted>,
+    kind: PhantomData<fn(P)>,
+}
+
+impl<P: OdeProblem> Integration<P> {
+    /// From `start` at `time`; unknowns without storage are first brought to where their rows are 0.
+    ///
+    /// # Errors
+    /// If F or its derivatives cannot be evaluated there.
+    pub fn new(mut problem: P, time: f64, mut start: Vec<f64>, options: Options) -> Result<Self> {
+        let (stored, mut newton) = (problem.stored(), None);
+        if let Some(stored) = &stored {
+            let from = (time, start.as_mut_slice());
+            make_consistent(&mut problem, stored, from, &options, &mut newton)?;
+        }
+        let running = begin(Box::new(problem), time, start, &options)?;
+        Ok(Self { running, options, stored, newton, kind: PhantomData })
+    }
+
+    /// Starts anew from `start` at `time`, to be integrated over about `span`.
+    ///
+    /// # Errors
+    /// As for [`Integration::new`]; the integration can then be started again from elsewhere.
+    pub fn restart(&mut self, time: f64, mut start: Vec<f64>, span: f64) -> Result<()> {
+        let (options, newton) = (&self.options, &mut self.newton);
+        if let Some(stored) = &self.stored {
+            self.running.with_dependent(|problem, _| {
+                problem.eqn.with(|problem| {
+                    make_consistent(problem, stored, (time, &mut start), options, newton)
+                })
+            })?;
+        }
+        self.running.with_dependent_mut(|_, stepper| stepper.restart(time, &start, span))
+    }
+
+    /// Works with the problem; `None` does not happen, as P is what [`Integration::new`] was given.
+    pub fn with<R>(&self, f: impl FnOnce(&mut P) -> R) -> Option<R> {
+        self.running.with_dependent(|problem, _| {
+            problem.eqn.with(|problem| {
+                let problem: &mut dyn Any = problem;
+                problem.downcast_mut::<P>().map(f)
+            })
+        })
+    }
+
+    /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
+    /// it. `accept` may refuse the new solution (time, values): the step is then repeated with a smaller
+    /// size; numbers that are not finite are never shown to it, nor are those from where
+    /// the next step would find no finite rates.
+    ///
+    /// # Errors
+    /// An error of F or of `accept` that no smaller step cures, or the last one if none did.
+    pub fn step(
+        &mut self,
+        until: f64,
+        accept: &mut dyn FnMut(f64, &[f64]) -> Result<(), Failure>,
+    ) -> Result<()> {
+        self.running.with_dependent_mut(|_, stepper| stepper.step(until, accept))
+    }
+
+    /// Work so far.
+    #[must_use]
+    pub fn work(&self) -> OdeWork {
+        self.running.with_dependent(|_, stepper| stepper.work())
+    }
+}
+
+/// Not generic, so that diffsol's methods are compiled with this crate.
+fn begin(
+    of: Box<dyn OdeProblem>,
+    time: f64,
+    start: Vec<f64>,
+    options: &Options,
+) -> Result<Running> {
+    let equations = Equations::new(of, time, start, options.method.is_implicit())?;
+    Running::try_new(problem(equations, time, options)?, |owner| Stepper::new(owner, options))
+}

@@ -1,0 +1,129 @@
+//! Systems `M dy/dt = F(t, y)` with sparse Jacobians, integrated by diffsol.
+//!
+//! This is the one place that knows diffsol. What it asks for and what it lacks is handled here:
+//!
+//! * its right-hand side returns nothing: the first error of F waits in a side channel, NaN goes
+//!   to the solver, and the channel is looked at before a step counts;
+//! * its explicit methods' error norm drops NaN, so every accepted step is checked for numbers that
+//!   are not finite, and taken back;
+//! * its sparse LU panics where a matrix is singular: `NewtonSolver` returns errors instead;
+//! * it counts failures of Newton's method over its whole life, with a limit of 50: the limits are
+//!   lifted, and the least step, which it takes as absolute, is scaled with the first one;
+//! * it finds algebraic rows by zeros on the diagonal of M, and leaves M out of the first slope:
+//!   rows with storage are divided by it, so that M has nothing but exact ones and zeros;
+//! * it takes the start for consistent, and a time to stop at within round-off of where it is for an
+//!   error: the first is made so, the second is where it is;
+//! * its guess of the pattern by NaN is not used: pattern and values of ∂F/∂y are given.
+
+mod consistent;
+mod equations;
+mod integration;
+mod newton;
+mod stepper;
+
+pub use equations::OdeProblem;
+pub use integration::Integration;
+pub use stepper::Options;
+
+use serde::{Deserialize, Serialize};
+
+use crate::linear::LinearError;
+
+/// Integration methods.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OdeMethod {
+    /// Backward differences of variable order 1 to 5.
+    #[default]
+    Bdf,
+    /// Trapezoidal rule and second backward difference, order 2, L-stable.
+    TrBdf2,
+    /// Singly diagonally implicit Runge-Kutta of order 3, L-stable.
+    Esdirk34,
+    /// Explicit Runge-Kutta of Tsitouras, order 5.
+    Tsit45,
+}
+
+impl OdeMethod {
+    /// What it is called in messages and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bdf => "BDF",
+            Self::TrBdf2 => "TR-BDF2",
+            Self::Esdirk34 => "ESDIRK34",
+            Self::Tsit45 => "Tsit45",
+        }
+    }
+
+    /// Whether it solves linear systems.
+    #[must_use]
+    pub fn is_implicit(self) -> bool {
+        self != Self::Tsit45
+    }
+}
+
+/// Work of an integration.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OdeWork {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Tries that the error test or Newton's method rejected.
+    pub rejected: usize,
+    /// Iterations of Newton's method.
+    pub iterations: usize,
+    /// Factorisations or set-ups of the linear solver.
+    pub factorisations: usize,
+}
+
+/// Why an integration stopped, or a value was not found.
+#[derive(Debug, thiserror::Error)]
+pub enum OdeError {
+    /// The problem has no value or no derivatives somewhere, or refuses a solution.
+    #[error(transparent)]
+    Problem {
+        /// What it says.
+        #[from]
+        cause: Failure,
+    },
+    /// Unknowns or values that are not finite.
+    #[error("a value is not a finite number")]
+    NotFinite,
+    /// A linear system could not be solved.
+    #[error(transparent)]
+    Linear(#[from] LinearError),
+    /// diffsol gave up.
+    #[error("the {method} integrator stopped at time {time}: {message}")]
+    Stopped {
+        /// Name of the method.
+        method: &'static str,
+        /// Time reached.
+        time: f64,
+        /// What it says.
+        message: String,
+    },
+}
+
+/// What a problem says where it has no value.
+#[derive(Debug, thiserror::Error)]
+#[error("{cause}")]
+pub struct Failure {
+    /// The reason.
+    pub cause: Box<dyn std::error::Error + Send + Sync>,
+    /// Whether a smaller step may do without this failure.
+    pub recoverable: bool,
+}
+
+impl OdeError {
+    /// Whether a smaller step may do without this failure.
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        match self {
+            Self::Problem { cause } => cause.recoverable,
+            Self::NotFinite | Self::Linear(_) | Self::Stopped { .. } => true,
+        }
+    }
+}
+
+/// Shorthand for results with [`OdeError`].
+pub type Result<T, E = OdeError> = std::result::Result<T, E>;

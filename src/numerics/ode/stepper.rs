@@ -1,0 +1,376 @@
+//! diffsol's methods behind one face: one checked step at a time.
+
+use diffsol::{
+    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerSparseMat, FaerVec, NonLinearOp,
+    OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverProblem, OdeSolverState,
+    OdeSolverStopReason, RkState, Sdirk, Tableau, Vector, VectorCommon,
+};
+
+use super::equations::Equations;
+use super::newton::{NewtonSolver, Spare};
+use super::{Failure, OdeError, OdeMethod, OdeWork, Result};
+use crate::linear::{Displacements, LinearChoice};
+
+/// How a problem is to be integrated.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The method.
+    pub method: OdeMethod,
+    /// The linear solver of implicit methods.
+    pub linear: LinearChoice,
+    /// Unknowns that are displacements, if there are any.
+    pub displacements: Option<Displacements>,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Absolute tolerances.
+    pub atol: Vec<f64>,
+    /// First step; chosen by the first slopes if not given.
+    pub step: Option<f64>,
+    /// A length of time that matters, for the least step and where slopes say nothing.
+    pub span: f64,
+}
+
+/// A step below this share of the first one gives up.
+const SHORTEST: f64 = 1e-9;
+/// Length of a step that is tried again, relative to the one that was taken back.
+const RETRY: f64 = 0.25;
+/// Tries at one step that end with numbers that are not finite or not allowed.
+const RETRIES: usize = 20;
+/// Times as near as so many units of round-off are the same to diffsol: it neither steps from one to
+/// the other nor takes it for a time to stop at.
+const SAME_TIME: f64 = 100.0 * f64::EPSILON;
+/// A step that would leave less than this share of itself to the stop time shares the way with the
+/// next one: steps much shorter than their neighbours cost all their history.
+const STUB: f64 = 0.01;
+/// The least step is at most this share of the way to the stop time, however short that is.
+const SHORTEST_OF_REST: f64 = 1e-6;
+
+/// The diffsol problem of `equations`, to be kept where a [`Stepper`] can borrow it.
+///
+/// # Errors
+/// Tolerances of the wrong number, which is a fault of the caller.
+pub(super) fn problem(equations: Equations, time: f64, options: &Options) -> Result<Problem> {
+    let made = OdeBuilder::<FaerSparseMat<f64>>::new()
+        .t0(time)
+        .h0(options.span)
+        .rtol(options.rtol)
+        .atol(options.atol.iter().copied())
+        .build_from_eqn(equations);
+    let mut problem = made.map_err(|e| refusal(options.method, time, &e.to_string()))?;
+    // Counted over the solver's whole life: a long run would die of harmless failures.
+    problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
+    problem.ode_options.max_error_test_failures = usize::MAX;
+    Ok(problem)
+}
+
+fn refusal(method: OdeMethod, time: f64, message: &str) -> OdeError {
+    OdeError::Stopped { method: method.name(), time, message: message.into() }
+}
+
+pub(super) type Problem = OdeSolverProblem<Equations>;
+
+enum Method<'a> {
+    Bdf(Box<Bdf<'a, Equations, NewtonSolver>>),
+    Sdirk(Box<Sdirk<'a, Equations, NewtonSolver>>),
+    Explicit(Box<ExplicitRk<'a, Equations>>),
+}
+
+macro_rules! every {
+    ($method:expr, $solver:ident => $body:expr, none => $none:expr) => {
+        match $method {
+            Some(Method::Bdf($solver)) => $body,
+            Some(Method::Sdirk($solver)) => $body,
+            Some(Method::Explicit($solver)) => $body,
+            None => $none,
+        }
+    };
+}
+
+/// An integration under way.
+pub(super) struct Stepper<'a> {
+    problem: &'a Problem,
+    options: Options,
+    /// None after a start that failed.
+    method: Option<Method<'a>>,
+    /// Work of the solvers that were replaced.
+    before: OdeWork,
+    shortest: f64,
+    spare: Spare,
+    /// Time reached: the stop time itself where the solver has come within round-off of it.
+    time: f64,
+}
+
+impl<'a> Stepper<'a> {
+    /// From the start of `problem`.
+    ///
+    /// # Errors
+    /// If F cannot be evaluated there.
+    pub(super) fn new(problem: &'a Problem, options: &Options) -> Result<Self> {
+        let (time, y) = (problem.t0, problem.eqn.init_vector());
+        let first = Self::first_step(problem, options, time, &y)?;
+        let (shortest, spare) = (SHORTEST * first, Spare::default());
+        let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
+        let method = Some(started);
+        let (before, options) = (OdeWork::default(), options.clone());
+        Ok(Self { problem, options, method, before, shortest, spare, time })
+    }
+
+    /// Starts anew from `y` at `time`, with no memory of the way there but factors' patterns.
+    ///
+    /// # Errors
+    /// If F cannot be evaluated there.
+    pub(super) fn restart(&mut self, time: f64, y: &[f64], span: f64) -> Result<()> {
+        self.options.span = span;
+        self.problem.eqn.take_error();
+        let (before, y) = (self.work(), vector(y));
+        let first = Self::first_step(self.problem, &self.options, time, &y)?;
+        self.shortest = SHORTEST * first;
+        self.begin(time, y, first)?;
+        self.before = before;
+        Ok(())
+    }
+
+    fn begin(&mut self, time: f64, y: FaerVec<f64>, step: f64) -> Result<()> {
+        // Dropped first: the old solver leaves its factor to the new one.
+        self.method = None;
+        let steps = (step, self.shortest);
+        let started = Self::start(self.problem, &self.options, time, y, steps, &self.spare)?;
+        self.method = Some(started);
+        self.time = time;
+        Ok(())
+    }
+
+    /// dy/dt where it is known: F in rows with storage, 0 in the others.
+    fn slope(
+        problem: &Problem,
+        options: &Options,
+        time: f64,
+        y: &FaerVec<f64>,
+    ) -> Result<FaerVec<f64>> {
+        let mut slope = problem.eqn.rhs().call(y, time);
+        if let Some(error) = problem.eqn.take_error() {
+            return Err(error);
+        }
+        let values = slope.inner_mut().col_as_slice_mut(0);
+        if let Some(stored) = problem.eqn.stored() {
+            for (value, stored) in values.iter_mut().zip(stored) {
+                if !stored {
+                    *value = 0.0;
+                }
+            }
+        }
+        if values.iter().any(|v| !v.is_finite()) {
+            return Err(refusal(options.method, time, "the rates are not finite"));
+        }
+        Ok(slope)
+    }
+
+    /// A hundredth of the time in which the solution changes by its own size or its tolerance.
+    fn first_step(
+        problem: &Problem,
+        options: &Options,
+        time: f64,
+        y: &FaerVec<f64>,
+    ) -> Result<f64> {
+        if let Some(step) = options.step {
+            return Ok(step);
+        }
+        let slope = Self::slope(problem, options, time, y)?;
+        let (y, slope) = (y.inner().col_as_slice(0), slope.inner().col_as_slice(0));
+        let norm = |v: &[f64]| {
+            let unit = |i: usize| options.atol[i] + options.rtol * y[i].abs();
+            let sum: f64 = (0..v.len()).map(|i| (v[i] / unit(i)).powi(2)).sum();
+            (sum / crate::num::real(v.len().max(1))).sqrt()
+        };
+        let (size, speed) = (norm(y), norm(slope));
+        let step = if speed > 0.0 { 0.01 * size.max(1.0) / speed } else { 1e-3 * options.span };
+        Ok(step.min(options.span))
+    }
+
+    fn start(
+        problem: &'a Problem,
+        options: &Options,
+        time: f64,
+        y: FaerVec<f64>,
+        (step, shortest): (f64, f64),
+        spare: &Spare,
+    ) -> Result<Method<'a>> {
+        let dy = Self::slope(problem, options, time, &y)?;
+        let refuse = |e: diffsol::DiffsolError| refusal(options.method, time, &e.to_string());
+        let linear =
+            NewtonSolver::new(options.linear, options.displacements.clone(), spare.clone());
+        macro_rules! state {
+            ($kind:ty) => {{
+                let mut state = <$kind>::new_without_initialise(problem).map_err(refuse)?;
+                let parts = state.as_mut();
+                *parts.y = y;
+                *parts.dy = dy;
+                *parts.t = time;
+                *parts.h = step;
+                state
+            }};
+        }
+        macro_rules! runge_kutta {
+            () => {{
+                let mut state = state!(RkState<FaerVec<f64>>);
+                state.set_problem(problem).map_err(refuse)?;
+                *state.as_mut().h = step;
+                state
+            }};
+        }
+        let mut method = match options.method {
+            OdeMethod::Bdf => {
+                let mut state = state!(BdfState<FaerVec<f64>>);
+                state.set_problem(problem).map_err(refuse)?;
+                *state.as_mut().h = step;
+                Method::Bdf(Box::new(Bdf::new(problem, state, linear).map_err(refuse)?))
+            }
+            OdeMethod::TrBdf2 | OdeMethod::Esdirk34 => {
+                let tableau = || match options.method {
+                    OdeMethod::TrBdf2 => Tableau::tr_bdf2(),
+                    _ => Tableau::esdirk34(),
+                };
+                let state = runge_kutta!();
+                let made = Sdirk::new(problem, state, tableau(), linear).map_err(refuse)?;
+                Method::Sdirk(Box::new(made))
+            }
+            OdeMethod::Tsit45 => {
+                let state = runge_kutta!();
+                let made = ExplicitRk::new(problem, state, Tableau::tsit45()).map_err(refuse)?;
+                Method::Explicit(Box::new(made))
+            }
+        };
+        match &mut method {
+            Method::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
+            Method::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,
+            Method::Explicit(solver) => solver.config_mut().minimum_timestep = shortest,
+        }
+        Ok(method)
+    }
+
+    fn solution(&self) -> Vec<f64> {
+        every!(&self.method, solver => solver.state().y.inner().col_as_slice(0).to_vec(), none => Vec::new())
+    }
+
+    /// Work so far.
+    pub(super) fn work(&self) -> OdeWork {
+        let now = every!(&self.method, solver => {
+            let s = solver.get_statistics();
+            OdeWork {
+                steps: s.number_of_steps,
+                rejected: s.number_of_error_test_failures + s.number_of_nonlinear_solver_fails,
+                iterations: s.number_of_nonlinear_solver_iterations,
+                factorisations: s.number_of_linear_solver_setups,
+            }
+        }, none => OdeWork::default());
+        OdeWork {
+            steps: self.before.steps + now.steps,
+            rejected: self.before.rejected + now.rejected,
+            iterations: self.before.iterations + now.iterations,
+            factorisations: self.before.factorisations + now.factorisations,
+        }
+    }
+
+    /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
+    /// it. `accept` may refuse the new solution (time, values): the step is then taken back and tried
+    /// again, shorter; numbers that are not finite are never shown to it, nor are those from where
+    /// the next step would find no finite rates.
+    ///
+    /// # Errors
+    /// An error of F or of `accept` that no shorter step cures, or the last one if none did.
+    pub(super) fn step(
+        &mut self,
+        until: f64,
+        accept: &mut dyn FnMut(f64, &[f64]) -> Result<(), Failure>,
+    ) -> Result<()> {
+        for retry in 0.. {
+            let (time, start) = (self.time, self.solution());
+            let stepped = self.raw_step(until);
+            let spoilt = self.problem.eqn.take_error();
+            let error = match stepped {
+                Ok(()) => {
+                    let y = self.solution();
+                    let finite = self.is_finite();
+                    let verdict = if finite {
+                        accept(self.time, &y).map_err(OdeError::from)
+                    } else {
+                        Err(OdeError::NotFinite)
+                    };
+                    match (verdict, spoilt) {
+                        (Ok(()), Some(error)) if !error.is_recoverable() => {
+                            return Err(error);
+                        }
+                        (Ok(()), _) => return Ok(()),
+                        // What F said is the better reason for numbers that are not finite.
+                        (Err(_), Some(error)) if !finite => error,
+                        (Err(error), _) => error,
+                    }
+                }
+                // What F said is the better reason.
+                Err(error) => return Err(spoilt.unwrap_or(error)),
+            };
+            let step = RETRY * (self.time - time);
+            let hopeless = retry >= RETRIES || !(step > self.least(until - time));
+            if hopeless || !error.is_recoverable() {
+                return Err(error);
+            }
+            let mut work = self.work();
+            work.steps = work.steps.saturating_sub(1);
+            work.rejected += 1;
+            self.begin(time, vector(&start), step)?;
+            self.before = work;
+        }
+        Ok(())
+    }
+
+    /// Whether the solution is finite, and the rates there that an explicit method begins its next
+    /// step with: its error norm drops NaN, so that a step into where there are none is accepted.
+    fn is_finite(&self) -> bool {
+        let finite = |v: &FaerVec<f64>| v.inner().col_as_slice(0).iter().all(|v| v.is_finite());
+        every!(&self.method, solver => {
+            let state = solver.state();
+            finite(state.y) && (self.options.method.is_implicit() || finite(state.dy))
+        }, none => false)
+    }
+
+    /// The least step on a way of that length.
+    fn least(&self, way: f64) -> f64 {
+        self.shortest.min(SHORTEST_OF_REST * way)
+    }
+
+    fn raw_step(&mut self, until: f64) -> Result<()> {
+        let time = self.time;
+        let refuse = |e: diffsol::DiffsolError| refusal(self.options.method, time, &e.to_string());
+        let rest = until - time;
+        let shortest = self.least(rest);
+        let stop = every!(&mut self.method, solver => {
+            let (now, step) = (solver.state().t, solver.state().h);
+            let same = SAME_TIME * (now.abs() + step.abs());
+            if (until - now).abs() <= same {
+                until
+            } else {
+                let shared = step < rest && rest < (1.0 + STUB) * step && rest > 4.0 * same;
+                let stop = if shared { time + 0.5 * rest } else { until };
+                solver.config_mut().minimum_timestep = shortest;
+                solver.set_stop_time(stop).map_err(refuse)?;
+                match solver.step().map_err(refuse)? {
+                    OdeSolverStopReason::TstopReached => stop,
+                    OdeSolverStopReason::InternalTimestep
+                    | OdeSolverStopReason::RootFound(..) => solver.state().t,
+                }
+            }
+        }, none => return Err(refusal(self.options.method, time, "its start failed")));
+        self.time = stop;
+        Ok(())
+    }
+}
+
+fn vector(values: &[f64]) -> FaerVec<f64> {
+    FaerVec::from_vec(values.to_vec(), FaerContext::default())
+}
+
+impl Equations {
+    fn init_vector(&self) -> FaerVec<f64> {
+        self.init().call(0.0)
+    }
+}

@@ -1,0 +1,58 @@
+//! The error of whole runs: every failure that a user, a file or a plugin can cause.
+
+use super::run::Failure;
+use crate::kinetics::KineticsError;
+use crate::model::ModelError;
+use crate::output::OutputError;
+use crate::scene::SceneError;
+use crate::sheet::SheetError;
+use crate::solve::SolveError;
+
+/// Anything that can go wrong, with its place in the message.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The scene file is wrong; carries the place in the file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A mesh could not be made, read or accepted.
+    #[error(transparent)]
+    Sheet(#[from] SheetError),
+    /// A plugin could not be loaded, or one of its calls failed.
+    #[error(transparent)]
+    Kinetics(#[from] KineticsError),
+    /// A solver stopped without a result.
+    #[error(transparent)]
+    Solve(SolveError),
+    /// A result could not be written or a state not be read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A run could not go on; says when and where the last good state is.
+    #[error(transparent)]
+    Stopped(#[from] Failure),
+    /// A command cannot do what it was asked, and why.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// Shorthand for results with the crate's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl From<ModelError> for Error {
+    fn from(error: ModelError) -> Self {
+        match error {
+            ModelError::Kinetics(error) => Self::Kinetics(error),
+            ModelError::Sheet(error) => Self::Sheet(error),
+            other => Self::Solve(SolveError::Model(other)),
+        }
+    }
+}
+
+impl From<SolveError> for Error {
+    fn from(error: SolveError) -> Self {
+        match error {
+            SolveError::Model(error) => error.into(),
+            other => Self::Solve(other),
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The fields of a frame: what a scene can ask for, by name, and how it is evaluated.
+
+use crate::Vec3;
+use crate::effects::Material;
+use crate::geometry::{Curvature, VertexArea};
+use crate::kinetics::{Location, Signal};
+use crate::model::{Chemistry, Evaluation, Potential, Signals, TensionReading};
+use crate::output::{Field, Frame};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+use crate::sheet::quality::triangle_quality;
+
+use super::Result;
+
+/// Fields besides species and signals: name, unit, and what they are.
+const OTHERS: [(&str, &str); 5] = [
+    ("vertex_area", "length^2"),
+    ("force", "force"),
+    ("length_factor", "1"),
+    ("quality", "1"),
+    ("rest_position", "length"),
+];
+
+/// Whether frames use this name for something that is of no law.
+pub(super) fn is_built_in(name: &str) -> bool {
+    name == "displacement"
+        || OTHERS.iter().any(|(known, _)| *known == name)
+        || Signal::ALL.iter().any(|signal| *signal != Signal::Time && signal.name() == name)
+}
+
+/// The fields that a scene wants in its frames.
+#[derive(Clone)]
+pub struct Fields {
+    names: Vec<String>,
+    area: VertexArea,
+    signals: Signals,
+    /// What observables read, where species live; if any are asked for.
+    observed: Option<Signals>,
+}
+
+/// `name [unit]`, or the bare name of a number without unit.
+#[must_use]
+pub fn titled(name: &str, unit: &str) -> String {
+    if unit == "1" || unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+impl Fields {
+    /// The fields of `scene.output.fields`; without any, the species and the mean curvature.
+    ///
+    /// # Errors
+    /// A name that nothing has, with its place.
+    pub fn new(
+        scene: &Scene,
+        chemistry: Option<&Chemistry>,
+        area: VertexArea,
+        rest_area: Vec<f64>,
+        material: Option<&Material>,
+    ) -> Result<Self> {
+        let species: Vec<&str> = chemistry
+            .map(|c| c.descriptor().species.iter().map(|s| s.name.as_str()).collect())
+            .unwrap_or_default();
+        let mut allowed = species.clone();
+        let observables = chemistry.map(|c| c.descriptor().observables.as_slice());
+        allowed.extend(observables.unwrap_or_default().iter().map(|o| o.name.as_str()));
+        allowed.extend(Signal::ALL.iter().filter(|s| **s != Signal::Time).map(|s| s.name()));
+        allowed.extend(OTHERS.map(|(name, _)| name));
+        for (k, name) in scene.output.fields.iter().enumerate() {
+            if !allowed.contains(&name.as_str()) {
+                let path = format!("output.fields[{k}]");
+                return Err(scene.unknown_name(&path, "field", name, &allowed).into());
+            }
+            if scene.output.fields[..k].contains(name) {
+                let path = format!("output.fields[{k}]");
+                return Err(scene.error_at(&path, "this field is listed twice", None).into());
+            }
+        }
+        let names: Vec<String> = if scene.output.fields.is_empty() {
+            species.iter().copied().chain(["mean_curvature"]).map(str::to_owned).collect()
+        } else {
+            scene.output.fields.clone()
+        };
+        let wanted =
+            Signal::ALL.into_iter().filter(|s| names.iter().any(|n| n == s.name())).collect();
+        let reading: TensionReading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
+        let observed = chemistry.and_then(|chemistry| {
+            let d = chemistry.descriptor();
+            let wanted = d.observed.iter().map(|read| read.signal).collect();
+            let place = chemistry.location();
+            let signals =
+                || Signals::new(wanted, place, area.clone(), material, reading, rest_area.clone());
+            d.observables.iter().any(|o| names.contains(&o.name)).then(signals)
+        });
+        let signals = Signals::new(
+            wanted,
+            Location::Vertex,
+            area.clone(),
+            material,
+            reading,
+            rest_area.clone(),
+        );
+        Ok(Self { names, area, signals, observed })
+    }
+
+    /// The frame of `state`: current positions, displacement, and the chosen fields.
+    ///
+    /// Species on faces appear as cell fields, and carried to the vertices as point fields.
+    ///
+    /// # Errors
+    /// If the plugin fails.
+    pub fn frame<'a>(&self, at: &mut Evaluation<'a>) -> Result<Frame<'a>> {
+        let (model, state) = (at.model(), at.state());
+        let sheet = model.sheet();
+        let displacement: Vec<Vec3> =
+            sheet.rest().iter().zip(&state.x).map(|(r, x)| x - r).collect();
+        let mut point = vec![Field::vector("displacement [length]", &displacement)];
+        let mut cell = Vec::new();
+        if let Some(chemistry) = model.chemistry() {
+            let at_vertices = at.species_at_vertices();
+            for (s, species) in chemistry.descriptor().species.iter().enumerate() {
+                if self.names.contains(&species.name) {
+                    let title = titled(&species.name, &species.unit);
+                    point.push(Field::scalar(title.clone(), at_vertices[s].clone()));
+                    if chemistry.location() == Location::Face {
+                        cell.push(Field::scalar(title, state.species[s].clone()));
+                    }
+                }
+            }
+        }
+        self.observe(at, &mut point, &mut cell)?;
+        let columns = self.signals.evaluate(&at.potential()?.shape(&state.x), state.time);
+        let mut next = columns.into_iter();
+        for signal in self.signals.wanted() {
+            let parts: Vec<Vec<f64>> = next.by_ref().take(signal.columns().len()).collect();
+            point.push(interleaved(titled(signal.name(), signal.unit()), &parts));
+        }
+        for (name, unit) in OTHERS {
+            if self.names.iter().any(|n| n == name) {
+                let title = titled(name, unit);
+                match name {
+                    "vertex_area" => {
+                        let shape = at.potential()?.shape(&state.x);
+                        let curvature = Curvature::of(&shape, &self.area);
+                        point.push(Field::scalar(title, curvature.area));
+                    }
+                    "force" => {
+                        let force: Vec<Vec3> = at.gradient()?.iter().map(|g| -g).collect();
+                        point.push(Field::vector(title, &force));
+                    }
+                    "length_factor" => {
+                        point.push(Field::scalar(title, vertex_factor(at.potential()?)))
+                    }
+                    "quality" => cell.push(Field::scalar(title, qualities(sheet, &state.x))),
+                    _ => point.push(Field::vector(title, sheet.rest())),
+                }
+            }
+        }
+        let mut field_data = Vec::new();
+        let energies = at.energies()?;
+        for (name, value) in model.mechanics().names().zip(&energies) {
+            field_data.push((format!("energy of {name} [energy]"), *value));
+        }
+        Ok(Frame {
+            time: state.time,
+            step: state.step,
+            points: &state.x,
+            triangles: sheet.triangles(),
+            point,
+            cell,
+            field_data,
+        })
+    }
+}
+
+impl Fields {
+    /// Leaves the observables out from now on.
+    pub(super) fn forget_observables(&mut self) {
+        self.observed = None;
+    }
+
+    /// Adds the observables that are asked for; without any the law is not called.
+    fn observe(
+        &self,
+        at: &mut Evaluation<'_>,
+        point: &mut Vec<Field>,
+        cell: &mut Vec<Field>,
+    ) -> Result<()> {
+        let Some(observed) = &self.observed else { return Ok(()) };
+        let (model, state) = (at.model(), at.state());
+        let signals = observed.evaluate(&at.potential()?.shape(&state.x), state.time);
+        let Some(chemistry) = model.chemistry() else { return Ok(()) };
+        let known = &chemistry.descriptor().observables;
+        let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+        let values = chemistry.observe(&species, &signals)?;
+        let at_vertices = at.at_vertices(&values);
+        for (k, observable) in known.iter().enumerate() {
+            if self.names.contains(&observable.name) {
+                let title = titled(&observable.name, &observable.unit);
+                point.push(Field::scalar(title.clone(), at_vertices[k].clone()));
+                if chemistry.location() == Location::Face {
+                    cell.push(Field::scalar(title, values[k].clone()));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One field from one column a component.
+fn interleaved(name: String, parts: &[Vec<f64>]) -> Field {
+    match parts {
+        [single] => Field::scalar(name, single.clone()),
+        _ => {
+            let count = parts.first().map_or(0, Vec::len);
+            let data = (0..count).flat_map(|i| parts.iter().map(move |p| p[i])).collect();
+            Field { name, components: parts.len(), data }
+        }
+    }
+}
+
+/// Quality 4√3 A/Σl² of every triangle.
+pub(super) fn qualities(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
+    sheet.triangles().iter().map(|t| triangle_quality(t.map(|v| x[v as usize]))).collect()
+}
+
+/// Mean over its edges of `l̄/l⁰` at every vertex.
+pub(super) fn vertex_factor(potential: &Potential) -> Vec<f64> {
+    let (sheet, metric) = (potential.sheet(), potential.metric());
+    let (length, reference) = (metric.length(), metric.reference_length());
+    (0..sheet.vertex_count())
+        .map(|i| {
+            let around = sheet.vertex_edges().of(i);
+            let sum: f64 =
+                around.iter().map(|&(e, _)| length[e as usize] / reference[e as usize]).sum();
+            sum / crate::num::real(around.len())
+        })
+        .collect()
+}

@@ -1,0 +1,305 @@
+//! The laws of a scene: loaded plugins and formulas, joined where there are several, and their
+//! parameters over the sheet.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::{Error, Result, start};
+use crate::kinetics::descriptor::Default;
+use crate::kinetics::examine;
+use crate::kinetics::formula::{
+    self, Formula, FormulaError, FormulaKinetics, Law, LawError, Which,
+};
+use crate::kinetics::{
+    Descriptor, JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter,
+    Search,
+};
+use crate::model::{Evaluation, ParameterFields};
+use crate::num::Short;
+use crate::scene::{KineticsSpec, ParameterSpec, Scene, path_to};
+use crate::sheet::Sheet;
+
+/// The laws of a scene as one.
+pub struct Laws {
+    /// All of them.
+    pub kinetics: Arc<dyn Kinetics>,
+    /// Files of the plugins among them.
+    pub files: Vec<PathBuf>,
+    /// The parameters of each table of the scene.
+    parameters: Vec<Vec<Parameter>>,
+}
+
+/// Loads every law of the scene; `None` if it has none.
+///
+/// # Errors
+/// A plugin that is not found or refused, a formula or a parameter that is wrong, names that
+/// clash; with the place.
+pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<Option<Laws>> {
+    let mut members = Vec::new();
+    let (mut files, mut parameters) = (Vec::new(), Vec::new());
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        let path = scene.kinetics_path(number);
+        let (kinetics, file): (Arc<dyn Kinetics>, _) = match spec.law() {
+            Some(law) => {
+                let law = Law { name: path.clone(), ..law };
+                (Arc::new(written(scene, &path, spec, &law, notes)?), None)
+            }
+            None => {
+                let (kinetics, file) = loaded(scene, &path, spec, search)?;
+                (kinetics, Some(file))
+            }
+        };
+        files.extend(file);
+        parameters.push(kinetics.descriptor().parameters.clone());
+        let (rename, shared) = (spec.rename.clone(), spec.shared.clone());
+        members.push(Member { kinetics, rename, shared });
+    }
+    let plain = |member: &Member| member.rename.is_empty() && member.shared.is_empty();
+    let kinetics: Arc<dyn Kinetics> = match members.as_slice() {
+        [] => return Ok(None),
+        [one] if plain(one) => Arc::clone(&one.kinetics),
+        _ => {
+            let joint = JointKinetics::new(members).map_err(|e| {
+                let table = scene.kinetics_path(e.member);
+                let path = if e.key.is_empty() { table } else { format!("{table}.{}", e.key) };
+                scene.error_at(&path, &e.message, None)
+            })?;
+            Arc::new(joint)
+        }
+    };
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        check_names(scene, number, spec, kinetics.descriptor())?;
+    }
+    Ok(Some(Laws { kinetics, files, parameters }))
+}
+
+/// Refuses names that frames use for something else.
+fn check_names(scene: &Scene, number: usize, spec: &KineticsSpec, all: &Descriptor) -> Result<()> {
+    let names = all.species.iter().map(|s| &s.name).chain(all.observables.iter().map(|o| &o.name));
+    for name in names.filter(|name| super::fields::is_built_in(name)) {
+        let table = scene.kinetics_path(number);
+        let under = |part: &str, key: &str| path_to(&format!("{table}.{part}"), key);
+        let renamed = spec.rename.iter().find(|(_, new)| *new == name);
+        let (path, help) = if let Some((old, _)) = renamed {
+            (under("rename", old), None)
+        } else if spec.observables.contains_key(name) {
+            (under("observables", name), None)
+        } else if spec.rates.contains_key(name) {
+            (under("rates", name), None)
+        } else if spec.plugin.is_some() {
+            let help = format!("rename = {{ {name} = \"…\" }} gives it another name here");
+            (format!("{table}.plugin"), Some(help))
+        } else {
+            continue;
+        };
+        let message = format!("frames have a field `{name}` of their own");
+        return Err(scene.error_at(&path, &message, help.as_deref()).into());
+    }
+    Ok(())
+}
+
+/// The laws of a scene with their parameters over its sheet, and nothing else of it.
+///
+/// # Errors
+/// As for [`load`] and [`parameter_fields`], and if the scene has no law.
+pub fn over_the_sheet(scene: &Scene, search: &Search) -> Result<(Laws, ParameterFields)> {
+    let none = || scene.missing_table("kinetics", "this scene has no law");
+    let laws = load(scene, search, &mut Vec::new())?.ok_or_else(none)?;
+    if !vary(scene) {
+        return Ok((laws, ParameterFields::default()));
+    }
+    let sheet = super::read_sheet(scene, &mut Vec::new())?;
+    let location = super::location(scene, Some(laws.kinetics.as_ref()));
+    let fields = parameter_fields(scene, &sheet, location, &laws)?;
+    Ok((laws, fields))
+}
+
+/// Whether some parameter differs from place to place.
+fn vary(scene: &Scene) -> bool {
+    let mut parameters = scene.kinetics.iter().flat_map(|spec| spec.parameters.values());
+    parameters.any(|value| value.uniform().is_none())
+}
+
+/// Looks at the laws where a run begins: whether they are pure, and whether derivatives are right.
+///
+/// # Errors
+/// A law that fails there, or gives different results for the same inputs.
+pub fn try_out(at: &mut Evaluation<'_>) -> Result<Vec<String>> {
+    let (model, state) = (at.model(), at.state());
+    let Some(chemistry) = model.chemistry() else { return Ok(Vec::new()) };
+    let mut tried = || -> Result<Vec<String>> {
+        let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+        Ok(chemistry.look(&species, at.signals()?, examine::trial)?)
+    };
+    tried().map_err(|error| super::located(error, model.sheet(), &state.x))
+}
+
+/// A law that the scene writes out.
+fn written(
+    scene: &Scene,
+    path: &str,
+    spec: &KineticsSpec,
+    law: &Law,
+    notes: &mut Vec<String>,
+) -> Result<FormulaKinetics> {
+    let taken = |name: &String| law.species.iter().any(|s| s.name == *name);
+    for (table, mut names) in [
+        ("parameters", spec.parameters.keys().collect::<Vec<_>>().into_iter()),
+        ("observables", spec.observables.keys().collect::<Vec<_>>().into_iter()),
+    ] {
+        if let Some(name) = names.find(|name| taken(name)) {
+            let path = path_to(&format!("{path}.{table}"), name);
+            return Err(scene.error_at(&path, "a species has this name already", None).into());
+        }
+    }
+    let kinetics = FormulaKinetics::new(law).map_err(|e| misspelt(scene, path, law, &e))?;
+    let measured: Vec<&str> =
+        spec.parameters.keys().chain(spec.observables.keys()).map(String::as_str).collect();
+    if let Some(name) = spec.units.keys().find(|name| !measured.contains(&name.as_str())) {
+        let table = format!("{path}.units");
+        return Err(scene.unknown_key(&table, name, "parameter or observable", &measured).into());
+    }
+    if let Some(species) = law.species.iter().find(|s| s.lower >= s.upper) {
+        let table = path_to(&format!("{path}.species"), &species.name);
+        let message =
+            format!("the range from {} to {} is empty", Short(species.lower), Short(species.upper));
+        return Err(scene
+            .error_at(&table, &message, Some("lower is the lesser of the two"))
+            .into());
+    }
+    let shared = |name: &String| scene.kinetics.iter().any(|spec| spec.shared.contains(name));
+    let still = |name: &&String| !spec.rates.contains_key(*name) && !shared(name);
+    for name in spec.species.keys().filter(still) {
+        notes.push(format!(
+            "the species `{name}` of {path} has no rate, and changes by diffusion only; if it is \
+             another law's, say shared = [\"{name}\"]"
+        ));
+    }
+    for name in kinetics.unused() {
+        notes.push(format!("no formula of {path} mentions its parameter `{name}`"));
+    }
+    Ok(kinetics)
+}
+
+/// The law of a plugin.
+fn loaded(
+    scene: &Scene,
+    path: &str,
+    spec: &KineticsSpec,
+    search: &Search,
+) -> Result<(Arc<dyn Kinetics>, PathBuf)> {
+    let plugin = spec.plugin.as_deref().unwrap_or_default();
+    let blame = |error: KineticsError| {
+        let path = match &error {
+            KineticsError::UnknownParameter { name, .. }
+            | KineticsError::ParameterOutOfBounds { name, .. } => {
+                path_to(&format!("{path}.parameters"), name)
+            }
+            _ => format!("{path}.plugin"),
+        };
+        Error::Scene(scene.error_at(&path, &error.to_string(), None))
+    };
+    let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
+    let library = Library::load(&file).map_err(blame)?;
+    let mut given = BTreeMap::new();
+    for (name, value) in &spec.parameters {
+        let known = library.descriptor().parameters.iter().any(|p| p.name == *name);
+        // A field leaves the instance its default; a name that is not known is refused below.
+        if let Some(value) = value.uniform().or((!known).then_some(0.0)) {
+            given.insert(name.clone(), value);
+        }
+    }
+    Ok((Arc::new(library.instantiate(&given).map_err(blame)?), file))
+}
+
+/// The error with its place in the scene.
+fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
+    let named = |part: &str, formula: &Formula| {
+        (path_to(&format!("{table}.{part}"), &formula.name), formula.text.clone())
+    };
+    let (path, text) = match error.formula {
+        Which::Let(k) => named("let", &law.lets[k]),
+        Which::Rate(k) => named("rates", &law.rates[k]),
+        Which::LengthFactor => {
+            (format!("{table}.length_factor"), law.length_factor.clone().unwrap_or_default())
+        }
+        Which::Observable(k) => {
+            let (observable, text) = &law.observables[k];
+            (path_to(&format!("{table}.observables"), &observable.name), text.clone())
+        }
+    };
+    let FormulaError { span, message, help } = &error.error;
+    let unknown = text.get(span.clone()).unwrap_or_default();
+    let elsewhere = |spec: &&KineticsSpec| {
+        spec.rates.contains_key(unknown)
+            || spec.plugin.is_some() && spec.initial.contains_key(unknown)
+    };
+    let foreign =
+        help.is_some() && !law.has(unknown) && scene.kinetics.iter().any(|spec| elsewhere(&spec));
+    let hint = format!(
+        "`{unknown}` is a species of another law: to read it here, add species.{unknown} = {{}}; the \
+         later of the two tables says shared = [\"{unknown}\"]"
+    );
+    let product = format!("`{unknown}` is a value of this law: to multiply, write {unknown}*(…)");
+    let called = message.starts_with("no function") && law.has(unknown);
+    let help = match (called, foreign) {
+        (true, _) => Some(product.as_str()),
+        (_, true) => Some(hint.as_str()),
+        _ => help.as_deref(),
+    };
+    Error::Scene(scene.error_within(&path, &text, span, message, help))
+}
+
+/// The parameters at every point where species live, if any differ from point to point.
+///
+/// # Errors
+/// A field that cannot be read, or with a value out of bounds; with the place and the point.
+pub fn parameter_fields(
+    scene: &Scene,
+    sheet: &Sheet,
+    location: Location,
+    laws: &Laws,
+) -> Result<ParameterFields> {
+    if !vary(scene) {
+        return Ok(ParameterFields::default());
+    }
+    let points = start::points(sheet, location);
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    let uniform = laws.kinetics.parameters();
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        let table = format!("{}.parameters", scene.kinetics_path(number));
+        let first = all.len();
+        for parameter in &laws.parameters[number] {
+            let path = path_to(&table, &parameter.name);
+            let values = match (spec.parameters.get(&parameter.name), parameter.default) {
+                (Some(ParameterSpec::Formula(text)), _) => {
+                    formula::over_positions(&text.formula, &points).map_err(|e| {
+                        let path = format!("{path}.formula");
+                        let help = e.help.as_deref();
+                        scene.error_within(&path, &text.formula, &e.span, &e.message, help)
+                    })?
+                }
+                (Some(ParameterSpec::File(file)), _) => {
+                    start::from_file(scene, &path, file, location, points.len())?
+                }
+                (None, Default::SameAs(earlier)) => all[first + earlier].clone(),
+                _ => vec![uniform[all.len()]],
+            };
+            if let Some(point) = values.iter().position(|value| !parameter.allows(*value)) {
+                let message = format!(
+                    "is {} at {} {point} (x = {}, y = {}, z = {}); allowed: {}",
+                    Short(values[point]),
+                    location.noun(),
+                    Short(points[point].x),
+                    Short(points[point].y),
+                    Short(points[point].z),
+                    parameter.range()
+                );
+                return Err(scene.error_at(&path, &message, None).into());
+            }
+            all.push(values);
+        }
+    }
+    Ok(ParameterFields::new(all))
+}

@@ -1,0 +1,102 @@
+//! Refuses numbers so large or small that what is made of them cannot be computed with, and names
+//! them: the first sign would else be an energy that is infinite, far from its cause.
+
+use super::Result;
+use crate::effects::{EnergyTerm, Material, TransportTerm};
+use crate::num::{Short, real};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+
+/// Moduli, lengths and forces stay between these: squares and products of two must be numbers.
+const SMALLEST: f64 = 1e-100;
+/// See [`SMALLEST`].
+const LARGEST: f64 = 1e100;
+
+fn bearable(value: f64) -> bool {
+    (SMALLEST..=LARGEST).contains(&value)
+}
+
+/// Looks at what the material makes of the sheet.
+///
+/// # Errors
+/// The key whose value is furthest from 1, where a modulus or a force is out of bounds.
+pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result<()> {
+    if sheet.edges().is_empty() {
+        return Ok(());
+    }
+    let x = sheet.rest();
+    let lengths = sheet.edges().iter().map(|edge| {
+        let [a, b] = edge.vertices.map(|v| x[v as usize]);
+        (a - b).norm()
+    });
+    let edge = lengths.sum::<f64>() / real(sheet.edges().len());
+    let (y, b) = (material.stretching_modulus(), material.bending_rigidity());
+    let made = [
+        ("Y = E h/(1-ν²)", "force/length", y),
+        ("B = E h³/(12(1-ν²))", "energy", b),
+        ("Y times the mean edge length", "force", y * edge),
+        ("Y times the square of the mean edge length", "energy", y * edge * edge),
+    ];
+    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !bearable(*value)) else {
+        return Ok(());
+    };
+    let given = [
+        ("material.young", material.young),
+        ("material.thickness", material.thickness),
+        ("sheet", edge),
+    ];
+    let far = |value: f64| value.log10().abs();
+    let (key, _) = given
+        .into_iter()
+        .fold(given[0], |most, one| if far(one.1) > far(most.1) { one } else { most });
+    let message = format!("{what} is {} {unit}, beyond what can be computed with", short(value));
+    let help = format!("between {SMALLEST:e} and {LARGEST:e}: choose other units");
+    Err(scene.error_at(key, &message, Some(&help)).into())
+}
+
+/// Looks at the force that the effect number `number` of the scene puts on vertices.
+///
+/// # Errors
+/// The effect, if the force is too large.
+pub(super) fn check_load(
+    scene: &Scene,
+    number: usize,
+    energy: &EnergyTerm,
+    material: Option<&Material>,
+) -> Result<()> {
+    let force = energy.applied_force();
+    let modulus = material.map_or(1.0, Material::stretching_modulus);
+    if force == 0.0 || (force / modulus).abs() <= LARGEST && force <= LARGEST {
+        return Ok(());
+    }
+    let message =
+        format!("a force of {} on a vertex is beyond what can be computed with", short(force));
+    let help = format!("at most {LARGEST:e}: choose other units");
+    Err(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
+}
+
+/// Looks at how fast the effect number `number` of the scene levels out a species at rest.
+///
+/// # Errors
+/// Its coefficient, if that is too fast.
+pub(super) fn check_transport(
+    scene: &Scene,
+    number: usize,
+    transport: &TransportTerm,
+    sheet: &Sheet,
+) -> Result<()> {
+    let rate = transport.spectral_bound(&transport.at(sheet, sheet.rest()));
+    // No number is no rate below the bound either.
+    if rate <= LARGEST {
+        return Ok(());
+    }
+    let message =
+        format!("decay rates up to {} per time are beyond what can be computed with", short(rate));
+    let help = format!("at most {LARGEST:e}: choose other units");
+    Err(scene.error_at(&format!("effect[{number}].coefficient"), &message, Some(&help)).into())
+}
+
+/// In a few digits.
+fn short(value: f64) -> Short {
+    Short(format!("{value:.2e}").parse().unwrap_or(value))
+}

@@ -1,0 +1,31 @@
+//! From a scene to a simulation, and from there to results.
+//!
+//! [`Simulation`] is a scene made ready: the sheet is read or generated, plugins are loaded, every listed
+//! effect is bound. It steps and can be asked for its state and energies. [`run`](run::run) steps it to
+//! the end of the scene and shows every accepted state to [`Observer`]s: frames, ledger, stop rules.
+//! [`inspect`] and [`stability`] look at one state without running.
+
+mod error;
+mod fields;
+pub mod inspect;
+pub mod laws;
+mod magnitudes;
+mod notes;
+mod observe;
+mod prepare;
+mod report;
+mod reported;
+#[allow(clippy::module_inception)]
+pub mod run;
+mod simulation;
+pub mod stability;
+mod start;
+mod watch;
+
+pub use error::{Error, Result};
+pub use fields::Fields;
+pub use observe::{Moment, Observer};
+pub use prepare::material;
+pub use simulation::Simulation;
+
+pub(crate) use prepare::{located, location, read_sheet, rest_areas};

@@ -1,0 +1,143 @@
+//! What a scene is allowed to say and its author may not have meant: told before a run, and what
+//! its first relaxation shows.
+
+use crate::geometry::aligned;
+use std::sync::Arc;
+
+use crate::Vec3;
+use crate::model::Potential;
+use crate::num::Short;
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+
+/// Loads this many times the tolerance move a sheet before it counts as at rest.
+const FELT: f64 = 1e3;
+
+/// Forces of this size are those of strains of a hundredth, which is no rest.
+const LOOSE: f64 = 1e-2;
+
+/// Thickness over radius beyond which a sheet is not thin.
+const THIN: f64 = 0.1;
+
+/// The triangles of a disc cover it but for this factor of the radius.
+const ROUND: f64 = 1.02;
+
+/// The share of a start shape below which it has been relaxed away.
+const LEFT: f64 = 0.05;
+
+/// Looks at the scene and its sheet.
+pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
+    let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
+    for (number, name) in names.iter().enumerate().filter(|(k, name)| !names[..*k].contains(name)) {
+        let again = names[number + 1..].iter().position(|other| other == name);
+        let Some(second) = again.map(|k| number + 2 + k) else { continue };
+        let sum = match name.as_str() {
+            "stretching" | "bending" => "the energies add up",
+            name if name.starts_with("diffusion") => "the coefficients add up",
+            _ => continue,
+        };
+        notes.push(format!(
+            "the scene lists {name} more than once (effects {} and {second}): {sum}",
+            number + 1
+        ));
+    }
+    let tolerance = scene.equilibrium.tolerance();
+    if tolerance >= LOOSE {
+        notes.push(format!(
+            "equilibrium.tolerance = {} calls a sheet at rest under forces of strains of {} %: the \
+             unit is Y times the edge length, and 1e-6 is usual",
+            Short(tolerance),
+            Short((100.0 * tolerance).min(100.0))
+        ));
+    }
+    let radius = radius(sheet);
+    if let Some(thickness) = scene.material.as_ref().map(|m| m.thickness.get())
+        && thickness > THIN * radius * ROUND
+    {
+        notes.push(format!(
+            "material.thickness = {} is {:.2} of the sheet's radius {radius:.4} (of a disc of its \
+             area): the theory is one of thin sheets, below a tenth",
+            Short(thickness),
+            thickness / radius
+        ));
+    }
+}
+
+/// The radius of a disc of the same area, or half of the largest extent where that is less, as for a
+/// sphere; infinite for a point.
+fn radius(sheet: &Sheet) -> f64 {
+    if sheet.triangle_count() == 0 {
+        return f64::INFINITY;
+    }
+    let extent = |axis: usize| {
+        let values = || sheet.rest().iter().map(|x| x[axis]);
+        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+    };
+    let area = super::rest_areas(sheet).iter().sum::<f64>();
+    let half = 0.5 * (0..3).map(extent).fold(0.0, f64::max);
+    (area / std::f64::consts::PI).sqrt().min(half)
+}
+
+/// Looks at the loads on a sheet at rest.
+pub(super) fn on_loads(potential: &mut Potential, tolerance: f64, notes: &mut Vec<String>) {
+    let mechanics = Arc::clone(potential.mechanics());
+    let names: Vec<&str> = mechanics.names().collect();
+    let scale = potential.force_scale();
+    let loads: Vec<f64> = mechanics.applied_forces().iter().map(|f| f / scale).collect();
+    let rest = mechanics.sheet().rest();
+    for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
+        let force = potential.force_of(which, rest);
+        let mut felt = force.iter().zip(mechanics.pins());
+        if !felt.any(|(f, held)| (0..3).any(|a| f[a] != 0.0 && !held[a])) {
+            notes.push(format!(
+                "effect {} ({}) acts only where pins hold the sheet, and moves nothing",
+                which + 1,
+                names[which]
+            ));
+        }
+    }
+    let load = loads.into_iter().fold(0.0, f64::max);
+    if load > 0.0 && load < FELT * tolerance {
+        notes.push(format!(
+            "the largest load on a vertex is {load:.1e} Y times the edge length, and a sheet counts \
+             as at rest below equilibrium.tolerance = {tolerance:e}: its answer to the load is \
+             found badly or not at all; {:.0e} would do",
+            1e-4 * load
+        ));
+    }
+}
+
+/// Looks at what the first relaxation left of the shape that a scene starts from.
+///
+/// What is asked for are displacements along a direction at every vertex; what is left is the root
+/// mean square of the displacements along these directions, whatever form they now have.
+pub(super) fn on_start(
+    scene: &Scene,
+    sheet: &Sheet,
+    start: &[Vec3],
+    relaxed: &[Vec3],
+) -> Option<String> {
+    let what = match (&scene.sheet.bump, &scene.sheet.imperfection) {
+        (Some(_), Some(_)) => "sheet.bump and sheet.imperfection have",
+        (Some(_), None) => "sheet.bump has",
+        (None, Some(_)) => "sheet.imperfection has",
+        (None, None) => return None,
+    };
+    let (mut asked, mut left) = (0.0, 0.0);
+    for ((rest, start), x) in sheet.rest().iter().zip(start).zip(aligned(relaxed, sheet.rest())) {
+        let displacement = start - rest;
+        if let Some(direction) = displacement.try_normalize(0.0) {
+            asked += displacement.norm_squared();
+            left += (x - rest).dot(&direction).powi(2);
+        }
+    }
+    let share = (left / asked).sqrt();
+    (share < LEFT).then(|| {
+        format!(
+            "{what} relaxed away: {:.1} % is left in the first equilibrium. A start shape is no rest \
+             shape and does not decide what grows later; [stability] with perturb leaves the saddles \
+             that growth makes",
+            100.0 * share
+        )
+    })
+}

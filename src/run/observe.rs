@@ -1,0 +1,133 @@
+//! Who sees every accepted state of a run: frames, ledger, rules that stop it.
+
+use super::fields::Fields;
+use super::run::Ending;
+use super::{Result, report};
+use crate::model::{Evaluation, Model};
+use crate::output::{Compression, Ledger, ResultDirectory, Series};
+use crate::scene::Scene;
+use crate::solve::StepReport;
+
+/// What is known of an accepted state besides itself.
+pub struct Moment<'a> {
+    /// The step that led to it; at the start, the work of the first relaxation.
+    pub report: &'a StepReport,
+    /// Whether it is one of the output times, or the last state.
+    pub frame: bool,
+    /// Directions that lower the energy, where the run watches them.
+    pub negative: Option<f64>,
+    /// Wall time since the run began, seconds.
+    pub wall: f64,
+}
+
+/// Sees every accepted state; all share one evaluation, so that what several ask for is computed once.
+pub trait Observer {
+    /// Looks at a state.
+    ///
+    /// # Errors
+    /// A result that cannot be written, or a law that fails; the run ends.
+    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()>;
+
+    /// Whether the run ends with this state, and why; asked before [`Observer::see`].
+    ///
+    /// # Errors
+    /// A law that fails.
+    fn stop(&mut self, _at: &mut Evaluation<'_>) -> Result<Option<Ending>> {
+        Ok(None)
+    }
+}
+
+/// Writes a row for every accepted step.
+pub(super) struct LedgerRows(Ledger);
+
+impl LedgerRows {
+    pub(super) fn create(
+        directory: &ResultDirectory,
+        model: &Model,
+        watched: bool,
+    ) -> Result<Self> {
+        Ok(Self(Ledger::create(&directory.ledger(), &report::columns(model, watched))?))
+    }
+}
+
+impl Observer for LedgerRows {
+    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
+        let row = report::row(at, moment.report, moment.negative, moment.wall)?;
+        Ok(self.0.append(&row)?)
+    }
+}
+
+/// Writes a frame at every output time.
+pub(super) struct Frames<'a> {
+    fields: &'a Fields,
+    series: Series,
+}
+
+impl<'a> Frames<'a> {
+    /// None where there is no space: the solution is then the ledger.
+    pub(super) fn create(
+        directory: &ResultDirectory,
+        model: &Model,
+        fields: &'a Fields,
+        compression: Compression,
+    ) -> Result<Option<Self>> {
+        if model.sheet().triangles().is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(Self { fields, series: Series::create(directory, compression)? }))
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.series.times().len()
+    }
+}
+
+impl Observer for Frames<'_> {
+    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
+        if moment.frame && self.series.times().last() != Some(&at.state().time) {
+            let frame = self.fields.frame(at)?;
+            self.series.push(&frame)?;
+        }
+        Ok(())
+    }
+}
+
+/// Ends a run at the scene's time or number of steps, or when nothing changes any more.
+pub(super) struct StopRules {
+    until: f64,
+    steps: Option<u64>,
+    /// Largest |dc/dt| in units of each species' typical magnitude that counts as none.
+    steady: Option<f64>,
+}
+
+impl StopRules {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let span = &scene.time.span;
+        Self {
+            until: span.until.get(),
+            steps: span.max_steps.map(|m| m.get() as u64),
+            steady: span.stop_when_steady.map(f64::from),
+        }
+    }
+}
+
+impl Observer for StopRules {
+    fn see(&mut self, _: &mut Evaluation<'_>, _: &Moment<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn stop(&mut self, at: &mut Evaluation<'_>) -> Result<Option<Ending>> {
+        let state = at.state();
+        if state.time >= self.until {
+            return Ok(Some(Ending::Reached));
+        }
+        if self.steps.is_some_and(|steps| state.step >= steps) {
+            return Ok(Some(Ending::Steps));
+        }
+        match self.steady {
+            Some(rate) if state.step > 0 && at.fastest_rate()? < rate => Ok(Some(Ending::Steady)),
+            _ => Ok(None),
+        }
+    }
+}

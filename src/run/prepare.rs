@@ -1,0 +1,216 @@
+//! Makes a scene ready to run.
+
+use std::sync::Arc;
+
+use super::simulation::Simulation;
+use super::{Error, Fields, Result, laws, magnitudes, notes, start};
+use crate::Vec3;
+use crate::effects::{EffectContext, Material};
+use crate::geometry::{Faces, VertexArea};
+use crate::kinetics::{Kinetics, Location, Search, Signal, SignalRead};
+use crate::model::{Chemistry, Mechanics, Model, ParameterFields, Signals};
+use crate::scene::{Scene, SheetSource};
+use crate::sheet::{self, Sheet};
+use crate::solve::{Relaxer, Workspace};
+
+/// The material of a scene in plain numbers.
+#[must_use]
+pub fn material(scene: &Scene) -> Option<Material> {
+    scene.material.as_ref().map(|material| Material {
+        young: material.young.get(),
+        poisson: material.poisson.get(),
+        thickness: material.thickness.get(),
+    })
+}
+
+/// Refuses what a scene without a material, or without space, cannot have.
+fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
+    let signals: Vec<SignalRead> = kinetics
+        .map(Kinetics::descriptor)
+        .map(|d| d.signals.iter().chain(&d.observed).copied().collect())
+        .unwrap_or_default();
+    if matches!(scene.sheet.source, SheetSource::Point { .. }) {
+        if !scene.effects.is_empty() {
+            let message = "a point has no shape and no neighbours: no effect acts on it";
+            return Err(scene.error_at("effect[0]", message, None).into());
+        }
+        if let Some(read) = signals.iter().find(|read| read.signal != Signal::Time) {
+            let message = format!(
+                "this plugin reads the signal {}, which a point does not have",
+                read.signal.name()
+            );
+            let help = "give the scene a sheet, as shape = \"disc\"";
+            return Err(scene.error_at("kinetics", &message, Some(help)).into());
+        }
+        if kinetics.is_none() {
+            let help = "a point has nothing but its chemistry";
+            return Err(scene.missing_table("kinetics", help).into());
+        }
+    }
+    let needing = scene.effects.iter().find(|e| e.needs().material).map(|e| e.name());
+    let tension = signals.iter().any(|read| read.signal == Signal::Tension);
+    if scene.material.is_none() && (needing.is_some() || tension) {
+        let what = needing.unwrap_or_else(|| "the signal tension".into());
+        let help = format!("{what} needs young, poisson and thickness");
+        return Err(scene.missing_table("material", &help).into());
+    }
+    Ok(())
+}
+
+/// Makes `scene` ready to run.
+///
+/// # Errors
+/// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
+pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
+    let mut notes = Vec::new();
+    let sheet = Arc::new(read_sheet(scene, &mut notes)?);
+    let material = material(scene);
+    if let Some(material) = &material {
+        magnitudes::check(scene, &sheet, material)?;
+    }
+    notes::on_scene(scene, &sheet, &mut notes);
+    let laws = laws::load(scene, search, &mut notes)?;
+    let kinetics = laws.as_ref().map(|laws| Arc::clone(&laws.kinetics));
+    check_basis(scene, kinetics.as_deref())?;
+    let location = location(scene, kinetics.as_deref());
+
+    let measure = scene.kinetics.first().map(|k| k.measure).unwrap_or_default();
+    let context = EffectContext {
+        sheet: &sheet,
+        material: material.as_ref(),
+        kinetics: kinetics.as_ref().map(|k| (k.descriptor(), location)),
+        measure,
+    };
+    let (mut terms, mut transports) = (Vec::new(), Vec::new());
+    let mut pins = vec![[false; 3]; sheet.vertex_count()];
+    for (number, spec) in scene.effects.iter().enumerate() {
+        let effect = spec.build(&context).map_err(|e| {
+            let path = format!("effect[{number}].{}", e.key);
+            scene.error_at(&path, &e.message, e.help.as_deref())
+        })?;
+        let said = spec.notes(&context).into_iter();
+        notes.extend(said.map(|said| format!("effect {} ({}): {said}", number + 1, spec.name())));
+        for term in effect.energies {
+            magnitudes::check_load(scene, number, &term, material.as_ref())?;
+            terms.push(term);
+        }
+        for transport in effect.transports {
+            magnitudes::check_transport(scene, number, &transport, &sheet)?;
+            transports.push(transport);
+        }
+        for (all, more) in pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
+            for a in 0..3 {
+                all[a] |= more[a];
+            }
+        }
+    }
+    let mechanics = Mechanics::new(Arc::clone(&sheet), terms, pins)?;
+    if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
+        let message = "the scene lists no effect with an energy: nothing to watch";
+        return Err(scene.error_at("stability", message, None).into());
+    }
+    let relaxer = relaxer(scene, &mechanics, &mut notes)?;
+    let rule = scene.effects.iter().find_map(|effect| effect.vertex_area());
+    let area = VertexArea::new(&sheet, rule.unwrap_or_default());
+    let rest_area = rest_areas(&sheet);
+    let parameters = match &laws {
+        Some(laws) => laws::parameter_fields(scene, &sheet, location, laws)?,
+        None => ParameterFields::default(),
+    };
+    let plugins = laws.map(|laws| laws.files).unwrap_or_default();
+    let chemistry = kinetics.map(|kinetics| {
+        let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
+        let reading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
+        let of = material.as_ref();
+        let signals = Signals::new(wanted, location, area.clone(), of, reading, rest_area.clone());
+        Chemistry::new(&sheet, kinetics, parameters, location, signals, transports, measure)
+    });
+    let state = start::state(scene, &sheet, chemistry.as_ref())?;
+    let storage = scene.time.policy.storage();
+    let integrator = scene
+        .time
+        .integrator
+        .build(storage)
+        .map_err(|e| scene.error_at("time.integrator", &e.to_string(), None))?;
+    let fields =
+        Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
+    let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
+    let model = Arc::new(Model::new(mechanics, chemistry, storage, drag));
+    let workspace = Workspace::new(model, relaxer);
+    let faults = Vec::new();
+    Ok(Simulation { area, workspace, state, integrator, plugins, fields, notes, faults })
+}
+
+/// How the shape is relaxed; `None` where it does not move.
+fn relaxer(
+    scene: &Scene,
+    mechanics: &Arc<Mechanics>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Relaxer>> {
+    if mechanics.is_empty() {
+        return Ok(None);
+    }
+    let mut potential = crate::model::Potential::new(mechanics);
+    if !(potential.force_scale() > 0.0) {
+        let message = "a sheet that bends must also resist stretching";
+        let help = "add [[effect]] kind = \"stretching\"";
+        return Err(scene.error_at("effect", message, Some(help)).into());
+    }
+    notes::on_loads(&mut potential, scene.equilibrium.tolerance(), notes);
+    let (tolerance, max_iterations) =
+        (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
+    let equilibrium = scene.equilibrium.build(mechanics)?;
+    Ok(Some(Relaxer { equilibrium, tolerance, max_iterations }))
+}
+
+/// Says where the point is that an error blames.
+pub(crate) fn located(mut error: Error, sheet: &Sheet, x: &[Vec3]) -> Error {
+    if let Error::Kinetics(kinetics) = &mut error
+        && let Some(site) = kinetics.site_mut()
+    {
+        let corners: &[u32] = match site.location {
+            "vertex" => &[crate::num::index(site.point)],
+            "edge" => sheet.edges().get(site.point).map_or(&[], |edge| &edge.vertices),
+            _ => sheet.triangles().get(site.point).map_or(&[], |corners| corners),
+        };
+        let places: Vec<&Vec3> = corners.iter().filter_map(|v| x.get(*v as usize)).collect();
+        if !places.is_empty() {
+            let mean = places.iter().copied().sum::<Vec3>() / crate::num::real(places.len());
+            site.position = Some(mean.into());
+        }
+    }
+    error
+}
+
+pub(crate) fn rest_areas(sheet: &Sheet) -> Vec<f64> {
+    let mut faces = Faces::default();
+    faces.update(sheet, sheet.rest());
+    faces.all().iter().map(|f| f.area).collect()
+}
+
+pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet> {
+    let refuse = |key: &str, e: &sheet::SheetError| {
+        Error::Scene(scene.error_at(&format!("sheet.{key}"), &e.to_string(), None))
+    };
+    match &scene.sheet.source {
+        SheetSource::File { file } => {
+            let surface = sheet::read::surface(file).map_err(|e| refuse("file", &e))?;
+            let (sheet, findings) = surface.into_sheet().map_err(|e| refuse("file", &e))?;
+            notes.extend(findings.iter().map(ToString::to_string));
+            Ok(sheet)
+        }
+        SheetSource::Point { .. } => {
+            Sheet::new(vec![Vec3::zeros()], Vec::new()).map_err(|e| refuse("shape", &e))
+        }
+        SheetSource::Generated(shape) => {
+            let (shape, vertices, seed) = start::shape(shape);
+            sheet::generate(&shape, vertices, seed).map_err(|e| refuse("shape", &e))
+        }
+    }
+}
+
+pub(crate) fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {
+    let chosen = scene.kinetics.first().and_then(|k| k.location);
+    let usual = || kinetics.and_then(|k| k.descriptor().species.first().map(|s| s.location));
+    chosen.or_else(usual).unwrap_or(Location::Vertex)
+}

@@ -1,0 +1,342 @@
+//! The run: relax the start, then step until the end, showing every accepted state to the
+//! observers (frames, ledger, stop rules).
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::observe::{Frames, LedgerRows, Moment, Observer, StopRules};
+use super::reported::Reported;
+use super::watch::{self, Watch};
+use super::{Error, Result, Simulation, laws, notes};
+use crate::num::real;
+use crate::output::{
+    Compression, Interrupt, Progress, ProgressLine, ResultDirectory, Standing, interrupt, vtu,
+};
+use crate::scene::Scene;
+use crate::solve::{Control, SolveError, StepReport};
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The end time was reached.
+    Reached,
+    /// No species changed any more.
+    Steady,
+    /// The scene's number of steps was reached.
+    Steps,
+    /// The user asked to stop.
+    Interrupted,
+}
+
+impl std::fmt::Display for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reached => "the end time is reached",
+            Self::Steady => "nothing changes any more",
+            Self::Steps => "the number of steps is reached",
+            Self::Interrupted => "interrupted; the last accepted state is written",
+        })
+    }
+}
+
+/// What a run did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Why it ended.
+    pub ending: Ending,
+    /// Time reached.
+    pub time: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Frames written.
+    pub frames: usize,
+    /// All relaxation work.
+    pub iterations: usize,
+    /// Numeric factorisations.
+    pub factorisations: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Wall time of the whole run.
+    pub wall: Duration,
+    /// Wall time of the first relaxation.
+    pub start: Duration,
+    /// Wall time of writing.
+    pub output: Duration,
+}
+
+/// A run that failed, with the last good state on the disk.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in {}", state.display())]
+pub struct Failure {
+    /// What went wrong.
+    pub error: Box<Error>,
+    /// Time of the last good state.
+    pub time: f64,
+    /// Step of the last good state.
+    pub step: u64,
+    /// Where it was written.
+    pub state: PathBuf,
+}
+
+/// Does `work`, which writes to `directory`, and leaves word there of how it ended.
+///
+/// # Errors
+/// Those of `work`; a status that cannot be written.
+pub fn accounted(
+    directory: &ResultDirectory,
+    work: impl FnOnce() -> Result<Summary>,
+) -> Result<Summary> {
+    let outcome = work();
+    let claim = directory.claim();
+    match &outcome {
+        Ok(summary) if summary.ending == Ending::Interrupted => {
+            claim.end(Standing::Interrupted, interrupt::reason())?;
+        }
+        Ok(summary) => claim.end(Standing::Complete, &summary.ending.to_string())?,
+        // The first failure is the one to report.
+        Err(error) => drop(claim.end(Standing::Failed, &error.to_string())),
+    }
+    outcome
+}
+
+/// Runs `simulation` and writes into `directory`.
+///
+/// Steady means: the largest |dc/dt| over all points, in units of each species' typical
+/// magnitude, is below `time.stop_when_steady`.
+///
+/// # Errors
+/// [`Error::Stopped`] if a step cannot be made; output that cannot be written.
+pub fn run(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+) -> Result<Summary> {
+    observed(scene, simulation, directory, progress, interrupt, &mut [])
+}
+
+/// [`run`], showing every accepted state to `others` as well.
+///
+/// # Errors
+/// As [`run`], and those of the observers.
+pub fn observed(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+    others: &mut [&mut dyn Observer],
+) -> Result<Summary> {
+    let began = Instant::now();
+    let aside = progress.aside();
+    simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.tell(t)));
+    let compression = scene.output.compression;
+    let fields = simulation.fields.clone();
+    let model = simulation.model().clone();
+    let mut frames = Frames::create(directory, &model, &fields, compression)?;
+    let mut watch = Watch::of(scene, simulation, directory)?;
+    let mut ledger = LedgerRows::create(directory, &model, watch.is_some())?;
+    let mut rules = StopRules::of(scene);
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut ledger, &mut rules];
+    for other in others {
+        observers.push(*other);
+    }
+    if let Some(frames) = &mut frames {
+        observers.push(frames);
+    }
+    let (first, mut negative) = begin(scene, simulation, &mut watch, directory, progress)?;
+    let start = began.elapsed();
+    let mut summary = Summary {
+        ending: Ending::Reached,
+        time: 0.0,
+        steps: 0,
+        frames: 0,
+        iterations: first.relaxation.iterations,
+        factorisations: first.relaxation.factorisations,
+        rejected: 0,
+        wall: start,
+        start,
+        output: Duration::ZERO,
+    };
+    let until = scene.time.span.until.get();
+    let every = scene.output.every.map_or(until, |e| e.get().min(until));
+    let mut written = 0usize;
+    let mut latest = first;
+    let mut shown = None;
+    let (mut reported, mut failed) = (Reported::default(), 0);
+    loop {
+        let stopwatch = Instant::now();
+        let Simulation { workspace, state, .. } = &mut *simulation;
+        let state = &*state;
+        let mut at = workspace.at(state);
+        directory.claim().reached(state.time);
+        summary.time = state.time;
+        summary.steps = state.step;
+        let mut see = || -> Result<Option<Ending>> {
+            let mut ending = None;
+            for observer in &mut observers {
+                ending = ending.or(observer.stop(&mut at)?);
+            }
+            // What has come to its end cannot be interrupted any more.
+            if ending.is_none_or(|ending| ending == Ending::Steady) && interrupt.requested() {
+                ending = Some(Ending::Interrupted);
+            }
+            // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
+            let frame = state.time >= real(written) * every || ending.is_some();
+            // After an interrupted try the state is the one shown before.
+            let new = shown != Some(state.step);
+            if new || frame && ending.is_some() {
+                let wall = began.elapsed().as_secs_f64();
+                let moment = Moment { report: &latest, frame, negative, wall };
+                for observer in &mut observers {
+                    observer.see(&mut at, &moment)?;
+                }
+            }
+            Ok(ending)
+        };
+        let ending = match see() {
+            Ok(ending) => ending,
+            Err(error) => return Err(stopped(simulation, directory, compression, error)),
+        };
+        shown = Some(state.step);
+        while real(written) * every <= state.time {
+            written += 1;
+        }
+        summary.output += stopwatch.elapsed();
+        if let Some(ending) = ending {
+            summary.ending = ending;
+            break;
+        }
+        let target = (real(written) * every).min(until);
+        match simulation.step(target) {
+            Ok(report) => latest = report,
+            Err(Error::Solve(SolveError::Interrupted)) => continue,
+            Err(error) => return Err(stopped(simulation, directory, compression, error)),
+        }
+        if let Some(watch) = &mut watch {
+            negative = Some(look(watch, simulation, &mut latest, progress, directory)?);
+        }
+        for fault in reported.news(simulation) {
+            progress.message(&fault);
+            simulation.faults.push(fault);
+        }
+        if let Some(reason) = latest.reason.take() {
+            failed += 1;
+            if failed == REPORT_AFTER {
+                progress.message(&format!("step size repeatedly reduced: {reason}"));
+            }
+        }
+        summary.iterations += latest.relaxation.iterations;
+        summary.factorisations += latest.relaxation.factorisations;
+        summary.rejected += latest.rejected;
+        progress.update(&ProgressLine {
+            time: simulation.state.time,
+            step: simulation.state.step,
+            dt: latest.step,
+            residual: latest.relaxation.residual,
+            note: format!("{} iterations", latest.relaxation.iterations),
+        });
+    }
+    drop(observers);
+    summary.frames = frames.map_or(0, |frames| frames.count());
+    summary.wall = began.elapsed();
+    Ok(summary)
+}
+
+/// Relaxes the start and looks at what it is; the work, and the directions that lower the energy where
+/// the run watches them.
+fn begin(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    watch: &mut Option<Watch>,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+) -> Result<(StepReport, Option<f64>)> {
+    let compression = scene.output.compression;
+    progress.message("relaxing the initial shape");
+    let asked = simulation.state.x.clone();
+    let mut first = StepReport::default();
+    match simulation.prepare() {
+        Ok(done) => first.relaxation = done,
+        // The start is then shown as far as it got, not as an equilibrium.
+        Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
+        Err(error) => return Err(stopped(simulation, directory, compression, error)),
+    }
+    if let Err(error) = look_again(simulation, progress) {
+        return Err(stopped(simulation, directory, compression, error));
+    }
+    let at_rest = !first.relaxation.residual.is_nan();
+    if at_rest
+        && let Some(note) = notes::on_start(scene, simulation.sheet(), &asked, &simulation.state.x)
+    {
+        progress.message(&note);
+    }
+    let negative = match watch {
+        Some(watch) if at_rest => Some(look(watch, simulation, &mut first, progress, directory)?),
+        Some(_) => Some(f64::NAN),
+        None => {
+            if at_rest {
+                watch::warn_of_flat_start(simulation, progress)?;
+            }
+            None
+        }
+    };
+    Ok((first, negative))
+}
+
+/// When that many steps could only be made after a try that came to no result, the reason is reported.
+const REPORT_AFTER: usize = 5;
+
+/// Looks at the laws where signals are those of a relaxed sheet, if nothing was found before.
+fn look_again(simulation: &mut Simulation, progress: &mut Progress) -> Result<()> {
+    if simulation.faults.is_empty() && simulation.model().moves() {
+        simulation.faults = laws::try_out(&mut simulation.evaluate())?;
+        simulation.faults.iter().for_each(|fault| progress.message(fault));
+    }
+    Ok(())
+}
+
+/// Lets the watch look at the state that was just accepted; its directions down.
+fn look(
+    watch: &mut Watch,
+    simulation: &mut Simulation,
+    report: &mut StepReport,
+    progress: &mut Progress,
+    directory: &ResultDirectory,
+) -> Result<f64> {
+    match watch.look(simulation, &mut report.relaxation, progress) {
+        Ok(negative) => Ok(negative),
+        // The state is then still the saddle.
+        Err(Error::Solve(SolveError::Interrupted)) => Ok(f64::NAN),
+        Err(error) => Err(stopped(simulation, directory, Compression::default(), error)),
+    }
+}
+
+/// Writes the last good state as `failed.vtu`, to be looked at; an error of output stays as it is.
+fn stopped(
+    simulation: &mut Simulation,
+    directory: &ResultDirectory,
+    compression: Compression,
+    error: Error,
+) -> Error {
+    if matches!(error, Error::Output(_)) {
+        return error;
+    }
+    let error = super::located(error, simulation.sheet(), &simulation.state.x);
+    let path = directory.failed();
+    // An observable may be what went wrong.
+    simulation.fields.forget_observables();
+    let Simulation { workspace, state, fields, .. } = simulation;
+    let frame = fields.frame(&mut workspace.at(state));
+    let written = frame.and_then(|frame| Ok(vtu::write(&path, &frame, compression)?));
+    match written {
+        Err(_) => error,
+        Ok(()) => Error::Stopped(Failure {
+            error: Box::new(error),
+            time: simulation.state.time,
+            step: simulation.state.step,
+            state: path,
+        }),
+    }
+}

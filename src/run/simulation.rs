@@ -1,0 +1,142 @@
+//! A scene made ready, to be stepped and asked.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::{Fields, Result, prepare};
+use crate::geometry::VertexArea;
+use crate::kinetics::Search;
+use crate::model::{Evaluation, Model, State};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+use crate::solve::equilibrium::Relaxation;
+use crate::solve::{Control, Integrator, StepReport, Workspace};
+
+/// A scene made ready: its model, its state, and how it advances.
+///
+/// ```no_run
+/// # use std::path::Path;
+/// use rumple::kinetics::Search;
+/// use rumple::{Simulation, scene::Scene};
+///
+/// let scene = Scene::load(Path::new("dome.toml"), &[])?;
+/// let mut simulation = Simulation::new(&scene, &Search::default())?;
+/// simulation.prepare()?;
+/// while simulation.state().time < 1.0 {
+///     simulation.step(1.0)?;
+/// }
+/// for (effect, energy) in simulation.energies()? {
+///     println!("{effect}: {energy}");
+/// }
+/// # Ok::<(), rumple::Error>(())
+/// ```
+pub struct Simulation {
+    /// The areas of the vertices: one rule for forces, signals, fields and reports.
+    pub(crate) area: VertexArea,
+    pub(crate) workspace: Workspace,
+    pub(crate) state: State,
+    pub(crate) integrator: Box<dyn Integrator>,
+    /// The files of the plugins.
+    pub(crate) plugins: Vec<PathBuf>,
+    /// What is written in frames.
+    pub(crate) fields: Fields,
+    /// What a person should know: odd things about the mesh, the scene or the plugin.
+    pub(crate) notes: Vec<String>,
+    /// What laws do that they should not, and a run can live with.
+    pub(crate) faults: Vec<String>,
+}
+
+impl Simulation {
+    /// Makes `scene` ready to run; plugins are looked for as `search` says.
+    ///
+    /// # Errors
+    /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
+    pub fn new(scene: &Scene, search: &Search) -> Result<Self> {
+        prepare::prepare(scene, search)
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Arc<Model> {
+        &self.workspace.model
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        self.workspace.model.sheet()
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Where it is, to be changed: positions and species keep their numbers.
+    pub fn state_mut(&mut self) -> &mut State {
+        &mut self.state
+    }
+
+    /// The model at its state.
+    pub fn evaluate(&mut self) -> Evaluation<'_> {
+        self.workspace.at(&self.state)
+    }
+
+    /// What a person should know: odd things about the mesh, the scene or the plugin.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The files of the plugins.
+    #[must_use]
+    pub fn plugins(&self) -> &[PathBuf] {
+        &self.plugins
+    }
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    #[must_use]
+    pub fn force_tolerance(&self) -> f64 {
+        self.workspace.force_tolerance()
+    }
+
+    /// Who may interrupt long work and is told how far it is.
+    pub fn set_control(&mut self, control: Control) {
+        self.workspace.control = control;
+    }
+
+    /// Makes the start satisfy the rows without storage, and the shape rest: before the first step.
+    ///
+    /// # Errors
+    /// If a relaxation or a law fails.
+    pub fn prepare(&mut self) -> Result<Relaxation> {
+        Ok(self.integrator.prepare(&mut self.workspace, &mut self.state)?)
+    }
+
+    /// Brings the shape into equilibrium with its species.
+    ///
+    /// # Errors
+    /// If a law or the relaxation fails.
+    pub fn relax(&mut self) -> Result<Relaxation> {
+        Ok(self.workspace.relax(&mut self.state)?)
+    }
+
+    /// One step that does not pass the time `until`.
+    ///
+    /// # Errors
+    /// Whatever no smaller step cures; the state is as before then, bit for bit.
+    pub fn step(&mut self, until: f64) -> Result<StepReport> {
+        Ok(self.integrator.advance(&mut self.workspace, &mut self.state, until)?)
+    }
+
+    /// Energy of every effect that has one, by name.
+    ///
+    /// # Errors
+    /// If a law fails.
+    pub fn energies(&mut self) -> Result<Vec<(String, f64)>> {
+        let energies = self.evaluate().energies()?;
+        let names = self.model().mechanics().names().map(str::to_owned);
+        Ok(names.zip(energies).collect())
+    }
+}

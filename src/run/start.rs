@@ -1,0 +1,192 @@
+//! The start of a run: sheet shapes of a scene, displaced positions, species.
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::Result;
+use crate::Vec3;
+use crate::kinetics::{Location, formula};
+use crate::model::Chemistry;
+use crate::model::State;
+use crate::num::Short;
+use crate::num::checked::Finite;
+use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
+use crate::sheet::{self, Sheet};
+
+/// The generator's shape, vertex count and seed.
+pub(super) fn shape(shape: &scene::Shape) -> (sheet::Shape, usize, u64) {
+    use scene::Shape as S;
+    use sheet::Shape as G;
+    match shape {
+        S::Disc(d) => (G::Disc { radius: d.radius.get() }, d.vertices.get(), d.seed),
+        S::Rectangle(r) => (
+            G::Rectangle { width: r.width.get(), height: r.height.get() },
+            r.vertices.get(),
+            r.seed,
+        ),
+        S::Annulus(a) => {
+            (G::Annulus { inner: a.inner.get(), outer: a.outer.get() }, a.vertices.get(), a.seed)
+        }
+        S::Sphere(s) => {
+            (G::Sphere { radius: s.radius.get(), irregular: s.irregular }, s.vertices.get(), s.seed)
+        }
+        S::Cylinder(c) => (
+            G::Cylinder { radius: c.radius.get(), height: c.height.get() },
+            c.vertices.get(),
+            c.seed,
+        ),
+    }
+}
+
+/// The start: rest positions with the imperfection and the bump, and the species' first values.
+pub(super) fn state(scene: &Scene, sheet: &Sheet, chemistry: Option<&Chemistry>) -> Result<State> {
+    let x = positions(scene, sheet);
+    let species = match chemistry {
+        None => Vec::new(),
+        Some(chemistry) => species(scene, sheet, chemistry)?,
+    };
+    Ok(State { time: 0.0, step: 0, x, species })
+}
+
+fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
+    let mut x = sheet.rest().to_vec();
+    let normals = vertex_normals(sheet);
+    let along = |direction: Direction, i: usize| match direction {
+        Direction::Z => Vec3::z(),
+        Direction::Normal => normals[i],
+    };
+    let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.rim()[i]).collect();
+    if let Some(imperfection) = &scene.sheet.imperfection {
+        let mut random = ChaCha8Rng::seed_from_u64(imperfection.seed);
+        for &i in &interior {
+            let share: f64 = random.random_range(-1.0..=1.0);
+            x[i] += imperfection.amplitude.get() * share * along(imperfection.direction, i);
+        }
+    }
+    if let Some(bump) = &scene.sheet.bump {
+        let centre = Vec3::from(bump.centre.map(Finite::get));
+        for &i in &interior {
+            let distance = (sheet.rest()[i] - centre).norm() / bump.width.get();
+            let height = bump.amplitude.get() * (-0.5 * distance * distance).exp();
+            x[i] += height * along(bump.direction, i);
+        }
+    }
+    x
+}
+
+fn vertex_normals(sheet: &Sheet) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::zeros(); sheet.vertex_count()];
+    for triangle in sheet.triangles() {
+        let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
+        let cross = (b - a).cross(&(c - a));
+        for v in triangle {
+            normals[*v as usize] += cross;
+        }
+    }
+    normals.into_iter().map(|n| n.normalize()).collect()
+}
+
+/// Rest positions of the points that carry species.
+pub(super) fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
+    match location {
+        Location::Vertex => sheet.rest().to_vec(),
+        _ => sheet
+            .triangles()
+            .iter()
+            .map(|t| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0)
+            .collect(),
+    }
+}
+
+fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Vec<f64>>> {
+    let descriptor = chemistry.descriptor();
+    let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
+    let mut given: BTreeMap<&str, (String, &Initial)> = BTreeMap::new();
+    for (number, spec) in scene.kinetics.iter().enumerate() {
+        let table = format!("{}.initial", scene.kinetics_path(number));
+        for (name, initial) in &spec.initial {
+            if let Some(new) = spec.rename.get(name)
+                && !spec.rename.values().any(|new| new == name)
+            {
+                let path = path_to(&table, name);
+                let message = format!("this species is called `{new}` here");
+                return Err(scene.error_at(&path, &message, None).into());
+            }
+            if descriptor.species_index(name).is_none() {
+                return Err(scene.unknown_key(&table, name, "species", &names).into());
+            }
+            let path = path_to(&table, name);
+            if given.contains_key(name.as_str()) {
+                let message = "an earlier [[kinetics]] gives the start of this species already";
+                return Err(scene.error_at(&path, message, None).into());
+            }
+            given.insert(name, (path, initial));
+        }
+    }
+    let at = points(sheet, chemistry.location());
+    let mut all = Vec::new();
+    for species in &descriptor.species {
+        let none = || ("kinetics".to_owned(), &Initial::Uniform(Finite::ZERO));
+        let (path, initial) = given.remove(species.name.as_str()).unwrap_or_else(none);
+        let values = match initial {
+            Initial::File(file) => {
+                from_file(scene, &path, file, chemistry.location(), chemistry.points(sheet))?
+            }
+            Initial::Pattern(Pattern::Formula(text)) => formula::over_positions(text, &at)
+                .map_err(|e| {
+                    let (path, help) = (format!("{path}.formula"), e.help.as_deref());
+                    scene.error_within(&path, text, &e.span, &e.message, help)
+                })?,
+            initial => initial.values(&at).unwrap_or_default(),
+        };
+        let wrong = values.iter().position(|c| !(*c >= species.lower && *c <= species.upper));
+        if let Some(i) = wrong {
+            let message = format!(
+                "species `{}` starts with {} at {} {i}; it is valid from {} to {}",
+                species.name,
+                Short(values[i]),
+                chemistry.location().noun(),
+                Short(species.lower),
+                Short(species.upper)
+            );
+            return Err(scene.error_at(&path, &message, None).into());
+        }
+        all.push(values);
+    }
+    Ok(all)
+}
+
+/// The values of an array of a file, one a point.
+pub(super) fn from_file(
+    scene: &Scene,
+    path: &str,
+    file: &FieldFile,
+    location: Location,
+    points: usize,
+) -> Result<Vec<f64>> {
+    let surface = sheet::read::surface(&file.file)
+        .map_err(|e| scene.error_at(&format!("{path}.file"), &e.to_string(), None))?;
+    let arrays = match location {
+        Location::Vertex => &surface.point_arrays,
+        _ => &surface.cell_arrays,
+    };
+    match arrays.iter().find(|a| a.name == file.array) {
+        Some(a) if a.components == 1 && a.values.len() == points => Ok(a.values.clone()),
+        Some(a) => {
+            let found = a.values.len();
+            let message = format!(
+                "array `{}` has {found} numbers; {points} are needed, one a {}",
+                a.name,
+                location.noun()
+            );
+            Err(scene.error_at(&format!("{path}.array"), &message, None).into())
+        }
+        None => {
+            let names: Vec<&str> = arrays.iter().map(|a| a.name.as_str()).collect();
+            let path = format!("{path}.array");
+            Err(scene.unknown_name(&path, "array", &file.array, &names).into())
+        }
+    }
+}

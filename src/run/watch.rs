@@ -1,0 +1,293 @@
+//! The watch on stability during a run: counts the directions that lower the energy at every accepted
+//! state, tells of every change between none and some, and leaves saddles if the scene says so.
+//!
+//! What is seen are saddles on which a relaxation comes to rest: perfectly flat or symmetric ones. A
+//! sheet with an imperfection grows past its buckling point along a smooth branch of stable shapes,
+//! and one that snaps is seen after it has come to rest elsewhere; neither is an event.
+//!
+//! Where the policy gives the shape storage it does not rest: states are counted as they are, and
+//! nothing is relaxed, which would replace the motion by its end. Of such states those are displaced
+//! along their mode that no force pulls that way, flat or symmetric ones; the motion under drag does
+//! the rest.
+
+use std::path::Path;
+
+use super::stability::{add_modes, directions};
+use super::{Result, Simulation};
+use crate::Vec3;
+use crate::output::events::{Event, Events};
+use crate::output::{Compression, Progress, ResultDirectory, vtu};
+use crate::scene::Scene;
+use crate::solve::equilibrium::Relaxation;
+use crate::solve::stability::{Inertia, Mode, Stability};
+
+/// Most vertices of a flat start that is checked without being asked: the factor of a larger sheet
+/// costs minutes and gigabytes.
+const CHECKED: usize = 200_000;
+
+/// How a saddle is left, for messages.
+const REMEDY: &str = "nothing leaves it by itself: break the symmetry of the start with \
+                      sheet.imperfection or sheet.bump, or follow the mode with stability.perturb";
+/// The event of a displacement along a mode that came to nothing.
+const FELL_BACK: &str = "not left along the mode";
+/// The event of a displacement of a shape that moves on from there.
+const DISPLACED: &str = "displaced along the mode";
+/// A force along a mode counts as none below this share of what a displacement would bring.
+const NO_PULL: f64 = 1e-3;
+/// The event of a first equilibrium that is none.
+const AT_START: &str = "saddle at the start";
+/// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
+const LATER: &str = "nothing leaves it by itself, and an imperfection of the start is relaxed away \
+                     before anything grows: follow the mode with stability.perturb";
+
+/// The watch of one run.
+pub(super) struct Watch {
+    stability: Stability,
+    events: Events,
+    modes: usize,
+    perturb: Option<f64>,
+    /// Whether the shape has storage, and so moves rather than rests.
+    moving: bool,
+    directory: ResultDirectory,
+    compression: Compression,
+    written: usize,
+    /// Whether the last state had a direction down; `None` before the first look.
+    unstable: Option<bool>,
+}
+
+impl Watch {
+    /// The watch of `scene`, if it asks for one.
+    ///
+    /// # Errors
+    /// A sheet too large for a factor, or files that cannot be made.
+    pub(super) fn of(
+        scene: &Scene,
+        simulation: &mut Simulation,
+        directory: &ResultDirectory,
+    ) -> Result<Option<Self>> {
+        let Some(spec) = scene.stability.as_ref().filter(|s| s.watch) else { return Ok(None) };
+        let modes = directory.modes();
+        std::fs::create_dir_all(&modes)
+            .map_err(|source| crate::output::OutputError::Write { path: modes, source })?;
+        Ok(Some(Self {
+            stability: Stability::new(simulation.model().mechanics())?,
+            events: Events::create(&directory.events())?,
+            modes: spec.modes.get(),
+            perturb: spec.perturb.map(f64::from),
+            moving: scene.time.policy.storage().mechanics > 0.0,
+            directory: directory.clone(),
+            compression: scene.output.compression,
+            written: 0,
+            unstable: None,
+        }))
+    }
+
+    /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
+    ///
+    /// Work of a second relaxation is added to `work`. A factor spoilt by round-off is told and
+    /// gives NaN.
+    ///
+    /// # Errors
+    /// Files that cannot be written, or a relaxation that fails on its way from a saddle; the state
+    /// is the saddle then.
+    pub(super) fn look(
+        &mut self,
+        simulation: &mut Simulation,
+        work: &mut Relaxation,
+        progress: &mut Progress,
+    ) -> Result<f64> {
+        let Some(inertia) = self.count(simulation, work, progress)? else { return Ok(f64::NAN) };
+        let now = inertia.negative > 0;
+        let before = self.unstable.replace(now);
+        let kind = match (before, now) {
+            (None, true) => AT_START,
+            (Some(false), true) => "loss of stability",
+            (Some(true), false) => "stability regained",
+            _ => "",
+        };
+        // A shape that moves is asked once, when directions down appear: modes cost many solves.
+        let leaves = now && self.perturb.is_some() && !(self.moving && kind.is_empty());
+        if kind.is_empty() && !leaves {
+            return Ok(crate::num::real(inertia.negative));
+        }
+        let modes = self.modes(simulation, progress)?;
+        if !kind.is_empty() {
+            self.tell(simulation, kind, inertia.negative, &modes, progress)?;
+        }
+        match (self.perturb, modes.first()) {
+            (Some(by), Some(mode)) if leaves && !self.moving => {
+                self.leave(simulation, mode, by, work, progress)
+            }
+            (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
+                displace(simulation, mode, by)?;
+                work.residual = simulation.evaluate().residual()?;
+                self.tell(simulation, DISPLACED, inertia.negative, &modes, progress)?;
+                Ok(crate::num::real(inertia.negative))
+            }
+            _ => Ok(crate::num::real(inertia.negative)),
+        }
+    }
+
+    fn count(
+        &mut self,
+        simulation: &mut Simulation,
+        work: &mut Relaxation,
+        progress: &mut Progress,
+    ) -> Result<Option<Inertia>> {
+        work.factorisations += 1;
+        let mut at = simulation.evaluate();
+        let x = &at.state().x;
+        let counted = self.stability.inertia(at.potential()?, x);
+        Ok(counted
+            .map_err(|error| {
+                progress.message(&format!("the stability could not be determined: {error}"));
+            })
+            .ok())
+    }
+
+    /// The softest modes; none, and a word about it, if they cannot be found.
+    fn modes(&mut self, simulation: &mut Simulation, progress: &mut Progress) -> Result<Vec<Mode>> {
+        let mut at = simulation.evaluate();
+        let x = &at.state().x;
+        Ok(match self.stability.spectrum(at.potential()?, x, self.modes) {
+            Ok(spectrum) => spectrum.modes,
+            Err(error) => {
+                progress.message(&format!("the modes could not be computed: {error}"));
+                Vec::new()
+            }
+        })
+    }
+
+    /// Whether nothing pulls the shape along `mode` that a displacement by so much would not exceed
+    /// by far: it then stays where it is in that direction.
+    fn is_stuck(&self, simulation: &mut Simulation, mode: &Mode, by: f64) -> Result<bool> {
+        let gradient = simulation.evaluate().gradient()?;
+        let pull: f64 = gradient.iter().zip(&mode.shape).map(|(g, v)| g.dot(v)).sum();
+        let mass = self.stability.mass().iter().zip(&mode.shape);
+        let weight: f64 = mass.map(|(mass, v)| mass * v.norm_squared()).sum();
+        Ok(pull.abs() <= NO_PULL * (mode.eigenvalue * by).abs() * weight)
+    }
+
+    /// Displaces the shape along `mode` and relaxes; returns the directions down there.
+    fn leave(
+        &mut self,
+        simulation: &mut Simulation,
+        mode: &Mode,
+        by: f64,
+        work: &mut Relaxation,
+        progress: &mut Progress,
+    ) -> Result<f64> {
+        let saddle = simulation.state.x.clone();
+        displace(simulation, mode, by)?;
+        match simulation.relax() {
+            Ok(done) => work.add(&done),
+            Err(error) => {
+                simulation.state.x = saddle;
+                return Err(error);
+            }
+        }
+        let Some(inertia) = self.count(simulation, work, progress)? else { return Ok(f64::NAN) };
+        self.unstable = Some(inertia.negative > 0);
+        let modes = self.modes(simulation, progress)?;
+        let kind = if inertia.negative == 0 { "left along the mode" } else { FELL_BACK };
+        self.tell(simulation, kind, inertia.negative, &modes, progress)?;
+        Ok(crate::num::real(inertia.negative))
+    }
+
+    /// Writes the modes and the event, and says it.
+    fn tell(
+        &mut self,
+        simulation: &mut Simulation,
+        kind: &str,
+        negative: usize,
+        modes: &[Mode],
+        progress: &mut Progress,
+    ) -> Result<()> {
+        let Simulation { workspace, state, fields, .. } = &mut *simulation;
+        let mut frame = fields.frame(&mut workspace.at(state))?;
+        add_modes(&mut frame, modes);
+        let path = self.directory.mode(self.written);
+        vtu::write(&path, &frame, self.compression)?;
+        self.written += 1;
+        let file = path.strip_prefix(self.directory.root()).unwrap_or(&path);
+        let eigenvalue = modes.first().map_or(f64::NAN, |m| m.eigenvalue);
+        self.events.append(&Event {
+            time: simulation.state.time,
+            step: simulation.state.step,
+            kind,
+            eigenvalue,
+            negative,
+            modes: &slashed(file),
+        })?;
+        let mut text = format!(
+            "time {}: {kind}; {}, smallest eigenvalue {eigenvalue:.3e} force/length^3, modes in {}",
+            simulation.state.time,
+            directions(negative),
+            path.display()
+        );
+        if kind == FELL_BACK {
+            text += "; a larger stability.perturb may leave it";
+        }
+        // What moves may be on its way already.
+        if negative > 0 && self.perturb.is_none() && (kind == AT_START || !self.moving) {
+            text += "; ";
+            text += if kind == AT_START { REMEDY } else { LATER };
+        }
+        progress.message(&text);
+        Ok(())
+    }
+}
+
+/// Moves the shape along `mode`.
+///
+/// # Errors
+/// If the plugin fails there; the shape is as before then.
+fn displace(simulation: &mut Simulation, mode: &Mode, by: f64) -> Result<()> {
+    let before = simulation.state.x.clone();
+    for (x, v) in simulation.state.x.iter_mut().zip(&mode.shape) {
+        *x += by * v;
+    }
+    let evaluated = simulation.evaluate().potential().map(|_| ());
+    Ok(evaluated.inspect_err(|_| simulation.state.x = before)?)
+}
+
+/// A relative path as every system writes it.
+fn slashed(path: &Path) -> String {
+    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+/// Tells of a perfectly flat first equilibrium, whether or not the scene has a watch: one
+/// factorisation, once in a run, and only where all z are the same.
+pub(super) fn warn_of_flat_start(
+    simulation: &mut Simulation,
+    progress: &mut Progress,
+) -> Result<()> {
+    let mechanics = simulation.model().mechanics().clone();
+    let x: &[Vec3] = &simulation.state.x;
+    let flat = x.iter().all(|v| v.z == x[0].z);
+    // With all z fixed there is no way out of the plane to warn of.
+    let held = mechanics.pins().iter().all(|p| p[2]);
+    if !flat || held || mechanics.is_empty() || x.len() > CHECKED {
+        return Ok(());
+    }
+    let mut at = simulation.evaluate();
+    let x = &at.state().x;
+    let potential = at.potential()?;
+    let inertia = Stability::new(&mechanics).and_then(|mut s| s.inertia(potential, x));
+    progress.message(&match inertia {
+        Ok(Inertia { negative: 0, .. }) => {
+            "the start is perfectly flat, and stable as it is; under \
+             compression it would stay flat on a saddle (list [stability] to be told, \
+             sheet.imperfection or sheet.bump to leave the plane)"
+                .into()
+        }
+        Ok(Inertia { negative, .. }) => format!(
+            "warning: the start is perfectly flat and a saddle: {}; {REMEDY}",
+            directions(negative)
+        ),
+        Err(error) => {
+            format!("the start is perfectly flat; whether it is stable is not known: {error}")
+        }
+    });
+    Ok(())
+}

@@ -1,0 +1,172 @@
+//! Why a solver stopped without a result.
+
+use crate::linear::LinearError;
+use crate::model::ModelError;
+use crate::ode::{Failure, OdeError};
+
+/// Shorthand for results with [`SolveError`].
+pub type Result<T, E = SolveError> = std::result::Result<T, E>;
+
+/// What to try when a relaxation comes to no end.
+const OTHER_WAYS: &str = "try another equilibrium.method (\"lbfgs\", \"newton\", \"fire\"), \
+     equilibrium.preconditioner = \"multigrid\", a larger equilibrium.tolerance if that force is small \
+     enough, or smaller changes a step (time.integrator.rtol or step)";
+
+/// Why a solver stopped without a result.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The model has no value, or refuses a state.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A sparse factorisation could not be set up or done.
+    #[error(transparent)]
+    Linear(#[from] LinearError),
+    /// Energy or force is not a number.
+    #[error(
+        "energy or force is not a finite number: a triangle has no area, or positions are not finite"
+    )]
+    NotFinite,
+    /// The force tolerance was not reached.
+    #[error(
+        "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \
+         (tolerance {tolerance:.1e}, in units of Y times the edge length); {OTHER_WAYS}"
+    )]
+    NotConverged {
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+        /// Force asked for.
+        tolerance: f64,
+    },
+    /// No step goes downhill without collapsing a triangle.
+    #[error(
+        "relaxation can go no further after {iterations} iterations: no step lowers the energy \
+         without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e}); \
+         {OTHER_WAYS}"
+    )]
+    Stalled {
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+        /// Force asked for.
+        tolerance: f64,
+    },
+    /// A triangle has lost its area.
+    #[error(
+        "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
+         area is nearly zero, and no step lowers the energy further (largest force \
+         {residual:.3e}); its optimal lengths are {optimal:?}. Use a finer mesh or a smoother \
+         length factor, or go on with equilibrium = {{ method = \"lbfgs\", collapse = \"hold\" }}, which \
+         holds its vertices"
+    )]
+    Collapsed {
+        /// The triangle.
+        triangle: usize,
+        /// Its vertices.
+        vertices: [u32; 3],
+        /// Its optimal lengths, opposite each corner.
+        optimal: [f64; 3],
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+    },
+    /// A policy and an integrator that do not fit.
+    #[error("{0}")]
+    Pairing(String),
+    /// The error estimate asks for ever smaller steps.
+    #[error("the coupling error needs steps below {step:.1e} at time {time}")]
+    StepTooSmall {
+        /// Time reached.
+        time: f64,
+        /// The step that would have been tried next.
+        step: f64,
+    },
+    /// The rates change too fast for any step, or a triangle has no area.
+    #[error(
+        "the fastest rate of the chemistry at time {time} is not a finite number: a triangle has \
+         no area, or a partial derivative of the kinetics is not finite"
+    )]
+    SpectralBound {
+        /// Time reached.
+        time: f64,
+    },
+    /// An integration within a coupling step does not come to its end.
+    #[error("the chemistry needs more than {steps} steps within one coupling step at time {time}")]
+    TooManySteps {
+        /// Time reached.
+        time: f64,
+        /// Steps taken.
+        steps: usize,
+    },
+    /// An implicit or explicit integrator of the library gave up.
+    #[error("the {method} integrator stopped at time {time}: {message}")]
+    Integrator {
+        /// Its name.
+        method: &'static str,
+        /// Time reached.
+        time: f64,
+        /// What it says.
+        message: String,
+    },
+    /// The chemistry comes to no rest while the shape does not move.
+    #[error(
+        "the chemistry has no steady state that it runs into at time {time} (it still changes by \
+         {rate:.1e} of its size per unit of time): the policy `chemistry-fast` needs one"
+    )]
+    NotSteady {
+        /// Time reached.
+        time: f64,
+        /// Largest relative rate left.
+        rate: f64,
+    },
+    /// The smallest eigenvalues at a shape were not found.
+    #[error("only {found} of the {wanted} smallest eigenvalues of the Hessian were found")]
+    Modes {
+        /// Eigenvalues that converged.
+        found: usize,
+        /// Eigenvalues asked for.
+        wanted: usize,
+    },
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl SolveError {
+    /// Whether a smaller time step may do without this failure: a relaxation that got stuck on
+    /// the way, a chemistry that changed too fast, a law that asks for it.
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        match self {
+            Self::Model(error) => error.is_recoverable(),
+            Self::Interrupted | Self::Pairing(_) => false,
+            _ => true,
+        }
+    }
+
+    /// As a problem tells its integrator.
+    pub(super) fn into_failure(self) -> Failure {
+        let recoverable = self.is_recoverable();
+        Failure { cause: Box::new(self), recoverable }
+    }
+}
+
+impl From<OdeError> for SolveError {
+    fn from(error: OdeError) -> Self {
+        match error {
+            OdeError::NotFinite => Self::NotFinite,
+            OdeError::Linear(error) => Self::Linear(error),
+            OdeError::Stopped { method, time, message } => {
+                Self::Integrator { method, time, message }
+            }
+            OdeError::Problem { cause: Failure { cause, .. } } => match cause.downcast() {
+                Ok(own) => *own,
+                Err(other) => Self::Pairing(other.to_string()),
+            },
+        }
+    }
+}

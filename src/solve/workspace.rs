@@ -1,0 +1,114 @@
+//! What solvers work with: the model, memory to evaluate it, and how a shape is relaxed.
+
+use std::sync::Arc;
+
+use super::equilibrium::{Equilibrium, Goal, Relaxation, explained};
+use super::{Result, SolveError};
+use crate::model::{Evaluation, Memory, Model, State};
+
+/// Whoever asked for long work: it may be interrupted, and reports how far it is.
+#[derive(Clone)]
+pub struct Control {
+    interrupted: Arc<dyn Fn() -> bool + Send + Sync>,
+    listener: Arc<Listener>,
+}
+
+/// Takes reports; asks for the text only where it shows it.
+type Listener = dyn Fn(&dyn Fn() -> String) + Send + Sync;
+
+impl Default for Control {
+    /// Nobody: never interrupted.
+    fn default() -> Self {
+        Self { interrupted: Arc::new(|| false), listener: Arc::new(|_| ()) }
+    }
+}
+
+impl Control {
+    /// `interrupted` is asked now and then, and `true` gives up; `listener` is given reports.
+    #[must_use]
+    pub fn new(
+        interrupted: impl Fn() -> bool + Send + Sync + 'static,
+        listener: impl Fn(&dyn Fn() -> String) + Send + Sync + 'static,
+    ) -> Self {
+        Self { interrupted: Arc::new(interrupted), listener: Arc::new(listener) }
+    }
+
+    /// Whether the work is to be given up.
+    #[must_use]
+    pub fn interrupted(&self) -> bool {
+        (self.interrupted)()
+    }
+
+    /// Whether to go on.
+    ///
+    /// # Errors
+    /// [`SolveError::Interrupted`].
+    pub fn check(&self) -> Result<()> {
+        if self.interrupted() { Err(SolveError::Interrupted) } else { Ok(()) }
+    }
+
+    /// Reports what is being done, and how far it is.
+    pub fn tell(&self, text: impl Fn() -> String) {
+        (self.listener)(&text);
+    }
+}
+
+/// How a shape is relaxed.
+pub(crate) struct Relaxer {
+    pub(crate) equilibrium: Box<dyn Equilibrium>,
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    pub(crate) tolerance: f64,
+    pub(crate) max_iterations: usize,
+}
+
+/// A model with what is needed to work on it.
+pub struct Workspace {
+    /// The model.
+    pub model: Arc<Model>,
+    /// Who asked for the work.
+    pub control: Control,
+    memory: Memory,
+    relaxer: Option<Relaxer>,
+}
+
+impl Workspace {
+    /// For `model`; without a relaxer its shape never moves.
+    pub(crate) fn new(model: Arc<Model>, relaxer: Option<Relaxer>) -> Self {
+        Self { model, control: Control::default(), memory: Memory::default(), relaxer }
+    }
+
+    /// The model at `state`.
+    pub fn at<'a>(&'a mut self, state: &'a State) -> Evaluation<'a> {
+        self.model.at(state, &mut self.memory)
+    }
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    #[must_use]
+    pub fn force_tolerance(&self) -> f64 {
+        self.relaxer.as_ref().map_or(0.0, |relaxer| relaxer.tolerance)
+    }
+
+    /// Brings the shape of `state` into equilibrium with its species. On an error the shape is the last
+    /// good one.
+    ///
+    /// # Errors
+    /// If the model has no value there, or the relaxation fails.
+    pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
+        let Self { model, control, memory, relaxer } = self;
+        let mut x = state.x.clone();
+        let mut at = model.at(state, memory);
+        let potential = at.potential()?;
+        let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
+        let goal = Goal {
+            tolerance: relaxer.tolerance,
+            max_iterations: relaxer.max_iterations,
+            interrupted: &|| control.interrupted(),
+        };
+        let done = relaxer
+            .equilibrium
+            .relax(potential, &mut x, &goal)
+            .map_err(|error| explained(error, potential, &x));
+        state.x = x;
+        done
+    }
+}
