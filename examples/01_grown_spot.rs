@@ -4,11 +4,11 @@
 
 use std::sync::Arc;
 
-use rumple::effects::{Bending, BondStretching, Energy, Material, MeyerBending, Stretching};
+use rumple::effects::{Bending, BondStretching, EnergyTerm, Material, MeyerBending, Stretching};
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
 use rumple::sheet::{Shape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
-use rumple::model::Mechanics;
+use rumple::model::{Mechanics, Potential};
 
 /// Relaxes the sheet and says how high the bump is.
 ///
@@ -18,12 +18,12 @@ pub fn main() -> rumple::Result<()> {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 20.0 }, 1000, 1)?);
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
     let bending = Bending::default();
-    let energies: Vec<Box<dyn Energy>> = vec![
-        Box::new(BondStretching::new(&material, Stretching::default().weight)),
-        Box::new(MeyerBending::new(&sheet, &material, bending.weight, bending.area)),
+    let energies: Vec<EnergyTerm> = vec![
+        EnergyTerm::new(BondStretching::new(&material, Stretching::default().weight)),
+        EnergyTerm::new(MeyerBending::new(&sheet, &material, bending.weight, bending.area)),
     ];
     let rim_held_vertically = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
-    let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, rim_held_vertically)?;
+    let mut mechanics = Potential::new(&Mechanics::new(Arc::clone(&sheet), energies, rim_held_vertically)?);
 
     // Active strain: the length factor of every bond.
     let inside = |v: u32| sheet.rest()[v as usize].norm() < 6.0;
@@ -36,11 +36,11 @@ pub fn main() -> rumple::Result<()> {
     for (x, rim) in x.iter_mut().zip(sheet.rim()) {
         x.z = if *rim { 0.0 } else { 0.1 * (-x.norm_squared() / 40.0).exp() };
     }
-    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default())?;
+    let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default())?;
     let goal = Goal { tolerance: 1e-8, max_iterations: 1000, interrupted: &|| false };
     let done = solver.relax(&mut mechanics, &mut x, &goal)?;
     let area = VertexArea::new(&sheet, AreaRule::default());
-    let curvature = mechanics.with_shape(&x, |shape| Curvature::of(shape, &area));
+    let curvature = Curvature::of(&mechanics.shape(&x), &area);
     let height = x.iter().map(|x| x.z).fold(0.0, f64::max);
     let sharpest = curvature.mean.iter().copied().fold(0.0, f64::max);
     println!("{done:?}\nheight {height:.3}, largest mean curvature {sharpest:.3}");

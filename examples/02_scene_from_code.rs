@@ -2,9 +2,9 @@
 //!
 //! `cargo run --release --example 02_scene_from_code`
 
+use rumple::Simulation;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::run;
 
 const SCENE: &str = r#"
 sheet = { shape = "annulus", inner = 5.0, outer = 20.0, vertices = 800 }
@@ -23,9 +23,9 @@ time = { until = 1.0 }
 /// None is expected.
 pub fn main() -> rumple::Result<()> {
     let scene = Scene::parse(SCENE, "annulus.toml", &[])?;
-    let mut setup = simulation::prepare(&scene, &Search::in_directories(Vec::new()))?;
-    let done = setup.system.relax(&mut setup.state)?;
-    println!("{} vertices, residual {:.1e}", setup.sheet.vertex_count(), done.residual);
+    let mut simulation = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+    let done = simulation.relax()?;
+    println!("{} vertices, residual {:.1e}", simulation.sheet().vertex_count(), done.residual);
     assert_eq!(done.iterations, 0);
 
     let mistake = SCENE.replace("\"bending\"", "\"bendign\"");

@@ -8,7 +8,7 @@ use std::fs;
 use std::process::Command;
 
 use rumple::scene::Scene;
-use rumple::solve::EquilibriumSpec;
+use rumple::solve::equilibrium::Method;
 
 /// Anything that stops a bench, in words.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -68,14 +68,14 @@ pub fn machine() -> String {
 }
 
 /// The method of equilibrium called `method`, with the defaults of scenes and the overrides `set`.
-pub fn equilibrium(method: &str, set: &[String]) -> Result<Box<dyn EquilibriumSpec>> {
+pub fn equilibrium(method: &str, set: &[String]) -> Result<Method> {
     let text = format!(
         "sheet = {{ shape = \"disc\", radius = 1.0, vertices = 100 }}\n\
          material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n\
          time = {{ until = 1.0 }}\nequilibrium = {{ method = \"{method}\" }}\n"
     );
     let scene = Scene::parse(&text, "--method", set).map_err(|error| error.rendered(false))?;
-    Ok(scene.equilibrium)
+    Ok(scene.into_equilibrium())
 }
 
 /// A table in Markdown, padded so that it also reads well on a terminal.

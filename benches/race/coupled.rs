@@ -12,7 +12,8 @@ use rumple::kinetics::Search;
 use rumple::num::real;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::scene::Scene;
-use rumple::run;
+use rumple::Simulation;
+use rumple::run::run;
 
 use crate::common::{Result, Table, cpu_seconds, number};
 use crate::problem::{MATERIAL, read_positions, read_sheet, smallest_angle};
@@ -149,28 +150,25 @@ fn ours(
     let executable = std::env::current_exe()?;
     let folder = executable.ancestors().nth(2).ok_or("no target directory")?.to_owned();
     let began = cpu_seconds()?;
-    let mut setup = simulation::prepare(&scene, &Search::in_directories(vec![folder]))?;
-    setup.state.x.copy_from_slice(&start);
+    let mut simulation = Simulation::new(&scene, &Search::in_directories(vec![folder]))?;
+    simulation.state_mut().x.copy_from_slice(&start);
     let directory = ResultDirectory::prepare(&options.out.join(&name), true)?;
     let mut progress = Progress::new(Mode::Lines, 0.0, options.until);
     let interrupt = Interrupt::install()?;
-    let done = simulation::run::run(&scene, &mut setup, &directory, &mut progress, interrupt);
+    let done = run::run(&scene, &mut simulation, &directory, &mut progress, interrupt);
     let cpu = cpu_seconds()? - began;
     progress.finish();
     if let Err(error) = &done {
         eprintln!("  {method}: {error}");
     }
-    let (state, system) = (&setup.state, &mut setup.system);
-    let mechanics = system.mechanics();
+    let mut at = simulation.evaluate();
+    let state = at.state();
     let mut gradient = vec![Vec3::zeros(); vertices];
-    let energy = mechanics.energy_gradient(&state.x, &mut gradient);
-    let residual = mechanics.residual(&gradient);
-    let share = match system.chemistry() {
+    let energy = at.potential()?.energy_gradient(&state.x, &mut gradient);
+    let residual = at.potential()?.residual(&gradient);
+    let share = match at.species_at_vertices().first() {
         None => f64::NAN,
-        Some(chemistry) => {
-            let c = &chemistry.at_vertices(&sheet, &state.species)[0];
-            real(c.iter().filter(|c| **c > SWITCH).count()) / real(vertices)
-        }
+        Some(c) => real(c.iter().filter(|c| **c > SWITCH).count()) / real(vertices),
     };
     let steps = real(usize::try_from(state.step)? + 1);
     let (iterations, factorisations, failed) = match &done {

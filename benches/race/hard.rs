@@ -155,7 +155,7 @@ fn ours(
     let (_, norm) = energy_and_norm(&mut mechanics, &x);
     let asked = relative * norm / mechanics.force_scale();
     let enough = asked / real(x.len()).sqrt();
-    let mut solver = spec.build(&mechanics)?;
+    let mut solver = spec.build(mechanics.mechanics())?;
     let mut work = Relaxation::default();
     let (mut failure, mut now) = (None, (f64::NAN, f64::NAN));
     for tolerance in [asked / 3.0, asked / 30.0, enough] {

@@ -31,8 +31,8 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::HessianPart;
 use rumple_numerics::parallel;
-use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::model::Mechanics;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix};
+use rumple::model::Potential;
 
 use crate::common::Result;
 use crate::problem::smallest_angle;
@@ -63,7 +63,7 @@ pub struct Work {
 /// Follows the motion from `x` with a step error of `tolerance` mean edge lengths until the norm of
 /// the gradient has fallen to the share `relative`, or a triangle collapses.
 pub fn follow(
-    mechanics: &mut Mechanics,
+    mechanics: &mut Potential,
     x: &mut [Vec3],
     tolerance: f64,
     relative: f64,
@@ -74,11 +74,11 @@ pub fn follow(
     let mut gradient = vec![Vec3::zeros(); n];
     let mut energy = mechanics.energy_gradient(x, &mut gradient);
     let goal = relative * norm(&gradient);
-    let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
+    let pattern = Arc::clone(mechanics.mechanics().pattern());
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
     let mut cholesky = <BlockCholesky>::new(pattern)?;
     let unit = tolerance * mechanics.metric().mean_edge();
-    mechanics.hessian(x, HessianPart::Full, &mut hessian);
+    mechanics.hessian(x, HessianPart::Full, &mut hessian)?;
     // The shortest times of the motion are some tenths of this.
     let first = 1.0 / hessian.mean_diagonal();
     let (mut step, mut fresh) = (0.1 * first, true);
@@ -86,7 +86,7 @@ pub fn follow(
     let mut trial_gradient = vec![Vec3::zeros(); n];
     while norm(&gradient) > goal && !work.collapsed && step > SHORTEST * first {
         if !fresh {
-            mechanics.hessian(x, HessianPart::Full, &mut hessian);
+            mechanics.hessian(x, HessianPart::Full, &mut hessian)?;
             fresh = true;
         }
         let shift = 1.0 / (GAMMA * step);
@@ -109,7 +109,7 @@ pub fn follow(
         let e = mechanics.energy_gradient(&trial, &mut trial_gradient);
         work.evaluations += 2;
         let descends = e <= energy + ROUND_OFF * energy.abs();
-        let accepted = error <= 1.0 && descends && mechanics.keeps_triangles(x, &trial, AREA_SHARE);
+        let accepted = error <= 1.0 && descends && mechanics.allows(x, &trial, AREA_SHARE);
         if accepted {
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);

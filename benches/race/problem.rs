@@ -14,12 +14,12 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BendingWeight, BondStretching, Energy, Material, MeyerBending, StretchingWeight,
+    BendingWeight, BondStretching, EnergyTerm, Material, MeyerBending, StretchingWeight,
 };
 use rumple::geometry::AreaRule;
 use rumple::sheet::quality::triangle_angles;
 use rumple::sheet::{Sheet, Surface};
-use rumple::model::Mechanics;
+use rumple::model::{Mechanics, Potential};
 
 use crate::common::Result;
 
@@ -92,16 +92,16 @@ pub fn write_positions(path: &Path, x: &[Vec3]) -> Result<()> {
 }
 
 /// The printed energy on `sheet`, not grown.
-pub fn mechanics(sheet: &Arc<Sheet>) -> Result<Mechanics> {
+pub fn mechanics(sheet: &Arc<Sheet>) -> Result<Potential> {
     let bending = MeyerBending::new(sheet, &MATERIAL, BendingWeight::Paper, AreaRule::Barycentric);
-    let energies: Vec<Box<dyn Energy>> =
-        vec![Box::new(BondStretching::new(&MATERIAL, StretchingWeight::Paper)), Box::new(bending)];
+    let energies: Vec<EnergyTerm> =
+        vec![EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::Paper)), EnergyTerm::new(bending)];
     let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
-    Ok(Mechanics::new(Arc::clone(sheet), energies, pins)?)
+    Ok(Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins)?))
 }
 
 /// Lets the inner part grow: the length factor of a bond is the mean of its ends'.
-pub fn grow(mechanics: &mut Mechanics) {
+pub fn grow(mechanics: &mut Potential) {
     let sheet = Arc::clone(mechanics.sheet());
     let at = |v: u32| {
         let x = sheet.rest()[v as usize];
@@ -113,7 +113,7 @@ pub fn grow(mechanics: &mut Mechanics) {
 }
 
 /// Energy and Euclidean norm of its gradient over the free directions.
-pub fn energy_and_norm(mechanics: &mut Mechanics, x: &[Vec3]) -> (f64, f64) {
+pub fn energy_and_norm(mechanics: &mut Potential, x: &[Vec3]) -> (f64, f64) {
     let mut gradient = vec![Vec3::zeros(); x.len()];
     let energy = mechanics.energy_gradient(x, &mut gradient);
     (energy, gradient.iter().map(Vec3::norm_squared).sum::<f64>().sqrt())

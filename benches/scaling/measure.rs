@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    Bending, BondStretching, Energy, HessianPart, Material, MeyerBending, Stretching,
+    Bending, BondStretching, EnergyTerm, HessianPart, Material, MeyerBending, Stretching,
 };
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::Goal;
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern, Multigrid};
-use rumple::model::Mechanics;
+use rumple::model::{Mechanics, Potential};
 
 use crate::common::{Result, cpu_seconds, equilibrium, gibibytes, number};
 use crate::{Options, seconds};
@@ -56,10 +56,10 @@ pub fn row(options: &Options, vertices: usize) -> Result<Vec<String>> {
         mechanics.energy_gradient(&x, &mut gradient);
     })?));
 
-    let (pattern, patterned) = timed(|| Arc::new(BlockPattern::two_rings(&sheet)))?;
+    let (pattern, patterned) = timed(|| mechanics.mechanics().pattern_with(&[]))?;
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
     row.push(seconds(repeated(|| {
-        mechanics.hessian(&x, HessianPart::Positive, &mut hessian);
+        mechanics.hessian(&x, HessianPart::Positive, &mut hessian).expect("all blocks are declared");
     })?));
     hessian.add_diagonal(1e-10 * hessian.mean_diagonal());
     let multigrid = options.set.iter().any(|s| s.contains("multigrid"));
@@ -139,7 +139,7 @@ fn solution(gradient: &[Vec3], mut solve: impl FnMut(&mut [Vec3])) -> Result<f64
 fn relax(
     options: &Options,
     method: &str,
-    mechanics: &mut Mechanics,
+    mechanics: &mut Potential,
     x: &mut [Vec3],
     row: &mut Vec<String>,
 ) -> Result<()> {
@@ -150,7 +150,7 @@ fn relax(
         max_iterations: spec.max_iterations(),
         interrupted: &|| false,
     };
-    let (done, time) = timed(|| spec.build(mechanics)?.relax(mechanics, x, &goal))?;
+    let (done, time) = timed(|| spec.build(mechanics.mechanics())?.relax(mechanics, x, &goal))?;
     row.push(seconds(time));
     match done {
         Ok(done) => {
@@ -230,15 +230,15 @@ fn hexagon(vertices: usize) -> std::result::Result<Sheet, rumple::sheet::SheetEr
 }
 
 /// The sheet with its energies, pins and growth.
-fn loaded(sheet: &Arc<Sheet>) -> Result<Mechanics> {
+fn loaded(sheet: &Arc<Sheet>) -> Result<Potential> {
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 2.0 };
     let (stretching, bending) = (Stretching::default(), Bending::default());
-    let energies: Vec<Box<dyn Energy>> = vec![
-        Box::new(BondStretching::new(&material, stretching.weight)),
-        Box::new(MeyerBending::new(sheet, &material, bending.weight, bending.area)),
+    let energies: Vec<EnergyTerm> = vec![
+        EnergyTerm::new(BondStretching::new(&material, stretching.weight)),
+        EnergyTerm::new(MeyerBending::new(sheet, &material, bending.weight, bending.area)),
     ];
     let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
-    let mut mechanics = Mechanics::new(Arc::clone(sheet), energies, pins)?;
+    let mut mechanics = Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins)?);
     let factor: Vec<f64> = sheet
         .edges()
         .iter()

@@ -19,7 +19,7 @@ use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::model::Pins;
+use rumple::effects::Pins;
 
 use super::meshes::{disclination, pressed_flat};
 use super::{Models, Outcome, Sample, Stiffness, critical, mechanics, relax, relax_flat};

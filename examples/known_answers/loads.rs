@@ -2,10 +2,8 @@
 //! outside the library.
 
 use rumple::Vec3;
-use rumple::effects::{Energy, HessianPart};
-use rumple::geometry::{RestMetric, Shape};
-use rumple::sheet::Sheet;
-use rumple_numerics::linear::{Block, BlockMatrix};
+use rumple::effects::{Block, BlockMatrix, Coupling, Energy, HessianPart};
+use rumple::geometry::Shape;
 
 /// A lever of an [`EndMoment`]: from the mean of `base` to `tip`.
 pub struct Lever {
@@ -50,13 +48,17 @@ impl EndMoment {
 }
 
 impl Energy for EndMoment {
+    type Work = ();
+
     fn name(&self) -> &'static str {
         "end moment"
     }
 
-    fn set_rest_metric(&mut self, _: &Sheet, _: &RestMetric) {}
+    fn coupling(&self) -> Coupling {
+        Coupling::TWO_RINGS
+    }
 
-    fn evaluate(&mut self, shape: &Shape<'_>, gradient: Option<&mut [Vec3]>) -> f64 {
+    fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
         if let Some(gradient) = gradient {
             for lever in &self.levers {
                 let d = Self::arm(lever, shape.x);
@@ -71,7 +73,13 @@ impl Energy for EndMoment {
         -self.moment * self.angle(shape.x)
     }
 
-    fn add_hessian(&mut self, shape: &Shape<'_>, part: HessianPart, into: &mut BlockMatrix) {
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        (): &mut (),
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
         if part == HessianPart::Positive {
             return;
         }

@@ -15,12 +15,13 @@ use std::error::Error;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{Effect, EffectContext, EffectSpec, Energy, HessianPart, Material, Measure};
+use rumple::effects::{
+    EffectContext, EffectSpec, EnergyTerm, HessianPart, Material, Measure, Pins,
+};
+use rumple::model::{Mechanics, Potential};
 use rumple::sheet::Sheet;
-use rumple::solve::EquilibriumSpec;
-use rumple::solve::equilibrium::{Goal, Relaxation};
+use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::model::{Mechanics, Pins};
 
 /// A result, or why there is none.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -98,14 +99,12 @@ pub fn mean_edge(sheet: &Sheet) -> f64 {
 }
 
 /// The energy of one effect, from the text of its table in a scene.
-pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<Box<dyn Energy>> {
+pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<EnergyTerm> {
     let spec: Box<dyn EffectSpec> = toml::from_str(table)?;
-    let context =
-        EffectContext { sheet, material, kinetics: None, measure: Measure::Concentration };
-    match spec.build(&context)? {
-        Effect::Energy(energy) => Ok(energy),
-        _ => Err(format!("this effect has no energy: {table}").into()),
-    }
+    let (kinetics, measure) = (None, Measure::Concentration);
+    let context = EffectContext { sheet, material: Some(material), kinetics, measure };
+    let term = spec.build(&context)?.energies.into_iter().next();
+    term.ok_or_else(|| format!("this effect has no energy: {table}").into())
 }
 
 /// The mechanics of a sheet with the listed effects.
@@ -114,10 +113,10 @@ pub fn mechanics(
     material: &Material,
     effects: &[&str],
     pins: Pins,
-) -> Outcome<Mechanics> {
+) -> Outcome<Potential> {
     let energies: Outcome<Vec<_>> =
         effects.iter().map(|table| energy(sheet, material, table)).collect();
-    Ok(Mechanics::new(Arc::clone(sheet), energies?, pins)?)
+    Ok(Potential::new(&Mechanics::new(Arc::clone(sheet), energies?, pins)?))
 }
 
 /// A vertical dead load `value` per rest area on all of the sheet, as a scene lists it.
@@ -126,11 +125,10 @@ pub fn area_load(value: f64) -> String {
 }
 
 /// Brings `x` to rest with the default method.
-pub fn relax(mechanics: &mut Mechanics, x: &mut [Vec3], tolerance: f64) -> Outcome<Relaxation> {
-    let method: Box<dyn EquilibriumSpec> =
-        toml::from_str(&format!("method = '{}'", rumple::solve::DEFAULT_EQUILIBRIUM))?;
+pub fn relax(mechanics: &mut Potential, x: &mut [Vec3], tolerance: f64) -> Outcome<Relaxation> {
     let goal = Goal { tolerance, max_iterations: 20_000, interrupted: &|| false };
-    Ok(method.build(mechanics)?.relax(mechanics, x, &goal)?)
+    let mut method = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default())?;
+    Ok(method.relax(mechanics, x, &goal)?)
 }
 
 /// The equilibrium within the plane z = 0 from the shape `x`, and whatever `pins` hold besides.
@@ -157,21 +155,25 @@ pub struct Stiffness {
 impl Stiffness {
     /// Prepares the factorisation.
     pub fn new(sheet: &Sheet) -> Outcome<Self> {
-        let pattern = Arc::new(BlockPattern::two_rings(sheet));
+        let neighbours = |i: usize, f: &mut dyn FnMut(u32)| {
+            sheet.vertex_edges().of(i).iter().for_each(|&(_, j)| f(j));
+        };
+        let pattern =
+            Arc::new(BlockPattern::of_rings(sheet.vertex_count(), 2, &neighbours, &[]));
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         Ok(Self { matrix, cholesky: <BlockCholesky>::new(pattern)? })
     }
 
     /// Whether the equilibrium `x` is stable: the Hessian is positive definite.
-    pub fn is_positive(&mut self, mechanics: &mut Mechanics, x: &[Vec3]) -> bool {
-        mechanics.hessian(x, HessianPart::Full, &mut self.matrix);
-        self.cholesky.factorise(&self.matrix).is_ok()
+    pub fn is_positive(&mut self, mechanics: &mut Potential, x: &[Vec3]) -> bool {
+        mechanics.hessian(x, HessianPart::Full, &mut self.matrix).is_ok()
+            && self.cholesky.factorise(&self.matrix).is_ok()
     }
 
     /// The small displacements from the stable equilibrium `x` under small forces.
     pub fn response(
         &mut self,
-        mechanics: &mut Mechanics,
+        mechanics: &mut Potential,
         x: &[Vec3],
         mut forces: Vec<Vec3>,
     ) -> Outcome<Vec<Vec3>> {
@@ -195,7 +197,7 @@ impl Stiffness {
 ///
 /// Strips with free sides need it: there the positive part of the cotangent bending energy, on
 /// which the default method rests, has no stiffness against shapes of zero mean curvature.
-pub fn newton(mechanics: &mut Mechanics, x: &mut [Vec3], tolerance: f64) -> Outcome<usize> {
+pub fn newton(mechanics: &mut Potential, x: &mut [Vec3], tolerance: f64) -> Outcome<usize> {
     let mut stiffness = Stiffness::new(mechanics.sheet())?;
     let mut gradient = vec![Vec3::zeros(); x.len()];
     let mut shift = 0.0;
@@ -205,7 +207,7 @@ pub fn newton(mechanics: &mut Mechanics, x: &mut [Vec3], tolerance: f64) -> Outc
         if residual <= tolerance {
             return Ok(iteration);
         }
-        mechanics.hessian(x, HessianPart::Full, &mut stiffness.matrix);
+        mechanics.hessian(x, HessianPart::Full, &mut stiffness.matrix)?;
         let scale = stiffness.matrix.mean_diagonal();
         let mut shifted = stiffness.matrix.clone();
         shifted.add_diagonal(shift * scale);

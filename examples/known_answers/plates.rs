@@ -18,7 +18,7 @@ use std::sync::Arc;
 use rumple::effects::Material;
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::model::Pins;
+use rumple::effects::Pins;
 
 use super::{
     Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat,

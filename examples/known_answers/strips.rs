@@ -24,7 +24,7 @@ use rumple::effects::Material;
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::num::real;
 use rumple::sheet::Sheet;
-use rumple::model::Pins;
+use rumple::effects::Pins;
 
 use super::meshes::Strip;
 use super::{
@@ -53,21 +53,20 @@ pub fn bending_share(sheet: &Sheet, models: &Models) -> Outcome<f64> {
     }
     let material = Material { ..MATERIAL };
     let free = vec![[false; 3]; sheet.vertex_count()];
-    let mut mechanics = mechanics(&Arc::new(sheet.clone()), &material, &[BOND], free)?;
+    let mechanics = mechanics(&Arc::new(sheet.clone()), &material, &[BOND], free)?;
     let area = VertexArea::new(sheet, AreaRule::FrozenVoronoi);
     let last = sheet.rest().iter().map(|x| x.x).fold(0.0, f64::max);
     let (mut inner, mut all) = (0.0, 0.0);
-    mechanics.with_shape(sheet.rest(), |shape| {
-        for (t, triangle) in sheet.triangles().iter().enumerate() {
-            for (v, share) in triangle.iter().zip(area.corners(shape, t)) {
-                let (v, x) = (*v as usize, sheet.rest()[*v as usize].x);
-                if x > 1e-9 && x < last - 1e-9 {
-                    all += share;
-                    inner += if sheet.rim()[v] { 0.0 } else { share };
-                }
+    let shape = mechanics.shape(sheet.rest());
+    for (t, triangle) in sheet.triangles().iter().enumerate() {
+        for (v, share) in triangle.iter().zip(area.corners(&shape, t)) {
+            let (v, x) = (*v as usize, sheet.rest()[*v as usize].x);
+            if x > 1e-9 && x < last - 1e-9 {
+                all += share;
+                inner += if sheet.rim()[v] { 0.0 } else { share };
             }
         }
-    });
+    }
     Ok(inner / all)
 }
 

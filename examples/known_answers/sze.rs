@@ -11,10 +11,11 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{Energy, Material};
+use rumple::effects::{EnergyTerm, Material};
 use rumple::num::{real, whole};
 use rumple::sheet::Sheet;
-use rumple::model::{Mechanics, Pins};
+use rumple::effects::Pins;
+use rumple::model::{Mechanics, Potential};
 
 use super::loads::{EndMoment, Lever};
 use super::meshes::Strip;
@@ -65,13 +66,13 @@ impl Cantilever {
         (0..rest.len()).filter(|&i| whole(rest[i].x / spacing) == number).collect()
     }
 
-    fn mechanics(&self, models: &Models, load: Box<dyn Energy>) -> Outcome<Mechanics> {
+    fn mechanics(&self, models: &Models, load: EnergyTerm) -> Outcome<Potential> {
         let energies = vec![
             energy(&self.sheet, &MATERIAL, models.stretching)?,
             energy(&self.sheet, &MATERIAL, models.bending)?,
             load,
         ];
-        Ok(Mechanics::new(Arc::clone(&self.sheet), energies, self.pins.clone())?)
+        Ok(Potential::new(&Mechanics::new(Arc::clone(&self.sheet), energies, self.pins.clone())?))
     }
 }
 
@@ -131,7 +132,7 @@ pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sa
             })
             .collect();
         let from = 2.0 * PI * (load - 1.0 / f64::from(steps));
-        let load_energy = Box::new(EndMoment { moment: MOST_MOMENT * load, levers, from });
+        let load_energy = EnergyTerm::new(EndMoment { moment: MOST_MOMENT * load, levers, from });
         let guess = x.iter().zip(&before).map(|(x, before)| 2.0 * x - before).collect();
         before = std::mem::replace(&mut x, guess);
         newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-9)

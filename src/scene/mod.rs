@@ -25,6 +25,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::effects::EffectSpec;
+use crate::solve::equilibrium::Method;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
 pub use self::error::SceneError;
@@ -136,6 +137,12 @@ impl Scene {
     #[must_use]
     pub fn missing_table(&self, table: &str, help: &str) -> SceneError {
         self.origin.error(&Problem::missing_table(table).help(help))
+    }
+
+    /// Its method to find equilibrium, for use on its own.
+    #[must_use]
+    pub fn into_equilibrium(self) -> Method {
+        Method::new(self.equilibrium)
     }
 
     /// Name of the scene's file.

@@ -4,21 +4,20 @@ mod counting;
 
 pub use counting::allocations;
 
-use rumple::Vec3;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
-use rumple::run::{self, Setup};
+use rumple::{Simulation, Vec3};
 
 use crate::plugins::build;
 
 /// A scene from its text and overrides, made ready with the shipped plugins.
-pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Setup) {
+pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Simulation) {
     let keys: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
     let scene = Scene::parse(text, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
     let search = Search::in_directories(vec![build::directory().to_owned()]);
-    let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
-    (scene, setup)
+    let simulation = Simulation::new(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
+    (scene, simulation)
 }
 
 /// Reproducible numbers in (-1, 1), by a linear congruential generator.

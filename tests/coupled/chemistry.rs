@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use rumple::Error;
 use rumple::kinetics::Search;
+use rumple::model::{Memory, State};
 use rumple::scene::Scene;
-use rumple::solve::SolveError;
-use rumple::model::State;
+use rumple::solve::{Control, SolveError};
+use rumple::{Error, Simulation};
 
 use super::{DOME, distance, final_state};
 
@@ -96,15 +96,18 @@ fn a_method_is_refused_where_the_chemistry_settles_at_once() {
     ];
     let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
     let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
-    let error = rumple::run::prepare(&scene, &search).err().unwrap().to_string();
+    let error = Simulation::new(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("leave out chemistry = \"bdf\""), "{error}");
 }
+
+/// What makes the chemistry settle before the first step.
+const SETTLING: [&str; 2] =
+    ["time.policy=\"chemistry-fast\"", "time.integrator={kind=\"monolithic\",rtol=1e-6,atol=1e-6}"];
 
 /// Where the chemistry has two steady states it settles in the one that it runs into: of a bistable
 /// patch under tension those points that start above the unstable state end bound, the others not.
 #[test]
 fn a_bistable_chemistry_settles_in_the_state_it_runs_into() {
-    use rumple::solve::chemistry::relax_chemistry;
     let text = r#"
 [sheet]
 shape = "disc"
@@ -120,38 +123,39 @@ initial.m = { gaussian = { width = 2.0, amplitude = 1.0 } }
 [time]
 until = 1.0
 "#;
-    let (_, mut setup) = crate::common::prepare(text, &[]);
-    let mut slow = setup.state.clone();
-    relax_chemistry(&mut setup.system, &mut setup.state, (1e-6, 1e-6)).unwrap();
+    let (_, mut simulation) = crate::common::prepare(text, &SETTLING);
+    let mut slow = simulation.state().clone();
+    simulation.prepare().unwrap();
     // The same by small explicit steps in time.
     let step = 2e-3;
+    let mut memory = Memory::default();
     for _ in 0..20_000 {
-        setup.system.follow(&slow).unwrap();
-        let signals = setup.system.signals(&slow);
-        let rates = setup.system.rates(&slow.species, &signals).unwrap();
+        let rates = simulation.model().at(&slow, &mut memory).rates().unwrap().to_vec();
         for (c, r) in slow.species[0].iter_mut().zip(&rates[0]) {
             *c += step * r;
         }
     }
     let bound = |state: &State| state.species[0].iter().filter(|m| **m > 0.5).count();
     assert!(bound(&slow) > 0, "nothing stays bound");
-    for (a, b) in setup.state.species[0].iter().zip(&slow.species[0]) {
+    for (a, b) in simulation.state().species[0].iter().zip(&slow.species[0]) {
         assert!((a - b).abs() < 1e-3, "{a} {b}");
     }
 }
 
-/// What a system was told to stop after so many questions said, and whether it stopped for that.
+/// What a simulation that is to stop after so many questions said, and whether it stopped for that.
 fn interrupted(
-    setup: &mut rumple::run::Setup,
+    simulation: &mut Simulation,
     questions: usize,
-    work: impl FnOnce(&mut rumple::run::Setup) -> rumple::Result<()>,
+    work: impl FnOnce(&mut Simulation) -> rumple::Result<()>,
 ) -> (bool, Vec<String>) {
     let asked = AtomicUsize::new(0);
-    setup.system.set_interrupt(move || asked.fetch_add(1, Ordering::SeqCst) >= questions);
     let told = Arc::new(Mutex::new(Vec::new()));
     let heard = Arc::clone(&told);
-    setup.system.set_listener(move |text| heard.lock().unwrap().push(text()));
-    let stopped = matches!(work(setup), Err(Error::Solve(SolveError::Interrupted)));
+    simulation.set_control(Control::new(
+        move || asked.fetch_add(1, Ordering::SeqCst) >= questions,
+        move |text| heard.lock().unwrap().push(text()),
+    ));
+    let stopped = matches!(work(simulation), Err(Error::Solve(SolveError::Interrupted)));
     let told = told.lock().unwrap().clone();
     (stopped, told)
 }
@@ -164,11 +168,9 @@ fn long_sub_steps_ask_whether_to_go_on_and_tell_how_far_they_are() {
             format!("time.integrator={{kind=\"staggered\",chemistry=\"{method}\",step=0.1}}");
         let policy = "time.policy=\"quasi-static\"";
         let keys = [policy, &integrator, "effect[4].coefficient=1e12"];
-        let (_, mut setup) = crate::common::prepare(DOME, &keys);
-        setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap();
-        let (stopped, told) = interrupted(&mut setup, 20, |setup| {
-            setup.integrator.advance(&mut setup.system, &mut setup.state, 1.0).map(drop)
-        });
+        let (_, mut simulation) = crate::common::prepare(DOME, &keys);
+        simulation.prepare().unwrap();
+        let (stopped, told) = interrupted(&mut simulation, 20, |s| s.step(1.0).map(drop));
         assert!(stopped, "{method}");
         assert!(told.iter().any(|t| t.contains("integrating the chemistry")), "{method}: {told:?}");
     }
@@ -176,11 +178,10 @@ fn long_sub_steps_ask_whether_to_go_on_and_tell_how_far_they_are() {
 
 #[test]
 fn settling_asks_whether_to_go_on_and_tells_how_far_it_is() {
-    let (_, mut setup) = crate::common::prepare(DOME, &[]);
-    let (stopped, told) = interrupted(&mut setup, 4, |setup| {
-        let (system, state) = (&mut setup.system, &mut setup.state);
-        rumple::solve::chemistry::relax_chemistry(system, state, (1e-6, 1e-6)).map(drop)
-    });
+    let (_, mut simulation) = crate::common::prepare(DOME, &SETTLING);
+    // Nothing is left to relax then.
+    simulation.relax().unwrap();
+    let (stopped, told) = interrupted(&mut simulation, 4, |s| s.prepare().map(drop));
     assert!(stopped);
     assert!(told.iter().any(|t| t.contains("settling the chemistry, step 1")), "{told:?}");
 }

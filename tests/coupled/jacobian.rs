@@ -4,21 +4,18 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, Cotan, Energy, GreenGauss, Measure, MeyerBending, StretchingWeight,
-    StvkStretching, Transport,
+    BondStretching, Cotan, EnergyTerm, GreenGauss, Measure, MeyerBending, StretchingWeight,
+    StvkStretching, TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::kinetics::{
     Batch, Capabilities, Descriptor, Kinetics, Location, Outcome, Signal, SignalRead, Species,
 };
-use rumple::sheet::Sheet;
-use rumple::solve::EquilibriumSpec;
-use rumple::solve::equilibrium::LbfgsSpec;
-use rumple::model::State;
 use rumple::model::{
-    Chemistry, Coupled, Mechanics, ParameterFields, Signals, System, TensionReading,
+    Chemistry, Coupled, Mechanics, Model, ParameterFields, Part, Signals, State, Storage,
+    TensionReading,
 };
-use rumple::model::Storage;
+use rumple::sheet::Sheet;
 
 use crate::common::{Noise, irregular};
 use crate::mechanics::{MATERIAL, alone, crumpled, variants};
@@ -129,13 +126,13 @@ impl Kinetics for Everything {
 }
 
 /// A sheet with that kinetics, the transports, and a pinned corner and rim direction.
-fn system(
+fn model(
     sheet: &Arc<Sheet>,
     location: Location,
-    stretching: Box<dyn Energy>,
-    transport: Vec<Box<dyn Transport>>,
+    stretching: EnergyTerm,
+    transport: Vec<TransportTerm>,
     measure: Measure,
-) -> System {
+) -> Arc<Model> {
     with_areas(AreaRule::FrozenVoronoi, sheet, location, stretching, transport, measure)
 }
 
@@ -144,15 +141,15 @@ fn with_areas(
     rule: AreaRule,
     sheet: &Arc<Sheet>,
     location: Location,
-    stretching: Box<dyn Energy>,
-    transport: Vec<Box<dyn Transport>>,
+    stretching: EnergyTerm,
+    transport: Vec<TransportTerm>,
     measure: Measure,
-) -> System {
+) -> Arc<Model> {
     let weight = rumple::effects::BendingWeight::Area;
     let bending = MeyerBending::new(sheet, &MATERIAL, weight, rule);
     let mut pins: Vec<[bool; 3]> = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
     pins[0] = [true; 3];
-    let energies: Vec<Box<dyn Energy>> = vec![stretching, Box::new(bending)];
+    let energies: Vec<EnergyTerm> = vec![stretching, EnergyTerm::new(bending)];
     let mechanics = Mechanics::new(Arc::clone(sheet), energies, pins).unwrap();
     let area = VertexArea::new(sheet, rule);
     let rest_area = (0..sheet.triangle_count())
@@ -166,7 +163,7 @@ fn with_areas(
         Signal::ALL.to_vec(),
         location,
         area,
-        &MATERIAL,
+        Some(&MATERIAL),
         TensionReading::Paper,
         rest_area,
     );
@@ -179,8 +176,8 @@ fn with_areas(
         transport,
         measure,
     );
-    let equilibrium = LbfgsSpec::default().build(&mechanics).unwrap();
-    System::new(mechanics, Some(chemistry), Some(equilibrium), 1e-6, 1000, 3.0)
+    let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
+    Arc::new(Model::new(mechanics, Some(chemistry), storage, 3.0))
 }
 
 fn state(sheet: &Sheet, location: Location) -> State {
@@ -194,21 +191,20 @@ fn state(sheet: &Sheet, location: Location) -> State {
 }
 
 /// Largest |J d - (F(y + h d) - F(y - h d))/2h| over directions, relative to |J d|.
-fn deviation(system: &mut System, state: &State) -> f64 {
-    let [mechanics, chemistry] = deviations(system, state);
+fn deviation(model: &Arc<Model>, state: &State) -> f64 {
+    let [mechanics, chemistry] = deviations(model, state);
     mechanics.max(chemistry)
 }
 
 /// The same of either row: they have different units, and neither may hide the other.
-fn deviations(system: &mut System, state: &State) -> [f64; 2] {
-    let mut coupled = Coupled::new(system, Storage { mechanics: 1.0, chemistry: 1.0 });
+fn deviations(model: &Arc<Model>, state: &State) -> [f64; 2] {
+    let mut coupled = Coupled::new(model, Part::Whole);
     coupled.start(state);
     let n = coupled.layout().unknowns();
-    let mut y = vec![0.0; n];
-    coupled.pack(system, state, &mut y);
+    let y = coupled.pack(state);
     // Twice, the second time with places known.
-    coupled.jacobian(system, state.time, &vec![0.0; n]).unwrap();
-    let jacobian = coupled.jacobian(system, state.time, &y).unwrap().clone();
+    coupled.jacobian(state.time, &vec![0.0; n]).unwrap();
+    let jacobian = coupled.jacobian(state.time, &y).unwrap().clone();
     let mut worst = [0.0f64; 2];
     for seed in 0..4 {
         let mut noise = Noise::new(200 + seed);
@@ -219,7 +215,7 @@ fn deviations(system: &mut System, state: &State) -> [f64; 2] {
         let mut at = |sign: f64| {
             let moved: Vec<f64> = y.iter().zip(&d).map(|(y, d)| y + sign * h * d).collect();
             let mut out = vec![0.0; n];
-            coupled.residual(system, state.time, &moved, &mut out).unwrap();
+            coupled.residual(state.time, &moved, &mut out).unwrap();
             out
         };
         let (up, down) = (at(1.0), at(-1.0));
@@ -236,8 +232,8 @@ fn deviations(system: &mut System, state: &State) -> [f64; 2] {
     worst
 }
 
-fn bond(weight: StretchingWeight) -> Box<dyn Energy> {
-    Box::new(BondStretching::new(&MATERIAL, weight))
+fn bond(weight: StretchingWeight) -> EnergyTerm {
+    EnergyTerm::new(BondStretching::new(&MATERIAL, weight))
 }
 
 #[test]
@@ -245,13 +241,12 @@ fn the_jacobian_is_exact_for_species_on_vertices() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
     for measure in [Measure::Concentration, Measure::Amount] {
         for rest in [false, true] {
-            let cotan = |species, d| -> Box<dyn Transport> {
-                Box::new(Cotan::new(&sheet, species, d, measure, rest))
-            };
+            let cotan =
+                |species, d| TransportTerm::new(Cotan::new(&sheet, species, d, measure, rest));
             let transport = vec![cotan(0, 0.7), cotan(1, 2.0)];
             let stretching = bond(StretchingWeight::OptimalArea);
-            let mut system = system(&sheet, Location::Vertex, stretching, transport, measure);
-            let error = deviation(&mut system, &state(&sheet, Location::Vertex));
+            let model = model(&sheet, Location::Vertex, stretching, transport, measure);
+            let error = deviation(&model, &state(&sheet, Location::Vertex));
             assert!(error < 1e-6, "{measure:?}, rest {rest}: {error:e}");
         }
     }
@@ -261,11 +256,11 @@ fn the_jacobian_is_exact_for_species_on_vertices() {
 fn the_jacobian_is_exact_for_species_on_faces() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
     // The positions' part of the Green-Gauss scheme is left out, as documented: here it is frozen.
-    let green: Vec<Box<dyn Transport>> = vec![Box::new(GreenGauss::new(&sheet, 1, 0.5, true))];
+    let green: Vec<TransportTerm> = vec![TransportTerm::new(GreenGauss::new(&sheet, 1, 0.5, true))];
     let stretching = bond(StretchingWeight::Paper);
     let measure = Measure::Concentration;
-    let mut system = system(&sheet, Location::Face, stretching, green, measure);
-    let error = deviation(&mut system, &state(&sheet, Location::Face));
+    let model = model(&sheet, Location::Face, stretching, green, measure);
+    let error = deviation(&model, &state(&sheet, Location::Face));
     assert!(error < 1e-6, "{error:e}");
 }
 
@@ -278,8 +273,8 @@ fn the_jacobian_is_exact_for_every_area_of_a_vertex() {
         for rule in [AreaRule::FrozenVoronoi, AreaRule::MixedVoronoi, AreaRule::Barycentric] {
             let stretching = bond(StretchingWeight::OptimalArea);
             let measure = Measure::Concentration;
-            let mut system = with_areas(rule, &sheet, location, stretching, Vec::new(), measure);
-            let [forces, rates] = deviations(&mut system, &state(&sheet, location));
+            let model = with_areas(rule, &sheet, location, stretching, Vec::new(), measure);
+            let [forces, rates] = deviations(&model, &state(&sheet, location));
             assert!(rates < 1e-6, "{location:?}, {rule:?}: {rates:e}");
             assert!(forces < 1e-6 || rule == AreaRule::MixedVoronoi, "{rule:?}: {forces:e}");
         }
@@ -289,10 +284,10 @@ fn the_jacobian_is_exact_for_every_area_of_a_vertex() {
 #[test]
 fn the_jacobian_is_exact_for_stvk_membranes() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
-    let stretching = Box::new(StvkStretching::new(&MATERIAL, Default::default()));
+    let stretching = EnergyTerm::new(StvkStretching::new(&MATERIAL, Default::default()));
     let measure = Measure::Concentration;
-    let mut system = system(&sheet, Location::Vertex, stretching, Vec::new(), measure);
-    let error = deviation(&mut system, &state(&sheet, Location::Vertex));
+    let model = model(&sheet, Location::Vertex, stretching, Vec::new(), measure);
+    let error = deviation(&model, &state(&sheet, Location::Vertex));
     assert!(error < 1e-6, "{error:e}");
 }
 
@@ -303,25 +298,25 @@ fn forces_follow_optimal_lengths() {
     let x = crumpled(&sheet, 0.08);
     let edges = sheet.edges().len();
     for (name, energy) in variants(&sheet) {
-        let mut mechanics = alone(&sheet, energy);
+        let mut potential = alone(&sheet, energy);
         for wild in [0.05, 0.6] {
             let factor: Vec<f64> =
                 (0..edges).map(|e| 1.0 + wild * (7.0 * e as f64).sin()).collect();
-            mechanics.set_length_factor(&factor);
-            let impossible = mechanics.metric().impossible_triangles();
+            potential.set_length_factor(&factor);
+            let impossible = potential.metric().impossible_triangles();
             assert_eq!(impossible > 0, wild > 0.1, "{name}: {impossible}");
-            let reference = mechanics.metric().reference_length().to_vec();
+            let reference = potential.metric().reference_length().to_vec();
             let mut noise = Noise::new(77);
             let d: Vec<f64> = (0..edges).map(|_| noise.number()).collect();
             let mut exact = vec![Vec3::zeros(); x.len()];
-            mechanics.metric_derivatives(&x, &mut |i, e, by| exact[i] += d[e] * reference[e] * by);
+            potential.metric_derivatives(&x, &mut |i, e, by| exact[i] += d[e] * reference[e] * by);
             let h = 1e-7;
             let mut at = |sign: f64| {
                 let moved: Vec<f64> =
                     factor.iter().zip(&d).map(|(f, d)| f + sign * h * d).collect();
-                mechanics.set_length_factor(&moved);
+                potential.set_length_factor(&moved);
                 let mut gradient = vec![Vec3::zeros(); x.len()];
-                mechanics.energy_gradient(&x, &mut gradient);
+                potential.energy_gradient(&x, &mut gradient);
                 gradient
             };
             let (up, down) = (at(1.0), at(-1.0));

@@ -56,14 +56,14 @@ until = 1.0
 
 /// The state at the end time.
 pub fn final_state(text: &str, overrides: &[&str]) -> State {
-    let (scene, mut setup) = prepare(text, overrides);
+    let (scene, mut simulation) = prepare(text, overrides);
     let until = scene.time.span.until.get();
-    setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap_or_else(|e| panic!("{e}"));
-    while setup.state.time < until {
-        let done = setup.integrator.advance(&mut setup.system, &mut setup.state, until);
-        done.unwrap_or_else(|e| panic!("{overrides:?}, time {}: {e}", setup.state.time));
+    simulation.prepare().unwrap_or_else(|e| panic!("{e}"));
+    while simulation.state().time < until {
+        let done = simulation.step(until);
+        done.unwrap_or_else(|e| panic!("{overrides:?}, time {}: {e}", simulation.state().time));
     }
-    setup.state
+    simulation.state().clone()
 }
 
 /// Largest differences of heights and species, each relative to the largest in `b`.

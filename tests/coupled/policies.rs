@@ -126,15 +126,23 @@ fn with_fast_rates_simultaneous_becomes_chemistry_fast() {
 /// A scene that names a policy alone gets an integrator that can do it.
 #[test]
 fn every_policy_has_a_default_integrator() {
-    use rumple::scene::Scene;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), DOME).unwrap();
     for (policy, expected) in [
         ("quasi-static", "staggered, predict-relax-correct"),
         ("simultaneous", "monolithic, BDF"),
         ("chemistry-fast", "monolithic, BDF"),
     ] {
-        let key = [format!("time.policy=\"{policy}\"")];
-        let scene = Scene::parse(DOME, "scene.toml", &key).unwrap();
-        assert_eq!(scene.time.integrator.name(), expected);
+        let out = std::process::Command::new(crate::run::program())
+            .current_dir(folder.path())
+            .env("RUMPLE_PLUGIN_PATH", crate::plugins::build::directory())
+            .args(["check", "scene.toml", "--set", &format!("time.policy=\"{policy}\"")])
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&out.stdout);
+        assert!(out.status.success(), "{text}{}", String::from_utf8_lossy(&out.stderr));
+        let named = text.lines().find_map(|line| line.strip_prefix("integrator ")).unwrap();
+        assert_eq!(named, expected);
     }
 }
 
@@ -148,7 +156,7 @@ fn what_is_elastic_needs_a_material() {
         .fold(text, |text, line| text.replacen(line, "", 1));
     let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
     let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
-    let error = rumple::run::prepare(&scene, &search).err().unwrap().to_string();
+    let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("missing table [material]"), "{error}");
 }
 
@@ -161,7 +169,7 @@ fn senseless_pairings_are_refused_with_the_reason() {
             [format!("time.policy=\"{policy}\""), format!("time.integrator={{kind=\"{kind}\"}}")];
         let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
         let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
-        match rumple::run::prepare(&scene, &search) {
+        match rumple::Simulation::new(&scene, &search) {
             Ok(_) => panic!("{policy} with {kind} accepted"),
             Err(error) => error.to_string(),
         }
@@ -176,12 +184,11 @@ fn a_bounded_relaxation_stops_short_of_rest() {
     let run = |steps: usize| {
         let method = format!("equilibrium={{method=\"descent\",steps={steps}}}");
         let euler = "time.integrator={kind=\"staggered\",method=\"euler\",step=0.1}";
-        let (_, mut setup) = prepare(DOME, &["time.policy=\"quasi-static\"", euler, &method]);
-        setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap();
+        let (_, mut simulation) = prepare(DOME, &["time.policy=\"quasi-static\"", euler, &method]);
+        simulation.prepare().unwrap();
         let mut report = None;
         for _ in 0..5 {
-            let done = setup.integrator.advance(&mut setup.system, &mut setup.state, 1.0);
-            report = Some(done.unwrap());
+            report = Some(simulation.step(1.0).unwrap());
         }
         report.unwrap().relaxation
     };

@@ -96,18 +96,22 @@ fn a_run_goes_on_after_every_output_time() {
     let staggered = implicit.map(|m| format!("kind=\"staggered\",chemistry=\"{m}\""));
     for integrator in monolithic.iter().chain(&staggered) {
         for every in [1.0, 0.7, 1.0 / 3.0, 0.1, 0.07, 0.03, 0.01] {
-            let (_, mut setup) = prepare(&text, &[&format!("time.integrator={{{integrator}}}")]);
-            setup.integrator.prepare(&mut setup.system, &mut setup.state).unwrap();
+            let (_, mut simulation) =
+                prepare(&text, &[&format!("time.integrator={{{integrator}}}")]);
+            simulation.prepare().unwrap();
             let mut count = 1.0;
-            while setup.state.time < 10.0 {
+            while simulation.state().time < 10.0 {
                 let target = f64::min(count * every, 10.0);
-                while setup.state.time < target {
-                    setup
-                        .integrator
-                        .advance(&mut setup.system, &mut setup.state, target)
+                while simulation.state().time < target {
+                    simulation
+                        .step(target)
                         .unwrap_or_else(|e| panic!("{integrator}, every {every}: {e}"));
                 }
-                assert_eq!(setup.state.time.to_bits(), target.to_bits(), "{integrator}, {every}");
+                assert_eq!(
+                    simulation.state().time.to_bits(),
+                    target.to_bits(),
+                    "{integrator}, {every}"
+                );
                 count += 1.0;
             }
         }
@@ -184,7 +188,7 @@ fn a_point_has_no_shape() {
     let search = || Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let refusal = |text: &str| {
         let scene = Scene::parse(text, "scene.toml", &[]).unwrap();
-        match rumple::run::prepare(&scene, &search()) {
+        match rumple::Simulation::new(&scene, &search()) {
             Ok(_) => panic!("accepted: {text}"),
             Err(error) => error.to_string(),
         }

@@ -31,21 +31,21 @@ fn measured(sheet: &str, mode: &impl Fn(&Vec3) -> f64, gamma: f64, direction: [f
          [time]\nuntil = 0.2\n\
          integrator = {{ kind = \"monolithic\", rtol = 1e-9, atol = 1e-12 }}\n"
     );
-    let (_, mut setup) = prepare(&text, &[]);
-    let shape: Vec<f64> = setup.sheet.rest().iter().map(mode).collect();
+    let (_, mut simulation) = prepare(&text, &[]);
+    let shape: Vec<f64> = simulation.sheet().rest().iter().map(mode).collect();
     let project = |u: &[f64]| -> f64 { u.iter().zip(&shape).map(|(u, m)| (u - 1.0) * m).sum() };
     let size = 1e-5 / direction[0].abs().max(direction[1].abs());
     let start = [1.0, 0.9];
     for s in 0..2 {
-        for (c, m) in setup.state.species[s].iter_mut().zip(&shape) {
+        for (c, m) in simulation.state_mut().species[s].iter_mut().zip(&shape) {
             *c = start[s] + size * direction[s] * m;
         }
     }
-    let before = project(&setup.state.species[0]);
-    while setup.state.time < 0.2 {
-        setup.integrator.advance(&mut setup.system, &mut setup.state, 0.2).unwrap();
+    let before = project(&simulation.state().species[0]);
+    while simulation.state().time < 0.2 {
+        simulation.step(0.2).unwrap();
     }
-    (project(&setup.state.species[0]) / before).ln() / 0.2
+    (project(&simulation.state().species[0]) / before).ln() / 0.2
 }
 
 fn check(name: &str, square: f64, sheet: &str, mode: impl Fn(&Vec3) -> f64) {

@@ -2,16 +2,16 @@
 
 use nalgebra::DMatrix;
 use rumple::Vec3;
-use rumple::effects::{GreenGauss, Transport};
+use rumple::effects::GreenGauss;
+use rumple::geometry::FaceVertexAverage;
 use rumple::sheet::Sheet;
 use rumple::sheet::generate::{Shape, generate};
-use rumple::geometry::FaceVertexAverage;
 
-use super::{DISC_ZEROS, bumpy, decay_rate, disc, disc_mode, imbalance, rate};
+use super::{DISC_ZEROS, On, bumpy, decay_rate, disc, disc_mode, imbalance, rate};
 use crate::common::{Noise, irregular, lattice};
 
-fn green_gauss(sheet: &Sheet) -> GreenGauss {
-    GreenGauss::new(sheet, 0, 1.0, false)
+fn green_gauss(sheet: &Sheet) -> On<'_, GreenGauss> {
+    On::rest(sheet, GreenGauss::new(sheet, 0, 1.0, false))
 }
 
 fn areas(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
@@ -35,7 +35,7 @@ fn smooth_disc_modes_decay() {
         let mode: Vec<f64> =
             sheet.triangles().iter().map(|t| disc_mode(zero, &centre(t))).collect();
         let expected = zero.1 * zero.1;
-        let error = decay_rate(&scheme, &sheet, &area, &mode, expected) / expected - 1.0;
+        let error = decay_rate(&scheme, &area, &mode, expected) / expected - 1.0;
         println!("mode {}: relative error of the rate {error:.2e}", zero.0);
         assert!(error.abs() < 0.03, "{error}");
     }
@@ -48,27 +48,27 @@ fn totals_are_conserved_on_flat_sheets_only() {
     for sheet in [disc(800), irregular(14, 12, 0.25)] {
         let scheme = green_gauss(&sheet);
         let area = areas(&sheet, sheet.rest());
-        let out = rate(&scheme, &sheet, &noise(area.len()));
+        let out = rate(&scheme, &noise(area.len()));
         assert!(imbalance(&area, &out) < 1e-12, "{}", imbalance(&area, &out));
     }
     let sheet = disc(800);
     let mut scheme = green_gauss(&sheet);
     let x = bumpy(&sheet);
-    scheme.update(&sheet, &x);
+    scheme.update(&x);
     let centre: Vec<f64> = sheet.triangles().iter().map(|t| x[t[0] as usize].x.sin()).collect();
-    let fault = imbalance(&areas(&sheet, &x), &rate(&scheme, &sheet, &centre));
+    let fault = imbalance(&areas(&sheet, &x), &rate(&scheme, &centre));
     println!("imbalance on a curved sheet {fault:.1e}");
     assert!(fault > 1e-6, "{fault}");
 }
 
 /// The matrix of the scheme, column by column.
-fn matrix(scheme: &GreenGauss, sheet: &Sheet) -> DMatrix<f64> {
+fn matrix(scheme: &On<'_, GreenGauss>, sheet: &Sheet) -> DMatrix<f64> {
     let n = sheet.triangle_count();
     let mut unit = vec![0.0; n];
     let mut matrix = DMatrix::zeros(n, n);
     for t in 0..n {
         unit[t] = 1.0;
-        matrix.column_mut(t).copy_from_slice(&rate(scheme, sheet, &unit));
+        matrix.column_mut(t).copy_from_slice(&rate(scheme, &unit));
         unit[t] = 0.0;
     }
     matrix
@@ -77,7 +77,7 @@ fn matrix(scheme: &GreenGauss, sheet: &Sheet) -> DMatrix<f64> {
 /// Rates of the modes of a sheet in the shape `x`, and the scheme's bound on them.
 fn modes(sheet: &Sheet, x: &[Vec3]) -> (Vec<(f64, f64)>, f64) {
     let mut scheme = green_gauss(sheet);
-    scheme.update(sheet, x);
+    scheme.update(x);
     let eigenvalues = matrix(&scheme, sheet).complex_eigenvalues();
     (eigenvalues.iter().map(|z| (z.re, z.norm())).collect(), scheme.spectral_bound())
 }

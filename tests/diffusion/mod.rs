@@ -3,11 +3,12 @@
 mod cotan;
 mod green_gauss;
 
-use rumple::effects::Transport;
+use rumple::Vec3;
+use rumple::effects::{Cotan, Transport};
 use rumple::sheet::Sheet;
 use rumple::sheet::generate::{Shape, generate};
+use rumple::solve::Result;
 use rumple::solve::chemistry::chebyshev::{Chebyshev, Tolerance};
-use rumple::{Result, Vec3};
 
 /// First zero of J_1', and the first two zeros of J_2' and J_0' in the order of their size:
 /// modes cos θ, cos 2θ and the axisymmetric one of a disc without flux through its rim.
@@ -48,10 +49,48 @@ pub fn weighted(weight: &[f64], a: &[f64], b: &[f64]) -> f64 {
     weight.iter().zip(a).zip(b).map(|((w, a), b)| w * a * b).sum()
 }
 
+/// A transport on one shape of its sheet.
+pub struct On<'a, T: Transport> {
+    transport: T,
+    sheet: &'a Sheet,
+    operator: T::Operator,
+}
+
+impl<'a, T: Transport> On<'a, T> {
+    /// On the rest shape.
+    pub fn rest(sheet: &'a Sheet, transport: T) -> Self {
+        let mut on = Self { transport, sheet, operator: T::Operator::default() };
+        on.update(sheet.rest());
+        on
+    }
+
+    /// On the shape `x` from now on.
+    pub fn update(&mut self, x: &[Vec3]) {
+        self.transport.assemble(self.sheet, x, &mut self.operator);
+    }
+
+    pub fn add_rate(&self, c: &[f64], out: &mut [f64]) {
+        self.transport.add_rate(self.sheet, &self.operator, c, out);
+    }
+
+    pub fn spectral_bound(&self) -> f64 {
+        self.transport.spectral_bound(&self.operator)
+    }
+}
+
+impl On<'_, Cotan> {
+    pub fn area(&self) -> &[f64] {
+        self.transport.in_use(&self.operator).area()
+    }
+
+    pub fn negative_weights(&self) -> usize {
+        self.transport.in_use(&self.operator).negative_weights()
+    }
+}
+
 /// Integrates pure diffusion of `c` over `time`.
 pub fn diffuse<T: Transport>(
-    scheme: &T,
-    sheet: &Sheet,
+    scheme: &On<'_, T>,
     c: &mut [f64],
     time: f64,
     tolerance: f64,
@@ -61,7 +100,7 @@ pub fn diffuse<T: Transport>(
     let tolerance = Tolerance { relative: tolerance, absolute: &absolute };
     integrator.integrate(0.0, time, c, &tolerance, scheme.spectral_bound(), |_, y, out| {
         out.fill(0.0);
-        scheme.add_rate(sheet, y, out);
+        scheme.add_rate(y, out);
         Ok(())
     })?;
     Ok(integrator)
@@ -70,21 +109,20 @@ pub fn diffuse<T: Transport>(
 /// Decay rate of a mode, measured over about one decay time `1/expected` in the inner product
 /// given by `weight`.
 pub fn decay_rate<T: Transport>(
-    scheme: &T,
-    sheet: &Sheet,
+    scheme: &On<'_, T>,
     weight: &[f64],
     mode: &[f64],
     expected: f64,
 ) -> f64 {
     let mut c = mode.to_vec();
     let time = 1.0 / expected;
-    diffuse(scheme, sheet, &mut c, time, 1e-8).unwrap();
+    diffuse(scheme, &mut c, time, 1e-8).unwrap();
     (weighted(weight, mode, mode) / weighted(weight, mode, &c)).ln() / time
 }
 
-pub fn rate<T: Transport>(scheme: &T, sheet: &Sheet, c: &[f64]) -> Vec<f64> {
+pub fn rate<T: Transport>(scheme: &On<'_, T>, c: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; c.len()];
-    scheme.add_rate(sheet, c, &mut out);
+    scheme.add_rate(c, &mut out);
     out
 }
 

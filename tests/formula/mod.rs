@@ -278,11 +278,11 @@ integrator = { kind = "monolithic", rtol = 1e-8, atol = 1e-10 }
 until = 5.0
 "#;
     let end = |text: &str| {
-        let (_, mut setup) = prepare(text, &[]);
-        while setup.state.time < 5.0 {
-            setup.integrator.advance(&mut setup.system, &mut setup.state, 5.0).unwrap();
+        let (_, mut simulation) = prepare(text, &[]);
+        while simulation.state().time < 5.0 {
+            simulation.step(5.0).unwrap();
         }
-        setup.state.species.concat()
+        simulation.state().species.concat()
     };
     let native = text.replace("rates.u = \"a - (b + 1)*u + u^2*v\"", "plugin = \"brusselator\"");
     let native =
@@ -293,7 +293,7 @@ until = 5.0
     let wrong = text.replace("u^2*v\"\nrates.v", "u^2*vv\"\nrates.v");
     let scene = Scene::parse(&wrong, "scene.toml", &[]).unwrap();
     let search = rumple::kinetics::Search::in_directories(Vec::new());
-    let error = match rumple::run::prepare(&scene, &search) {
+    let error = match rumple::Simulation::new(&scene, &search) {
         Err(rumple::Error::Scene(error)) => error,
         other => panic!("{:?}", other.err()),
     };

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{BendingWeight, Energy, HingeBending, Material, MeyerBending};
+use rumple::effects::{EnergyTerm, BendingWeight, Energy, HingeBending, Material, MeyerBending};
 use rumple::geometry::AreaRule;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
+use super::{potential};
 use crate::common::lattice;
 
 /// A material with B = 1.
@@ -15,16 +16,16 @@ fn unit_rigidity(poisson: f64) -> Material {
     Material { young: 12.0 * (1.0 - poisson * poisson), poisson, thickness: 1.0 }
 }
 
-fn alone(sheet: &Arc<Sheet>, energy: impl Energy + 'static) -> Mechanics {
+fn alone(sheet: &Arc<Sheet>, energy: impl Energy + 'static) -> Potential {
     let pins = vec![[false; 3]; sheet.vertex_count()];
-    Mechanics::new(Arc::clone(sheet), vec![Box::new(energy)], pins).unwrap()
+    potential(Arc::clone(sheet), vec![EnergyTerm::new(energy)], pins)
 }
 
-fn hinge(sheet: &Arc<Sheet>, poisson: f64) -> Mechanics {
+fn hinge(sheet: &Arc<Sheet>, poisson: f64) -> Potential {
     alone(sheet, HingeBending::new(sheet, &unit_rigidity(poisson)))
 }
 
-fn meyer(sheet: &Arc<Sheet>, poisson: f64) -> Mechanics {
+fn meyer(sheet: &Arc<Sheet>, poisson: f64) -> Potential {
     let (weight, area) = (BendingWeight::Area, AreaRule::FrozenVoronoi);
     alone(sheet, MeyerBending::new(sheet, &unit_rigidity(poisson), weight, area))
 }
@@ -54,7 +55,7 @@ fn a_cylinder_costs_half_b_kappa_squared_per_area_in_any_direction() {
     for poisson in [0.0, 1.0 / 3.0] {
         let mut mechanics = hinge(&sheet, poisson);
         for angle in [0.0, 0.3, 0.5, 1.2] {
-            let density = |mechanics: &mut Mechanics, radius: f64| {
+            let density = |mechanics: &mut Potential, radius: f64| {
                 mechanics.energy(&rolled(&sheet, radius, angle)) / area * 2.0 * radius * radius
             };
             // The three kinds of hinge are not quite equally many because of the rim.
@@ -109,7 +110,7 @@ fn all_bending_models_agree_for_smooth_shapes_inside_the_flat_sheet() {
         // ∫(Δw)² of (1-r²/R²)⁴: 2π ∫ (16/R²)² (1-s)⁴ (1-4s)² R²/2 ds, s = r²/R².
         let moments = 1.0 / 5.0 - 8.0 / 30.0 + 16.0 * 2.0 / 210.0;
         let exact = 0.5 * std::f64::consts::PI * 256.0 * moments * (amplitude / radius).powi(2);
-        let relative = |mut mechanics: Mechanics| mechanics.energy(&x) / exact;
+        let relative = |mut mechanics: Potential| mechanics.energy(&x) / exact;
         let one_third = 1.0 / 3.0;
         let (h, m) = (relative(hinge(&sheet, one_third)), relative(meyer(&sheet, one_third)));
         for poisson in [0.0, 0.5] {

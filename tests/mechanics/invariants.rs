@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
 use rumple::Vec3;
-use rumple::effects::{FollowerPressure, HessianPart};
+use rumple::effects::{EnergyTerm, FollowerPressure, HessianPart};
 use rumple::geometry::{AreaRule, Curvature, VertexArea, angle_at};
 use rumple::sheet::Sheet;
 use rumple_numerics::linear::{BlockMatrix, BlockPattern};
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
-use super::{MATERIAL, alone, both, crumpled, variants};
+use super::{MATERIAL, alone, both, crumpled, potential, two_rings, variants};
 use crate::common::{icosphere, irregular, lattice};
 
 #[test]
@@ -38,7 +38,7 @@ fn the_rest_state_has_no_energy_and_no_force() {
     let sheet = Arc::new(irregular(9, 8, 0.3));
     for (name, energy) in variants(&sheet) {
         let pins = vec![[false; 3]; sheet.vertex_count()];
-        let mut mechanics = Mechanics::new(Arc::clone(&sheet), vec![energy], pins).unwrap();
+        let mut mechanics = potential(Arc::clone(&sheet), vec![energy], pins);
         let energy = mechanics.energy(sheet.rest());
         assert!(energy.abs() < 1e-12, "{name}: {energy:e}");
         let force = mechanics.force_of(0, sheet.rest());
@@ -54,8 +54,8 @@ fn mirroring_turns_the_sign_of_the_mean_curvature_only() {
     let mirrored: Vec<Vec3> = x.iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
     let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
     let area = VertexArea::new(&sheet, AreaRule::default());
-    let up = mechanics.with_shape(&x, |s| Curvature::of(s, &area));
-    let down = mechanics.with_shape(&mirrored, |s| Curvature::of(s, &area));
+    let up = Curvature::of(&mechanics.shape(&x), &area);
+    let down = Curvature::of(&mechanics.shape(&mirrored), &area);
     for i in 0..x.len() {
         assert!((up.mean[i] + down.mean[i]).abs() < 1e-12);
         assert!((up.gaussian[i] - down.gaussian[i]).abs() < 1e-12);
@@ -70,16 +70,14 @@ fn angle_sums_obey_gauss_bonnet_on_any_shape() {
         let sheet = Arc::new(sheet);
         let x = crumpled(&sheet, 0.1);
         let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
-        let total = mechanics.with_shape(&x, |shape| {
-            let mut total = 0.0;
-            for i in 0..x.len() {
-                total += if sheet.rim()[i] { PI } else { 2.0 * PI };
-                for &(t, k) in sheet.vertex_triangles().of(i) {
-                    total -= angle_at(shape, t as usize, k as usize);
-                }
+        let shape = mechanics.shape(&x);
+        let mut total = 0.0;
+        for i in 0..x.len() {
+            total += if sheet.rim()[i] { PI } else { 2.0 * PI };
+            for &(t, k) in sheet.vertex_triangles().of(i) {
+                total -= angle_at(&shape, t as usize, k as usize);
             }
-            total
-        });
+        }
         assert!((total - 2.0 * PI * chi).abs() < 1e-9, "{total}");
     }
 }
@@ -91,7 +89,7 @@ fn an_obtuse_flat_sheet_has_no_curvature() {
     let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
     for rule in [AreaRule::FrozenVoronoi, AreaRule::Barycentric, AreaRule::MixedVoronoi] {
         let area = VertexArea::new(&sheet, rule);
-        let c = mechanics.with_shape(sheet.rest(), |s| Curvature::of(s, &area));
+        let c = Curvature::of(&mechanics.shape(sheet.rest()), &area);
         let total: f64 = c.area.iter().sum();
         let faces: f64 = mechanics.metric().area().iter().sum();
         assert!((total - faces).abs() < 1e-12 * faces, "{rule:?}");
@@ -104,18 +102,18 @@ fn an_obtuse_flat_sheet_has_no_curvature() {
 fn results_do_not_depend_on_the_number_of_threads() {
     let sheet = Arc::new(lattice(60, 50));
     let x = crumpled(&sheet, 0.1);
-    let pattern = Arc::new(BlockPattern::two_rings(&sheet));
+    let pattern = Arc::new(two_rings(&sheet));
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut energies: Vec<_> = variants(&sheet).into_iter().map(|v| v.1).collect();
-            energies.push(Box::new(FollowerPressure::new(&sheet, 0.7)));
+            energies.push(EnergyTerm::new(FollowerPressure::new(&sheet, 0.7)));
             let pins = vec![[false; 3]; sheet.vertex_count()];
-            let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins).unwrap();
+            let mut mechanics = potential(Arc::clone(&sheet), energies, pins);
             let mut g = vec![Vec3::zeros(); x.len()];
             let energy = mechanics.energy_gradient(&x, &mut g);
             let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
-            mechanics.hessian(&x, HessianPart::Full, &mut hessian);
+            mechanics.hessian(&x, HessianPart::Full, &mut hessian).unwrap();
             let blocks: Vec<_> =
                 (0..x.len()).flat_map(|i| hessian.row(i)).map(|b| b.map(f64::to_bits)).collect();
             (energy.to_bits(), g.iter().map(|g| g.map(f64::to_bits)).collect::<Vec<_>>(), blocks)

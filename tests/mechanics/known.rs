@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{BendingWeight, Energy, Material, MeyerBending};
+use rumple::effects::{BendingWeight, EnergyTerm, Material, MeyerBending};
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
 use rumple::sheet::Sheet;
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
-use super::both;
+use super::{both, potential};
 use crate::common::{icosphere, lattice};
 
 /// A material with B = 1.
@@ -19,9 +19,9 @@ fn unit_rigidity(poisson: f64) -> Material {
 
 fn curvature(sheet: &Sheet, rule: AreaRule, x: &[Vec3]) -> Curvature {
     let pins = vec![[false; 3]; sheet.vertex_count()];
-    let mut mechanics = Mechanics::new(Arc::new(sheet.clone()), Vec::new(), pins).unwrap();
+    let mut mechanics = potential(Arc::new(sheet.clone()), Vec::new(), pins);
     let area = VertexArea::new(sheet, rule);
-    mechanics.with_shape(x, |s| Curvature::of(s, &area))
+    Curvature::of(&mechanics.shape(x), &area)
 }
 
 #[test]
@@ -60,14 +60,14 @@ fn sphere_curvature_and_energy() {
     let mut values = Vec::new();
     for (level, expected) in [(1, 4.7601), (2, 5.18369), (3, 5.2954), (4, 5.3238)] {
         let sheet = Arc::new(icosphere(level, 1.0));
-        let energy: Box<dyn Energy> = Box::new(MeyerBending::new(
+        let energy: EnergyTerm = EnergyTerm::new(MeyerBending::new(
             &sheet,
             &material,
             BendingWeight::Area,
             AreaRule::MixedVoronoi,
         ));
         let pins = vec![[false; 3]; sheet.vertex_count()];
-        let mut mechanics = Mechanics::new(Arc::clone(&sheet), vec![energy], pins).unwrap();
+        let mut mechanics = potential(Arc::clone(&sheet), vec![energy], pins);
         let value = mechanics.energy(sheet.rest()) / PI;
         assert!((value / expected - 1.0).abs() < 1e-4, "{level}: {value}");
         values.push(value);
@@ -116,7 +116,7 @@ fn lattice_has_modulus_y_and_poisson_ratio_one_third() {
     let area: f64 = mechanics.metric().area().iter().sum();
     // Both strains at once and each alone: three numbers fix an isotropic 2-D solid.
     let h = 1e-4;
-    let density = |mechanics: &mut Mechanics, exx: f64, eyy: f64| {
+    let density = |mechanics: &mut Potential, exx: f64, eyy: f64| {
         let x: Vec<Vec3> = sheet
             .rest()
             .iter()

@@ -4,25 +4,23 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3x2, Vector2};
 use rumple::Vec3;
-use rumple::effects::{
-    BondStretching, Energy, HessianPart, Material, StretchingModulus, StretchingWeight,
-    StvkStretching,
-};
+use rumple::effects::{EnergyTerm, BondStretching, Energy, HessianPart, Material, StretchingModulus, StretchingWeight,
+    StvkStretching,};
 use rumple::sheet::Sheet;
 use rumple_numerics::linear::{BlockMatrix, BlockPattern};
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
-use super::{MATERIAL, crumpled};
+use super::{MATERIAL, crumpled, potential, two_rings};
 use crate::common::{irregular, lattice};
 
 const POISSON: [f64; 5] = [-0.5, 0.0, 0.3, 1.0 / 3.0, 0.49];
 
-fn mechanics(sheet: &Arc<Sheet>, energy: impl Energy + 'static) -> Mechanics {
+fn mechanics(sheet: &Arc<Sheet>, energy: impl Energy + 'static) -> Potential {
     let pins = vec![[false; 3]; sheet.vertex_count()];
-    Mechanics::new(Arc::clone(sheet), vec![Box::new(energy)], pins).unwrap()
+    potential(Arc::clone(sheet), vec![EnergyTerm::new(energy)], pins)
 }
 
-fn stvk(sheet: &Arc<Sheet>, poisson: f64) -> (Mechanics, f64) {
+fn stvk(sheet: &Arc<Sheet>, poisson: f64) -> (Potential, f64) {
     let material = Material { poisson, ..MATERIAL };
     let energy = StvkStretching::new(&material, StretchingModulus::Paper);
     (mechanics(sheet, energy), material.stretching_modulus())
@@ -89,10 +87,10 @@ fn a_pulled_strip_contracts_by_poissons_ratio() {
     }
 }
 
-fn hessian(mechanics: &mut Mechanics, x: &[Vec3]) -> BlockMatrix {
-    let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
+fn hessian(mechanics: &mut Potential, x: &[Vec3]) -> BlockMatrix {
+    let pattern = Arc::new(two_rings(mechanics.sheet()));
     let mut hessian = BlockMatrix::zeros(pattern);
-    mechanics.hessian(x, HessianPart::Full, &mut hessian);
+    mechanics.hessian(x, HessianPart::Full, &mut hessian).unwrap();
     hessian
 }
 
@@ -112,7 +110,7 @@ fn all_stretching_models_agree_at_the_flat_rest_state_of_a_lattice() {
         for grow in [1.0, 1.54] {
             let x: Vec<Vec3> = sheet.rest().iter().map(|x| grow * x).collect();
             let factor = vec![grow; sheet.edges().len()];
-            let of = |mut mechanics: Mechanics| {
+            let of = |mut mechanics: Potential| {
                 mechanics.set_length_factor(&factor);
                 hessian(&mut mechanics, &x)
             };
@@ -133,8 +131,9 @@ fn all_stretching_models_agree_at_the_flat_rest_state_of_a_lattice() {
 fn the_shape_of_the_optimal_lengths_is_free_of_stress() {
     let sheet = Arc::new(irregular(9, 8, 0.25));
     let x: Vec<Vec3> = crumpled(&sheet, 0.15).iter().map(|x| 1.3 * x).collect();
-    let lengths = Mechanics::new(Arc::clone(&sheet), Vec::new(), vec![[false; 3]; x.len()]);
-    let reference = lengths.unwrap().metric().reference_length().to_vec();
+    let free = vec![[false; 3]; x.len()];
+    let lengths = potential(Arc::clone(&sheet), Vec::new(), free);
+    let reference = lengths.metric().reference_length().to_vec();
     let factor: Vec<f64> = (sheet.edges().iter().zip(&reference))
         .map(|(e, l)| (x[e.vertices[0] as usize] - x[e.vertices[1] as usize]).norm() / l)
         .collect();

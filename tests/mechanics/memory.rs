@@ -3,15 +3,12 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{
-    BendingWeight, BondStretching, Energy, HessianPart, HingeBending, MeyerBending,
-    StretchingModulus, StretchingWeight, StvkStretching,
-};
+use rumple::effects::{BendingWeight, BondStretching, EnergyTerm, HessianPart, HingeBending, MeyerBending, StretchingModulus, StretchingWeight, StvkStretching};
 use rumple::geometry::AreaRule;
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
-use super::{MATERIAL, crumpled};
+use super::{MATERIAL, crumpled, potential, two_rings};
 use crate::common::{allocations, irregular};
 
 #[test]
@@ -19,18 +16,18 @@ fn evaluation_assembly_and_factorisation_allocate_nothing() {
     let sheet = Arc::new(irregular(40, 40, 0.2));
     let x = crumpled(&sheet, 0.05);
     let meyer = |weight, area| {
-        Box::new(MeyerBending::new(&sheet, &MATERIAL, weight, area)) as Box<dyn Energy>
+        EnergyTerm::new(MeyerBending::new(&sheet, &MATERIAL, weight, area)) as EnergyTerm
     };
-    let energies: Vec<Box<dyn Energy>> = vec![
-        Box::new(BondStretching::new(&MATERIAL, StretchingWeight::OptimalArea)),
-        Box::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)),
-        Box::new(HingeBending::new(&sheet, &MATERIAL)),
+    let energies: Vec<EnergyTerm> = vec![
+        EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::OptimalArea)),
+        EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)),
+        EnergyTerm::new(HingeBending::new(&sheet, &MATERIAL)),
         meyer(BendingWeight::Area, AreaRule::FrozenVoronoi),
         meyer(BendingWeight::Paper, AreaRule::Barycentric),
     ];
     let pins = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
-    let mut mechanics = Mechanics::new(Arc::clone(&sheet), energies, pins).unwrap();
-    let pattern = Arc::new(BlockPattern::two_rings(&sheet));
+    let mut mechanics = potential(Arc::clone(&sheet), energies, pins);
+    let pattern = Arc::new(two_rings(&sheet));
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
     let mut cholesky = <BlockCholesky>::new(pattern).unwrap();
     let mut gradient = vec![Vec3::zeros(); x.len()];
@@ -40,7 +37,7 @@ fn evaluation_assembly_and_factorisation_allocate_nothing() {
         let mut work = || {
             mechanics.energy_gradient(&x, &mut gradient);
             for part in [HessianPart::Positive, HessianPart::Full] {
-                mechanics.hessian(&x, part, &mut hessian);
+                mechanics.hessian(&x, part, &mut hessian).unwrap();
             }
             hessian.add_diagonal(hessian.mean_diagonal());
             let _ = cholesky.factorise(&hessian);

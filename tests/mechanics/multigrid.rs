@@ -4,20 +4,20 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{HessianPart, Material};
-use rumple::scene::Scene;
 use rumple::sheet::{Shape, generate};
-use rumple::solve::EquilibriumSpec;
-use rumple::solve::equilibrium::{Goal, Relaxation};
+use rumple::solve::equilibrium::{
+    Equilibrium, Goal, Lbfgs, LbfgsSpec, Preconditioner, Relaxation,
+};
 use rumple_numerics::linear::{BlockMatrix, BlockPattern, Multigrid};
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
-use super::both;
+use super::{both, two_rings};
 use crate::common::Noise;
 
 const RADIUS: f64 = 100.0;
 
 /// A disc whose middle has grown and stands up; its rim is held vertically if `held`.
-fn dome(vertices: usize, held: bool) -> (Mechanics, Vec<Vec3>) {
+fn dome(vertices: usize, held: bool) -> (Potential, Vec<Vec3>) {
     let sheet = Arc::new(generate(&Shape::Disc { radius: RADIUS }, vertices, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 2.0 };
     let pins = sheet.rim().iter().map(|rim| [false, false, held && *rim]).collect();
@@ -35,9 +35,9 @@ fn dome(vertices: usize, held: bool) -> (Mechanics, Vec<Vec3>) {
 }
 
 /// The positive part at `x` with a small shift, relative to its mean diagonal.
-fn positive(mechanics: &mut Mechanics, x: &[Vec3], shift: f64) -> BlockMatrix {
-    let mut matrix = BlockMatrix::zeros(Arc::new(BlockPattern::two_rings(mechanics.sheet())));
-    mechanics.hessian(x, HessianPart::Positive, &mut matrix);
+fn positive(mechanics: &mut Potential, x: &[Vec3], shift: f64) -> BlockMatrix {
+    let mut matrix = BlockMatrix::zeros(Arc::new(two_rings(mechanics.sheet())));
+    mechanics.hessian(x, HessianPart::Positive, &mut matrix).unwrap();
     matrix.add_diagonal(shift * matrix.mean_diagonal());
     matrix
 }
@@ -166,22 +166,17 @@ fn conjugate_gradients_need_no_more_iterations_on_finer_sheets() {
     assert!(counts[2] <= 60, "{counts:?}");
 }
 
-fn relaxed(preconditioner: &str) -> Relaxation {
-    let scene = format!(
-        "[sheet]\nshape = \"disc\"\nradius = 1.0\nvertices = 50\n[material]\nyoung = 1.0\n\
-         poisson = 0.3\nthickness = 0.1\n[time]\nuntil = 1.0\n[equilibrium]\nmethod = \"lbfgs\"\n\
-         preconditioner = \"{preconditioner}\"\n"
-    );
-    let scene = Scene::parse(&scene, "preconditioner.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
-    let spec: Box<dyn EquilibriumSpec> = scene.equilibrium;
+fn relaxed(preconditioner: Preconditioner) -> Relaxation {
     let (mut mechanics, mut x) = dome(3000, true);
     let goal = Goal { tolerance: 1e-9, max_iterations: 500, interrupted: &|| false };
-    spec.build(&mechanics).unwrap().relax(&mut mechanics, &mut x, &goal).unwrap()
+    let spec = LbfgsSpec { preconditioner, ..LbfgsSpec::default() };
+    let mut lbfgs = Lbfgs::new(mechanics.mechanics(), spec).unwrap();
+    lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap()
 }
 
 #[test]
 fn a_relaxation_reaches_the_energy_that_it_reaches_with_the_factor() {
-    let done = ["factor", "multigrid", "auto"].map(relaxed);
+    let done = [Preconditioner::Factor, Preconditioner::Multigrid, Preconditioner::Auto].map(relaxed);
     println!("{done:?}");
     assert!((done[1].energy / done[0].energy - 1.0).abs() < 1e-10, "{done:?}");
     assert!(done[1].iterations < 3 * done[0].iterations, "{done:?}");

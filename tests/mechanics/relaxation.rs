@@ -26,7 +26,7 @@ fn uniform_growth_with_a_free_rim_is_free_of_stress() {
     let mut mechanics = both(&sheet, &material, pins);
     mechanics.set_length_factor(&vec![1.0 / 0.65; sheet.edges().len()]);
     let mut x = sheet.rest().to_vec();
-    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
     let done = solver.relax(&mut mechanics, &mut x, &goal(1e-10)).unwrap();
     let y = material.stretching_modulus();
     assert!(done.energy < 1e-16 * y * sheet.vertex_count() as f64, "{done:?}");
@@ -54,7 +54,7 @@ fn a_grown_spot_buckles_and_comes_to_rest() {
         x.z = if *rim { 0.0 } else { 1e-3 * z };
     }
     let flat = mechanics.energy(&x);
-    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
     let done = solver.relax(&mut mechanics, &mut x, &goal(1e-9)).unwrap();
     assert!(done.residual <= 1e-9);
     assert!(done.energy < 0.5 * flat, "{} {}", done.energy, flat);
@@ -71,7 +71,7 @@ fn hopeless_relaxations_are_reported() {
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.1 };
     let mut mechanics = both(&sheet, &material, vec![[false; 3]; sheet.vertex_count()]);
     mechanics.set_length_factor(&vec![1.2; sheet.edges().len()]);
-    let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
     let mut x = sheet.rest().to_vec();
     let one = Goal { tolerance: 1e-9, max_iterations: 1, interrupted: &|| false };
     let error = solver.relax(&mut mechanics, &mut x, &one).unwrap_err();
@@ -104,7 +104,7 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
     }
     mechanics.set_length_factor(&factor);
     let mut solver =
-        Lbfgs::new(&mechanics, LbfgsSpec { collapse, ..LbfgsSpec::default() }).unwrap();
+        Lbfgs::new(mechanics.mechanics(), LbfgsSpec { collapse, ..LbfgsSpec::default() }).unwrap();
     let mut x = sheet.rest().to_vec();
     let result = solver.relax(&mut mechanics, &mut x, &goal(1e-6));
     assert!(x.iter().all(|x| x.iter().all(|c| c.is_finite())));
@@ -144,7 +144,7 @@ fn round_off_near_buckling_does_not_stop_a_relaxation() {
             .collect();
         for growth in [0.0, 5e-5, 1e-4, 1.5e-4, 1.8e-4, 1.9e-4, 2.0e-4] {
             mechanics.set_length_factor(&vec![1.0 + growth; sheet.edges().len()]);
-            let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+            let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
             let goal = Goal { tolerance: 1e-10, max_iterations: 300, interrupted: &|| false };
             let done = solver.relax(&mut mechanics, &mut x, &goal);
             let done = done.unwrap_or_else(|e| panic!("noise {seed}, growth {growth}: {e}"));

@@ -10,9 +10,10 @@ use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
 use rumple_numerics::linear::{BlockMatrix, BlockPattern};
 use rumple::solve::stability::{Spectrum, Stability};
-use rumple::model::{Mechanics, Pins};
+use rumple::effects::Pins;
+use rumple::model::Potential;
 
-use super::{both, crumpled};
+use super::{both, crumpled, two_rings};
 use crate::common::{icosphere, irregular};
 
 const MATERIAL: Material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
@@ -21,17 +22,17 @@ fn rim(sheet: &Sheet, axes: [bool; 3]) -> Pins {
     sheet.rim().iter().map(|rim| axes.map(|a| a && *rim)).collect()
 }
 
-fn relax(mechanics: &mut Mechanics, x: &mut [Vec3]) {
-    let mut solver = Lbfgs::new(mechanics, LbfgsSpec::default()).unwrap();
+fn relax(mechanics: &mut Potential, x: &mut [Vec3]) {
+    let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
     let goal = Goal { tolerance: 1e-11, max_iterations: 5000, interrupted: &|| false };
     solver.relax(mechanics, x, &goal).unwrap();
 }
 
 /// All eigenvalues by a dense method, without the held directions.
-fn dense(mechanics: &mut Mechanics, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
-    let pattern = Arc::new(BlockPattern::two_rings(mechanics.sheet()));
+fn dense(mechanics: &mut Potential, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
+    let pattern = Arc::new(two_rings(mechanics.sheet()));
     let mut matrix = BlockMatrix::zeros(Arc::clone(&pattern));
-    mechanics.hessian(x, HessianPart::Full, &mut matrix);
+    mechanics.hessian(x, HessianPart::Full, &mut matrix).unwrap();
     let pins = mechanics.pins();
     let free: Vec<(usize, usize)> = (0..x.len())
         .flat_map(|i| (0..3).filter(move |&a| !pins[i][a]).map(move |a| (i, a)))
@@ -60,8 +61,8 @@ fn dense(mechanics: &mut Mechanics, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
     all
 }
 
-fn spectrum(mechanics: &mut Mechanics, x: &[Vec3], count: usize) -> Spectrum {
-    Stability::new(mechanics)
+fn spectrum(mechanics: &mut Potential, x: &[Vec3], count: usize) -> Spectrum {
+    Stability::new(mechanics.mechanics())
         .unwrap()
         .spectrum(mechanics, x, count)
         .unwrap_or_else(|e| panic!("{e}"))
@@ -74,7 +75,7 @@ fn saddles_of_every_order_agree_with_dense_eigenvalues() {
         let mut mechanics = both(&sheet, &MATERIAL, rim(&sheet, [true; 3]));
         mechanics.set_length_factor(&vec![growth; sheet.edges().len()]);
         let x = crumpled(&sheet, amplitude);
-        let mut stability = Stability::new(&mechanics).unwrap();
+        let mut stability = Stability::new(mechanics.mechanics()).unwrap();
         let expected = dense(&mut mechanics, &x, stability.mass());
         let negative = expected.iter().filter(|l| **l < 0.0).count();
         let inertia = stability.inertia(&mut mechanics, &x).unwrap();
@@ -100,7 +101,7 @@ fn multiple_eigenvalues_are_all_found() {
     let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
     let mut x = sheet.rest().to_vec();
     relax(&mut mechanics, &mut x);
-    let mut stability = Stability::new(&mechanics).unwrap();
+    let mut stability = Stability::new(mechanics.mechanics()).unwrap();
     let expected = dense(&mut mechanics, &x, stability.mass());
     let found = stability.spectrum(&mut mechanics, &x, 13).unwrap();
     assert_eq!((found.inertia.negative, found.inertia.rigid), (0, 6));
@@ -157,7 +158,7 @@ fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
         for (x, (r, rim)) in x.iter_mut().zip(sheet.rest().iter().zip(sheet.rim())) {
             x.z = if *rim { 0.0 } else { x.z + 0.5 * (-(r - centre).norm_squared() / 9.0).exp() };
         }
-        let mut solver = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+        let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
         let goal = Goal { tolerance: 1e-6, max_iterations: 5000, interrupted: &|| false };
         solver.relax(&mut mechanics, &mut x, &goal).unwrap();
         let found = spectrum(&mut mechanics, &x, 2);
@@ -209,7 +210,7 @@ fn a_grown_disc_loses_its_stability_at_the_buckling_strain() {
     for vertices in [150, 400, 800] {
         let sheet = Arc::new(generate(&Shape::Disc { radius }, vertices, 1).unwrap());
         let mut mechanics = both(&sheet, &material, rim(&sheet, [true; 3]));
-        let mut stability = Stability::new(&mechanics).unwrap();
+        let mut stability = Stability::new(mechanics.mechanics()).unwrap();
         let mut at = |share: f64| {
             mechanics.set_length_factor(&vec![1.0 + share * critical; sheet.edges().len()]);
             let mut x = sheet.rest().to_vec();
@@ -244,7 +245,7 @@ fn far_beyond_buckling_there_are_many_directions_down() {
     mechanics.set_length_factor(&vec![1.02; sheet.edges().len()]);
     let mut x = sheet.rest().to_vec();
     relax(&mut mechanics, &mut x);
-    let mut stability = Stability::new(&mechanics).unwrap();
+    let mut stability = Stability::new(mechanics.mechanics()).unwrap();
     let expected = dense(&mut mechanics, &x, stability.mass());
     let negative = expected.iter().filter(|l| **l < 0.0).count();
     assert!(negative > 20, "{negative}");
@@ -270,7 +271,7 @@ fn counts_hold_a_thousand_times_beyond_buckling() {
         mechanics.set_length_factor(&vec![growth; sheet.edges().len()]);
         let mut x = sheet.rest().to_vec();
         relax(&mut mechanics, &mut x);
-        let mut stability = Stability::new(&mechanics).unwrap();
+        let mut stability = Stability::new(mechanics.mechanics()).unwrap();
         let expected = dense(&mut mechanics, &x, stability.mass());
         let inertia = stability.inertia(&mut mechanics, &x).unwrap();
         let negative = expected.iter().filter(|l| **l < -inertia.resolution).count();
@@ -286,7 +287,7 @@ fn what_cannot_be_factorised_is_an_error() {
     let mut mechanics = both(&sheet, &MATERIAL, rim(&sheet, [true; 3]));
     let mut x = sheet.rest().to_vec();
     x[12].x = f64::NAN;
-    let mut stability = Stability::new(&mechanics).unwrap();
+    let mut stability = Stability::new(mechanics.mechanics()).unwrap();
     assert!(stability.inertia(&mut mechanics, &x).is_err());
     assert!(stability.spectrum(&mut mechanics, &x, 1).is_err());
 }

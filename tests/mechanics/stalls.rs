@@ -4,14 +4,15 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{Bending, BondStretching, LoadForce, Stretching};
+use rumple::effects::{Bending, BondStretching, EnergyTerm, LoadForce, Stretching};
 use rumple::effects::{DeadLoad, Energy, Material, MeyerBending};
 use rumple::num::checked::{AtLeast, Finite};
 use rumple::sheet::Sheet;
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
-use rumple::model::Mechanics;
+use rumple::model::Potential;
 
+use super::{potential};
 use crate::common::prepare;
 
 /// A strip whose upper edge grows: discrete harmonic waves of the free rim have no mean curvature.
@@ -44,14 +45,14 @@ fn ruffle(method: &str) -> Vec<Relaxation> {
         "#,
     );
     write!(text, "[equilibrium]\n{method}").unwrap();
-    let (_, mut setup) = prepare(&text, &[]);
-    let edges = setup.sheet.rest().to_vec();
-    let mut done = vec![setup.system.relax(&mut setup.state).unwrap()];
+    let (_, mut simulation) = prepare(&text, &[]);
+    let edges = simulation.sheet().rest().to_vec();
+    let mut done = vec![simulation.relax().unwrap()];
     for time in [0.01f64, 0.03, 0.05, 0.2] {
-        for (g, x) in setup.state.species[0].iter_mut().zip(&edges) {
+        for (g, x) in simulation.state_mut().species[0].iter_mut().zip(&edges) {
             *g = 1.0 - (-time / (1.0 + (-(x.y - 4.0) / 0.7).exp())).exp();
         }
-        done.push(setup.system.relax(&mut setup.state).unwrap());
+        done.push(simulation.relax().unwrap());
     }
     done
 }
@@ -68,7 +69,7 @@ fn a_ruffled_strip_with_a_free_rim_does_not_stall() {
 
 /// A grid whose diagonals leave triangles with three rim vertices in two corners; these flap without
 /// any bending energy.
-fn flapping(direction: Vec3) -> Mechanics {
+fn flapping(direction: Vec3) -> Potential {
     let (columns, rows) = (21u32, 7u32);
     let at = |i: u32, j: u32| j * columns + i;
     let rest = (0..rows)
@@ -87,12 +88,12 @@ fn flapping(direction: Vec3) -> Mechanics {
     let force = LoadForce::PerArea(<[f64; 3]>::from(direction).map(|f| Finite::new(f).unwrap()));
     let load = DeadLoad::new(&sheet, &vec![true; sheet.vertex_count()], force).unwrap();
     let (s, b) = (Stretching::default(), Bending::default());
-    let energies: Vec<Box<dyn Energy>> = vec![
-        Box::new(BondStretching::new(&material, s.weight)),
-        Box::new(MeyerBending::new(&sheet, &material, b.weight, b.area)),
-        Box::new(load),
+    let energies: Vec<EnergyTerm> = vec![
+        EnergyTerm::new(BondStretching::new(&material, s.weight)),
+        EnergyTerm::new(MeyerBending::new(&sheet, &material, b.weight, b.area)),
+        EnergyTerm::new(load),
     ];
-    Mechanics::new(sheet, energies, pins).unwrap()
+    potential(sheet, energies, pins)
 }
 
 #[test]
@@ -100,7 +101,7 @@ fn triangles_with_three_rim_vertices_do_not_stall_a_load() {
     for load in [1.0, 20.0, 200.0] {
         let mut mechanics = flapping(load * -Vec3::z());
         let mut x = mechanics.sheet().rest().to_vec();
-        let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+        let mut lbfgs = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
         let goal = Goal { tolerance: 1e-9, max_iterations: 3000, interrupted: &|| false };
         let done = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap();
         println!("load {load}: {done:?}");
@@ -112,7 +113,7 @@ fn triangles_with_three_rim_vertices_do_not_stall_a_load() {
 fn a_relaxation_without_end_says_what_to_try() {
     let mut mechanics = flapping(-Vec3::z());
     let mut x = mechanics.sheet().rest().to_vec();
-    let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
+    let mut lbfgs = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
     let goal = Goal { tolerance: 1e-9, max_iterations: 2, interrupted: &|| false };
     let error = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap_err().to_string();
     assert!(error.contains("equilibrium.method") && error.contains("tolerance"), "{error}");
@@ -131,7 +132,7 @@ fn newton_takes_over_where_the_default_gets_nowhere() {
         mechanics.set_length_factor(&factor);
         let (memory, refresh) = (number(1), Some(number(100_000)));
         let spec = LbfgsSpec { memory, refresh, ..LbfgsSpec::default() };
-        let mut lbfgs = Lbfgs::new(&mechanics, spec).unwrap();
+        let mut lbfgs = Lbfgs::new(mechanics.mechanics(), spec).unwrap();
         let goal = Goal { tolerance, max_iterations, interrupted: &|| false };
         lbfgs.relax(&mut mechanics, &mut x, &goal)
     };

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rumple::model::State;
 use rumple::output::picture::Picture;
-use rumple::study::compare::{Measures, Member, Ran, contact_sheet, differences, figure};
 use rumple::run::run::{Ending, Summary};
 use rumple::solve::SolveError;
-use rumple::model::State;
+use rumple::study::compare::{Measures, Member, Ran, contact_sheet, differences, figure};
 use rumple::{Error, Vec3};
 
 use crate::common::lattice;

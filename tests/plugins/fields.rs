@@ -2,10 +2,14 @@
 
 use std::fs;
 use std::process::Command;
+use std::sync::Arc;
 
+use rumple::Simulation;
+use rumple::geometry::{Face, VertexArea};
 use rumple::kinetics::Search;
+use rumple::model::Memory;
+use rumple::run::{self, Fields};
 use rumple::scene::Scene;
-use rumple::run;
 
 use super::build::{self, c_library};
 use crate::common::prepare;
@@ -34,16 +38,25 @@ fields = ["c"]
 
 const BETA: &str = r#"parameters.beta = { formula = "1 + step(x) + 0.01*y" }"#;
 
+/// The fields that frames of `scene`, which has no bending, would have.
+fn fields(scene: &Scene, simulation: &Simulation) -> Fields {
+    let sheet = simulation.sheet();
+    let corners = sheet.triangles().iter().map(|t| t.map(|v| sheet.rest()[v as usize]));
+    let rest_area = corners.map(|corners| Face::of(&corners).area).collect();
+    let area = VertexArea::new(sheet, Default::default());
+    let material = run::material(scene);
+    let chemistry = simulation.model().chemistry();
+    Fields::new(scene, chemistry, area, rest_area, material.as_ref()).unwrap()
+}
+
 fn rates(law: &str) -> (Vec<f64>, Vec<f64>) {
-    let (_, mut setup) = prepare(&SCENE.replace("LAW", law), &[]);
-    setup.system.follow(&setup.state).unwrap();
-    let signals = setup.system.signals(&setup.state);
-    let rates = setup.system.rates(&setup.state.species, &signals).unwrap().remove(0);
+    let (_, mut simulation) = prepare(&SCENE.replace("LAW", law), &[]);
+    let rates = simulation.evaluate().rates().unwrap()[0].clone();
     let exact = |x: &rumple::Vec3| {
         let beta = 1.0 + f64::from(x.x > 0.0) + 0.01 * x.y;
         -beta * (1.0 + 0.05 * x.x)
     };
-    (rates, setup.sheet.rest().iter().map(exact).collect())
+    (rates, simulation.sheet().rest().iter().map(exact).collect())
 }
 
 #[test]
@@ -75,13 +88,16 @@ fn length_factors_see_the_parameters_at_edges() {
             "[kinetics]",
             "[material]\nyoung = 1e6\npoisson = 0.3\nthickness = 0.5\n\n[kinetics]",
         );
-    let (_, setup) = prepare(&text, &[]);
-    let chemistry = setup.system.chemistry().unwrap();
-    let factor = chemistry.length_factor(&setup.sheet, &setup.state.species).unwrap().unwrap();
-    let slopes =
-        chemistry.length_factor_slopes(&setup.sheet, &setup.state.species).unwrap().unwrap();
-    for (e, edge) in setup.sheet.edges().iter().enumerate() {
-        let [a, b] = edge.vertices.map(|v| setup.sheet.rest()[v as usize].x);
+    let (_, simulation) = prepare(&text, &[]);
+    let (model, state) = (simulation.model(), simulation.state());
+    let (sheet, chemistry) = (model.sheet(), model.chemistry().unwrap());
+    let mut memory = Memory::default();
+    let mut at = model.at(state, &mut memory);
+    let surface = at.surface();
+    let factor = chemistry.length_factor(sheet, surface, &state.species).unwrap().unwrap();
+    let slopes = chemistry.length_factor_slopes(sheet, surface, &state.species).unwrap().unwrap();
+    for (e, edge) in sheet.edges().iter().enumerate() {
+        let [a, b] = edge.vertices.map(|v| sheet.rest()[v as usize].x);
         let alpha = 0.2 + 0.01 * 0.5 * (a + b);
         assert!((factor[e] - (1.0 - 0.5 * alpha)).abs() < 1e-14);
         assert!((slopes[0][e] + alpha).abs() < 1e-14);
@@ -113,11 +129,9 @@ fn an_array_of_a_file_is_a_parameter() {
     fs::write(place.path().join("scene.toml"), SCENE.replace("LAW", &from("c"))).unwrap();
     let scene = Scene::load(&place.path().join("scene.toml"), &[]).unwrap();
     let search = Search::in_directories(vec![build::directory().to_owned()]);
-    let mut setup = simulation::prepare(&scene, &search).unwrap();
-    setup.system.follow(&setup.state).unwrap();
-    let signals = setup.system.signals(&setup.state);
-    let rates = setup.system.rates(&setup.state.species, &signals).unwrap().remove(0);
-    for (rate, x) in rates.iter().zip(setup.sheet.rest()) {
+    let mut simulation = Simulation::new(&scene, &search).unwrap();
+    let rates = simulation.evaluate().rates().unwrap()[0].clone();
+    for (rate, x) in rates.iter().zip(simulation.sheet().rest()) {
         let c = 1.0 + 0.05 * x.x;
         assert!((rate + c * c).abs() < 1e-12, "{rate} {c}");
     }
@@ -134,7 +148,7 @@ fn fields_that_cannot_be_are_refused_with_place_and_point() {
             Err(error) => return error.rendered(false),
         };
         let search = Search::in_directories(vec![build::directory().to_owned()]);
-        match simulation::prepare(&scene, &search) {
+        match Simulation::new(&scene, &search) {
             Err(rumple::Error::Scene(error)) => error.rendered(false),
             Err(other) => other.to_string(),
             Ok(_) => panic!("{law}"),
@@ -157,8 +171,8 @@ fn fields_that_cannot_be_are_refused_with_place_and_point() {
 #[test]
 fn a_parameter_that_no_formula_mentions_is_told() {
     let law = "rates.c = \"-beta*c\"\nparameters = { beta = 1.0, betta = 2.0 }";
-    let (_, setup) = prepare(&SCENE.replace("LAW", law), &[]);
-    assert_eq!(setup.notes, ["no formula of kinetics mentions its parameter `betta`"]);
+    let (_, simulation) = prepare(&SCENE.replace("LAW", law), &[]);
+    assert_eq!(simulation.notes(), ["no formula of kinetics mentions its parameter `betta`"]);
 }
 
 #[test]
@@ -174,10 +188,8 @@ fn observables_are_fields_of_frames_and_the_same_in_text_rust_and_c() {
                 "vertices = 400\nbump = { centre = [0, 0, 0], width = 3.0, amplitude = 1.0 }",
             )
             .replace("fields = [\"c\"]", "fields = [\"c\", \"production\"]");
-        let (_, mut setup) = prepare(&scene, &[]);
-        let sheet = std::sync::Arc::clone(&setup.sheet);
-        setup.system.follow(&setup.state).unwrap();
-        let frame = setup.fields.frame(&mut setup.system, &sheet, &setup.state).unwrap();
+        let (scene, mut simulation) = prepare(&scene, &[]);
+        let frame = fields(&scene, &simulation).frame(&mut simulation.evaluate()).unwrap();
         let found = frame.point.iter().find(|f| f.name == "production [1/time]").unwrap();
         found.data.clone()
     };
@@ -200,17 +212,18 @@ fn what_observables_read_is_computed_for_them_alone() {
     let text = SCENE
         .replace("[kinetics]\nLAW\ninitial.c = { formula = \"1 + 0.5*x/10\" }\n", laws)
         .replace("shape = \"disc\"\nradius = 10.0", "shape = \"sphere\"\nradius = 2.0");
-    let fields =
+    let asked =
         r#"fields = ["both", "bent", "mean_curvature", "gaussian_curvature", "area_ratio"]"#;
-    let (_, mut setup) = prepare(&text.replace("fields = [\"c\"]", fields), &[]);
-    let d = setup.system.chemistry().unwrap().descriptor();
+    let (scene, mut simulation) = prepare(&text.replace("fields = [\"c\"]", asked), &[]);
+    let model = Arc::clone(simulation.model());
+    let d = model.chemistry().unwrap().descriptor();
     let names = |read: &[rumple::kinetics::SignalRead]| -> Vec<&str> {
         read.iter().map(|read| read.signal.name()).collect()
     };
     assert_eq!(names(&d.signals), ["mean_curvature", "gaussian_curvature"]);
     assert_eq!(names(&d.observed), ["mean_curvature", "gaussian_curvature", "area_ratio"]);
 
-    let frame = setup.fields.frame(&mut setup.system, &setup.sheet, &setup.state).unwrap();
+    let frame = fields(&scene, &simulation).frame(&mut simulation.evaluate()).unwrap();
     let field = |name: &str| {
         let found = frame.point.iter().find(|f| f.name.split(' ').next() == Some(name));
         found.unwrap().data.clone()
@@ -222,7 +235,7 @@ fn what_observables_read_is_computed_for_them_alone() {
     }
 
     // Not asked for, they cost nothing.
-    let (_, setup) = prepare(&text.replace("fields = [\"c\"]", ""), &[]);
-    let wanted = setup.system.chemistry().unwrap().signals().wanted().to_vec();
+    let (_, simulation) = prepare(&text.replace("fields = [\"c\"]", ""), &[]);
+    let wanted = simulation.model().chemistry().unwrap().signals().wanted().to_vec();
     assert!(!wanted.contains(&rumple::kinetics::Signal::AreaRatio));
 }

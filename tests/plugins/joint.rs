@@ -1,8 +1,8 @@
 //! Several laws in one scene: side by side, one reading the other's species.
 
 use rumple::kinetics::{Kinetics, Search};
-use rumple::scene::Scene;
 use rumple::run;
+use rumple::scene::Scene;
 
 use super::build;
 use crate::common::prepare;
@@ -48,7 +48,7 @@ initial = { u = 0.5, v = 0.25 }
 fn law(laws: &str) -> std::sync::Arc<dyn Kinetics> {
     let scene = Scene::parse(&POINT.replace("LAWS", laws), "scene.toml", &[]).unwrap();
     let search = Search::in_directories(vec![build::directory().to_owned()]);
-    let laws = simulation::laws::load(&scene, &search, &mut Vec::new());
+    let laws = run::laws::load(&scene, &search, &mut Vec::new());
     laws.unwrap_or_else(|e| panic!("{e}")).unwrap().kinetics
 }
 
@@ -109,21 +109,15 @@ initial = { p = 1.2, q = 0.5 }
         )
     };
     let last = |laws: &str| {
-        let (_, mut setup) = prepare(&POINT.replace("LAWS", laws), &[]);
-        let (system, state) = (&mut setup.system, &mut setup.state);
-        let rates = |system: &mut rumple::model::System, state: &rumple::model::State| {
-            system.follow(state).unwrap();
-            let signals = system.signals(state);
-            system.rates(&state.species, &signals).unwrap()
-        };
+        let (_, mut simulation) = prepare(&POINT.replace("LAWS", laws), &[]);
         // Explicit Euler is enough to compare the same law with itself.
         for _ in 0..100 {
-            let rates = rates(system, state);
-            for (c, rate) in state.species.iter_mut().zip(&rates) {
+            let rates = simulation.evaluate().rates().unwrap().to_vec();
+            for (c, rate) in simulation.state_mut().species.iter_mut().zip(&rates) {
                 c[0] += 0.01 * rate[0];
             }
         }
-        state.species.iter().map(|c| c[0]).collect::<Vec<f64>>()
+        simulation.state().species.iter().map(|c| c[0]).collect::<Vec<f64>>()
     };
     assert_eq!(last(both), [last(&alone(1.0)), last(&alone(3.0))].concat());
 }
@@ -137,7 +131,7 @@ fn names_that_clash_or_lead_nowhere_are_refused_with_the_way_out() {
             Err(error) => return error.rendered(false),
         };
         let search = Search::in_directories(vec![build::directory().to_owned()]);
-        match simulation::prepare(&scene, &search) {
+        match rumple::Simulation::new(&scene, &search) {
             Ok(_) => panic!("{laws}"),
             Err(rumple::Error::Scene(error)) => error.rendered(false),
             Err(other) => other.to_string(),

@@ -177,7 +177,7 @@ fn a_run_survives_every_planted_fault() {
 }
 
 #[test]
-fn a_run_tells_of_results_that_the_law_itself_does_not_rely_on() {
+fn a_run_tells_of_results_that_the_law_itself_flags_as_unreliable() {
     let folder = tempfile::tempdir().unwrap();
     let library = rust_library("tests/faulty/misbehaving.rs", "misbehaving", &[]);
     let scene = scene_of(&library).replace("initial.c", "parameters.fault = 17\ninitial.c");
@@ -185,7 +185,8 @@ fn a_run_tells_of_results_that_the_law_itself_does_not_rely_on() {
     let out = rumple(folder.path(), &["run", "scene.toml"]);
     let text = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success(), "{text}");
-    let told = text.lines().filter(|line| line.contains("does not rely on its result at vertex"));
+    let told =
+        text.lines().filter(|line| line.contains("flags its result as unreliable at vertex"));
     assert_eq!(told.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
 }
 

@@ -3,10 +3,10 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
+use rumple::Simulation;
 use rumple::kinetics::examine::{self, Verdict};
 use rumple::kinetics::{Kinetics, Search, formula};
 use rumple::scene::Scene;
-use rumple::run;
 
 use crate::run::program;
 
@@ -31,8 +31,8 @@ every = 0.1
 fn told(laws: &str) -> Result<Vec<String>, String> {
     let text = SCENE.replace("LAWS", laws);
     let scene = Scene::parse(&text, "scene.toml", &[]).map_err(|e| e.rendered(false))?;
-    match simulation::prepare(&scene, &Search::in_directories(Vec::new())) {
-        Ok(setup) => Ok(setup.notes),
+    match Simulation::new(&scene, &Search::in_directories(Vec::new())) {
+        Ok(simulation) => Ok(simulation.notes().to_vec()),
         Err(rumple::Error::Scene(error)) => Err(error.rendered(false)),
         Err(error) => Err(error.to_string()),
     }
@@ -134,7 +134,7 @@ fn a_law_that_leads_out_of_its_range_is_told() {
     let run = ["run", "scene.toml", "--out", "results"];
     let out = Command::new(program()).current_dir(folder.path()).args(run).output().unwrap();
     let text = String::from_utf8_lossy(&out.stderr);
-    assert!(text.contains("again and again, shorter: species `c` becomes -"), "{text}");
+    assert!(text.contains("step size repeatedly reduced: species `c` becomes -"), "{text}");
     assert!(text.contains("or these lead out of the range"), "{text}");
 }
 
@@ -156,8 +156,9 @@ fn the_rigid_motions_that_pins_leave_free_are_counted() {
     ] {
         let text = SCENE.replace("LAWS", &laws);
         let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
-        let mut setup = simulation::prepare(&scene, &Search::in_directories(Vec::new())).unwrap();
-        assert_eq!(setup.system.mechanics().free_motions(), free, "{laws}");
+        let search = Search::in_directories(Vec::new());
+        let simulation = Simulation::new(&scene, &search).unwrap();
+        assert_eq!(simulation.model().mechanics().free_motions(), free, "{laws}");
     }
 }
 

@@ -111,18 +111,17 @@ fn species_on_faces_and_diffusion_run_and_stay_in_range() {
 #[test]
 fn a_failed_step_leaves_the_state_as_it_was() {
     // One iteration is not enough after so long a fixed step.
-    let (_, mut setup) = prepare(&[]);
-    setup.system.relax(&mut setup.state).unwrap();
+    let (_, mut simulation) = prepare(&[]);
+    simulation.relax().unwrap();
     let (_, mut hopeless) = prepare(&[
         "equilibrium.max_iterations=1",
         "time.integrator.method=\"euler\"",
         "time.integrator.step=0.3",
     ]);
-    hopeless.state = setup.state.clone();
-    let before = hopeless.state.clone();
-    let error = hopeless.integrator.advance(&mut hopeless.system, &mut hopeless.state, 1.0);
-    assert!(error.is_err());
-    assert!(before == hopeless.state);
+    hopeless.state_mut().clone_from(simulation.state());
+    let before = hopeless.state().clone();
+    assert!(hopeless.step(1.0).is_err());
+    assert!(before == *hopeless.state());
 }
 
 #[test]
@@ -131,8 +130,8 @@ fn a_scene_without_kinetics_has_no_species_and_no_plugin() {
         + "[time]\nuntil = 1.0\nstop_when_steady = 1e-3\n";
     let scene = rumple::scene::Scene::parse(&text, "bare.toml", &[]).unwrap();
     let search = rumple::kinetics::Search::in_directories(Vec::new());
-    let setup = rumple::run::prepare(&scene, &search).unwrap();
-    assert!(setup.system.chemistry().is_none());
-    assert!(setup.state.species.is_empty());
-    assert!(setup.plugins.is_empty());
+    let simulation = rumple::Simulation::new(&scene, &search).unwrap();
+    assert!(simulation.model().chemistry().is_none());
+    assert!(simulation.state().species.is_empty());
+    assert!(simulation.plugins().is_empty());
 }

@@ -266,7 +266,7 @@ fn a_plugin_that_changes_the_folder_does_not_move_the_output() {
     assert!(folder.path().join("o.json").is_file());
 }
 
-/// Only one call of hundreds gives it, in a try that is then made shorter.
+/// Only one call of hundreds gives it, in a step that is rejected.
 #[test]
 fn a_bad_number_in_a_try_that_is_made_shorter_is_told_once() {
     let folder = folder(&planted("NOT_FINITE_ONCE"));
@@ -278,7 +278,8 @@ fn a_bad_number_in_a_try_that_is_made_shorter_is_told_once() {
         let told = message.lines().filter(|line| line.contains("returned NaN in rates for"));
         let told: Vec<&str> = told.collect();
         assert_eq!(told.len(), 1, "{message}");
-        for part in ["plugin `planted`", "species c at vertex", "position (", "given up"] {
+        for part in ["plugin `planted`", "species c at vertex", "position (", "in a rejected step"]
+        {
             assert!(told[0].contains(part), "no {part} in {}", told[0]);
         }
     }

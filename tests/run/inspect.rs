@@ -1,7 +1,8 @@
 //! `inspect` against the same quantities computed here from their definitions.
 
-use rumple::sheet::{Array, Surface};
+use rumple::Simulation;
 use rumple::run::inspect;
+use rumple::sheet::{Array, Surface};
 use serde_json::Value;
 
 use super::program::{folder, rumple, text};
@@ -13,11 +14,11 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 #[test]
 fn numbers_are_those_of_the_definitions() {
-    let (_, mut setup) =
+    let (_, mut simulation) =
         prepare(&["[[effect]]\nkind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 2.0"]);
-    setup.system.relax(&mut setup.state).unwrap();
-    let result = inspect::inspect(&mut setup).unwrap();
-    let (sheet, state) = (&setup.sheet, &setup.state);
+    simulation.relax().unwrap();
+    let result = inspect::inspect(&mut simulation).unwrap();
+    let (sheet, state) = (simulation.sheet(), simulation.state());
 
     // Bonds: lengths, and optimal lengths by the logistic of Model I.
     let c = &state.species[0];
@@ -75,10 +76,10 @@ fn numbers_are_those_of_the_definitions() {
 
     // Forces: in equilibrium what is left is held by the pins (z on the rim).
     let force = result["force"]["total"].as_array().unwrap();
-    let unit = modulus * setup.system.mechanics().metric().mean_edge();
+    let unit = modulus * simulation.model().mechanics().reference().mean_edge();
     for (i, f) in force.iter().enumerate() {
         let f = numbers(f);
-        let free = if setup.sheet.rim()[i] { 2 } else { 3 };
+        let free = if simulation.sheet().rim()[i] { 2 } else { 3 };
         assert!(f[..free].iter().all(|f| f.abs() < 2e-6 * unit), "vertex {i}: {f:?}");
     }
 }
@@ -87,18 +88,18 @@ fn numbers_are_those_of_the_definitions() {
 #[test]
 fn signals_and_rates_go_by_the_areas_of_the_bending_energy() {
     let at = |rule: &str| {
-        let (_, mut setup) = prepare(&[&format!("effect[1].area=\"{rule}\"")]);
+        let (_, mut simulation) = prepare(&[&format!("effect[1].area=\"{rule}\"")]);
         // Off the plane by more than the start, without a relaxation that depends on the rule.
-        for x in &mut setup.state.x {
+        for x in &mut simulation.state_mut().x {
             x.z = 1e-2 * x.x * x.x + 0.02 * (x.x + 2.0 * x.y).sin();
         }
-        let result = inspect::inspect(&mut setup).unwrap();
-        let columns = setup.system.signals(&setup.state);
+        let result = inspect::inspect(&mut simulation).unwrap();
+        let columns = simulation.evaluate().signals().unwrap().clone();
         assert_eq!(columns[0], numbers(&result["mean_curvature"]), "{rule}");
-        (setup, result)
+        (simulation, result)
     };
-    let (setup, thirds) = at("barycentric");
-    let (sheet, x) = (&setup.sheet, &setup.state.x);
+    let (simulation, thirds) = at("barycentric");
+    let (sheet, x) = (simulation.sheet(), &simulation.state().x);
     let mut area = vec![0.0; x.len()];
     for t in sheet.triangles() {
         let [a, b, c] = t.map(|v| x[v as usize]);
@@ -128,10 +129,10 @@ fn effects_of_the_same_kind_have_names_of_their_own() {
             "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = {{ total = [0.0, 0.0, {z}] }}"
         )
     };
-    let (_, mut setup) = prepare(&[&load(1.0), &load(2.0)]);
-    let names: Vec<String> = setup.system.mechanics().names().map(str::to_owned).collect();
+    let (_, mut simulation) = prepare(&[&load(1.0), &load(2.0)]);
+    let names: Vec<String> = simulation.model().mechanics().names().map(str::to_owned).collect();
     assert_eq!(names, ["stretching", "bending", "load", "load 2"]);
-    let result = inspect::inspect(&mut setup).unwrap();
+    let result = inspect::inspect(&mut simulation).unwrap();
     let [first, second] = ["load", "load 2"].map(|name| result["energy"][name].as_f64().unwrap());
     assert!(first < 0.0 && (second / first - 2.0).abs() < 1e-12, "{first} {second}");
     let sum: f64 = names.iter().map(|name| result["energy"][name].as_f64().unwrap()).sum();
@@ -140,11 +141,11 @@ fn effects_of_the_same_kind_have_names_of_their_own() {
 }
 
 /// The start of the small scene as a file would give it.
-fn surface(setup: &rumple::run::Setup) -> Surface {
-    let values = setup.state.species[0].clone();
+fn surface(simulation: &Simulation) -> Surface {
+    let values = simulation.state().species[0].clone();
     Surface {
-        points: setup.state.x.clone(),
-        triangles: setup.sheet.triangles().to_vec(),
+        points: simulation.state().x.clone(),
+        triangles: simulation.sheet().triangles().to_vec(),
         point_arrays: vec![Array { name: "c".into(), components: 1, values }],
         ..Surface::default()
     }
@@ -152,50 +153,50 @@ fn surface(setup: &rumple::run::Setup) -> Surface {
 
 #[test]
 fn a_state_with_other_triangles_is_refused() {
-    let (_, mut setup) = prepare(&[]);
-    let right = surface(&setup);
-    inspect::take_state(&mut setup, &right).unwrap();
+    let (_, mut simulation) = prepare(&[]);
+    let right = surface(&simulation);
+    inspect::take_state(&mut simulation, &right).unwrap();
     // The same triangles from other corners.
     let mut turned = right.clone();
     turned.triangles.iter_mut().for_each(|t| t.rotate_left(1));
-    inspect::take_state(&mut setup, &turned).unwrap();
+    inspect::take_state(&mut simulation, &turned).unwrap();
 
     let mut other = right.clone();
     other.triangles.swap(3, 4);
-    let error = inspect::take_state(&mut setup, &other).unwrap_err().to_string();
+    let error = inspect::take_state(&mut simulation, &other).unwrap_err().to_string();
     assert!(error.contains("triangle 3") && error.contains("another mesh"), "{error}");
     let mut other = right;
     other.triangles.iter_mut().flatten().for_each(|v| *v = 399 - *v);
-    let error = inspect::take_state(&mut setup, &other).unwrap_err().to_string();
+    let error = inspect::take_state(&mut simulation, &other).unwrap_err().to_string();
     assert!(error.contains("triangle 0"), "{error}");
 }
 
 #[test]
 fn a_state_that_is_not_finite_is_refused_with_its_vertex() {
-    let (_, mut setup) = prepare(&[]);
-    let right = surface(&setup);
-    let before = setup.state.clone();
+    let (_, mut simulation) = prepare(&[]);
+    let right = surface(&simulation);
+    let before = simulation.state().clone();
     for bad in [f64::NAN, f64::INFINITY] {
         let mut wrong = right.clone();
         wrong.points[7].y = bad;
-        let error = inspect::take_state(&mut setup, &wrong).unwrap_err().to_string();
+        let error = inspect::take_state(&mut simulation, &wrong).unwrap_err().to_string();
         assert!(error.contains("vertex 7"), "{error}");
         let mut wrong = right.clone();
         wrong.point_arrays[0].values[11] = bad;
-        let error = inspect::take_state(&mut setup, &wrong).unwrap_err().to_string();
+        let error = inspect::take_state(&mut simulation, &wrong).unwrap_err().to_string();
         assert!(error.contains("`c`") && error.contains("vertex 11"), "{error}");
     }
-    assert_eq!(setup.state.x, before.x);
+    assert_eq!(simulation.state().x, before.x);
 }
 
 /// Finite positions whose energy is not finite are an error, not `null`.
 #[test]
 fn an_energy_that_is_not_finite_is_an_error() {
-    let (_, mut setup) = prepare(&[]);
-    let mut far = surface(&setup);
+    let (_, mut simulation) = prepare(&[]);
+    let mut far = surface(&simulation);
     far.points[5].x = 1e300;
-    inspect::take_state(&mut setup, &far).unwrap();
-    let error = inspect::inspect(&mut setup).unwrap_err().to_string();
+    inspect::take_state(&mut simulation, &far).unwrap();
+    let error = inspect::inspect(&mut simulation).unwrap_err().to_string();
     assert!(error.contains("not a finite number"), "{error}");
 }
 

@@ -10,8 +10,8 @@ mod stability;
 
 use std::path::PathBuf;
 
+use rumple::Simulation;
 use rumple::scene::Scene;
-use rumple::run::Setup;
 
 use crate::common;
 
@@ -54,7 +54,7 @@ every = 0.25
 "#;
 
 /// The small scene; an override that starts with `[[effect]]` is one more effect.
-pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {
+pub fn prepare(overrides: &[&str]) -> (Scene, Simulation) {
     let (effects, keys): (Vec<&str>, Vec<&str>) =
         overrides.iter().partition(|o| o.starts_with("[[effect]]"));
     common::prepare(&SMALL.replace("# more effects", &effects.join("\n")), &keys)
@@ -62,13 +62,13 @@ pub fn prepare(overrides: &[&str]) -> (Scene, Setup) {
 
 /// The state at the end time, by steps alone.
 pub fn final_state(overrides: &[&str]) -> rumple::model::State {
-    let (scene, mut setup) = prepare(overrides);
-    setup.system.relax(&mut setup.state).unwrap();
+    let (scene, mut simulation) = prepare(overrides);
+    simulation.relax().unwrap();
     let until = scene.time.span.until.get();
-    while setup.state.time < until {
-        setup.integrator.advance(&mut setup.system, &mut setup.state, until).unwrap();
+    while simulation.state().time < until {
+        simulation.step(until).unwrap();
     }
-    setup.state
+    simulation.state().clone()
 }
 
 pub fn program() -> PathBuf {

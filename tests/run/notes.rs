@@ -2,9 +2,9 @@
 
 use std::fs;
 
+use rumple::Simulation;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::run;
 
 use super::prepare;
 use crate::plugins::build;
@@ -14,8 +14,8 @@ use crate::plugins::build;
 fn a_load_that_the_tolerance_hardly_sees_is_told() {
     let gentle = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\n\
                   force = { per-vertex = [0.0, 0.0, 1e-3] }";
-    let (_, setup) = prepare(&[gentle]);
-    let [note] = &setup.notes[..] else { panic!("{:?}", setup.notes) };
+    let (_, simulation) = prepare(&[gentle]);
+    let [note] = simulation.notes() else { panic!("{:?}", simulation.notes()) };
     assert!(note.contains("1.3e-9 Y"), "{note}");
     assert!(note.contains("equilibrium.tolerance = 1e-6") && note.contains("1e-13"), "{note}");
     for (effect, tolerance) in [
@@ -23,22 +23,26 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
         (gentle.replace("1e-3", "1e4"), "equilibrium.tolerance=1e-6"),
         ("[[effect]]\nkind = \"pressure\"\nvalue = 0.0".into(), "equilibrium.tolerance=1e-6"),
     ] {
-        let (_, setup) = prepare(&[&effect, tolerance]);
-        assert!(setup.notes.is_empty(), "{effect}: {:?}", setup.notes);
+        let (_, simulation) = prepare(&[&effect, tolerance]);
+        assert!(simulation.notes().is_empty(), "{effect}: {:?}", simulation.notes());
     }
-    let (_, setup) = prepare(&["[[effect]]\nkind = \"pressure\"\nvalue = 1e-3"]);
-    assert_eq!(setup.notes.len(), 1);
+    let (_, simulation) = prepare(&["[[effect]]\nkind = \"pressure\"\nvalue = 1e-3"]);
+    assert_eq!(simulation.notes().len(), 1);
 }
 
 #[test]
 fn what_the_author_may_not_have_meant_is_told() {
     let on_the_rim = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
-    let (_, setup) = prepare(&[&format!("{on_the_rim}[0.0, 0.0, 1e5] }}")]);
-    assert!(setup.notes[0].contains("(load) acts only where pins hold"), "{:?}", setup.notes);
-    let (_, setup) = prepare(&[&format!("{on_the_rim}[1e5, 0.0, 0.0] }}")]);
-    assert!(setup.notes.is_empty(), "{:?}", setup.notes);
-    let (_, setup) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
-    assert!(setup.notes[0].contains("bending more than once"), "{:?}", setup.notes);
+    let (_, simulation) = prepare(&[&format!("{on_the_rim}[0.0, 0.0, 1e5] }}")]);
+    assert!(
+        simulation.notes()[0].contains("(load) acts only where pins hold"),
+        "{:?}",
+        simulation.notes()
+    );
+    let (_, simulation) = prepare(&[&format!("{on_the_rim}[1e5, 0.0, 0.0] }}")]);
+    assert!(simulation.notes().is_empty(), "{:?}", simulation.notes());
+    let (_, simulation) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
+    assert!(simulation.notes()[0].contains("bending more than once"), "{:?}", simulation.notes());
 }
 
 #[test]
@@ -49,8 +53,13 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
         for file in fs::read_dir(folder).into_iter().flatten().map(|f| f.unwrap().path()) {
             if file.extension().is_some_and(|e| e == "toml") {
                 let scene = Scene::load(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
-                let setup = simulation::prepare(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
-                assert!(setup.notes.is_empty(), "{}: {:?}", file.display(), setup.notes);
+                let simulation = Simulation::new(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
+                assert!(
+                    simulation.notes().is_empty(),
+                    "{}: {:?}",
+                    file.display(),
+                    simulation.notes()
+                );
                 count += 1;
             }
         }
@@ -60,7 +69,7 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
 
 /// What a scene is told, in one text.
 fn told(overrides: &[&str]) -> String {
-    prepare(overrides).1.notes.join("\n")
+    prepare(overrides).1.notes().join("\n")
 }
 
 #[test]
@@ -108,7 +117,7 @@ fn refused(keys: &[&str]) -> String {
     let keys: Vec<String> = keys.iter().map(|o| (*o).to_owned()).collect();
     let search = Search::in_directories(vec![build::directory().to_owned()]);
     let scene = Scene::parse(super::SMALL, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
-    match simulation::prepare(&scene, &search) {
+    match Simulation::new(&scene, &search) {
         Ok(_) => panic!("{keys:?} is accepted"),
         Err(rumple::Error::Scene(error)) => error.rendered(false),
         Err(other) => panic!("{other}"),
@@ -140,7 +149,7 @@ fn numbers_too_large_or_small_to_compute_with_are_named() {
     ] {
         let text = super::SMALL.replace("# more effects", &format!("[[effect]]\n{effect}"));
         let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
-        let Err(error) = simulation::prepare(&scene, &search) else { panic!("{effect}") };
+        let Err(error) = Simulation::new(&scene, &search) else { panic!("{effect}") };
         assert!(error.to_string().contains(name), "{error}");
     }
 }

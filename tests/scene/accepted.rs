@@ -2,14 +2,20 @@
 
 use rumple::Vec3;
 use rumple::effects::Measure;
+use rumple::model::{Policy, TensionReading};
 use rumple::output::Compression;
-use rumple::scene::{Direction, Initial, Scene, Shape, SheetSource, registry};
-use rumple::model::TensionReading;
+use rumple::scene::{Direction, Initial, Scene, Shape, SheetSource};
+use toml::Table;
 
-use super::SCENE;
+use super::{SCENE, refused};
 
 fn scene(text: &str) -> Scene {
     Scene::parse(text, "s.toml", &[]).unwrap_or_else(|e| panic!("{}", e.rendered(false)))
+}
+
+/// What is written out of a scene.
+fn resolved(scene: &Scene) -> Table {
+    scene.resolved().unwrap().parse().unwrap()
 }
 
 #[test]
@@ -23,21 +29,23 @@ fn a_scene_with_every_table() {
     assert_eq!((bump.width.get(), bump.centre[1].get(), bump.direction), (3.0, 2.0, Direction::Z));
     assert_eq!(scene.material.as_ref().unwrap().drag.get(), 1.0);
     let y = 1e6 * 0.5 / (1.0 - 1.0 / 9.0);
-    assert!((rumple::run::material(&scene).stretching_modulus() / y - 1.0).abs() < 1e-15);
-    assert!(
-        (rumple::run::material(&scene).bending_rigidity() / (y * 0.25 / 12.0) - 1.0).abs()
-            < 1e-15
-    );
+    let material = rumple::run::material(&scene).unwrap();
+    assert!((material.stretching_modulus() / y - 1.0).abs() < 1e-15);
+    assert!((material.bending_rigidity() / (y * 0.25 / 12.0) - 1.0).abs() < 1e-15);
     let names: Vec<_> = scene.effects.iter().map(|effect| effect.name()).collect();
     assert_eq!(names, ["spring 2", "weightless"]);
     let kinetics = &scene.kinetics[0];
     assert_eq!(kinetics.parameters["b"].uniform(), Some(100.0));
     assert_eq!((kinetics.location, kinetics.measure), (None, Measure::Concentration));
     assert_eq!(kinetics.tension, TensionReading::Trace);
-    assert_eq!(scene.time.policy.name(), "still");
-    assert_eq!(scene.time.integrator.name(), "leap");
+    assert_eq!(scene.time.policy, Policy::Simultaneous);
+    assert_eq!(scene.time.policy.name(), "simultaneous");
+    let resolved = resolved(&scene);
+    let integrator = &resolved["time"]["integrator"];
+    assert_eq!(integrator["kind"].as_str(), Some("monolithic"));
+    assert_eq!(integrator["rtol"].as_float(), Some(1e-3));
     assert_eq!(scene.time.span.until.get(), 500.0);
-    assert_eq!(scene.equilibrium.name(), "descent");
+    assert_eq!(resolved["equilibrium"]["method"].as_str(), Some("descent"));
     assert_eq!(scene.output.fields, ["c", "mean_curvature"]);
     assert_eq!(scene.output.compression, Compression::None);
 }
@@ -122,40 +130,40 @@ fn what_the_engine_registers_reads_back() {
     ];
     let (head, rest) = SCENE.split_once("[[effect]]").unwrap();
     let rest = &rest[rest.find("[kinetics]").unwrap()..rest.find("[equilibrium]").unwrap()];
-    let rest = rest.replacen("policy = \"test-still\"\n", "", 1);
-    let integrator = "integrator = { kind = \"test-leap\", rtol = 1e-3 }\n";
+    let rest = rest.replacen("policy = \"simultaneous\"\n", "", 1);
+    let integrator = "integrator = { kind = \"monolithic\", rtol = 1e-3 }\n";
     let rest = rest.replacen(integrator, "", 1);
     let listed: String = effects.iter().map(|e| format!("[[effect]]\n{e}\n")).collect();
     let first = scene(&format!("{head}{listed}{rest}"));
     assert_eq!(first.time.policy.name(), "quasi-static");
     let resolved = first.resolved().unwrap();
-    for kind in [
-        "stretching",
-        "bending",
-        "pin",
-        "load",
-        "pressure",
-        "diffusion",
-        "quasi-static",
-        "staggered",
-    ] {
+    for kind in ["stretching", "bending", "pin", "load", "pressure", "diffusion", "staggered"] {
         assert!(resolved.contains(&format!("kind = \"{kind}\"")), "{resolved}");
     }
+    assert!(resolved.contains("policy = \"quasi-static\""), "{resolved}");
+    assert!(resolved.contains("method = \"lbfgs\""), "{resolved}");
     assert_eq!(scene(&resolved).resolved().unwrap(), resolved);
 }
 
 #[test]
 fn a_name_alone_stands_for_a_kind_without_parameters() {
-    let text = SCENE.replacen(
-        "method = \"test-descent\"",
-        "method = \"test-descent\"\ntolerance = 1e-9",
-        1,
-    );
-    assert!(format!("{:?}", scene(&text).equilibrium).contains("1e-9"));
-    let text = SCENE.replacen("policy = \"test-still\"", "policy = { kind = \"test-still\" }", 1);
-    assert_eq!(scene(&text).time.policy.name(), "still");
-    let names = registry::names::<dyn rumple::effects::EffectSpec>();
-    assert!(names.contains(&"test-spring") && names.is_sorted());
+    let descent = "method = \"descent\"";
+    let text = SCENE.replacen(descent, &format!("{descent}\ntolerance = 1e-9"), 1);
+    let equilibrium = &resolved(&scene(&text))["equilibrium"];
+    assert_eq!(equilibrium["tolerance"].as_float(), Some(1e-9));
+    let policy = "policy = \"simultaneous\"";
+    let text = SCENE.replacen(policy, "policy = { kind = \"simultaneous\" }", 1);
+    assert_eq!(scene(&text).time.policy, Policy::Simultaneous);
+    let long = "integrator = { kind = \"monolithic\", rtol = 1e-3 }";
+    let [name, table] = ["\"staggered\"", "{ kind = \"staggered\" }"]
+        .map(|kind| resolved(&scene(&SCENE.replacen(long, &format!("integrator = {kind}"), 1))));
+    assert_eq!(name["time"]["integrator"]["kind"].as_str(), Some("staggered"));
+    assert_eq!(name, table);
+    // As a person sees them who names one that there is not.
+    let error = refused(&SCENE.replacen("\"test-spring\"", "\"none of them\"", 1), &[]);
+    let (_, names) = error.advice().unwrap().split_once("allowed: ").unwrap();
+    let names: Vec<&str> = names.split(", ").collect();
+    assert!(names.contains(&"test-spring") && names.is_sorted(), "{names:?}");
 }
 
 #[test]

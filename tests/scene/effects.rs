@@ -1,8 +1,8 @@
 //! Effects of the engine in scenes: options that belong to another model, regions, loads.
 
+use rumple::Simulation;
 use rumple::kinetics::Search;
 use rumple::scene::Scene;
-use rumple::run;
 
 use super::{position, refused};
 
@@ -28,9 +28,9 @@ model = "stvk"
 [[effect]]
 "#;
 
-fn build(effect: &str) -> Result<simulation::Setup, rumple::Error> {
+fn build(effect: &str) -> Result<Simulation, rumple::Error> {
     let scene = Scene::parse(&format!("{HEAD}{effect}\n"), "s.toml", &[])?;
-    simulation::prepare(&scene, &Search::in_directories(Vec::new()))
+    Simulation::new(&scene, &Search::in_directories(Vec::new()))
 }
 
 /// Refused once the sheet is known: message, help, and the first `needle` as the place.
@@ -57,8 +57,8 @@ fn every_model_and_load_is_accepted() {
         "kind = \"pin\"\naxes = \"xyz\"\nwhere = { half-space = { normal = [1, 0, 0] } }",
         "kind = \"pin\"\naxes = \"xyz\"\nwhere = { all-of = [\"rim\", { ring = { inner = 0, outer = 9 } }] }",
     ] {
-        let mut setup = build(effect).unwrap_or_else(|e| panic!("{effect}: {e}"));
-        assert!(setup.system.mechanics().force_scale() > 0.0);
+        let mut simulation = build(effect).unwrap_or_else(|e| panic!("{effect}: {e}"));
+        assert!(simulation.evaluate().potential().unwrap().force_scale() > 0.0);
         let scene = Scene::parse(&format!("{HEAD}{effect}\n"), "s.toml", &[]).unwrap();
         let resolved = scene.resolved().unwrap();
         let again = Scene::parse(&resolved, "r.toml", &[]).unwrap();
@@ -103,7 +103,7 @@ fn regions_that_choose_nothing_or_make_no_sense() {
     let region = "{ ball = { centre = [99, 0, 0], radius = 1 } }";
     wrong(&load(region), region, "effect[1].where: no vertex is chosen by this load", empty);
     let region = "{ vertices = [0, 4000] }";
-    let n = build("kind = \"bending\"").unwrap().sheet.vertex_count();
+    let n = build("kind = \"bending\"").unwrap().sheet().vertex_count();
     let message = format!("effect[1].where: there is no vertex 4000: the sheet has {n}");
     wrong(&load(region), region, &message, "vertices are numbered from 0");
     let region = "{ half-space = { normal = [0, 0, 0] } }";

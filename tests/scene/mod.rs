@@ -38,13 +38,13 @@ initial.c = { gaussian = { width = 5.0, amplitude = 0.5 } }
 initial.m = 0.25
 
 [time]
-policy = "test-still"
-integrator = { kind = "test-leap", rtol = 1e-3 }
+policy = "simultaneous"
+integrator = { kind = "monolithic", rtol = 1e-3 }
 until = 500.0
 stop_when_steady = 1e-6
 
 [equilibrium]
-method = "test-descent"
+method = "descent"
 
 [output]
 every = 5.0

@@ -18,12 +18,13 @@ fn values_are_replaced_and_tables_made() {
         "effect.0.share=0.25",
         "sheet.bump={ amplitude = 2, width = 1 }",
         "kinetics.parameters.\"odd. key\"=3",
-        "time.integrator.stages=2",
+        "time.integrator.step=2",
     ]);
     assert_eq!(scene.time.span.until.get(), 7.0);
     assert_eq!(scene.effects[0].name(), "spring 4.5");
     let resolved = scene.resolved().unwrap();
     assert!(resolved.contains("weight = \"optimal-area\"") && resolved.contains("share = 0.25"));
+    assert!(resolved.contains("step = 2.0"), "{resolved}");
     assert_eq!(scene.sheet.bump.as_ref().unwrap().centre[0].get(), 0.0);
     assert_eq!(scene.kinetics[0].parameters["odd. key"].uniform(), Some(3.0));
     let SheetSource::Generated(Shape::Disc(disc)) = scene.sheet.source else { panic!() };

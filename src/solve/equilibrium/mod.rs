@@ -18,8 +18,9 @@ pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::{FactorPrecision, Preconditioner};
 pub use stop::explained;
 
+use super::EquilibriumSpec;
 use crate::Vec3;
-use crate::model::Potential;
+use crate::model::{Mechanics, Potential};
 use crate::solve::SolveError;
 
 /// When a relaxation may stop.
@@ -74,4 +75,39 @@ pub trait Equilibrium: Send {
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError>;
+}
+
+/// A method with its settings, as `[equilibrium]` of a scene has it.
+pub struct Method(Box<dyn EquilibriumSpec>);
+
+impl Method {
+    pub(crate) fn new(spec: Box<dyn EquilibriumSpec>) -> Self {
+        Self(spec)
+    }
+
+    /// What it is called in results.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.0.name()
+    }
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    #[must_use]
+    pub fn tolerance(&self) -> f64 {
+        self.0.tolerance()
+    }
+
+    /// Iterations after which a relaxation has failed.
+    #[must_use]
+    pub fn max_iterations(&self) -> usize {
+        self.0.max_iterations()
+    }
+
+    /// Makes it ready for the effects of a sheet.
+    ///
+    /// # Errors
+    /// If the sheet is too large for it.
+    pub fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        self.0.build(mechanics)
+    }
 }
