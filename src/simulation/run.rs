@@ -138,7 +138,10 @@ pub fn observed(
     let compression = scene.output.compression;
     // A point has no frames: its solution is the ledger.
     let space = !setup.sheet.triangles().is_empty();
-    let mut series = space.then(|| Series::create(directory, compression)).transpose()?;
+    let mut series = space
+        .then(|| Series::create(directory, compression))
+        .transpose()?
+        .map(|s| s.in_format(scene.output.format));
     let mut watch = Watch::of(scene, setup, directory)?;
     let columns = report::columns(&mut setup.system, watch.is_some());
     let mut ledger = Ledger::create(&directory.ledger(), &columns)?;
