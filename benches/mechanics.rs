@@ -14,9 +14,9 @@ use rumple::Vec3;
 use rumple::effects::{Bending, BendingWeight, BondStretching, EnergyTerm, HessianPart, Material};
 use rumple::effects::{MeyerBending, Stretching, StretchingWeight};
 use rumple::geometry::AreaRule;
+use rumple::model::{Mechanics, Potential};
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, Precision};
-use rumple::model::{Mechanics, Potential};
 
 const DISC: Shape = Shape::Disc { radius: 100.0 };
 

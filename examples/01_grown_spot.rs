@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rumple::effects::{Bending, BondStretching, EnergyTerm, Material, MeyerBending, Stretching};
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
+use rumple::model::{Mechanics, Potential};
 use rumple::sheet::{Shape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
-use rumple::model::{Mechanics, Potential};
 
 /// Relaxes the sheet and says how high the bump is.
 ///
@@ -23,7 +23,8 @@ pub fn main() -> rumple::Result<()> {
         EnergyTerm::new(MeyerBending::new(&sheet, &material, bending.weight, bending.area)),
     ];
     let rim_held_vertically = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
-    let mut mechanics = Potential::new(&Mechanics::new(Arc::clone(&sheet), energies, rim_held_vertically)?);
+    let mut mechanics =
+        Potential::new(&Mechanics::new(Arc::clone(&sheet), energies, rim_held_vertically)?);
 
     // Active strain: the length factor of every bond.
     let inside = |v: u32| sheet.rest()[v as usize].norm() < 6.0;

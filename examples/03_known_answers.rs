@@ -1,4 +1,4 @@
-//! Tables of problems whose answers are known, as they stand in `docs/known-answers.md`:
+//! Tables of problems whose answers are known, as they stand in `docs/validation.md`:
 //!
 //! `cargo run --release --example 03_known_answers`
 //!

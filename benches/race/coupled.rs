@@ -7,13 +7,13 @@
 
 use std::fs;
 
+use rumple::Simulation;
 use rumple::Vec3;
 use rumple::kinetics::Search;
 use rumple::num::real;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
-use rumple::scene::Scene;
-use rumple::Simulation;
 use rumple::run::run;
+use rumple::scene::Scene;
 
 use crate::common::{Result, Table, cpu_seconds, number};
 use crate::problem::{MATERIAL, read_positions, read_sheet, smallest_angle};

@@ -30,9 +30,9 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::HessianPart;
-use rumple_numerics::parallel;
-use rumple_numerics::linear::{BlockCholesky, BlockMatrix};
 use rumple::model::Potential;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix};
+use rumple_numerics::parallel;
 
 use crate::common::Result;
 use crate::problem::smallest_angle;

@@ -17,9 +17,9 @@ use rumple::effects::{
     BendingWeight, BondStretching, EnergyTerm, Material, MeyerBending, StretchingWeight,
 };
 use rumple::geometry::AreaRule;
+use rumple::model::{Mechanics, Potential};
 use rumple::sheet::quality::triangle_angles;
 use rumple::sheet::{Sheet, Surface};
-use rumple::model::{Mechanics, Potential};
 
 use crate::common::Result;
 
@@ -94,8 +94,10 @@ pub fn write_positions(path: &Path, x: &[Vec3]) -> Result<()> {
 /// The printed energy on `sheet`, not grown.
 pub fn mechanics(sheet: &Arc<Sheet>) -> Result<Potential> {
     let bending = MeyerBending::new(sheet, &MATERIAL, BendingWeight::Paper, AreaRule::Barycentric);
-    let energies: Vec<EnergyTerm> =
-        vec![EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::Paper)), EnergyTerm::new(bending)];
+    let energies: Vec<EnergyTerm> = vec![
+        EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::Paper)),
+        EnergyTerm::new(bending),
+    ];
     let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
     Ok(Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins)?))
 }

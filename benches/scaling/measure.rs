@@ -6,11 +6,11 @@ use rumple::Vec3;
 use rumple::effects::{
     Bending, BondStretching, EnergyTerm, HessianPart, Material, MeyerBending, Stretching,
 };
+use rumple::model::{Mechanics, Potential};
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::Goal;
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern, Multigrid};
-use rumple::model::{Mechanics, Potential};
 
 use crate::common::{Result, cpu_seconds, equilibrium, gibibytes, number};
 use crate::{Options, seconds};
@@ -59,7 +59,9 @@ pub fn row(options: &Options, vertices: usize) -> Result<Vec<String>> {
     let (pattern, patterned) = timed(|| mechanics.mechanics().pattern_with(&[]))?;
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
     row.push(seconds(repeated(|| {
-        mechanics.hessian(&x, HessianPart::Positive, &mut hessian).expect("all blocks are declared");
+        mechanics
+            .hessian(&x, HessianPart::Positive, &mut hessian)
+            .expect("all blocks are declared");
     })?));
     hessian.add_diagonal(1e-10 * hessian.mean_diagonal());
     let multigrid = options.set.iter().any(|s| s.contains("multigrid"));

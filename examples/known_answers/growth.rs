@@ -17,9 +17,9 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::Material;
+use rumple::effects::Pins;
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::effects::Pins;
 
 use super::meshes::{disclination, pressed_flat};
 use super::{Models, Outcome, Sample, Stiffness, critical, mechanics, relax, relax_flat};

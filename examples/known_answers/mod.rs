@@ -158,8 +158,7 @@ impl Stiffness {
         let neighbours = |i: usize, f: &mut dyn FnMut(u32)| {
             sheet.vertex_edges().of(i).iter().for_each(|&(_, j)| f(j));
         };
-        let pattern =
-            Arc::new(BlockPattern::of_rings(sheet.vertex_count(), 2, &neighbours, &[]));
+        let pattern = Arc::new(BlockPattern::of_rings(sheet.vertex_count(), 2, &neighbours, &[]));
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         Ok(Self { matrix, cholesky: <BlockCholesky>::new(pattern)? })
     }

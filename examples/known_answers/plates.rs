@@ -16,9 +16,9 @@
 use std::sync::Arc;
 
 use rumple::effects::Material;
+use rumple::effects::Pins;
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::effects::Pins;
 
 use super::{
     Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat,

@@ -21,10 +21,10 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::Material;
+use rumple::effects::Pins;
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::num::real;
 use rumple::sheet::Sheet;
-use rumple::effects::Pins;
 
 use super::meshes::Strip;
 use super::{

@@ -11,11 +11,11 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rumple::Vec3;
+use rumple::effects::Pins;
 use rumple::effects::{EnergyTerm, Material};
+use rumple::model::{Mechanics, Potential};
 use rumple::num::{real, whole};
 use rumple::sheet::Sheet;
-use rumple::effects::Pins;
-use rumple::model::{Mechanics, Potential};
 
 use super::loads::{EndMoment, Lever};
 use super::meshes::Strip;

@@ -6,7 +6,8 @@ use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use crate::output::{Inputs, ResultFile};
-use crate::sheet::{MeshReport, Shape, SheetError, check, generate, read, write};
+use crate::sheet::write::{self, MeshFormat};
+use crate::sheet::{MeshReport, Shape, SheetError, check, generate, read};
 
 /// Arguments of the command `mesh`.
 #[derive(Debug, Args)]
@@ -22,7 +23,8 @@ pub struct MeshArgs {
 enum Command {
     /// Make an irregular mesh of a simple shape (or an icosphere).
     Generate(GenerateArgs),
-    /// Say everything that is wrong with a mesh file (.obj, .vtu, .vtp); exit code 2 if unusable.
+    /// Say everything that is wrong with a mesh file (.obj, .vtu, .vtp, .vtk); exit code 2 if
+    /// unusable.
     Check {
         /// The mesh file.
         file: PathBuf,
@@ -44,8 +46,8 @@ struct GenerateArgs {
     /// Same seed, same mesh.
     #[arg(long, default_value_t = 1, global = true)]
     seed: u64,
-    /// Write the mesh to this .obj file; without it only the report is printed.
-    #[arg(long, value_name = "FILE.obj", global = true)]
+    /// Write the mesh to this file (.obj, .vtu, .vtp, .vtk); without it only the report is printed.
+    #[arg(long, value_name = "FILE", global = true)]
     out: Option<PathBuf>,
     /// Replace that file if it exists.
     #[arg(long, global = true)]
@@ -119,10 +121,10 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
     match &args.command {
         Command::Generate(given) => {
             let shape = Shape::from(given.shape);
-            let out = given.out.as_deref().map(|path| obj_file(path, given.force)).transpose()?;
+            let out = given.out.as_deref().map(|path| mesh_file(path, given.force)).transpose()?;
             let sheet = generate(&shape, given.vertices, given.seed)?;
-            if let Some(file) = out {
-                file.write(|mut out| write::obj(&sheet, &mut out))?;
+            if let Some((file, format)) = out {
+                file.write(|mut out| write::mesh(&sheet, format, &mut out))?;
             }
             let report = MeshReport::new(&sheet);
             let value = json!({
@@ -190,11 +192,12 @@ fn print(as_json: bool, value: &Value, text: &str) {
     }
 }
 
-/// The .obj file to be written.
-fn obj_file(path: &Path, force: bool) -> crate::Result<ResultFile> {
-    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("obj")) {
-        let message = "a mesh is written as .obj; give the file that ending".into();
-        return Err(SheetError::File { path: path.to_owned(), message }.into());
-    }
-    Ok(ResultFile::new(path, force, &Inputs::default())?)
+/// The file to be written, and its format.
+fn mesh_file(path: &Path, force: bool) -> crate::Result<(ResultFile, MeshFormat)> {
+    let Some(format) = MeshFormat::of(path) else {
+        let message = "a mesh is written as .obj, .vtu, .vtp or .vtk; give the file one of these \
+                       endings";
+        return Err(SheetError::File { path: path.to_owned(), message: message.into() }.into());
+    };
+    Ok((ResultFile::new(path, force, &Inputs::default())?, format))
 }

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use clap::Args;
 
 use super::SceneArgs;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
+use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory};
 use crate::run::run::{self, Ending, Summary, accounted};
 use crate::run::{Error, Result, Simulation, laws};
 use crate::scene::Scene;
@@ -43,7 +43,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let done =
         accounted(&directory, || work(args, &scene, &mut simulation, &directory, interrupt))?;
     if !args.quiet {
-        tell(&done, &directory);
+        tell(&done, &directory, scene.output.format);
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
@@ -74,7 +74,7 @@ fn work(
     outcome
 }
 
-fn tell(done: &Summary, directory: &ResultDirectory) {
+fn tell(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
     say!(
         "{} steps ({} rejected tries), {} iterations, {} factorisations",
@@ -90,7 +90,8 @@ fn tell(done: &Summary, directory: &ResultDirectory) {
         done.output.as_secs_f64()
     );
     if done.frames > 0 {
-        say!("{} frames; open {} in ParaView", done.frames, directory.pvd().display());
+        let index = directory.index(format);
+        say!("{} frames; open {} in ParaView", done.frames, index.display());
     } else {
         say!("the species at every step are in {}", directory.ledger().display());
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use super::{Claim, OutputError, atomic, clock};
+use super::{Claim, Format, OutputError, atomic, clock};
 
 /// A directory made ready for one run, and the names of everything in it.
 ///
@@ -22,6 +22,7 @@ impl ResultDirectory {
     const MODES: &'static str = "modes";
     const EVENTS: &'static str = "events.csv";
     const PVD: &'static str = "sheet.pvd";
+    const SERIES: &'static str = "sheet.vtk.series";
     const LEDGER: &'static str = "ledger.csv";
     const RESOLVED: &'static str = "resolved.toml";
     const PROVENANCE: &'static str = "provenance.json";
@@ -61,7 +62,7 @@ impl ResultDirectory {
     /// Removes what a run has written.
     fn clear(&self) -> Result<(), OutputError> {
         // The index goes first: what is left if this is cut short then claims nothing.
-        let mut ours = vec![self.pvd()];
+        let mut ours = vec![self.pvd(), self.root.join(Self::SERIES)];
         let content = names(&self.root)?;
         ours.extend(content.iter().filter(|n| is_root_file(n)).map(|name| self.root.join(name)));
         let folders = [(self.frames(), "frame_"), (self.modes(), "mode_")];
@@ -98,10 +99,19 @@ impl ResultDirectory {
         &self.root
     }
 
-    /// The index of the frames, which is the file to open in ParaView.
+    /// The index of `.vtu` frames, which is the file to open in ParaView.
     #[must_use]
     pub fn pvd(&self) -> PathBuf {
         self.root.join(Self::PVD)
+    }
+
+    /// The index of frames in this format.
+    #[must_use]
+    pub fn index(&self, format: Format) -> PathBuf {
+        match format {
+            Format::Vtu => self.pvd(),
+            Format::Vtk => self.root.join(Self::SERIES),
+        }
     }
 
     /// The subdirectory of the frames.
@@ -225,6 +235,7 @@ fn finished(name: &str) -> &str {
 fn is_root_file(name: &str) -> bool {
     [
         ResultDirectory::PVD,
+        ResultDirectory::SERIES,
         ResultDirectory::LEDGER,
         ResultDirectory::EVENTS,
         ResultDirectory::RESOLVED,
@@ -239,6 +250,6 @@ fn is_root_file(name: &str) -> bool {
 fn is_numbered(name: &str, stem: &str) -> bool {
     finished(name)
         .strip_prefix(stem)
-        .and_then(|rest| rest.strip_suffix(".vtu"))
+        .and_then(|rest| rest.strip_suffix(".vtu").or_else(|| rest.strip_suffix(".vtk")))
         .is_some_and(|number| number.len() >= 6 && number.bytes().all(|b| b.is_ascii_digit()))
 }

@@ -7,6 +7,8 @@
 
 use std::io::Write;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use flate2::Compression as Level;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
@@ -32,32 +34,14 @@ pub(super) fn decimal(value: f64) -> String {
     }
 }
 
-/// Standard base64 with padding.
-fn base64(bytes: &[u8]) -> Vec<u8> {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = Vec::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for place in 0..4usize {
-            text.push(if place <= group.len() {
-                DIGITS[(bits >> (18 - 6 * place) & 63) as usize]
-            } else {
-                b'='
-            });
-        }
-    }
-    text
-}
-
 /// The content of a `<DataArray format="binary">` with 64-bit headers.
-pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Result<Vec<u8>> {
+pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Result<String> {
     let size = |n: usize| (n as u64).to_le_bytes();
     let Some(level) = compression.level() else {
         let mut whole = Vec::with_capacity(bytes.len() + 8);
         whole.extend(size(bytes.len()));
         whole.extend(bytes);
-        return Ok(base64(&whole));
+        return Ok(BASE64.encode(&whole));
     };
     let blocks = bytes
         .par_chunks(BLOCK)
@@ -76,7 +60,7 @@ pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Res
     for block in &blocks {
         header.extend(size(block.len()));
     }
-    let mut text = base64(&header);
-    text.extend(base64(&blocks.concat()));
+    let mut text = BASE64.encode(&header);
+    BASE64.encode_string(blocks.concat(), &mut text);
     Ok(text)
 }

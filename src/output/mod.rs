@@ -3,6 +3,7 @@
 //! ```text
 //! DIR/sheet.pvd                  times and frames; the file to open in ParaView
 //! DIR/frames/frame_000123.vtu    one state each
+//! DIR/sheet.vtk.series           the file to open instead, if the scene asks for .vtk frames
 //! DIR/ledger.csv                 one row a step
 //! DIR/events.csv                 losses of stability, if the scene watches for them
 //! DIR/modes/mode_000000.vtu      the modes of an event
@@ -32,6 +33,7 @@ pub mod progress;
 pub mod provenance;
 pub mod remaining;
 pub mod series;
+pub mod vtk;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
@@ -45,7 +47,7 @@ pub use interrupt::Interrupt;
 pub use ledger::Ledger;
 pub use progress::{Mode, Progress, ProgressLine};
 pub use provenance::Provenance;
-pub use series::Series;
+pub use series::{Format, Series};
 pub use vtu::Compression;
 
 /// Why something could not be written or read back.

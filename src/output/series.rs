@@ -1,11 +1,35 @@
-//! A series of frames and its index (`.pvd`), which gives every frame its time.
+//! A series of frames and its index (`.pvd`, or `.vtk.series`), which gives every frame its time.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use super::encode::decimal;
 use super::vtu::{self, Compression};
-use super::{Frame, OutputError, ResultDirectory, atomic};
+use super::{Frame, OutputError, ResultDirectory, atomic, vtk};
+
+/// File format of the frames.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Format {
+    /// VTK's XML format for unstructured grids.
+    #[default]
+    Vtu,
+    /// VTK's old format, binary and not compressed.
+    Vtk,
+}
+
+impl Format {
+    /// The ending of the names of frames.
+    #[must_use]
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Vtu => "vtu",
+            Self::Vtk => "vtk",
+        }
+    }
+}
 
 /// Writes frames one after another and keeps the index in step with them.
 ///
@@ -14,12 +38,13 @@ use super::{Frame, OutputError, ResultDirectory, atomic};
 #[derive(Debug)]
 pub struct Series {
     directory: ResultDirectory,
+    format: Format,
     compression: Compression,
     times: Vec<f64>,
 }
 
 impl Series {
-    /// Starts a series in `directory`; nothing is written yet.
+    /// Starts a series of `.vtu` frames in `directory`; nothing is written yet.
     ///
     /// # Errors
     /// [`OutputError::Write`] if the directory of the frames cannot be made.
@@ -29,7 +54,14 @@ impl Series {
     ) -> Result<Self, OutputError> {
         let frames = directory.frames();
         fs::create_dir_all(&frames).map_err(OutputError::write(&frames))?;
-        Ok(Self { directory: directory.clone(), compression, times: Vec::new() })
+        let format = Format::default();
+        Ok(Self { directory: directory.clone(), format, compression, times: Vec::new() })
+    }
+
+    /// The same series with frames in another format.
+    #[must_use]
+    pub fn in_format(self, format: Format) -> Self {
+        Self { format, ..self }
     }
 
     /// Writes `frame` and then the index with it; returns the path of the frame.
@@ -38,8 +70,11 @@ impl Series {
     /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] if the disk
     /// is full or refuses. The index then still lists the frames written before, all whole.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<PathBuf, OutputError> {
-        let path = self.directory.frame(self.times.len());
-        vtu::write(&path, frame, self.compression)?;
+        let path = self.directory.frame(self.times.len()).with_extension(self.format.ending());
+        match self.format {
+            Format::Vtu => vtu::write(&path, frame, self.compression)?,
+            Format::Vtk => vtk::write(&path, frame)?,
+        }
         self.times.push(frame.time);
         if let Err(error) = self.write_index() {
             self.times.pop();
@@ -57,23 +92,38 @@ impl Series {
     /// The index, which is the file to open.
     #[must_use]
     pub fn index(&self) -> PathBuf {
-        self.directory.pvd()
+        self.directory.index(self.format)
     }
 
     fn write_index(&self) -> Result<(), OutputError> {
-        let mut text = String::from(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
-        );
-        for (number, &time) in self.times.iter().enumerate() {
-            let name = ResultDirectory::frame_name(number);
-            let file = Path::new(ResultDirectory::FRAMES).join(name);
-            text += &format!(
-                "<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n",
-                decimal(time),
-                file.display()
-            );
-        }
-        text += "</Collection>\n</VTKFile>\n";
+        let frames = self.times.iter().enumerate().map(|(number, &time)| {
+            let name = Path::new(&ResultDirectory::frame_name(number))
+                .with_extension(self.format.ending());
+            (decimal(time), Path::new(ResultDirectory::FRAMES).join(name))
+        });
+        let text = match self.format {
+            Format::Vtu => collection(frames),
+            Format::Vtk => file_series(frames),
+        };
         atomic::replace(&self.index(), |writer| writer.write_all(text.as_bytes()))
     }
+}
+
+/// The index as a `.pvd`, which lists files in XML formats.
+fn collection(frames: impl Iterator<Item = (String, PathBuf)>) -> String {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+    );
+    for (time, file) in frames {
+        text += &format!("<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>\n", file.display());
+    }
+    text + "</Collection>\n</VTKFile>\n"
+}
+
+/// The index as ParaView's list of files in any format; a `.pvd` cannot name the old one.
+fn file_series(frames: impl Iterator<Item = (String, PathBuf)>) -> String {
+    let lines: Vec<_> = frames
+        .map(|(time, file)| format!("{{\"name\": \"{}\", \"time\": {time}}}", file.display()))
+        .collect();
+    format!("{{\"file-series-version\": \"1.0\", \"files\": [\n{}\n]}}\n", lines.join(",\n"))
 }

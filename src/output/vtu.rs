@@ -3,6 +3,9 @@
 //! Arrays are inline base64 with 64-bit headers, compressed in blocks by zlib. Raw appended data
 //! would save the third that base64 adds, but the file would no longer be XML, and some readers
 //! refuse it. Positions and fields are Float64 and come back to the last bit; connectivity is Int32.
+//!
+//! vtkio writes the format too, but has no place for field data and with them the time. It also
+//! compresses in one thread and numbers vertices by 64 bits.
 
 use std::io::Write;
 
@@ -149,7 +152,7 @@ pub fn encode(frame: &Frame<'_>, compression: Compression) -> Result<Vec<u8>, Ou
         }
         for (array, content) in arrays.iter().zip(contents) {
             file.extend(format!("<DataArray {} format=\"binary\">", array.attributes).bytes());
-            file.extend(content);
+            file.extend(content.bytes());
             file.extend(b"</DataArray>\n");
         }
         file.extend(format!("</{section}>\n").bytes());

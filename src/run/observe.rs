@@ -4,8 +4,8 @@ use super::fields::Fields;
 use super::run::Ending;
 use super::{Result, report};
 use crate::model::{Evaluation, Model};
-use crate::output::{Compression, Ledger, ResultDirectory, Series};
-use crate::scene::Scene;
+use crate::output::{Ledger, ResultDirectory, Series};
+use crate::scene::{OutputSpec, Scene};
 use crate::solve::StepReport;
 
 /// What is known of an accepted state besides itself.
@@ -69,12 +69,13 @@ impl<'a> Frames<'a> {
         directory: &ResultDirectory,
         model: &Model,
         fields: &'a Fields,
-        compression: Compression,
+        output: &OutputSpec,
     ) -> Result<Option<Self>> {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
         }
-        Ok(Some(Self { fields, series: Series::create(directory, compression)? }))
+        let series = Series::create(directory, output.compression)?.in_format(output.format);
+        Ok(Some(Self { fields, series }))
     }
 
     /// How many there are.

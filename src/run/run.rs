@@ -134,7 +134,7 @@ pub fn observed(
     let compression = scene.output.compression;
     let fields = simulation.fields.clone();
     let model = simulation.model().clone();
-    let mut frames = Frames::create(directory, &model, &fields, compression)?;
+    let mut frames = Frames::create(directory, &model, &fields, &scene.output)?;
     let mut watch = Watch::of(scene, simulation, directory)?;
     let mut ledger = LedgerRows::create(directory, &model, watch.is_some())?;
     let mut rules = StopRules::of(scene);

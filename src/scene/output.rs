@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::num::checked::Positive;
 use crate::num::{Short, real};
 use crate::output::Compression;
+pub use crate::output::Format;
 
 use super::time::Span;
 use crate::document::Problem;
@@ -25,7 +26,7 @@ pub struct OutputSpec {
     /// File format of the frames.
     #[serde(default)]
     pub format: Format,
-    /// Compression of the frames.
+    /// Compression of `.vtu` frames; the old format knows none.
     #[serde(default)]
     pub compression: Compression,
 }
@@ -55,13 +56,4 @@ impl OutputSpec {
         }
         Ok(())
     }
-}
-
-/// File format of the frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Format {
-    /// VTK XML unstructured grid.
-    #[default]
-    Vtu,
 }

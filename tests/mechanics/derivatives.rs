@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::HessianPart;
-use rumple_numerics::linear::{BlockMatrix, BlockPattern};
 use rumple::model::Potential;
+use rumple_numerics::linear::BlockMatrix;
 
 use super::{alone, crumpled, two_rings, variants};
 use crate::common::{Noise, irregular};

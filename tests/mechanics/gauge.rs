@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SVD};
 use rumple::Vec3;
 use rumple::effects::Material;
+use rumple::model::Potential;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::{
     Descent, DescentSpec, Equilibrium, Fire, FireSpec, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec,
     Preconditioner, Relaxation,
 };
-use rumple::model::Potential;
 
 use super::both;
 use crate::common::{Noise, prepare};
@@ -72,7 +72,11 @@ fn methods(mechanics: &Potential) -> Vec<(&'static str, Box<dyn Equilibrium>, f6
     vec![
         ("factor", lbfgs(Preconditioner::Factor), 1e-8),
         ("multigrid", lbfgs(Preconditioner::Multigrid), 1e-8),
-        ("newton", Box::new(Newton::new(mechanics.mechanics(), NewtonSpec::default()).unwrap()), 1e-8),
+        (
+            "newton",
+            Box::new(Newton::new(mechanics.mechanics(), NewtonSpec::default()).unwrap()),
+            1e-8,
+        ),
         ("fire", Box::new(Fire::new(FireSpec::default())), 1e-4),
         ("descent", Box::new(Descent::new(DescentSpec::default())), 1e-3),
     ]

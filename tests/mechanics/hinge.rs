@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{EnergyTerm, BendingWeight, Energy, HingeBending, Material, MeyerBending};
+use rumple::effects::{BendingWeight, Energy, EnergyTerm, HingeBending, Material, MeyerBending};
 use rumple::geometry::AreaRule;
-use rumple::sheet::{Shape, Sheet, generate};
 use rumple::model::Potential;
+use rumple::sheet::{Shape, Sheet, generate};
 
-use super::{potential};
+use super::potential;
 use crate::common::lattice;
 
 /// A material with B = 1.

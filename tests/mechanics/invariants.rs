@@ -8,8 +8,7 @@ use rumple::Vec3;
 use rumple::effects::{EnergyTerm, FollowerPressure, HessianPart};
 use rumple::geometry::{AreaRule, Curvature, VertexArea, angle_at};
 use rumple::sheet::Sheet;
-use rumple_numerics::linear::{BlockMatrix, BlockPattern};
-use rumple::model::Potential;
+use rumple_numerics::linear::BlockMatrix;
 
 use super::{MATERIAL, alone, both, crumpled, potential, two_rings, variants};
 use crate::common::{icosphere, irregular, lattice};
@@ -69,7 +68,7 @@ fn angle_sums_obey_gauss_bonnet_on_any_shape() {
     for (sheet, chi) in [(irregular(9, 8, 0.3), 1.0), (icosphere(2, 1.0), 2.0)] {
         let sheet = Arc::new(sheet);
         let x = crumpled(&sheet, 0.1);
-        let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
+        let mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
         let shape = mechanics.shape(&x);
         let mut total = 0.0;
         for i in 0..x.len() {
@@ -86,7 +85,7 @@ fn angle_sums_obey_gauss_bonnet_on_any_shape() {
 fn an_obtuse_flat_sheet_has_no_curvature() {
     let sheet: Sheet = irregular(12, 11, 0.45);
     let sheet = Arc::new(sheet);
-    let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
+    let mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
     for rule in [AreaRule::FrozenVoronoi, AreaRule::Barycentric, AreaRule::MixedVoronoi] {
         let area = VertexArea::new(&sheet, rule);
         let c = Curvature::of(&mechanics.shape(sheet.rest()), &area);

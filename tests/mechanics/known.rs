@@ -6,8 +6,8 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{BendingWeight, EnergyTerm, Material, MeyerBending};
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
-use rumple::sheet::Sheet;
 use rumple::model::Potential;
+use rumple::sheet::Sheet;
 
 use super::{both, potential};
 use crate::common::{icosphere, lattice};
@@ -19,7 +19,7 @@ fn unit_rigidity(poisson: f64) -> Material {
 
 fn curvature(sheet: &Sheet, rule: AreaRule, x: &[Vec3]) -> Curvature {
     let pins = vec![[false; 3]; sheet.vertex_count()];
-    let mut mechanics = potential(Arc::new(sheet.clone()), Vec::new(), pins);
+    let mechanics = potential(Arc::new(sheet.clone()), Vec::new(), pins);
     let area = VertexArea::new(sheet, rule);
     Curvature::of(&mechanics.shape(x), &area)
 }

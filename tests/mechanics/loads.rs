@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use rumple::Vec3;
-use rumple::effects::{EnergyTerm, DeadLoad, Energy, FollowerPressure, HessianPart, LoadForce, Region};
+use rumple::effects::Pins;
+use rumple::effects::{
+    DeadLoad, Energy, EnergyTerm, FollowerPressure, HessianPart, LoadForce, Region,
+};
+use rumple::model::Potential;
 use rumple::num::checked::Finite;
 use rumple::sheet::Sheet;
-use rumple_numerics::linear::{BlockMatrix, BlockPattern};
-use rumple::effects::Pins;
-use rumple::model::Potential;
+use rumple_numerics::linear::BlockMatrix;
 
 use super::{crumpled, potential, two_rings};
 use crate::common::{Noise, icosphere, irregular, lattice};

@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3x2, Vector2};
 use rumple::Vec3;
-use rumple::effects::{EnergyTerm, BondStretching, Energy, HessianPart, Material, StretchingModulus, StretchingWeight,
-    StvkStretching,};
-use rumple::sheet::Sheet;
-use rumple_numerics::linear::{BlockMatrix, BlockPattern};
+use rumple::effects::{
+    BondStretching, Energy, EnergyTerm, HessianPart, Material, StretchingModulus, StretchingWeight,
+    StvkStretching,
+};
 use rumple::model::Potential;
+use rumple::sheet::Sheet;
+use rumple_numerics::linear::BlockMatrix;
 
 use super::{MATERIAL, crumpled, potential, two_rings};
 use crate::common::{irregular, lattice};

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{BendingWeight, BondStretching, EnergyTerm, HessianPart, HingeBending, MeyerBending, StretchingModulus, StretchingWeight, StvkStretching};
+use rumple::effects::{
+    BendingWeight, BondStretching, EnergyTerm, HessianPart, HingeBending, MeyerBending,
+    StretchingModulus, StretchingWeight, StvkStretching,
+};
 use rumple::geometry::AreaRule;
-use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
-use rumple::model::Potential;
+use rumple_numerics::linear::{BlockCholesky, BlockMatrix};
 
 use super::{MATERIAL, crumpled, potential, two_rings};
 use crate::common::{allocations, irregular};

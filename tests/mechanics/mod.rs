@@ -22,9 +22,9 @@ use rumple::effects::{
     Bending, BondStretching, EnergyTerm, HingeBending, Material, MeyerBending, Stretching,
     StvkStretching,
 };
+use rumple::model::{Mechanics, Potential};
 use rumple::sheet::Sheet;
 use rumple_numerics::linear::BlockPattern;
-use rumple::model::{Mechanics, Potential};
 
 use crate::common::Noise;
 

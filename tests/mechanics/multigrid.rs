@@ -4,12 +4,10 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{HessianPart, Material};
-use rumple::sheet::{Shape, generate};
-use rumple::solve::equilibrium::{
-    Equilibrium, Goal, Lbfgs, LbfgsSpec, Preconditioner, Relaxation,
-};
-use rumple_numerics::linear::{BlockMatrix, BlockPattern, Multigrid};
 use rumple::model::Potential;
+use rumple::sheet::{Shape, generate};
+use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Preconditioner, Relaxation};
+use rumple_numerics::linear::{BlockMatrix, Multigrid};
 
 use super::{both, two_rings};
 use crate::common::Noise;
@@ -176,7 +174,8 @@ fn relaxed(preconditioner: Preconditioner) -> Relaxation {
 
 #[test]
 fn a_relaxation_reaches_the_energy_that_it_reaches_with_the_factor() {
-    let done = [Preconditioner::Factor, Preconditioner::Multigrid, Preconditioner::Auto].map(relaxed);
+    let done =
+        [Preconditioner::Factor, Preconditioner::Multigrid, Preconditioner::Auto].map(relaxed);
     println!("{done:?}");
     assert!((done[1].energy / done[0].energy - 1.0).abs() < 1e-10, "{done:?}");
     assert!(done[1].iterations < 3 * done[0].iterations, "{done:?}");

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rumple::Vec3;
+use rumple::effects::Pins;
 use rumple::effects::{HessianPart, Material};
+use rumple::model::Potential;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
-use rumple_numerics::linear::{BlockMatrix, BlockPattern};
 use rumple::solve::stability::{Spectrum, Stability};
-use rumple::effects::Pins;
-use rumple::model::Potential;
+use rumple_numerics::linear::BlockMatrix;
 
 use super::{both, crumpled, two_rings};
 use crate::common::{icosphere, irregular};

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{Bending, BondStretching, EnergyTerm, LoadForce, Stretching};
-use rumple::effects::{DeadLoad, Energy, Material, MeyerBending};
+use rumple::effects::{DeadLoad, Material, MeyerBending};
+use rumple::model::Potential;
 use rumple::num::checked::{AtLeast, Finite};
 use rumple::sheet::Sheet;
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
-use rumple::model::Potential;
 
-use super::{potential};
+use super::potential;
 use crate::common::prepare;
 
 /// A strip whose upper edge grows: discrete harmonic waves of the free rim have no mean curvature.

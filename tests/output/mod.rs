@@ -8,6 +8,7 @@ mod picture;
 mod progress;
 mod provenance;
 mod series;
+mod vtk;
 mod vtu;
 
 use rumple::Vec3;

@@ -5,6 +5,7 @@ mod ends;
 mod files;
 mod inspect;
 mod notes;
+mod old_format;
 mod program;
 mod stability;
 

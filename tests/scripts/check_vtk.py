@@ -3,16 +3,17 @@
 
     check_vtk.py DIR [--digest] [--allow-nan]
 
-DIR holds one .pvd and the frames it lists. Checked: every frame is read without a complaint; the
+DIR holds one .pvd or one .vtk.series and the frames it lists. Checked: every frame is read without a complaint; the
 time in the index, the field array TimeValue and the time step that VTK reports are one number to
 the last bit, and times ascend; all cells are triangles on points that exist; points are doubles;
 all frames have the same numbers of points and cells and the same arrays; nothing is NaN or
-infinite. --digest prints the SHA-256 of the little-endian bytes of every array as VTK holds them.
+infinite. Every .vtk frame has time 0 for VTK. --digest prints the SHA-256 of the little-endian bytes of every array as VTK holds them.
 Exit status: 0 right, 1 wrong, 2 not a result directory.
 """
 
 import argparse
 import hashlib
+import json
 import pathlib
 import struct
 import sys
@@ -23,6 +24,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import VTK_TRIANGLE
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 
@@ -41,7 +43,8 @@ class Checker:
         self.complaints.append(f"{where}: {what}")
 
     def read(self, path):
-        reader = vtkXMLUnstructuredGridReader()
+        old = path.suffix == ".vtk"
+        reader = vtkUnstructuredGridReader() if old else vtkXMLUnstructuredGridReader()
         events = []
         for event in ("ErrorEvent", "WarningEvent"):
             reader.AddObserver(event, lambda _caller, name: events.append(name))
@@ -93,7 +96,8 @@ class Checker:
                 print("time", bits(value.GetValue(0))[::-1].hex(), sep="\t")
             if bits(value.GetValue(0)) != bits(time):
                 self.complain(frame, f"TimeValue {value.GetValue(0)!r}, index says {time!r}")
-        if [bits(step) for step in steps] != [bits(time)]:
+        expected = [bits(0.0) if path.suffix == ".vtk" else bits(time)]
+        if [bits(step) for step in steps] != expected:
             self.complain(frame, f"VTK reports the times {steps}, index says {time!r}")
         self.array(frame, "points", "points", vtk_to_numpy(grid.GetPoints().GetData()))
         names = []
@@ -125,20 +129,25 @@ class Checker:
             print("digest", "cells", "connectivity", hashlib.sha256(little).hexdigest(), sep="\t")
 
 
+def listed_in(index):
+    """Times and names of the frames in a .pvd or .vtk.series."""
+    if index.suffix == ".pvd":
+        found = ElementTree.parse(index).getroot().iter("DataSet")
+        return [(float(entry.get("timestep")), entry.get("file")) for entry in found]
+    return [(float(entry["time"]), entry["name"]) for entry in json.loads(index.read_text())["files"]]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("directory", type=pathlib.Path)
     parser.add_argument("--digest", action="store_true", help="print a hash of every array")
     parser.add_argument("--allow-nan", action="store_true", help="values may be NaN or infinite")
     options = parser.parse_args()
-    indices = sorted(options.directory.glob("*.pvd"))
+    indices = [path for end in ("pvd", "vtk.series") for path in options.directory.glob(f"*.{end}")]
     if len(indices) != 1:
-        print(f"{options.directory}: expected one .pvd, found {len(indices)}", file=sys.stderr)
+        print(f"{options.directory}: expected one index, found {len(indices)}", file=sys.stderr)
         return 2
-    entries = [
-        (float(entry.get("timestep")), options.directory / entry.get("file"))
-        for entry in ElementTree.parse(indices[0]).getroot().iter("DataSet")
-    ]
+    entries = [(time, options.directory / name) for time, name in listed_in(indices[0])]
     checker = Checker(options)
     if not entries:
         checker.complain(indices[0].name, "lists no frame")
@@ -151,7 +160,7 @@ def main():
         else:
             checker.complain(path.name, "is listed but missing")
     listed = {path.resolve() for _, path in entries}
-    for path in sorted(options.directory.rglob("*.vtu")) + sorted(options.directory.rglob(".*.part")):
+    for path in sorted(options.directory.rglob("*.vt[uk]")) + sorted(options.directory.rglob(".*.part")):
         if path.resolve() not in listed:
             checker.complain(path.name, "is there but not listed")
 

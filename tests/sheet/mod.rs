@@ -3,7 +3,10 @@
 mod check;
 mod command;
 mod generate;
+mod legacy;
 mod read;
+mod vtkio_faults;
+mod write;
 
 /// Random cases that are the same in every run.
 fn fixed(cases: u32) -> proptest::test_runner::Config {

@@ -4,13 +4,29 @@
 //! compression the number of bytes; with it `[blocks, block size, size of the last block or 0,
 //! compressed size of every block…]`, in base64 a stream of its own. See the "VTK XML Formats" page
 //! of the VTK documentation. Sizes in a header are believed only as far as there are data for them.
+//!
+//! vtkio decodes such data too, but loses what it does not know and trusts every size; the tests of
+//! its faults say where. Its buffers hold the result.
 
 use std::io::Read;
+
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use vtkio::model::{ByteOrder, IOBuffer, ScalarType};
+
+/// Base64 of any writer: with padding or without, whatever the last bits are.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
+);
 
 /// What the file says about all of its binary data.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encoding {
-    pub(super) big_endian: bool,
+    pub(super) order: ByteOrder,
     /// Bytes of a header's integers: 4 or 8.
     pub(super) header: usize,
     pub(super) compressor: Compressor,
@@ -25,48 +41,21 @@ pub(super) enum Compressor {
     Lzma,
 }
 
-/// The types of numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
-    Int8,
-    UInt8,
-    Int16,
-    UInt16,
-    Int32,
-    UInt32,
-    Int64,
-    UInt64,
-    Float32,
-    Float64,
-}
-
-impl Scalar {
-    /// The type of this name.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "Int8" => Self::Int8,
-            "UInt8" => Self::UInt8,
-            "Int16" => Self::Int16,
-            "UInt16" => Self::UInt16,
-            "Int32" => Self::Int32,
-            "UInt32" => Self::UInt32,
-            "Int64" => Self::Int64,
-            "UInt64" => Self::UInt64,
-            "Float32" => Self::Float32,
-            "Float64" => Self::Float64,
-            _ => return None,
-        })
-    }
-
-    /// Bytes of one number.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::Int8 | Self::UInt8 => 1,
-            Self::Int16 | Self::UInt16 => 2,
-            Self::Int32 | Self::UInt32 | Self::Float32 => 4,
-            Self::Int64 | Self::UInt64 | Self::Float64 => 8,
-        }
-    }
+/// The type of numbers that the XML formats call by this name.
+pub(super) fn scalar(name: &str) -> Option<ScalarType> {
+    Some(match name {
+        "Int8" => ScalarType::I8,
+        "UInt8" => ScalarType::U8,
+        "Int16" => ScalarType::I16,
+        "UInt16" => ScalarType::U16,
+        "Int32" => ScalarType::I32,
+        "UInt32" => ScalarType::U32,
+        "Int64" => ScalarType::I64,
+        "UInt64" => ScalarType::U64,
+        "Float32" => ScalarType::F32,
+        "Float64" => ScalarType::F64,
+        _ => return None,
+    })
 }
 
 /// Where the bytes of an array are.
@@ -80,39 +69,13 @@ pub(super) enum Source<'a> {
     Raw(&'a [u8]),
 }
 
-/// A number of a file: whole ones stay whole.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Number {
-    Whole(i64),
-    Real(f64),
-}
-
-impl Number {
-    /// As a real number; whole numbers beyond 2^53 are rounded.
-    #[allow(clippy::cast_precision_loss)]
-    pub(super) fn real(self) -> f64 {
-        match self {
-            Self::Whole(i) => i as f64,
-            Self::Real(x) => x,
-        }
-    }
-
-    /// As a position in an array.
-    pub(super) fn position(self) -> Option<usize> {
-        match self {
-            Self::Whole(i) => usize::try_from(i).ok(),
-            Self::Real(_) => None,
-        }
-    }
-}
-
 /// Decodes an array of exactly `count` numbers.
 pub(super) fn numbers(
     source: Source,
-    scalar: Scalar,
+    scalar: ScalarType,
     count: usize,
     encoding: Encoding,
-) -> Result<Vec<Number>, String> {
+) -> Result<IOBuffer, String> {
     if let Source::Ascii(text) = source {
         return ascii(text, scalar, count);
     }
@@ -121,28 +84,31 @@ pub(super) fn numbers(
         Compressor::None => plain(source, bytes, encoding)?,
         _ => compressed(source, bytes, encoding)?,
     };
-    Ok(data.chunks_exact(scalar.size()).map(|c| number(c, scalar, encoding.big_endian)).collect())
+    IOBuffer::from_byte_vec(data, scalar, encoding.order).map_err(|e| format!("is broken: {e}"))
 }
 
-fn ascii(text: &[u8], scalar: Scalar, count: usize) -> Result<Vec<Number>, String> {
+/// Numbers as text: reals, or whole ones of any type as the widest.
+fn ascii(text: &[u8], scalar: ScalarType, count: usize) -> Result<IOBuffer, String> {
     let text = std::str::from_utf8(text).map_err(|_| "holds something that is not text")?;
-    let real = matches!(scalar, Scalar::Float32 | Scalar::Float64);
-    let mut out = Vec::new();
-    for word in text.split_ascii_whitespace() {
-        let number = if real {
-            word.parse().map(Number::Real).ok()
-        } else {
-            word.parse().map(Number::Whole).ok()
-        };
-        out.push(number.ok_or_else(|| {
-            let short: String = word.chars().take(20).collect();
-            format!("holds \"{short}\", which is no {scalar:?}")
-        })?);
+    let buffer = match scalar {
+        ScalarType::F32 | ScalarType::F64 => IOBuffer::F64(words(text, scalar)?),
+        _ => IOBuffer::I64(words(text, scalar)?),
+    };
+    if buffer.len() != count {
+        return Err(format!("holds {} numbers instead of {count}", buffer.len()));
     }
-    if out.len() != count {
-        return Err(format!("holds {} numbers instead of {count}", out.len()));
-    }
-    Ok(out)
+    Ok(buffer)
+}
+
+fn words<T: std::str::FromStr>(text: &str, scalar: ScalarType) -> Result<Vec<T>, String> {
+    text.split_ascii_whitespace()
+        .map(|word| {
+            word.parse().map_err(|_| {
+                let short: String = word.chars().take(20).collect();
+                format!("holds \"{short}\", which is no {scalar}")
+            })
+        })
+        .collect()
 }
 
 /// Data without compression: a header with the number of bytes, then these.
@@ -207,7 +173,7 @@ fn unpack(
                 .map_err(|e| e.to_string())?;
         }
         Compressor::Lzma => {
-            xz2::bufread::XzDecoder::new(packed)
+            liblzma::bufread::XzDecoder::new(packed)
                 .take(limit)
                 .read_to_end(out)
                 .map_err(|e| e.to_string())?;
@@ -239,7 +205,8 @@ fn stretch(source: Source, bytes: usize) -> Result<(Vec<u8>, Source), String> {
         Source::Base64(text) => {
             let letters = bytes.div_ceil(3).checked_mul(4).ok_or_else(short)?;
             let (taken, after) = text.split_at_checked(letters).ok_or_else(short)?;
-            let mut data = base64(taken)?;
+            let mut data =
+                BASE64.decode(taken).map_err(|e| format!("holds what is no base64: {e}"))?;
             data.truncate(bytes);
             if data.len() < bytes {
                 return Err(short());
@@ -250,62 +217,12 @@ fn stretch(source: Source, bytes: usize) -> Result<(Vec<u8>, Source), String> {
     }
 }
 
-/// Base64 (RFC 4648) in whole groups of four letters; padding ends the data.
-fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
-    let mut out = Vec::with_capacity(text.len() / 4 * 3);
-    for group in text.chunks_exact(4) {
-        let mut bits = 0u32;
-        let mut kept = 3;
-        for (k, &letter) in group.iter().enumerate() {
-            let value = match letter {
-                b'A'..=b'Z' => letter - b'A',
-                b'a'..=b'z' => letter - b'a' + 26,
-                b'0'..=b'9' => letter - b'0' + 52,
-                b'+' => 62,
-                b'/' => 63,
-                b'=' if k >= 2 => {
-                    kept = kept.min(k - 1);
-                    0
-                }
-                _ => return Err("holds a letter that is no base64".into()),
-            };
-            bits = (bits << 6) | u32::from(value);
-        }
-        out.extend_from_slice(&bits.to_be_bytes()[1..=kept]);
-    }
-    Ok(out)
-}
-
 /// The integers of a header.
 fn integers(bytes: &[u8], encoding: Encoding) -> Vec<usize> {
-    let scalar = if encoding.header == 8 { Scalar::UInt64 } else { Scalar::UInt32 };
-    bytes
-        .chunks_exact(encoding.header)
-        .map(|c| number(c, scalar, encoding.big_endian).position().unwrap_or(usize::MAX))
-        .collect()
-}
-
-/// One number from its bytes, of which there are `scalar.size()`.
-fn number(bytes: &[u8], scalar: Scalar, big_endian: bool) -> Number {
-    let mut eight = [0; 8];
-    for (place, &byte) in bytes.iter().rev().enumerate() {
-        let place = if big_endian { place } else { bytes.len() - 1 - place };
-        if let Some(b) = eight.get_mut(place) {
-            *b = byte;
-        }
-    }
-    // Little-endian now, in the lowest bytes.
-    let [a, b, c, d, ..] = eight;
-    let whole = |n: u64| Number::Whole(i64::try_from(n).unwrap_or(i64::MAX));
-    match scalar {
-        Scalar::Int8 => Number::Whole(i64::from(i8::from_le_bytes([a]))),
-        Scalar::Int16 => Number::Whole(i64::from(i16::from_le_bytes([a, b]))),
-        Scalar::Int32 => Number::Whole(i64::from(i32::from_le_bytes([a, b, c, d]))),
-        Scalar::Int64 => Number::Whole(i64::from_le_bytes(eight)),
-        Scalar::UInt8 | Scalar::UInt16 | Scalar::UInt32 | Scalar::UInt64 => {
-            whole(u64::from_le_bytes(eight))
-        }
-        Scalar::Float32 => Number::Real(f64::from(f32::from_le_bytes([a, b, c, d]))),
-        Scalar::Float64 => Number::Real(f64::from_le_bytes(eight)),
-    }
+    let scalar = if encoding.header == 8 { ScalarType::U64 } else { ScalarType::U32 };
+    let numbers = IOBuffer::from_bytes(bytes, scalar, encoding.order)
+        .ok()
+        .and_then(|buffer| buffer.cast_into::<u64>())
+        .unwrap_or_default();
+    numbers.into_iter().map(|n| usize::try_from(n).unwrap_or(usize::MAX)).collect()
 }

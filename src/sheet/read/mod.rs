@@ -1,9 +1,11 @@
-//! Surfaces from files: OBJ, and VTK's XML formats `.vtu` and `.vtp`.
+//! Surfaces from files: OBJ, VTK's XML formats `.vtu` and `.vtp`, and its old format `.vtk`.
 //!
 //! The order of vertices and triangles is that of the file. Nothing that a file holds makes these
 //! readers panic or allocate much more than the file's own size (decompressed).
 
 mod decode;
+mod legacy;
+mod model;
 mod obj;
 mod vtk;
 mod xml;
@@ -15,7 +17,7 @@ use super::{SheetError, Surface};
 /// Largest file that is read into memory (bytes).
 const LARGEST_FILE: u64 = 1 << 33;
 
-/// Reads a surface; the ending of the name (`.obj`, `.vtu`, `.vtp`) says in which format.
+/// Reads a surface; the ending of the name (`.obj`, `.vtu`, `.vtp`, `.vtk`) says in which format.
 ///
 /// # Errors
 /// Files that cannot be opened, are not in the format, are cut short, or hold cells other than
@@ -28,16 +30,10 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
         "obj" => obj::parse,
         "vtu" => |bytes| vtk::parse(bytes, vtk::Kind::UnstructuredGrid),
         "vtp" => |bytes| vtk::parse(bytes, vtk::Kind::PolyData),
-        "vtk" => {
-            return Err(wrong(
-                "the legacy .vtk format is not read; save the surface as .vtu or .vtp (ParaView: \
-                 Save Data)"
-                    .into(),
-            ));
-        }
+        "vtk" => legacy::parse,
         _ => {
             return Err(wrong(format!(
-                "unknown ending \"{ending}\" of a mesh file; .obj, .vtu and .vtp are read"
+                "unknown ending \"{ending}\" of a mesh file; .obj, .vtu, .vtp and .vtk are read"
             )));
         }
     };

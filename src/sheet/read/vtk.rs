@@ -1,17 +1,18 @@
 //! VTK's XML formats: an UnstructuredGrid (`.vtu`) or PolyData (`.vtp`) of triangles.
 //!
 //! vtkio reads these files too, but it drops arrays that it cannot decode without a word, so that a
-//! species would be missing from a state, and it believes the sizes in a file before it allocates.
+//! species would be missing from a state; it loses blocks whose size is given as 0, cannot read raw
+//! or LZMA data, and panics or allocates where sizes in a file are wrong. Every fault has its test.
 
-use super::decode::{Compressor, Encoding, Number, Scalar, Source, numbers};
+use vtkio::model::{ByteOrder, IOBuffer, VertexNumbers};
+
+use super::decode::{Compressor, Encoding, Source, numbers, scalar};
+use super::model;
 use super::xml::{Scanner, Tag, Token};
 use crate::Vec3;
 use crate::num::index;
 use crate::sheet::Surface;
 use crate::sheet::surface::Array;
-
-/// VTK's number for a triangle.
-const TRIANGLE: usize = 5;
 
 /// The two kinds of files that can hold a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,9 +137,9 @@ fn header(tag: &Tag, kind: Kind) -> Result<Encoding, String> {
         return Err(wrong("type", expected));
     }
     Ok(Encoding {
-        big_endian: match tag.get("byte_order") {
-            None | Some("LittleEndian") => false,
-            Some("BigEndian") => true,
+        order: match tag.get("byte_order") {
+            None | Some("LittleEndian") => ByteOrder::LittleEndian,
+            Some("BigEndian") => ByteOrder::BigEndian,
             _ => return Err(wrong("byte_order", "LittleEndian or BigEndian")),
         },
         header: match tag.get("header_type") {
@@ -166,13 +167,12 @@ impl File<'_> {
     }
 
     /// Decodes an array with `tuples` entries; returns the components too.
-    fn decode(&self, raw: &Raw, tuples: usize) -> Result<(usize, Vec<Number>), String> {
+    fn decode(&self, raw: &Raw, tuples: usize) -> Result<(usize, IOBuffer), String> {
         let tag = &raw.tag;
         let name = tag.get("Name").unwrap_or("without a name");
         let at = |why: String| format!("line {}: the array \"{name}\" {why}", tag.line);
         let kind = tag.get("type").unwrap_or_default();
-        let scalar =
-            Scalar::named(kind).ok_or_else(|| at(format!("has unknown type \"{kind}\"")))?;
+        let scalar = scalar(kind).ok_or_else(|| at(format!("has unknown type \"{kind}\"")))?;
         let components = tag.count("NumberOfComponents")?.unwrap_or(1).max(1);
         let count =
             tuples.checked_mul(components).ok_or_else(|| at("has an impossible size".into()))?;
@@ -192,7 +192,7 @@ impl File<'_> {
             other => return Err(at(format!("has unknown format {other:?}"))),
         };
         if count == 0 {
-            return Ok((components, Vec::new()));
+            return Ok((components, IOBuffer::U8(Vec::new())));
         }
         Ok((components, numbers(source, scalar, count, self.encoding).map_err(at)?))
     }
@@ -202,23 +202,13 @@ impl File<'_> {
         if components != 3 {
             return Err(format!("has points of {components} coordinates instead of 3"));
         }
-        Ok(values
-            .chunks_exact(3)
-            .map(|p| Vec3::new(p[0].real(), p[1].real(), p[2].real()))
-            .collect())
+        Ok(model::points(values))
     }
 
     /// Triangles of an unstructured grid.
     fn cells(&self) -> Result<Vec<[u32; 3]>, String> {
         let count = self.piece.count("NumberOfCells")?.unwrap_or(0);
-        let types = self.positions("Cells", "types", count)?;
-        if let Some(cell) = types.iter().position(|&t| t != TRIANGLE) {
-            return Err(format!(
-                "cell {cell} is {} (VTK type {}); only triangles (type {TRIANGLE}) are read",
-                type_name(types[cell]),
-                types[cell]
-            ));
-        }
+        model::only_triangles(self.positions("Cells", "types", count)?)?;
         self.triangles("Cells", count)
     }
 
@@ -236,37 +226,17 @@ impl File<'_> {
     /// `connectivity` and `offsets` of cells that must all be triangles.
     fn triangles(&self, section: &str, count: usize) -> Result<Vec<[u32; 3]>, String> {
         let offsets = self.positions(section, "offsets", count)?;
-        for (cell, &end) in offsets.iter().enumerate() {
-            if end != 3 * (cell + 1) {
-                let start = if cell == 0 { 0 } else { offsets[cell - 1] };
-                return Err(match end.checked_sub(start) {
-                    Some(n) => format!("cell {cell} has {n} vertices; only triangles are read"),
-                    None => format!("the offsets go backwards at cell {cell}"),
-                });
-            }
-        }
-        let numbers = self.positions(section, "connectivity", 3 * offsets.len())?;
-        let vertex = |v: usize, cell: usize| {
-            u32::try_from(v).map_err(|_| format!("cell {cell} names vertex {v}, beyond 32 bits"))
-        };
-        numbers
-            .chunks_exact(3)
-            .enumerate()
-            .map(|(cell, t)| Ok([vertex(t[0], cell)?, vertex(t[1], cell)?, vertex(t[2], cell)?]))
-            .collect()
+        // The offsets are looked at first: of cells that are no triangles there are other numbers
+        // of vertices.
+        model::triples(&offsets)?;
+        let connectivity = self.positions(section, "connectivity", 3 * offsets.len())?;
+        model::triangles(&VertexNumbers::XML { connectivity, offsets })
     }
 
     /// An array of whole numbers from 0.
-    fn positions(&self, section: &str, name: &str, count: usize) -> Result<Vec<usize>, String> {
+    fn positions(&self, section: &str, name: &str, count: usize) -> Result<Vec<u64>, String> {
         let (_, values) = self.decode(self.array(section, Some(name))?, count)?;
-        values
-            .into_iter()
-            .enumerate()
-            .map(|(i, n)| {
-                n.position()
-                    .ok_or_else(|| format!("entry {i} of {name} is {n:?}, no position in an array"))
-            })
-            .collect()
+        model::positions(values, name)
     }
 
     /// The arrays of a section, in the file's order.
@@ -281,28 +251,8 @@ impl File<'_> {
                     .tag
                     .get("Name")
                     .map_or_else(|| format!("array {}", index(i)), str::to_owned);
-                Ok(Array {
-                    name,
-                    components,
-                    values: values.into_iter().map(Number::real).collect(),
-                })
+                Ok(Array { name, components, values: model::reals(values) })
             })
             .collect()
-    }
-}
-
-/// What VTK calls a cell of this type.
-fn type_name(number: usize) -> &'static str {
-    match number {
-        1 | 2 => "a vertex",
-        3 | 4 => "a line",
-        6 => "a triangle strip",
-        7 => "a polygon",
-        8 => "a pixel",
-        9 => "a quadrilateral",
-        10 => "a tetrahedron",
-        12 => "a hexahedron",
-        22 => "a quadratic triangle",
-        _ => "something else",
     }
 }

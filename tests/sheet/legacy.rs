@@ -1,0 +1,120 @@
+//! The reader of VTK's old format: files of VTK, faults with their place, hostile files.
+
+use rumple::sheet::read;
+
+use super::read::{data, parsed, refused};
+
+#[test]
+fn old_files_of_vtk_are_read() {
+    for name in [
+        "legacy-42-ascii.vtk",
+        "legacy-42-binary.vtk",
+        "legacy-51-ascii.vtk",
+        "legacy-51-binary.vtk",
+        "legacy-attributes-ascii.vtk",
+        "legacy-attributes-binary.vtk",
+    ] {
+        let surface = read::surface(data(name)).unwrap_or_else(|e| panic!("{e}"));
+        // VTK writes text with eleven digits.
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-10;
+        assert_eq!(surface.points.len(), 7, "{name}");
+        assert_eq!((surface.points[0].z, surface.points[4].x), (0.125, -1.0), "{name}");
+        assert!(near(surface.points[2].y, 0.75f64.sqrt()), "{name}");
+        let expected: Vec<[u32; 3]> = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
+        assert_eq!(surface.triangles, expected, "{name}");
+        let c = surface.point_array("c").unwrap();
+        assert_eq!((c.components, c.values.len()), (1, 7), "{name}");
+        assert!((0..7).zip(&c.values).all(|(k, &x)| near(x, 0.1 * f64::from(k))), "{name}");
+        let u = surface.point_array("u").unwrap();
+        assert_eq!((u.components, &u.values[3..6]), (3, &[1.0, 0.5, -1.0][..]), "{name}");
+        let m = surface.cell_array("m").unwrap();
+        assert_eq!(m.values, [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0], "{name}");
+        let all = |list: &[rumple::sheet::Array]| -> Vec<(String, usize)> {
+            list.iter().map(|a| (a.name.clone(), a.components)).collect()
+        };
+        let mut names: Vec<(String, usize)> = vec![("c".into(), 1), ("u".into(), 3)];
+        if name.contains("attributes") {
+            for (name, components) in [("N", 3), ("T", 9), ("a b% [µ]", 1), ("named", 2)] {
+                names.push((name.into(), components));
+            }
+            assert_eq!(surface.notes, ["the cell colours \"rgb\" were left aside"], "{name}");
+        }
+        assert_eq!(all(&surface.point_arrays), names, "{name}");
+        assert_eq!(all(&surface.cell_arrays), [("m".into(), 1)], "{name}");
+        let (sheet, findings) = surface.into_sheet().unwrap();
+        assert!(findings.is_empty() && sheet.euler_characteristic() == 1, "{name}");
+    }
+}
+
+#[test]
+fn what_the_format_leaves_free_is_read() {
+    let text = "# vtk DataFile Version 2.0\r\n\r\nASCII\r\n\r\ndataset polydata\r\nfield whole 2\r\n\
+                TimeValue 1 1 double\r\n3.25\r\nmore 2 2 int\r\n1 2 3 4\r\npoints 3 float\r\n\
+                0 0 0  1 0 0\r\n0 1e-1 0.5\r\npolygons 1 4\r\n3 0 1 2\r\nPOINT_DATA 3\r\n\
+                SCALARS c unsigned_char\r\nLOOKUP_TABLE default\r\n1 2 255\r\n";
+    for text in [text.to_owned(), text.replace("\r\n", "\n")] {
+        let surface = parsed(text.as_bytes(), "vtk").unwrap();
+        assert_eq!(surface.triangles, [[0, 1, 2]]);
+        assert_eq!((surface.points[2].y, surface.points[2].z), (f64::from(0.1f32), 0.5));
+        assert_eq!(surface.point_array("c").unwrap().values, [1.0, 2.0, 255.0]);
+    }
+}
+
+#[test]
+fn faults_are_reported_with_their_place() {
+    let good = std::fs::read_to_string(data("legacy-42-ascii.vtk")).unwrap();
+    let changed = |from: &str, to: &str, words: &[&str]| {
+        assert!(good.contains(from), "{from}");
+        refused(good.replacen(from, to, 1).as_bytes(), "vtk", words);
+    };
+    changed("# vtk DataFile", "solid", &["mesh.vtk", "line 1", "\"solid Version 4.2\"", "# vtk"]);
+    changed("# vtk DataFile Version 4.2", "<?xml version=\"1.0\"?>", &["line 1", ".vtu or .vtp"]);
+    changed("ASCII", "UTF-8", &["line 3", "\"UTF-8\"", "ASCII or BINARY"]);
+    changed("UNSTRUCTURED_GRID", "STRUCTURED_POINTS", &["STRUCTURED_POINTS", "UNSTRUCTURED_GRID"]);
+    changed("DATASET", "SET", &["\"SET UNSTRUCTURED_GRID\"", "DATASET POLYDATA"]);
+    changed("POINTS 7", "POINTS 8", &["line 15", "\"METADATA\"", "\"POINTS 8 double\"", "count"]);
+    changed("POINTS 7", "POINTS -7", &["line 11", "\"-7\"", "count"]);
+    changed("CELLS 6 24", "CELLS 6 25", &["\"CELL_TYPES\"", "\"CELLS 6 25\"", "count"]);
+    changed("CELLS 6 24", "CELLS 7 24", &["7 cells", "24 numbers"]);
+    changed("CELL_TYPES 6", "CELL_TYPES 5", &["\"5\"", "\"CELL_TYPES 5\"", "count"]);
+    changed("\n5\n", "\n9\n", &["cell 0 is a quadrilateral (VTK type 9)"]);
+    changed("3 0 1 2", "4 0 1 2", &["cell 0 has 4 vertices"]);
+    changed("c 1 7 double", "c 1 6 double", &["\"METADATA\"", "\"FIELD FieldData 2\"", "count"]);
+    changed("c 1 7 double", "c 1 7 unsigned_short", &["\"unsigned_short\"", "types"]);
+    changed("c 1 7 double\n0 0.1", "c 1 7 double\nnan 0.1", &["\"nan\"", "finite", "binary"]);
+    changed("0.3", "0.3x", &["\"x\"", "\"FIELD FieldData 2\""]);
+    let truncated = |name: &str, length: usize| {
+        let bytes = std::fs::read(data(name)).unwrap();
+        parsed(&bytes[..length], "vtk").unwrap_err()
+    };
+    for (name, length, words) in [
+        ("legacy-42-ascii.vtk", 200, "\"POINTS 7 double\""),
+        ("legacy-42-binary.vtk", 200, "\"POINTS 7 double\""),
+        ("legacy-51-binary.vtk", 460, "\"OFFSETS vtktypeint64\""),
+    ] {
+        let message = truncated(name, length);
+        assert!(message.contains("ends too early") && message.contains(words), "{message}");
+    }
+    refused(b"", "vtk", &["line 1 is \"\""]);
+    let quad = read::surface(data("legacy-with-a-quad.vtk")).unwrap_err().to_string();
+    assert!(quad.contains("cell 6 is a quadrilateral (VTK type 9)"), "{quad}");
+    let more = format!("{good}GLOBAL_IDS ids vtkIdType\n0 1 2 3 4 5 6\n");
+    refused(more.as_bytes(), "vtk", &["line ", "\"GLOBAL_IDS\"", "not read here"]);
+}
+
+/// Counts of four thousand millions neither allocate nor take time.
+#[test]
+fn counts_are_not_believed() {
+    const MANY: &str = "4294967295";
+    for (name, text) in [("legacy-42-ascii.vtk", true), ("legacy-42-binary.vtk", false)] {
+        let good = std::fs::read(data(name)).unwrap();
+        let cells = if text { "CELLS 6" } else { "POLYGONS 6" };
+        for word in ["POINTS 7", cells, "FIELD FieldData 2", "c 1 7", "u 3 7"] {
+            let at = good.windows(word.len()).position(|w| w == word.as_bytes()).unwrap();
+            let (before, after) = (&good[..at + word.len() - 1], &good[at + word.len()..]);
+            let bytes = [before, MANY.as_bytes(), after].concat();
+            let message = parsed(&bytes, "vtk").unwrap_err();
+            assert!(message.contains("mesh.vtk: "), "{name} {word}: {message}");
+        }
+    }
+}
