@@ -98,14 +98,11 @@ impl Jacobian {
         let mut potential = potential;
         let mut direct =
             |entries: &mut Entries<'_>| direct(potential.as_deref(), model, &at, entries);
-        match &mut self.sums {
-            Some(sums) => sums.direct.fill(&mut direct),
-            None => {
-                let direct = Assembly::new(n, n, &mut direct);
-                self.sums = Some(Sums { direct, lengths: None });
-            }
-        }
-        let Some(sums) = &mut self.sums else { return Ok(()) };
+        let sums = self.sums.get_or_insert_with(|| Sums {
+            direct: Assembly::new(n, n, &mut direct),
+            lengths: None,
+        });
+        sums.direct.fill(&mut direct);
         if let (Some(_), Some(potential)) = (&at.factor_slopes, &mut potential) {
             let potential: &mut Potential = potential;
             if sums.lengths.is_none() {
