@@ -15,13 +15,15 @@
 //!   triangle. For a pressure that follows the sheet see the effect `pressure`.
 //!
 //! U counts from the rest positions, so a large sheet far from the origin loses no digits.
-//! Not covered: dead moments, loads that depend on time.
+//! `ramp` multiplies the forces by a factor of time (see the file `ramp.rs`); without it they are constant.
+//! Not covered: dead moments.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Region,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp, Region,
 };
+use super::ramp::Factor;
 use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
@@ -39,6 +41,9 @@ pub struct Load {
     pub region: Region,
     /// The force.
     pub force: LoadForce,
+    /// Its factor in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<Ramp>,
 }
 
 /// What the force of a load is per.
@@ -65,8 +70,9 @@ impl EffectSpec for Load {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "load")?;
+        let factor = Factor::new(self.ramp.as_ref())?;
         let load = DeadLoad::new(context.sheet, &chosen, self.force)?;
-        Ok(Effect::energy(load))
+        Ok(Effect::energy(DeadLoad { factor, ..load }))
     }
 }
 
@@ -76,6 +82,7 @@ crate::register_kind!(dyn EffectSpec, "load", Load);
 #[derive(Debug)]
 pub struct DeadLoad {
     force: Vec<Vec3>,
+    factor: Factor,
 }
 
 impl DeadLoad {
@@ -128,7 +135,7 @@ impl DeadLoad {
             }
         }
         if carriers > 0 {
-            return Ok(Self { force: on });
+            return Ok(Self { force: on, factor: Factor::default() });
         }
         let (part, help) = match force {
             LoadForce::PerLength(_) => (
@@ -164,22 +171,22 @@ impl Energy for DeadLoad {
         Coupling::NONE
     }
 
-    fn evaluate(
-        &self,
-        shape: &Shape<'_>,
-        _: &mut Self::Work,
-        gradient: Option<&mut [Vec3]>,
-    ) -> f64 {
+    fn depends_on_time(&self) -> bool {
+        self.factor.changes()
+    }
+
+    fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
         let (force, x, rest) = (&self.force, shape.x, shape.sheet.rest());
+        let factor = self.factor.at(shape.time);
         if let Some(gradient) = gradient {
-            parallel::update(gradient, |i, g| *g -= force[i]);
+            parallel::update(gradient, |i, g| *g -= factor * force[i]);
         }
-        -parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
+        -parallel::sum(x.len(), |i| factor * force[i].dot(&(x[i] - rest[i])))
     }
 
     fn add_hessian(&self, _: &Shape<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
 
     fn applied_force(&self) -> f64 {
-        self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)
+        self.factor.largest() * self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)
     }
 }

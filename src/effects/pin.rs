@@ -1,11 +1,18 @@
-//! Pins: vertices held where they start, in some or all directions.
+//! Pins: vertices fixed where they start, or led along, in some or all directions.
 //!
-//! A held direction has no equation of motion: its gradient entry is zero and its place in the
-//! Hessian a multiple of the identity.
+//! A fixed direction has no equation of motion: its gradient entry is zero and its place in the
+//! Hessian a multiple of the identity. With a `displacement` d the fixed components are those of
+//!
+//! ```text
+//! x_i(t) = X_i + s(t) d        s the ramp, 1 without one
+//! ```
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, Region};
+use super::ramp::Factor;
+use super::{Effect, EffectContext, EffectError, EffectSpec, Ramp, Region};
+use crate::Vec3;
+use crate::num::checked::Finite;
 
 /// Parameters of a pin in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,6 +23,33 @@ pub struct Pin {
     pub region: Region,
     /// In which directions.
     pub axes: Axes,
+    /// Where to, from the rest positions; without it they stay where they start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<[Finite; 3]>,
+    /// The factor of the displacement in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<Ramp>,
+}
+
+/// Fixed directions of vertices that are led along.
+#[derive(Debug, Clone)]
+pub struct Prescribed {
+    vertices: Vec<usize>,
+    axes: [bool; 3],
+    displacement: Vec3,
+    factor: Factor,
+}
+
+impl Prescribed {
+    /// Sets the fixed components of `x` to where they are at `time`.
+    pub fn set(&self, rest: &[Vec3], time: f64, x: &mut [Vec3]) {
+        let by = self.factor.at(time) * self.displacement;
+        for &i in &self.vertices {
+            for a in (0..3).filter(|&a| self.axes[a]) {
+                x[i][a] = rest[i][a] + by[a];
+            }
+        }
+    }
 }
 
 /// Directions, as a word made of the letters x, y and z.
@@ -60,8 +94,25 @@ impl EffectSpec for Pin {
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "pin")?;
         let held = |inside: bool| if inside { self.axes.0 } else { [false; 3] };
-        let pins = chosen.into_iter().map(held).collect();
-        Ok(Effect::pins(pins))
+        let pins = chosen.iter().map(|chosen| held(*chosen)).collect();
+        let mut effect = Effect::pins(pins);
+        match self.displacement {
+            Some(by) => effect.prescribed.push(Prescribed {
+                vertices: (0..chosen.len()).filter(|&i| chosen[i]).collect(),
+                axes: self.axes.0,
+                displacement: Vec3::from(by.map(Finite::get)),
+                factor: Factor::new(self.ramp.as_ref())?,
+            }),
+            None if self.ramp.is_some() => {
+                return Err(EffectError {
+                    key: "ramp",
+                    message: "a ramp multiplies a displacement, and this pin has none".into(),
+                    help: Some("add displacement = [x, y, z]".into()),
+                });
+            }
+            None => {}
+        }
+        Ok(effect)
     }
 }
 

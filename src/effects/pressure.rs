@@ -24,12 +24,17 @@
 //! rim vertices it is the symmetric part. It is indefinite, and the positive part has nothing.
 //!
 //! Reference: e.g. Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis* (2008),
-//! section 8.5.2. Not covered: pressure that depends on the volume or time.
+//! section 8.5.2. `ramp` multiplies the pressure
+//! by a factor of time (see the file `ramp.rs`). Not covered: pressure that depends on the volume (see the
+//! effect `volume`).
 
 use serde::{Deserialize, Serialize};
 
 use super::element::{self, Element, Mesh};
-use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart};
+use super::ramp::Factor;
+use super::{
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp,
+};
 use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::{Block, BlockMatrix, LazyStencils};
@@ -38,11 +43,14 @@ use crate::num::real;
 use crate::sheet::Sheet;
 
 /// Parameters of a pressure in a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pressure {
     /// The pressure p, force per area; positive pushes along the normals.
     pub value: Finite,
+    /// Its factor in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<Ramp>,
 }
 
 #[typetag::serde(name = "pressure")]
@@ -52,7 +60,9 @@ impl EffectSpec for Pressure {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        Ok(Effect::energy(FollowerPressure::new(context.sheet, self.value.get())))
+        let factor = Factor::new(self.ramp.as_ref())?;
+        let pressure = FollowerPressure::new(context.sheet, self.value.get());
+        Ok(Effect::energy(FollowerPressure { factor, ..pressure }))
     }
 }
 
@@ -88,6 +98,7 @@ impl Element<3> for Cone {
 #[derive(Debug)]
 pub struct FollowerPressure {
     cone: Cone,
+    factor: Factor,
     /// Largest force on a vertex at rest.
     at_rest: f64,
 }
@@ -117,8 +128,14 @@ impl FollowerPressure {
         }
         Self {
             cone: Cone { pressure, apex },
+            factor: Factor::default(),
             at_rest: force.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max),
         }
+    }
+
+    /// With the pressure of the time.
+    fn at(&self, time: f64) -> Cone {
+        Cone { pressure: self.factor.at(time) * self.cone.pressure, ..self.cone }
     }
 }
 
@@ -133,19 +150,23 @@ impl Energy for FollowerPressure {
         Coupling::ONE_RING
     }
 
+    fn depends_on_time(&self) -> bool {
+        self.factor.changes()
+    }
+
     fn evaluate(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let cone = &self.cone;
+        let cone = &self.at(shape.time);
         let mesh = Mesh::triangles(shape.sheet);
         element::evaluate(&mesh, |_| cone, shape.x, &mut work.pull, gradient)
     }
 
     fn applied_force(&self) -> f64 {
-        self.at_rest
+        self.factor.largest() * self.at_rest
     }
 
     fn add_hessian(
@@ -158,7 +179,7 @@ impl Energy for FollowerPressure {
         if part == HessianPart::Positive {
             return;
         }
-        let cone = &self.cone;
+        let cone = &self.at(shape.time);
         let mesh = Mesh::triangles(shape.sheet);
         element::add_hessian(&mesh, |_| cone, shape.x, part, &mut work.places, into);
     }

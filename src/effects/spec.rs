@@ -1,6 +1,8 @@
 //! What a scene lists, what that is bound to, and what comes of it.
 
 use super::energy::{Energy, EnergyTerm};
+use super::growth::LengthFactor;
+use super::pin::Prescribed;
 use super::transport::{Transport, TransportTerm};
 use crate::geometry::AreaRule;
 use crate::kinetics::{Descriptor, Location};
@@ -141,6 +143,10 @@ pub struct Effect {
     pub energies: Vec<EnergyTerm>,
     /// Directions that are fixed.
     pub pins: Option<Pins>,
+    /// Fixed directions that are led along.
+    pub prescribed: Vec<Prescribed>,
+    /// Length factors that multiply those of laws.
+    pub growth: Vec<LengthFactor>,
     /// Transports of species.
     pub transports: Vec<TransportTerm>,
 }

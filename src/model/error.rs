@@ -30,6 +30,20 @@ pub enum ModelError {
         /// The first such pair.
         pair: [u32; 2],
     },
+    /// Growth to a length that is not a positive number.
+    #[error(
+        "growth gives the edge between vertices {} and {} the length factor {value} at time {time}; \
+         it must be a number > 0",
+        vertices[0], vertices[1]
+    )]
+    Growth {
+        /// The ends of the edge.
+        vertices: [u32; 2],
+        /// The factor.
+        value: f64,
+        /// The time.
+        time: f64,
+    },
     /// A species left its valid range by more than the tolerance.
     #[error(
         "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
@@ -58,7 +72,7 @@ impl ModelError {
         match self {
             Self::Kinetics(error) => error.is_recoverable(),
             Self::Sheet(_) | Self::OutOfRange { .. } => true,
-            Self::Coupling { .. } | Self::Linear(_) => false,
+            Self::Coupling { .. } | Self::Growth { .. } | Self::Linear(_) => false,
         }
     }
 }

@@ -127,12 +127,17 @@ impl<'a> Evaluation<'a> {
 
     /// Length factor Φ at every edge; `None` if nothing changes lengths.
     fn length_factor(&mut self) -> Result<Option<Vec<f64>>, ModelError> {
-        let Some(chemistry) = self.model.chemistry() else { return Ok(None) };
+        let grown = self.model.growth(self.state.time)?;
+        let Some(chemistry) = self.model.chemistry() else { return Ok(grown) };
         if !chemistry.descriptor().capabilities.length_factor {
-            return Ok(None);
+            return Ok(grown);
         }
         let (sheet, species) = (self.model.sheet(), &self.state.species);
-        Ok(chemistry.length_factor(sheet, self.average(chemistry), species)?)
+        let mut factor = chemistry.length_factor(sheet, self.average(chemistry), species)?;
+        if let (Some(factor), Some(grown)) = (&mut factor, grown) {
+            factor.iter_mut().zip(&grown).for_each(|(factor, grown)| *factor *= grown);
+        }
+        Ok(factor)
     }
 
     /// The signals that the laws read; none without kinetics.

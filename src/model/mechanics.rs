@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::rigid::free_motions;
 use crate::Vec3;
-use crate::effects::{EnergyTerm, Pins};
+use crate::effects::{EnergyTerm, Pins, Prescribed};
 use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
 use crate::parallel;
@@ -18,6 +18,7 @@ pub struct Mechanics {
     terms: Vec<EnergyTerm>,
     names: Vec<String>,
     pins: Pins,
+    prescribed: Vec<Prescribed>,
     /// The vertices with pins.
     pinned: Vec<usize>,
     /// Made when it is first asked for.
@@ -34,11 +35,24 @@ impl Mechanics {
         terms: Vec<EnergyTerm>,
         pins: Pins,
     ) -> Result<Arc<Self>, SheetError> {
+        Self::led(sheet, terms, pins, Vec::new())
+    }
+
+    /// The same with directions that are led along.
+    ///
+    /// # Errors
+    /// As for [`Mechanics::new`].
+    pub fn led(
+        sheet: Arc<Sheet>,
+        terms: Vec<EnergyTerm>,
+        pins: Pins,
+        prescribed: Vec<Prescribed>,
+    ) -> Result<Arc<Self>, SheetError> {
         let reference = RestMetric::new(&sheet)?;
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let pattern = OnceLock::new();
-        Ok(Arc::new(Self { sheet, reference, terms, names, pins, pinned, pattern }))
+        Ok(Arc::new(Self { sheet, reference, terms, names, pins, prescribed, pinned, pattern }))
     }
 
     /// The sheet.
@@ -73,6 +87,15 @@ impl Mechanics {
                     gradient[i][a] = 0.0;
                 }
             }
+        }
+    }
+
+    /// Sets the fixed directions that are led along to where they are at `time`.
+    pub fn lead(&self, time: f64, x: &mut [Vec3]) {
+        // What has no energy does not move.
+        let moving = if self.is_empty() { &[][..] } else { &self.prescribed };
+        for prescribed in moving {
+            prescribed.set(self.sheet.rest(), time, x);
         }
     }
 

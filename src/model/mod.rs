@@ -42,6 +42,7 @@ pub(crate) use signals::Derivatives;
 
 use std::sync::Arc;
 
+use crate::effects::LengthFactor;
 use crate::num::real;
 use crate::parallel;
 use crate::sheet::Sheet;
@@ -50,6 +51,7 @@ use crate::sheet::Sheet;
 pub struct Model {
     mechanics: Arc<Mechanics>,
     chemistry: Option<Chemistry>,
+    growth: Vec<LengthFactor>,
     storage: Storage,
     drag: f64,
 }
@@ -64,7 +66,43 @@ impl Model {
         storage: Storage,
         drag: f64,
     ) -> Self {
-        Self { mechanics, chemistry, storage, drag }
+        Self { mechanics, chemistry, growth: Vec::new(), storage, drag }
+    }
+
+    /// The same with length factors that multiply those of the laws.
+    #[must_use]
+    pub fn growing(mut self, growth: Vec<LengthFactor>) -> Self {
+        self.growth = growth;
+        self
+    }
+
+    /// The length factor Φ at every edge of all growth that is not a law's; `None` without any.
+    ///
+    /// # Errors
+    /// [`ModelError::Growth`] where it is not a positive number.
+    pub fn growth(&self, time: f64) -> Result<Option<Vec<f64>>, ModelError> {
+        let mut all: Option<Vec<f64>> = None;
+        for growth in &self.growth {
+            let factor = growth.at(self.sheet(), time);
+            match &mut all {
+                None => all = Some(factor),
+                Some(all) => all.iter_mut().zip(&factor).for_each(|(all, f)| *all *= f),
+            }
+        }
+        let wrong = |f: &f64| !(*f > 0.0 && f.is_finite());
+        if let Some(factor) = &all
+            && let Some(e) = factor.iter().position(wrong)
+        {
+            let vertices = self.sheet().edges()[e].vertices;
+            return Err(ModelError::Growth { vertices, value: factor[e], time });
+        }
+        Ok(all)
+    }
+
+    /// Whether growth that is not a law's changes in time.
+    #[must_use]
+    pub fn grows_in_time(&self) -> bool {
+        self.growth.iter().any(LengthFactor::depends_on_time)
     }
 
     /// The model at `state`.

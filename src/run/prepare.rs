@@ -82,6 +82,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         measure,
     };
     let (mut terms, mut transports) = (Vec::new(), Vec::new());
+    let (mut prescribed, mut growth) = (Vec::new(), Vec::new());
     let mut pins = vec![[false; 3]; sheet.vertex_count()];
     for (number, spec) in scene.effects.iter().enumerate() {
         let effect = spec.build(&context).map_err(|e| {
@@ -98,13 +99,15 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
             magnitudes::check_transport(scene, number, &transport, &sheet)?;
             transports.push(transport);
         }
+        prescribed.extend(effect.prescribed);
+        growth.extend(effect.growth);
         for (all, more) in pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
             for a in 0..3 {
                 all[a] |= more[a];
             }
         }
     }
-    let mechanics = Mechanics::new(Arc::clone(&sheet), terms, pins)?;
+    let mechanics = Mechanics::led(Arc::clone(&sheet), terms, pins, prescribed)?;
     if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
         let message = "the scene lists no effect with an energy: nothing to watch";
         return Err(scene.error_at("stability", message, None).into());
@@ -135,7 +138,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let fields =
         Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
     let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
-    let model = Arc::new(Model::new(mechanics, chemistry, storage, drag));
+    let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
     let workspace = Workspace::new(model, relaxer);
     let faults = Vec::new();
     Ok(Simulation { area, workspace, state, integrator, plugins, fields, notes, faults })

@@ -231,6 +231,7 @@ impl Monolithic {
         integration.step(until, &mut |time, y| {
             layout.unpack(rest, y, &mut next);
             next.time = time;
+            model.mechanics().lead(time, &mut next.x);
             let kept = model.keep_in_range(&mut next.species, time, tolerance);
             kept.map_err(|e| SolveError::from(e).into_failure())
         })?;

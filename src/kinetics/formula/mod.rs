@@ -17,7 +17,7 @@ mod program;
 
 pub use parse::{FUNCTIONS, FormulaError, Function};
 
-pub use place::over_positions;
+pub use place::{FieldFormula, over_positions};
 
 use graph::{Graph, Id};
 use names::Names;

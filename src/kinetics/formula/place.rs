@@ -1,4 +1,4 @@
-//! Formulas of position: `f(x, y, z)` at given points.
+//! Formulas of position and time: `f(x, y, z, t)` at given points.
 
 use super::graph::Graph;
 use super::parse::{self, FormulaError};
@@ -7,31 +7,80 @@ use crate::Vec3;
 use crate::kinetics::Column;
 use crate::kinetics::error::nearest;
 
-const NAMES: [&str; 3] = ["x", "y", "z"];
+/// Inputs of a [`FieldFormula`].
+const NAMES: [&str; 4] = ["x", "y", "z", "t"];
+
+/// A formula of the rest position `x`, `y`, `z` and, if it may, the time `t`.
+#[derive(Debug, Clone)]
+pub struct FieldFormula {
+    program: Program,
+    timed: bool,
+    placed: bool,
+}
+
+impl FieldFormula {
+    /// Reads it; `t` is a name if it is `timed`.
+    ///
+    /// # Errors
+    /// If the text is no formula, or mentions anything else.
+    pub fn new(text: &str, timed: bool) -> Result<Self, FormulaError> {
+        let names = &NAMES[..if timed { 4 } else { 3 }];
+        let mut graph = Graph::default();
+        let tree = parse::parse(text)?;
+        let mut read = [false; 4];
+        let id = graph.insert(&tree, &mut |graph, name| {
+            if name == "pi" {
+                return Ok(graph.constant(std::f64::consts::PI));
+            }
+            match names.iter().position(|known| *known == name) {
+                Some(k) => {
+                    read[k] = true;
+                    Ok(graph.input(crate::num::index(k)))
+                }
+                None => {
+                    let time = if timed { ", t (time)" } else { "" };
+                    Err(match nearest(name, names.iter().copied()) {
+                        Some(near) => {
+                            format!("did you mean `{near}`? There are {}, pi", names.join(", "))
+                        }
+                        None => format!("there are x, y, z (rest position, length){time} and pi"),
+                    })
+                }
+            }
+        })?;
+        let placed = read[..3].contains(&true);
+        Ok(Self { program: Program::new(&graph, &[id]), timed: read[3], placed })
+    }
+
+    /// Whether it reads the time.
+    #[must_use]
+    pub fn depends_on_time(&self) -> bool {
+        self.timed
+    }
+
+    /// Whether it reads the position.
+    #[must_use]
+    pub fn depends_on_position(&self) -> bool {
+        self.placed
+    }
+
+    /// Its values at all points.
+    #[must_use]
+    pub fn at(&self, points: &[Vec3], time: f64) -> Vec<f64> {
+        let columns: Vec<Vec<f64>> =
+            (0..3).map(|k| points.iter().map(|point| point[k]).collect()).collect();
+        let mut inputs: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
+        inputs.push(Column::uniform(&time));
+        let mut values = vec![0.0; points.len()];
+        self.program.run(&inputs, points.len(), &mut [&mut values]);
+        values
+    }
+}
 
 /// The values of a formula of `x`, `y` and `z` at all points.
 ///
 /// # Errors
 /// If the text is no formula, or mentions anything else.
 pub fn over_positions(text: &str, points: &[Vec3]) -> Result<Vec<f64>, FormulaError> {
-    let mut graph = Graph::default();
-    let tree = parse::parse(text)?;
-    let id = graph.insert(&tree, &mut |graph, name| {
-        if name == "pi" {
-            return Ok(graph.constant(std::f64::consts::PI));
-        }
-        match NAMES.iter().position(|known| *known == name) {
-            Some(k) => Ok(graph.input(crate::num::index(k))),
-            None => Err(match nearest(name, NAMES) {
-                Some(near) => format!("did you mean `{near}`? There are x, y, z, pi"),
-                None => "there are x, y, z (rest position, length) and pi".to_owned(),
-            }),
-        }
-    })?;
-    let columns: Vec<Vec<f64>> =
-        (0..3).map(|k| points.iter().map(|point| point[k]).collect()).collect();
-    let inputs: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
-    let mut values = vec![0.0; points.len()];
-    Program::new(&graph, &[id]).run(&inputs, points.len(), &mut [&mut values]);
-    Ok(values)
+    Ok(FieldFormula::new(text, false)?.at(points, 0.0))
 }

@@ -59,7 +59,7 @@ struct Values<'a> {
     hessian: Option<&'a BlockMatrix>,
     /// The laws, where species are unknowns, with ∂R/∂(species, signals).
     chemistry: Option<(&'a Chemistry, Columns)>,
-    /// ∂Φ/∂c at the edges.
+    /// ∂Φ/∂c at the edges, times the factor of other growth.
     factor_slopes: Option<Vec<Vec<f64>>>,
 }
 
@@ -91,6 +91,13 @@ impl Jacobian {
             if layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain() {
                 let species = &state.species;
                 at.factor_slopes = chemistry.length_factor_slopes(sheet, surface, species)?;
+                if let (Some(slopes), Some(grown)) =
+                    (&mut at.factor_slopes, model.growth(state.time)?)
+                {
+                    for slope in slopes.iter_mut() {
+                        slope.iter_mut().zip(&grown).for_each(|(slope, grown)| *slope *= grown);
+                    }
+                }
             }
         }
         let n = layout.unknowns();

@@ -132,10 +132,11 @@ impl Coupled {
         y
     }
 
-    /// Writes `y` into `state`, whose fixed directions stay as they are.
+    /// Writes `y` into `state`, whose fixed directions stay as they are, or are led along.
     pub fn unpack(&self, y: &[f64], time: f64, state: &mut State) {
         self.layout.unpack(self.model.sheet().rest(), y, state);
         state.time = time;
+        self.model.mechanics().lead(time, &mut state.x);
     }
 
     /// Takes from `state` what no unknown stands for: before the first residual, and whenever it changed.
@@ -166,6 +167,7 @@ impl Coupled {
     fn show(&mut self, time: f64, y: &[f64]) {
         self.layout.unpack(self.model.sheet().rest(), y, &mut self.state);
         self.state.time = time;
+        self.model.mechanics().lead(time, &mut self.state.x);
         if let Some(course) = self.course.as_ref().filter(|_| self.layout.species() == 0) {
             course.at(time, &mut self.state.species);
         }

@@ -1,0 +1,95 @@
+//! Factors that change in time: of loads, pressures and displacements.
+//!
+//! ```text
+//! ramp = { formula = "min(t/2, 1)" }                  of t, as laws are written
+//! ramp = { points = [[0, 0], [2, 1], [5, 0.5]] }      straight between [time, factor], constant outside
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+use super::EffectError;
+use crate::Vec3;
+use crate::kinetics::formula::FieldFormula;
+use crate::num::checked::Finite;
+
+/// A factor of time as a scene gives it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ramp {
+    /// A formula of `t`.
+    Formula(String),
+    /// Pairs of time and factor, in ascending times.
+    Points(Vec<[Finite; 2]>),
+}
+
+/// A factor of time, ready to be evaluated; 1 if there is none.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Factor(Option<Course>);
+
+#[derive(Debug, Clone)]
+enum Course {
+    Formula(FieldFormula),
+    Points(Vec<[f64; 2]>),
+}
+
+impl Factor {
+    /// Of a scene's ramp.
+    pub(super) fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
+        let refuse = |message: String, help: Option<String>| {
+            Err(EffectError { key: "ramp", message, help })
+        };
+        Ok(Self(match ramp {
+            None => None,
+            Some(Ramp::Formula(text)) => match FieldFormula::new(text, true) {
+                Err(error) => return refuse(error.message, error.help),
+                Ok(formula) if formula.depends_on_position() => {
+                    return refuse("a ramp is a formula of the time t alone".into(), None);
+                }
+                Ok(formula) => Some(Course::Formula(formula)),
+            },
+            Some(Ramp::Points(points)) => {
+                let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(Finite::get)).collect();
+                if points.is_empty() || !points.windows(2).all(|p| p[0][0] < p[1][0]) {
+                    let message = "the times of a ramp must ascend";
+                    let help = "write [[time, factor], …], as in [[0, 0], [2, 1]]";
+                    return refuse(message.into(), Some(help.into()));
+                }
+                Some(Course::Points(points))
+            }
+        }))
+    }
+
+    /// Whether there is one.
+    pub(super) fn changes(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Its value.
+    pub(super) fn at(&self, time: f64) -> f64 {
+        match &self.0 {
+            None => 1.0,
+            Some(Course::Formula(formula)) => {
+                formula.at(&[Vec3::zeros()], time).first().copied().unwrap_or(1.0)
+            }
+            Some(Course::Points(points)) => {
+                let later = points.iter().position(|p| p[0] > time);
+                match later {
+                    Some(0) => points[0][1],
+                    None => points.last().map_or(1.0, |p| p[1]),
+                    Some(k) => {
+                        let ([t0, s0], [t1, s1]) = (points[k - 1], points[k]);
+                        s0 + (s1 - s0) * (time - t0) / (t1 - t0)
+                    }
+                }
+            }
+        }
+    }
+
+    /// Largest factor of points; 1 of a formula, which may have none.
+    pub(super) fn largest(&self) -> f64 {
+        match &self.0 {
+            Some(Course::Points(points)) => points.iter().fold(0.0, |m, p| m.max(p[1].abs())),
+            _ => 1.0,
+        }
+    }
+}
