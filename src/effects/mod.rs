@@ -20,6 +20,7 @@ mod region;
 mod spec;
 mod stretching;
 mod transport;
+mod volume;
 
 pub use bending::{Bending, BendingModel, BendingWeight, HingeBending, MeyerBending};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
@@ -41,6 +42,7 @@ pub use stretching::{
 };
 pub(crate) use transport::Operator;
 pub use transport::{Transport, TransportTerm};
+pub use volume::{EnclosedVolume, Volume, VolumeTarget};
 
 pub use crate::linear::{Block, BlockMatrix};
 
