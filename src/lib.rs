@@ -18,6 +18,7 @@ pub mod effects;
 pub mod geometry;
 mod growing;
 pub mod kinetics;
+pub mod kit;
 pub mod model;
 pub mod output;
 pub mod registry;

@@ -3,6 +3,7 @@
 //! * `answers`: plates, strips, membranes, growth, cantilevers against theory, over meshes.
 //! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
+//! * `effects`: every registered effect by the public kit, and effects in runs.
 //! * `examples`: the numbered examples.
 //! * `formula`: laws written as text, their derivatives and errors, the shipped models as text.
 //! * `house`: who may know whom.
@@ -20,6 +21,7 @@ mod chebyshev;
 mod common;
 mod coupled;
 mod diffusion;
+mod effects;
 mod examples;
 mod formula;
 mod house;

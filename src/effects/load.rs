@@ -20,10 +20,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ramp::Factor;
 use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp, Region,
 };
-use super::ramp::Factor;
 use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;

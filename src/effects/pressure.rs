@@ -32,9 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use super::element::{self, Element, Mesh};
 use super::ramp::Factor;
-use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp,
-};
+use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp};
 use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::{Block, BlockMatrix, LazyStencils};

@@ -35,9 +35,8 @@ enum Course {
 impl Factor {
     /// Of a scene's ramp.
     pub(super) fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
-        let refuse = |message: String, help: Option<String>| {
-            Err(EffectError { key: "ramp", message, help })
-        };
+        let refuse =
+            |message: String, help: Option<String>| Err(EffectError { key: "ramp", message, help });
         Ok(Self(match ramp {
             None => None,
             Some(Ramp::Formula(text)) => match FieldFormula::new(text, true) {

@@ -135,6 +135,14 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         .integrator
         .build(storage)
         .map_err(|e| scene.error_at("time.integrator", &e.to_string(), None))?;
+    if (mechanics.has_low_rank() || mechanics.couples_pairs())
+        && scene.time.integrator.needs_sparse_motion(storage)
+    {
+        let message = "this integrator moves the shape by derivatives that couple neighbours only, but an \
+                       effect of the scene (volume, say) couples all vertices";
+        let help = "policy = \"quasi-static\" with integrator = \"staggered\" takes all effects";
+        return Err(scene.error_at("time.integrator", message, Some(help)).into());
+    }
     let fields =
         Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
     let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());

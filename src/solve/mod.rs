@@ -36,6 +36,12 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// What the integrator is called in results.
     fn name(&self) -> String;
 
+    /// Whether it solves for a moving shape by the sparse derivatives of its motion, which terms of low
+    /// rank and pairs of the moment are not part of.
+    fn needs_sparse_motion(&self, _policy: Storage) -> bool {
+        false
+    }
+
     /// Makes it ready for a policy.
     ///
     /// # Errors

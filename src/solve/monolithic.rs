@@ -76,6 +76,10 @@ impl IntegratorSpec for MonolithicSpec {
         format!("monolithic, {}", OdeMethod::from(self.method).name())
     }
 
+    fn needs_sparse_motion(&self, _: Storage) -> bool {
+        true
+    }
+
     fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {
         let tolerance = (self.rtol.get(), self.atol.get());
         let step = self.step.map(Positive::get);

@@ -136,6 +136,10 @@ impl IntegratorSpec for StaggeredSpec {
         }
     }
 
+    fn needs_sparse_motion(&self, policy: Storage) -> bool {
+        policy.mechanics > 0.0
+    }
+
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.chemistry == 0.0
             && let Some(chemistry) = self.chemistry

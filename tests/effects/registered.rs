@@ -1,0 +1,93 @@
+//! Every kind of effect that the program registers, with the options that make it another energy.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rumple::effects::{EffectSpec, Material};
+use rumple::kit::{Report, examine};
+use rumple::scene::Scene;
+use rumple::sheet::{Shape, Sheet, generate};
+
+use crate::common::irregular;
+
+/// A table of an effect, on a closed sheet or an open one, and what it is blind to: translation,
+/// rotation, and whether it leaves the sheet at rest alone.
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 18] = [
+    ("stretching", "model = 'bond'", false, [true, true, true]),
+    ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
+    ("stretching", "model = 'stvk'", false, [true, true, true]),
+    ("bending", "model = 'meyer'", false, [true, true, true]),
+    ("bending", "model = 'meyer'\narea = 'barycentric'", false, [true, true, true]),
+    ("bending", "model = 'meyer'\nweight = 'paper'", false, [true, true, true]),
+    ("bending", "model = 'hinge'", false, [true, true, true]),
+    ("load", "where = 'all'\nforce = { per-area = [0.1, 0.2, -0.3] }", false, [false; 3]),
+    (
+        "load",
+        "where = 'rim'\nforce = { total = [1.0, 0.0, 0.0] }\nramp = { formula = '1 + t^2' }",
+        false,
+        [false; 3],
+    ),
+    ("pressure", "value = 0.7", true, [true, true, false]),
+    ("pressure", "value = 0.7\nramp = { points = [[0, 0.5], [1, 2]] }", true, [true, true, false]),
+    ("foundation", "where = 'all'\nstiffness = 3.0", false, [false, false, true]),
+    (
+        "foundation",
+        "where = 'all'\nstiffness = 3.0\nto = { plane = { normal = [0.0, 1.0, 2.0] } }",
+        false,
+        [false, false, false],
+    ),
+    ("volume", "stiffness = 5.0", true, [true, true, true]),
+    (
+        "volume",
+        "stiffness = 5.0\ntarget = { share = 1.2 }\nramp = { formula = '1 + 0.1*t' }",
+        true,
+        [true, true, false],
+    ),
+    ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
+    ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
+    ("diffusion", "", false, [true, true, true]),
+];
+
+fn sheet(closed: bool) -> Arc<Sheet> {
+    let sphere = || generate(&Shape::Sphere { radius: 3.0, irregular: true }, 150, 1).unwrap();
+    Arc::new(if closed { sphere() } else { irregular(9, 8, 0.25) })
+}
+
+fn report(kind: &str, table: &str, closed: bool) -> Report {
+    let spec: Box<dyn EffectSpec> = read(kind, table);
+    let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
+    examine(spec.as_ref(), &sheet(closed), Some(&material)).unwrap()
+}
+
+/// As a scene reads it.
+fn read(kind: &str, table: &str) -> Box<dyn EffectSpec> {
+    let text = format!(
+        "sheet = {{ shape = 'disc', radius = 1.0, vertices = 50 }}\ntime = {{ until = 1.0 }}\n\
+         material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n[[effect]]\nkind = '{kind}'\n{table}\n"
+    );
+    let scene = Scene::parse(&text, "sample.toml", &[]).unwrap_or_else(|e| panic!("{kind}: {e}"));
+    scene.effects.into_iter().next().unwrap()
+}
+
+#[test]
+fn every_registered_effect_passes_the_kit() {
+    for (kind, table, closed, [translation, rotation, rest]) in SAMPLES {
+        if kind == "diffusion" {
+            continue; // it has no energy; tests/diffusion is about it
+        }
+        let found = report(kind, table, closed);
+        assert_eq!(found.faults, Vec::<String>::new(), "{kind} {table}");
+        assert_eq!(found.blind_to_translation, translation, "{kind} {table}");
+        assert_eq!(found.blind_to_rotation, rotation, "{kind} {table}");
+        assert_eq!(found.free_at_rest, rest, "{kind} {table}");
+    }
+}
+
+#[test]
+fn every_registered_effect_has_a_sample() {
+    let mut registered: BTreeSet<&str> =
+        rumple::registry::names::<dyn EffectSpec>().into_iter().collect();
+    registered.retain(|name| !name.starts_with("test-"));
+    let sampled: BTreeSet<&str> = SAMPLES.iter().map(|s| s.0).collect();
+    assert_eq!(sampled, registered);
+}
