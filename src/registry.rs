@@ -6,7 +6,7 @@
 //! The file of an implementation ends with
 //!
 //! ```text
-//! #[typetag::serde(name = "stretching")]          // for resolved scenes and checkpoints
+//! #[typetag::serialize(name = "stretching")]          // for resolved scenes and checkpoints
 //! impl EffectSpec for Stretching { … }
 //! rumple::register_kind!(dyn EffectSpec, "stretching", Stretching);   // for scene files
 //! ```

@@ -15,10 +15,9 @@ use std::error::Error;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{
-    EffectContext, EffectSpec, EnergyTerm, HessianPart, Material, Measure, Pins,
-};
+use rumple::effects::{EffectContext, EnergyTerm, HessianPart, Material, Measure, Pins};
 use rumple::model::{Mechanics, Potential};
+use rumple::scene::Scene;
 use rumple::sheet::Sheet;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
@@ -100,7 +99,12 @@ pub fn mean_edge(sheet: &Sheet) -> f64 {
 
 /// The energy of one effect, from the text of its table in a scene.
 pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<EnergyTerm> {
-    let spec: Box<dyn EffectSpec> = toml::from_str(table)?;
+    let text = format!(
+        "sheet = {{ shape = 'disc', radius = 1.0, vertices = 50 }}\ntime = {{ until = 1.0 }}\n\
+         material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n[[effect]]\n{table}\n"
+    );
+    let scene = Scene::parse(&text, "table", &[])?;
+    let spec = scene.effects.into_iter().next().ok_or("no effect")?;
     let (kinetics, measure) = (None, Measure::Concentration);
     let context = EffectContext { sheet, material: Some(material), kinetics, measure };
     let term = spec.build(&context)?.energies.into_iter().next();

@@ -70,7 +70,7 @@ pub enum DiffusionMetric {
     Rest,
 }
 
-#[typetag::serde(name = "diffusion")]
+#[typetag::serialize(name = "diffusion")]
 impl EffectSpec for Diffusion {
     fn name(&self) -> String {
         format!("diffusion of {}", self.species)

@@ -55,7 +55,7 @@ pub enum FoundationShape {
     },
 }
 
-#[typetag::serde(name = "foundation")]
+#[typetag::serialize(name = "foundation")]
 impl EffectSpec for Foundation {
     fn name(&self) -> String {
         "foundation".into()

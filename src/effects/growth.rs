@@ -34,7 +34,7 @@ fn everywhere() -> Region {
     Region::All
 }
 
-#[typetag::serde(name = "growth")]
+#[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
     fn name(&self) -> String {
         "growth".into()

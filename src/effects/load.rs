@@ -62,7 +62,7 @@ pub enum LoadForce {
     AlongNormal(Finite),
 }
 
-#[typetag::serde(name = "load")]
+#[typetag::serialize(name = "load")]
 impl EffectSpec for Load {
     fn name(&self) -> String {
         "load".into()

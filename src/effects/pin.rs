@@ -85,7 +85,7 @@ impl From<Axes> for String {
     }
 }
 
-#[typetag::serde(name = "pin")]
+#[typetag::serialize(name = "pin")]
 impl EffectSpec for Pin {
     fn name(&self) -> String {
         "pin".into()

@@ -51,7 +51,7 @@ pub struct Pressure {
     pub ramp: Option<Ramp>,
 }
 
-#[typetag::serde(name = "pressure")]
+#[typetag::serialize(name = "pressure")]
 impl EffectSpec for Pressure {
     fn name(&self) -> String {
         "pressure".into()

@@ -43,7 +43,7 @@ pub struct Needs {
 }
 
 /// An effect as a scene lists it: its kind and parameters, not yet bound to a sheet.
-#[typetag::serde(tag = "kind")]
+#[typetag::serialize(tag = "kind")]
 pub trait EffectSpec: std::fmt::Debug + Send + Sync {
     /// What the effect is called in results.
     fn name(&self) -> String;

@@ -61,7 +61,7 @@ impl Default for VolumeTarget {
     }
 }
 
-#[typetag::serde(name = "volume")]
+#[typetag::serialize(name = "volume")]
 impl EffectSpec for Volume {
     fn name(&self) -> String {
         "volume".into()

@@ -2,8 +2,13 @@
 
 use std::ops::Range;
 
-use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::coord::combinators::{LogCoord, WithKeyPoints};
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind,
+};
 
 use super::OutputError;
 use super::picture::Picture;
@@ -81,7 +86,7 @@ impl Figure {
         {
             let size = (index(width), index(height));
             let backend = BitMapBackend::with_buffer(picture.rgb_mut(), size);
-            self.draw(&backend.into_drawing_area())?;
+            self.draw(&Canvas::Pixels(backend).into_drawing_area())?;
         }
         Ok(picture)
     }
@@ -96,14 +101,14 @@ impl Figure {
         let mut text = String::new();
         {
             let backend = SVGBackend::with_string(&mut text, (index(width), index(height)));
-            self.draw(&backend.into_drawing_area())?;
+            self.draw(&Canvas::Svg(backend).into_drawing_area())?;
         }
         Ok(text)
     }
 
-    fn draw<DB: DrawingBackend>(
+    fn draw(
         &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
+        area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
     ) -> Result<(), OutputError> {
         area.fill(&WHITE).map_err(refused)?;
         let rows = self.panels.len().div_ceil(self.columns.max(1));
@@ -123,9 +128,9 @@ impl Figure {
 }
 
 impl Panel {
-    fn draw<DB: DrawingBackend>(
+    fn draw(
         &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
+        area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
     ) -> Result<(), OutputError> {
         let (across, up) = self.logarithmic;
         let all = || self.curves.iter().flat_map(|c| c.known(self.logarithmic));
@@ -141,27 +146,19 @@ impl Panel {
             let ticks = ticks(&range);
             range.log_scale().with_key_points(ticks)
         };
-        match self.logarithmic {
-            (false, false) => self.on(area, x, y, &edges),
-            (false, true) => self.on(area, x, log(y), &edges),
-            (true, false) => self.on(area, log(x), y, &edges),
-            (true, true) => self.on(area, log(x), log(y), &edges),
-        }
+        let axis = |range: Range<f64>, logarithmic| {
+            if logarithmic { Axis::Logarithmic(log(range)) } else { Axis::Linear(range.into()) }
+        };
+        self.on(area, axis(x, across), axis(y, up), &edges)
     }
 
-    fn on<DB: DrawingBackend, X, Y>(
+    fn on(
         &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
-        x: X,
-        y: Y,
+        area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
+        x: Axis,
+        y: Axis,
         edges: &(Range<f64>, Range<f64>),
-    ) -> Result<(), OutputError>
-    where
-        X: AsRangedCoord<Value = f64>,
-        Y: AsRangedCoord<Value = f64>,
-        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
-        Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
+    ) -> Result<(), OutputError> {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .caption(&self.title, (FONT, 17))
@@ -213,6 +210,149 @@ impl Panel {
             chart.draw_series(marks).map_err(refused)?;
         }
         Ok(())
+    }
+}
+
+/// The coordinate along one side.
+enum Axis {
+    Linear(RangedCoordf64),
+    Logarithmic(WithKeyPoints<LogCoord<f64>>),
+}
+
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        match self {
+            Self::Linear(axis) => axis.map(value, limit),
+            Self::Logarithmic(axis) => axis.map(value, limit),
+        }
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        match self {
+            Self::Linear(axis) => axis.key_points(hint),
+            Self::Logarithmic(axis) => axis.key_points(hint),
+        }
+    }
+
+    fn range(&self) -> Range<f64> {
+        match self {
+            Self::Linear(axis) => axis.range(),
+            Self::Logarithmic(axis) => axis.range(),
+        }
+    }
+}
+
+/// Where it is drawn.
+enum Canvas<'a> {
+    Pixels(BitMapBackend<'a>),
+    Svg(SVGBackend<'a>),
+}
+
+type Refusal = DrawingErrorKind<std::io::Error>;
+
+fn io<E: std::error::Error + Send + Sync + 'static>(error: DrawingErrorKind<E>) -> Refusal {
+    match error {
+        DrawingErrorKind::DrawingError(e) => {
+            DrawingErrorKind::DrawingError(std::io::Error::other(e))
+        }
+        DrawingErrorKind::FontError(e) => DrawingErrorKind::FontError(e),
+    }
+}
+
+macro_rules! on {
+    ($self:ident, $canvas:ident => $call:expr) => {
+        match $self {
+            Self::Pixels($canvas) => $call.map_err(io),
+            Self::Svg($canvas) => $call.map_err(io),
+        }
+    };
+}
+
+impl DrawingBackend for Canvas<'_> {
+    type ErrorType = std::io::Error;
+
+    fn get_size(&self) -> (u32, u32) {
+        match self {
+            Self::Pixels(c) => c.get_size(),
+            Self::Svg(c) => c.get_size(),
+        }
+    }
+    fn ensure_prepared(&mut self) -> Result<(), Refusal> {
+        on!(self, c => c.ensure_prepared())
+    }
+    fn present(&mut self) -> Result<(), Refusal> {
+        on!(self, c => c.present())
+    }
+    fn draw_pixel(&mut self, at: BackendCoord, colour: BackendColor) -> Result<(), Refusal> {
+        on!(self, c => c.draw_pixel(at, colour))
+    }
+    fn draw_line<S: BackendStyle>(
+        &mut self,
+        a: BackendCoord,
+        b: BackendCoord,
+        style: &S,
+    ) -> Result<(), Refusal> {
+        on!(self, c => c.draw_line(a, b, style))
+    }
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        a: BackendCoord,
+        b: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> Result<(), Refusal> {
+        on!(self, c => c.draw_rect(a, b, style, fill))
+    }
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        path: I,
+        style: &S,
+    ) -> Result<(), Refusal> {
+        let path: Vec<_> = path.into_iter().collect();
+        on!(self, c => c.draw_path(path, style))
+    }
+    fn draw_circle<S: BackendStyle>(
+        &mut self,
+        at: BackendCoord,
+        radius: u32,
+        style: &S,
+        fill: bool,
+    ) -> Result<(), Refusal> {
+        on!(self, c => c.draw_circle(at, radius, style, fill))
+    }
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        path: I,
+        style: &S,
+    ) -> Result<(), Refusal> {
+        let path: Vec<_> = path.into_iter().collect();
+        on!(self, c => c.fill_polygon(path, style))
+    }
+    fn draw_text<T: BackendTextStyle>(
+        &mut self,
+        text: &str,
+        style: &T,
+        at: BackendCoord,
+    ) -> Result<(), Refusal> {
+        on!(self, c => c.draw_text(text, style, at))
+    }
+    fn estimate_text_size<T: BackendTextStyle>(
+        &self,
+        text: &str,
+        style: &T,
+    ) -> Result<(u32, u32), Refusal> {
+        on!(self, c => c.estimate_text_size(text, style))
+    }
+    fn blit_bitmap(
+        &mut self,
+        at: BackendCoord,
+        size: (u32, u32),
+        from: &[u8],
+    ) -> Result<(), Refusal> {
+        on!(self, c => c.blit_bitmap(at, size, from))
     }
 }
 

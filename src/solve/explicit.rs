@@ -57,7 +57,7 @@ const STEP: f64 = 0.01;
 /// and typical magnitude.
 const SLACK: f64 = 1e-2;
 
-#[typetag::serde(name = "explicit")]
+#[typetag::serialize(name = "explicit")]
 impl IntegratorSpec for ExplicitSpec {
     fn name(&self) -> String {
         match self.method {

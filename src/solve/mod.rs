@@ -31,7 +31,7 @@ pub const OTHER_INTEGRATOR: &str = "monolithic";
 pub const DEFAULT_EQUILIBRIUM: &str = "lbfgs";
 
 /// A way to advance in time as a scene names it.
-#[typetag::serde(tag = "kind")]
+#[typetag::serialize(tag = "kind")]
 pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// What the integrator is called in results.
     fn name(&self) -> String;
@@ -50,7 +50,7 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
 }
 
 /// A way to find mechanical equilibrium as a scene names it.
-#[typetag::serde(tag = "method")]
+#[typetag::serialize(tag = "method")]
 pub(crate) trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
     /// What the method is called in results.
     fn name(&self) -> String;

@@ -70,7 +70,7 @@ pub(super) fn default_atol() -> Positive {
     Positive::new(1e-6).unwrap_or(Positive::ONE)
 }
 
-#[typetag::serde(name = "monolithic")]
+#[typetag::serialize(name = "monolithic")]
 impl IntegratorSpec for MonolithicSpec {
     fn name(&self) -> String {
         format!("monolithic, {}", OdeMethod::from(self.method).name())

@@ -123,7 +123,7 @@ pub enum Method {
     Heun,
 }
 
-#[typetag::serde(name = "staggered")]
+#[typetag::serialize(name = "staggered")]
 impl IntegratorSpec for StaggeredSpec {
     fn name(&self) -> String {
         let method = match self.method {

@@ -24,7 +24,7 @@ pub struct Spring {
     anchors: Vec<[Finite; 3]>,
 }
 
-#[typetag::serde(name = "test-spring")]
+#[typetag::serialize(name = "test-spring")]
 impl EffectSpec for Spring {
     fn name(&self) -> String {
         format!("spring {}", self.stiffness.get())
@@ -39,7 +39,7 @@ register_kind!(dyn EffectSpec, "test-spring", Spring);
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Weightless;
 
-#[typetag::serde(name = "test-weightless")]
+#[typetag::serialize(name = "test-weightless")]
 impl EffectSpec for Weightless {
     fn name(&self) -> String {
         "weightless".to_owned()

@@ -61,7 +61,7 @@ impl From<Bending> for Given {
     }
 }
 
-#[typetag::serde(name = "bending")]
+#[typetag::serialize(name = "bending")]
 impl EffectSpec for Bending {
     fn name(&self) -> String {
         "bending".into()

@@ -65,7 +65,7 @@ impl From<Stretching> for Given {
     }
 }
 
-#[typetag::serde(name = "stretching")]
+#[typetag::serialize(name = "stretching")]
 impl EffectSpec for Stretching {
     fn name(&self) -> String {
         "stretching".into()

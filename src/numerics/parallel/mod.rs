@@ -15,40 +15,52 @@ pub const BLOCK: usize = 512;
 
 /// Fills `out[i] = f(i)`.
 pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync) {
-    out.par_chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
+    in_blocks(out, &|first, chunk| {
         for (k, place) in chunk.iter_mut().enumerate() {
-            *place = f(block * BLOCK + k);
+            *place = f(first + k);
         }
     });
 }
 
 /// Changes every `out[i]` in place.
 pub fn update<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    out.par_chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
+    in_blocks(out, &|first, chunk| {
         for (k, place) in chunk.iter_mut().enumerate() {
-            f(block * BLOCK + k, place);
+            f(first + k, place);
         }
     });
 }
 
+/// Hands out the blocks of `out`, each with the index of its first entry. Compiled once for each T,
+/// not for each loop.
+fn in_blocks<T: Send>(out: &mut [T], f: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    out.par_chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| f(block * BLOCK, chunk));
+}
+
 /// Fills `out[i]` and sums a second result over all `i`, in a fixed order.
 pub fn fill_and_sum<T: Send>(out: &mut [T], f: impl Fn(usize) -> (T, f64) + Sync) -> f64 {
-    fn halves<T: Send, F: Fn(usize) -> (T, f64) + Sync>(out: &mut [T], first: usize, f: &F) -> f64 {
+    fn halves<T: Send>(
+        out: &mut [T],
+        first: usize,
+        f: &(dyn Fn(usize, &mut [T]) -> f64 + Sync),
+    ) -> f64 {
         if out.len() <= BLOCK {
-            let mut sum = 0.0;
-            for (k, place) in out.iter_mut().enumerate() {
-                let (value, term) = f(first + k);
-                *place = value;
-                sum += term;
-            }
-            return sum;
+            return f(first, out);
         }
         let middle = halfway(out.len());
         let (low, high) = out.split_at_mut(middle);
         let (a, b) = rayon::join(|| halves(low, first, f), || halves(high, first + middle, f));
         a + b
     }
-    halves(out, 0, &f)
+    halves(out, 0, &|first, chunk| {
+        let mut sum = 0.0;
+        for (k, place) in chunk.iter_mut().enumerate() {
+            let (value, term) = f(first + k);
+            *place = value;
+            sum += term;
+        }
+        sum
+    })
 }
 
 /// `Σ_i f(i)` for `i < n`, in a fixed order.
@@ -68,14 +80,14 @@ pub fn max(n: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
 /// Combines `f(0)`, `f(1)`, … `f(n-1)` pairwise in a fixed tree; nothing for n = 0.
 pub fn reduce<T: Send>(
     n: usize,
-    f: &(impl Fn(usize) -> T + Sync),
-    combine: &(impl Fn(T, T) -> T + Sync),
+    f: &(dyn Fn(usize) -> T + Sync),
+    combine: &(dyn Fn(T, T) -> T + Sync),
 ) -> Option<T> {
     fn tree<T: Send>(
         first: usize,
         n: usize,
-        f: &(impl Fn(usize) -> T + Sync),
-        combine: &(impl Fn(T, T) -> T + Sync),
+        f: &(dyn Fn(usize) -> T + Sync),
+        combine: &(dyn Fn(T, T) -> T + Sync),
     ) -> T {
         if n == 1 {
             return f(first);

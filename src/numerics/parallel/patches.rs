@@ -169,7 +169,7 @@ impl<const K: usize, const Q: usize, F: Kernel<K, Q>> Task for OneBlock<'_, K, Q
 fn split<const K: usize, T: Send>(
     block: &[Vec<Group<K>>],
     out: &mut [T],
-    f: &(impl Fn(&[Group<K>], &mut [T]) -> f64 + Sync),
+    f: &(dyn Fn(&[Group<K>], &mut [T]) -> f64 + Sync),
 ) -> f64 {
     match block {
         [] => 0.0,

@@ -62,7 +62,7 @@ impl Default for DescentSpec {
     }
 }
 
-#[typetag::serde(name = "descent")]
+#[typetag::serialize(name = "descent")]
 impl EquilibriumSpec for DescentSpec {
     fn name(&self) -> String {
         match self.steps {

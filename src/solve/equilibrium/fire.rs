@@ -52,7 +52,7 @@ impl Default for FireSpec {
     }
 }
 
-#[typetag::serde(name = "fire")]
+#[typetag::serialize(name = "fire")]
 impl EquilibriumSpec for FireSpec {
     fn name(&self) -> String {
         "FIRE, fast inertial relaxation".into()

@@ -56,7 +56,7 @@ impl Default for NewtonSpec {
     }
 }
 
-#[typetag::serde(name = "newton")]
+#[typetag::serialize(name = "newton")]
 impl EquilibriumSpec for NewtonSpec {
     fn name(&self) -> String {
         "linearly implicit overdamped motion, ending as Newton's method".into()

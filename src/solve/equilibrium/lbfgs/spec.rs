@@ -69,7 +69,7 @@ impl Default for LbfgsSpec {
     }
 }
 
-#[typetag::serde(name = "lbfgs")]
+#[typetag::serialize(name = "lbfgs")]
 impl EquilibriumSpec for LbfgsSpec {
     fn name(&self) -> String {
         format!("L-BFGS, preconditioned by {}", self.preconditioner.words())
