@@ -142,9 +142,9 @@ impl<'ast> Visit<'ast> for Finder<'_> {
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
         let segments: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
-        if ["crate", "super", "self"].contains(&segments[0].as_str()) && segments.len() > 1 {
-            self.note(&segments);
-        } else if segments.len() > 1 && LIBRARIES.contains(&segments[0].as_str()) {
+        let first = segments[0].as_str();
+        let known = ["crate", "super", "self"].contains(&first) || LIBRARIES.contains(&first);
+        if known && segments.len() > 1 {
             self.note(&segments);
         }
         visit_path(self, path);

@@ -102,14 +102,11 @@ impl Jacobian {
         }
         let n = layout.unknowns();
         let edges = sheet.edges().len();
-        let mut potential = potential;
-        let mut direct =
-            |entries: &mut Entries<'_>| direct(potential.as_deref(), model, &at, entries);
-        let sums = self.sums.get_or_insert_with(|| Sums {
-            direct: Assembly::new(n, n, &mut direct),
-            lengths: None,
-        });
-        sums.direct.fill(&mut direct);
+        let direct = |entries: &mut Entries<'_>| direct(potential.as_deref(), model, &at, entries);
+        let sums = self
+            .sums
+            .get_or_insert_with(|| Sums { direct: Assembly::new(n, n, direct), lengths: None });
+        sums.direct.fill(direct);
         if let (Some(_), Some(potential)) = (&at.factor_slopes, &mut potential) {
             let potential: &mut Potential = potential;
             if sums.lengths.is_none() {

@@ -10,6 +10,9 @@ use crate::parallel::BLOCK;
 /// One 3×3 block.
 pub type Block = nalgebra::Matrix3<f64>;
 
+/// Hands the vertices an edge away from a given one to a function.
+pub type Neighbours<'a> = dyn Fn(usize, &mut dyn FnMut(u32)) + 'a;
+
 /// Which blocks exist.
 #[derive(Debug, PartialEq, Eq)]
 pub struct BlockPattern {
@@ -24,7 +27,7 @@ impl BlockPattern {
     pub fn of_rings(
         vertices: usize,
         rings: usize,
-        neighbours: &dyn Fn(usize, &mut dyn FnMut(u32)),
+        neighbours: &Neighbours<'_>,
         pairs: &[[u32; 2]],
     ) -> Self {
         let mut further: Vec<[u32; 2]> =

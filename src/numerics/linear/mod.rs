@@ -18,7 +18,7 @@ mod stencils;
 mod two_fields;
 
 pub use analysis::Precision;
-pub use block_matrix::{Block, BlockMatrix, BlockPattern, RowMut};
+pub use block_matrix::{Block, BlockMatrix, BlockPattern, Neighbours, RowMut};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use factor::{Factor, LinearChoice};
 pub use gmres::{dot, norm};

@@ -12,7 +12,7 @@ use self_cell::self_cell;
 use super::consistent::make_consistent;
 use super::equations::Equations;
 use super::stepper::{Problem, Stepper, problem};
-use super::{Failure, OdeProblem, OdeWork, Options, Result};
+use super::{Accept, OdeProblem, OdeWork, Options, Result};
 use crate::linear::Shifted;
 
 self_cell!(
@@ -80,11 +80,7 @@ impl<P: OdeProblem> Integration<P> {
     ///
     /// # Errors
     /// An error of F or of `accept` that no smaller step cures, or the last one if none did.
-    pub fn step(
-        &mut self,
-        until: f64,
-        accept: &mut dyn FnMut(f64, &[f64]) -> Result<(), Failure>,
-    ) -> Result<()> {
+    pub fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<()> {
         self.running.with_dependent_mut(|_, stepper| stepper.step(until, accept))
     }
 

@@ -127,3 +127,6 @@ impl OdeError {
 
 /// Shorthand for results with [`OdeError`].
 pub type Result<T, E = OdeError> = std::result::Result<T, E>;
+
+/// Takes a new solution, at a time, or refuses it.
+pub type Accept<'a> = dyn FnMut(f64, &[f64]) -> Result<(), Failure> + 'a;

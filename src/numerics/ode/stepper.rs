@@ -8,7 +8,7 @@ use diffsol::{
 
 use super::equations::Equations;
 use super::newton::{NewtonSolver, Spare};
-use super::{Failure, OdeError, OdeMethod, OdeWork, Result};
+use super::{Accept, OdeError, OdeMethod, OdeWork, Result};
 use crate::linear::{Displacements, LinearChoice};
 
 /// How a problem is to be integrated.
@@ -278,11 +278,7 @@ impl<'a> Stepper<'a> {
     ///
     /// # Errors
     /// An error of F or of `accept` that no shorter step cures, or the last one if none did.
-    pub(super) fn step(
-        &mut self,
-        until: f64,
-        accept: &mut dyn FnMut(f64, &[f64]) -> Result<(), Failure>,
-    ) -> Result<()> {
+    pub(super) fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<()> {
         for retry in 0.. {
             let (time, start) = (self.time, self.solution());
             let stepped = self.raw_step(until);
