@@ -8,8 +8,9 @@ use clap::Args;
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory};
 use crate::run::run::{self, Ending, Summary, accounted};
-use crate::run::{Error, Result, Simulation, laws};
+use crate::run::{Error, Result, Simulation, inspect, laws};
 use crate::scene::Scene;
+use crate::sheet::read;
 use crate::solve::SolveError;
 
 /// Arguments of `run`.
@@ -20,6 +21,9 @@ pub(super) struct RunArgs {
     /// Directory for the results; by default the scene's name with the time.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Start from a state: points are positions, arrays are species by name; the time begins at 0.
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
     /// Replace the results of an earlier run in that directory.
     #[arg(long)]
     force: bool,
@@ -36,8 +40,16 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
         .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
     // A plugin may change the working directory.
     let root = super::absolute(&root)?;
+    let given = args.from.as_ref().map(read::surface).transpose()?;
     let mut simulation = Simulation::new(&scene, &search)?;
-    super::inputs(&scene, simulation.plugins()).outside(&root)?;
+    let mut inputs = super::inputs(&scene, simulation.plugins());
+    if let Some(path) = &args.from {
+        inputs.add("the state", path);
+    }
+    inputs.outside(&root)?;
+    if let Some(surface) = &given {
+        inspect::take_state(&mut simulation, surface)?;
+    }
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
     let done =
