@@ -26,7 +26,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::Vec3;
-use crate::effects::{EffectContext, EffectSpec, EnergyTerm, HessianPart, Material, Measure};
+use crate::effects::{
+    EffectContext, EffectError, EffectSpec, EnergyTerm, HessianPart, Material, Measure,
+};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::sheet::Sheet;
@@ -55,6 +57,21 @@ pub struct Report {
     pub free_at_rest: bool,
 }
 
+/// Why an effect could not be looked at.
+#[derive(Debug, thiserror::Error)]
+pub enum KitError {
+    /// It cannot be built on that sheet.
+    #[error("{}: {error}", error.key)]
+    Effect {
+        /// Why.
+        #[from]
+        error: EffectError,
+    },
+    /// The sheet has no usable rest state.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
 /// Looks at the energies of `effect` on `sheet`.
 ///
 /// # Errors
@@ -63,7 +80,7 @@ pub fn examine(
     effect: &dyn EffectSpec,
     sheet: &Arc<Sheet>,
     material: Option<&Material>,
-) -> Result<Report, Box<dyn std::error::Error + Send + Sync>> {
+) -> Result<Report, KitError> {
     let context =
         EffectContext { sheet, material, kinetics: None, measure: Measure::Concentration };
     let built = effect.build(&context)?;

@@ -20,7 +20,7 @@ use crate::solve::{Control, Integrator, StepReport, Workspace};
 /// use rumple::{Simulation, scene::Scene};
 ///
 /// let scene = Scene::load(Path::new("dome.toml"), &[])?;
-/// let mut simulation = Simulation::new(&scene, &Search::default())?;
+/// let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
 /// simulation.prepare()?;
 /// while simulation.state().time < 1.0 {
 ///     simulation.step(1.0)?;
