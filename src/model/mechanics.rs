@@ -90,11 +90,15 @@ impl Mechanics {
         }
     }
 
+    /// Whether fixed directions are led along; what has no energy does not move.
+    #[must_use]
+    pub fn leads(&self) -> bool {
+        !self.is_empty() && !self.prescribed.is_empty()
+    }
+
     /// Sets the fixed directions that are led along to where they are at `time`.
     pub fn lead(&self, time: f64, x: &mut [Vec3]) {
-        // What has no energy does not move.
-        let moving = if self.is_empty() { &[][..] } else { &self.prescribed };
-        for prescribed in moving {
+        for prescribed in self.prescribed.iter().filter(|_| self.leads()) {
             prescribed.set(self.sheet.rest(), time, x);
         }
     }

@@ -99,12 +99,6 @@ impl Model {
         Ok(all)
     }
 
-    /// Whether growth that is not a law's changes in time.
-    #[must_use]
-    pub fn grows_in_time(&self) -> bool {
-        self.growth.iter().any(LengthFactor::depends_on_time)
-    }
-
     /// The model at `state`.
     pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
         Evaluation::new(self, state, memory, false)

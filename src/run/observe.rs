@@ -12,8 +12,11 @@ use crate::solve::StepReport;
 pub struct Moment<'a> {
     /// The step that led to it; at the start, the work of the first relaxation.
     pub report: &'a StepReport,
-    /// Whether it is one of the output times, or the last state.
+    /// Whether it is one of the output times, or the last state; once for every state.
     pub frame: bool,
+    /// Whether it is seen for the first time. A run that is interrupted in a step shows the state before
+    /// again, as its last one.
+    pub new: bool,
     /// Directions that lower the energy, where the run watches them.
     pub negative: Option<f64>,
     /// Wall time since the run began, seconds.
@@ -52,8 +55,11 @@ impl LedgerRows {
 
 impl Observer for LedgerRows {
     fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
-        let row = report::row(at, moment.report, moment.negative, moment.wall)?;
-        Ok(self.0.append(&row)?)
+        if moment.new {
+            let row = report::row(at, moment.report, moment.negative, moment.wall)?;
+            self.0.append(&row)?;
+        }
+        Ok(())
     }
 }
 

@@ -163,7 +163,7 @@ pub fn observed(
     let every = scene.output.every.map_or(until, |e| e.get().min(until));
     let mut written = 0usize;
     let mut latest = first;
-    let mut shown = None;
+    let (mut shown, mut framed) = (None, None);
     let (mut reported, mut failed) = (Reported::default(), 0);
     loop {
         let stopwatch = Instant::now();
@@ -184,14 +184,18 @@ pub fn observed(
             }
             // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
             let frame = state.time >= real(written) * every || ending.is_some();
+            let frame = frame && framed != Some(state.step);
             // After an interrupted try the state is the one shown before.
-            let new = shown != Some(state.step);
-            if new || frame && ending.is_some() {
+            let new = shown.replace(state.step) != Some(state.step);
+            if new || frame {
                 let wall = began.elapsed().as_secs_f64();
-                let moment = Moment { report: &latest, frame, negative, wall };
+                let moment = Moment { report: &latest, frame, new, negative, wall };
                 for observer in &mut observers {
                     observer.see(&mut at, &moment)?;
                 }
+            }
+            if frame {
+                framed = Some(state.step);
             }
             Ok(ending)
         };
@@ -199,7 +203,6 @@ pub fn observed(
             Ok(ending) => ending,
             Err(error) => return Err(stopped(simulation, directory, compression, error)),
         };
-        shown = Some(state.step);
         while real(written) * every <= state.time {
             written += 1;
         }

@@ -117,7 +117,7 @@ impl Integrator for Euler {
             return Err(SolveError::NotFinite);
         }
         let mut next = state.clone();
-        coupled.unpack(&y, time, &mut next);
+        coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
         next.step += 1;
         model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
         let mut report = StepReport { step, ..StepReport::default() };

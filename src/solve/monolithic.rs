@@ -230,12 +230,9 @@ impl Monolithic {
         let tolerance = (self.rtol, self.atol);
         let earlier = integration.work();
         let model = &workspace.model;
-        let rest = model.sheet().rest();
         let mut next = state.clone();
         integration.step(until, &mut |time, y| {
-            layout.unpack(rest, y, &mut next);
-            next.time = time;
-            model.mechanics().lead(time, &mut next.x);
+            layout.unpack(model.mechanics(), time, y, &mut next);
             let kept = model.keep_in_range(&mut next.species, time, tolerance);
             kept.map_err(|e| SolveError::from(e).into_failure())
         })?;

@@ -1,7 +1,7 @@
 //! Which unknown of the coupled system is what.
 
 use super::super::rigid::{free_motions, holding};
-use super::super::{Model, State};
+use super::super::{Mechanics, Model, State};
 use super::Part;
 use crate::Vec3;
 use crate::num::index;
@@ -17,6 +17,8 @@ pub struct Layout {
     mechanical: usize,
     points: usize,
     species: usize,
+    /// Whether the shape stays as it is given: it is no unknown, and no direction is led along.
+    still: bool,
 }
 
 impl Layout {
@@ -50,7 +52,8 @@ impl Layout {
         let chemistry = model.chemistry().filter(|_| part != Part::Shape);
         let (points, species) =
             chemistry.map_or((0, 0), |c| (c.points(model.sheet()), c.descriptor().species.len()));
-        Self { place, mechanical, points, species }
+        let still = mechanical == 0 && !(moves && mechanics.leads());
+        Self { place, mechanical, points, species, still }
     }
 
     /// How many unknowns are displacements.
@@ -75,6 +78,12 @@ impl Layout {
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.mechanical + self.points * self.species
+    }
+
+    /// Whether the shape stays as it is given.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.still
     }
 
     /// Place of a displacement; none if it is held.
@@ -124,8 +133,14 @@ impl Layout {
         }
     }
 
-    /// Writes `y` into `state`, whose fixed directions stay as they are; `rest` are the rest positions.
-    pub fn unpack(&self, rest: &[Vec3], y: &[f64], state: &mut State) {
+    /// Writes the unknowns `y` at `time` into `state`, whose fixed directions stay as they are or are led
+    /// along.
+    pub fn unpack(&self, mechanics: &Mechanics, time: f64, y: &[f64], state: &mut State) {
+        let rest = mechanics.sheet().rest();
+        state.time = time;
+        if !self.still {
+            mechanics.lead(time, &mut state.x);
+        }
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
                 if place[axis] != HELD {

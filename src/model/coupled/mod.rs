@@ -132,19 +132,12 @@ impl Coupled {
         y
     }
 
-    /// Writes `y` into `state`, whose fixed directions stay as they are, or are led along.
-    pub fn unpack(&self, y: &[f64], time: f64, state: &mut State) {
-        self.layout.unpack(self.model.sheet().rest(), y, state);
-        state.time = time;
-        self.model.mechanics().lead(time, &mut state.x);
-    }
-
     /// Takes from `state` what no unknown stands for: before the first residual, and whenever it changed.
-    /// Where the shape is no unknown, transports are evaluated here, once.
+    /// Where the shape stays as it is, transports are evaluated here, once.
     pub fn start(&mut self, state: &State) {
         let moved = self.state.x != state.x;
         self.state.clone_from(state);
-        if moved && self.layout.mechanical() == 0 {
+        if moved && self.layout.is_still() {
             self.model.at(state, &mut self.memory).surface();
         }
     }
@@ -165,9 +158,7 @@ impl Coupled {
 
     /// The state of the unknowns `y`, with the species on their course if they have one.
     fn show(&mut self, time: f64, y: &[f64]) {
-        self.layout.unpack(self.model.sheet().rest(), y, &mut self.state);
-        self.state.time = time;
-        self.model.mechanics().lead(time, &mut self.state.x);
+        self.layout.unpack(self.model.mechanics(), time, y, &mut self.state);
         if let Some(course) = self.course.as_ref().filter(|_| self.layout.species() == 0) {
             course.at(time, &mut self.state.species);
         }
@@ -182,7 +173,7 @@ impl Coupled {
         self.show(time, y);
         let given = self.given_signals(time);
         let Self { model, layout, state, memory, gradient, rates, .. } = self;
-        let mut at = Evaluation::new(model, state, memory, layout.mechanical() == 0);
+        let mut at = Evaluation::new(model, state, memory, layout.is_still());
         if let (Some(signals), Some(chemistry)) = (&given, model.chemistry()) {
             chemistry.rates(model.sheet(), at.surface(), &state.species, signals, rates)?;
             layout.pack_species(rates, out);
@@ -211,7 +202,7 @@ impl Coupled {
         self.show(time, y);
         let given = self.given_signals(time);
         let Self { model, layout, state, memory, jacobian, .. } = self;
-        let mut at = Evaluation::new(model, state, memory, layout.mechanical() == 0);
+        let mut at = Evaluation::new(model, state, memory, layout.is_still());
         let (nothing, silent) = (Surface::default(), SignalColumns::new());
         let inputs = match &given {
             Some(signals) => Inputs { potential: None, surface: at.surface(), signals },

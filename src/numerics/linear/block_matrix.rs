@@ -63,14 +63,6 @@ impl BlockPattern {
         Self { start, column }
     }
 
-    /// Whether every pair of `other` is a pair of this.
-    #[must_use]
-    pub fn contains(&self, other: &Self) -> bool {
-        self.rows() == other.rows()
-            && (0..self.rows())
-                .all(|i| other.row(i).iter().all(|j| self.row(i).binary_search(j).is_ok()))
-    }
-
     /// The columns of every row, ascending from its own number.
     pub(super) fn from_rows(rows: impl Iterator<Item = Vec<u32>>) -> Self {
         let mut start = vec![0];

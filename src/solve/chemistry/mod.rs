@@ -161,7 +161,7 @@ impl ChemistrySteps {
             }
         }
         let mut next = state.clone();
-        coupled.unpack(&y, until, &mut next);
+        coupled.layout().unpack(model.mechanics(), until, &y, &mut next);
         Ok(next.species)
     }
 

@@ -95,7 +95,7 @@ impl Settling {
             }
             // Where the kinetics have no value, or one far out of their range, the step was too long.
             let mut shown = state.clone();
-            coupled.unpack(&tried, state.time, &mut shown);
+            coupled.layout().unpack(model.mechanics(), state.time, &tried, &mut shown);
             let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
             let done = sensible.and_then(|()| coupled.residual(state.time, &tried, &mut rate));
             let error = match done {
@@ -121,7 +121,7 @@ impl Settling {
             if largest < STILL && inverse_step < 1e-3 * first {
                 let mut next = state.clone();
                 let time = state.time;
-                coupled.unpack(&y, time, &mut next);
+                coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
                 model.keep_in_range(&mut next.species, time, (rtol, atol))?;
                 *state = next;
                 return Ok(step + 1);
