@@ -71,12 +71,6 @@ pub struct LengthFactor {
 }
 
 impl LengthFactor {
-    /// Whether it changes in time.
-    #[must_use]
-    pub fn depends_on_time(&self) -> bool {
-        self.formula.depends_on_time()
-    }
-
     /// Its value at every edge.
     #[must_use]
     pub fn at(&self, sheet: &Sheet, time: f64) -> Vec<f64> {

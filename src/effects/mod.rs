@@ -6,6 +6,7 @@
 //! in memory that the evaluation owns. What a scene does not list is not built.
 
 mod bending;
+mod cone;
 mod diffusion;
 mod element;
 mod energy;

@@ -18,10 +18,8 @@
 //! height, pinned along z: a lid that slides in its plane). Where the rim is free, the force is
 //! still right but has no energy: U is not one, and a solver that trusts it may stop early.
 //!
-//! **Hessian.** Of one triangle, block (k, m) of the derivative of the gradient is `-(p/6) [e_m]×`,
-//! e_m the edge opposite corner m; its symmetric part is `-(p/12) [e_m - e_k]×`. Summed over the
-//! ring of an interior vertex the two are the same, so the Hessian is exact away from the rim; at
-//! rim vertices it is the symmetric part. It is indefinite, and the positive part has nothing.
+//! **Hessian.** See the file `cone.rs`: exact away from the boundary, the symmetric part there; it is
+//! indefinite, and the positive part has nothing.
 //!
 //! Reference: e.g. Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis* (2008),
 //! section 8.5.2. `ramp` multiplies the pressure
@@ -30,12 +28,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::element::{self, Element, Mesh};
+use super::cone::{Cone, ConeWork};
 use super::ramp::Factor;
 use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp};
 use crate::Vec3;
 use crate::geometry::Shape;
-use crate::linear::{Block, BlockMatrix, LazyStencils};
+use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
 use crate::num::real;
 use crate::sheet::Sheet;
@@ -66,32 +64,6 @@ impl EffectSpec for Pressure {
 
 crate::register_kind!(dyn EffectSpec, "pressure", Pressure);
 
-/// The tetrahedron between a triangle and O, under pressure.
-#[derive(Debug, Clone, Copy)]
-struct Cone {
-    pressure: f64,
-    apex: Vec3,
-}
-
-impl Element<3> for Cone {
-    fn gradient(&self, x: &[Vec3; 3]) -> (f64, [Vec3; 3]) {
-        let [a, b, c] = x.map(|x| x - self.apex);
-        let sixth = self.pressure / 6.0;
-        let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
-        (-sixth * a.dot(&b.cross(&c)), [-sixth * normal; 3])
-    }
-
-    fn hessian(&self, x: &[Vec3; 3], part: HessianPart) -> [[Block; 3]; 3] {
-        if part == HessianPart::Positive {
-            return [[Block::zeros(); 3]; 3];
-        }
-        let e = [x[2] - x[1], x[0] - x[2], x[1] - x[0]];
-        std::array::from_fn(|k| {
-            std::array::from_fn(|m| (-self.pressure / 12.0) * (e[m] - e[k]).cross_matrix())
-        })
-    }
-}
-
 /// Pressure on one sheet.
 #[derive(Debug)]
 pub struct FollowerPressure {
@@ -99,13 +71,6 @@ pub struct FollowerPressure {
     factor: Factor,
     /// Largest force on a vertex at rest.
     at_rest: f64,
-}
-
-/// Memory of evaluations.
-#[derive(Debug, Default)]
-pub struct PressureWork {
-    pull: Vec<[Vec3; 3]>,
-    places: LazyStencils,
 }
 
 impl FollowerPressure {
@@ -125,7 +90,7 @@ impl FollowerPressure {
             }
         }
         Self {
-            cone: Cone { pressure, apex },
+            cone: Cone { weight: -pressure, apex },
             factor: Factor::default(),
             at_rest: force.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max),
         }
@@ -133,12 +98,12 @@ impl FollowerPressure {
 
     /// With the pressure of the time.
     fn at(&self, time: f64) -> Cone {
-        Cone { pressure: self.factor.at(time) * self.cone.pressure, ..self.cone }
+        Cone { weight: self.factor.at(time) * self.cone.weight, ..self.cone }
     }
 }
 
 impl Energy for FollowerPressure {
-    type Work = PressureWork;
+    type Work = ConeWork;
 
     fn name(&self) -> &'static str {
         "pressure"
@@ -158,9 +123,7 @@ impl Energy for FollowerPressure {
         work: &mut Self::Work,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let cone = &self.at(shape.time);
-        let mesh = Mesh::triangles(shape.sheet);
-        element::evaluate(&mesh, |_| cone, shape.x, &mut work.pull, gradient)
+        self.at(shape.time).evaluate(shape, work, gradient)
     }
 
     fn applied_force(&self) -> f64 {
@@ -174,11 +137,6 @@ impl Energy for FollowerPressure {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        if part == HessianPart::Positive {
-            return;
-        }
-        let cone = &self.at(shape.time);
-        let mesh = Mesh::triangles(shape.sheet);
-        element::add_hessian(&mesh, |_| cone, shape.x, part, &mut work.places, into);
+        self.at(shape.time).add_hessian(shape, work, part, into);
     }
 }

@@ -10,22 +10,21 @@
 //! alone. The target is a volume, or a share of the volume at rest; `ramp` multiplies it in time.
 //!
 //! **Derivatives.** `∂V/∂x_i = Σ_{T∋i} A_T n_T/3`, so the force is that of the pressure p. The second
-//! derivatives are `-p ∂²V`, sparse and as those of the effect `pressure`, and
+//! derivatives are `-p ∂²V`, sparse (see the file `cone.rs`), and
 //! `(κ/V*) ∂V ⊗ ∂V`, which couples all vertices and is of rank one.
 //!
 //! Not covered: open sheets; a volume that is exact whatever the pressure.
 
 use serde::{Deserialize, Serialize};
 
-use super::element::{self, Element, Mesh};
+use super::cone::{Cone, ConeWork};
 use super::ramp::Factor;
 use super::{
-    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy,
-    HessianPart, LowRank, Ramp,
+    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
+    LowRank, Ramp,
 };
 use crate::Vec3;
 use crate::geometry::Shape;
-use crate::linear::LazyStencils;
 use crate::num::checked::Positive;
 use crate::num::real;
 use crate::parallel;
@@ -107,29 +106,6 @@ fn volume(sheet: &Sheet, x: &[Vec3], origin: Vec3) -> f64 {
     })
 }
 
-/// `-p` times the volume of a tetrahedron between a triangle and O.
-#[derive(Debug, Clone, Copy)]
-struct Tetrahedron {
-    weight: f64,
-    origin: Vec3,
-}
-
-impl Element<3> for Tetrahedron {
-    fn gradient(&self, x: &[Vec3; 3]) -> (f64, [Vec3; 3]) {
-        let [a, b, c] = x.map(|x| x - self.origin);
-        let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
-        (self.weight / 6.0 * a.dot(&b.cross(&c)), [self.weight / 6.0 * normal; 3])
-    }
-
-    /// On a closed sheet `∂²V` is the sum of these antisymmetric parts, which are symmetric as blocks.
-    fn hessian(&self, x: &[Vec3; 3], _: HessianPart) -> [[Block; 3]; 3] {
-        let e = [x[2] - x[1], x[0] - x[2], x[1] - x[0]];
-        std::array::from_fn(|k| {
-            std::array::from_fn(|m| (self.weight / 12.0) * (e[m] - e[k]).cross_matrix())
-        })
-    }
-}
-
 /// The energy of the volume that one closed sheet encloses.
 #[derive(Debug)]
 pub struct EnclosedVolume {
@@ -139,15 +115,8 @@ pub struct EnclosedVolume {
     origin: Vec3,
 }
 
-/// Memory of evaluations.
-#[derive(Debug, Default)]
-pub struct VolumeWork {
-    pull: Vec<[Vec3; 3]>,
-    places: LazyStencils,
-}
-
 impl EnclosedVolume {
-    /// V* and `∂U/∂V = -p`.
+    /// V*, `(V - V*)/V*` and `∂U/∂V = -p`.
     fn at(&self, shape: &Shape<'_>) -> (f64, f64, f64) {
         let target = self.factor.at(shape.time) * self.target;
         let excess = (volume(shape.sheet, shape.x, self.origin) - target) / target;
@@ -156,7 +125,7 @@ impl EnclosedVolume {
 }
 
 impl Energy for EnclosedVolume {
-    type Work = VolumeWork;
+    type Work = ConeWork;
 
     fn name(&self) -> &'static str {
         "volume"
@@ -178,9 +147,7 @@ impl Energy for EnclosedVolume {
     ) -> f64 {
         let (target, excess, weight) = self.at(shape);
         if gradient.is_some() {
-            let element = Tetrahedron { weight, origin: self.origin };
-            let mesh = Mesh::triangles(shape.sheet);
-            element::evaluate(&mesh, |_| &element, shape.x, &mut work.pull, gradient);
+            Cone { weight, apex: self.origin }.evaluate(shape, work, gradient);
         }
         0.5 * self.stiffness * excess * excess * target
     }
@@ -192,12 +159,8 @@ impl Energy for EnclosedVolume {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        if part == HessianPart::Full {
-            let (_, _, weight) = self.at(shape);
-            let element = Tetrahedron { weight, origin: self.origin };
-            let mesh = Mesh::triangles(shape.sheet);
-            element::add_hessian(&mesh, |_| &element, shape.x, part, &mut work.places, into);
-        }
+        let (_, _, weight) = self.at(shape);
+        Cone { weight, apex: self.origin }.add_hessian(shape, work, part, into);
     }
 
     fn low_rank(
@@ -209,9 +172,8 @@ impl Energy for EnclosedVolume {
     ) {
         let (target, ..) = self.at(shape);
         let mut direction = vec![Vec3::zeros(); shape.x.len()];
-        let element = Tetrahedron { weight: 1.0, origin: self.origin };
-        let mesh = Mesh::triangles(shape.sheet);
-        element::evaluate(&mesh, |_| &element, shape.x, &mut work.pull, Some(&mut direction));
+        let cone = Cone { weight: 1.0, apex: self.origin };
+        cone.evaluate(shape, work, Some(&mut direction));
         terms.push(LowRank { stiffness: self.stiffness / target, direction });
     }
 }

@@ -14,7 +14,6 @@ const NAMES: [&str; 4] = ["x", "y", "z", "t"];
 #[derive(Debug, Clone)]
 pub struct FieldFormula {
     program: Program,
-    timed: bool,
     placed: bool,
 }
 
@@ -27,14 +26,14 @@ impl FieldFormula {
         let names = &NAMES[..if timed { 4 } else { 3 }];
         let mut graph = Graph::default();
         let tree = parse::parse(text)?;
-        let mut read = [false; 4];
+        let mut placed = false;
         let id = graph.insert(&tree, &mut |graph, name| {
             if name == "pi" {
                 return Ok(graph.constant(std::f64::consts::PI));
             }
             match names.iter().position(|known| *known == name) {
                 Some(k) => {
-                    read[k] = true;
+                    placed |= k < 3;
                     Ok(graph.input(crate::num::index(k)))
                 }
                 None => {
@@ -48,14 +47,7 @@ impl FieldFormula {
                 }
             }
         })?;
-        let placed = read[..3].contains(&true);
-        Ok(Self { program: Program::new(&graph, &[id]), timed: read[3], placed })
-    }
-
-    /// Whether it reads the time.
-    #[must_use]
-    pub fn depends_on_time(&self) -> bool {
-        self.timed
+        Ok(Self { program: Program::new(&graph, &[id]), placed })
     }
 
     /// Whether it reads the position.
