@@ -269,6 +269,8 @@ impl Lbfgs {
         // renewed before giving up.
         let mut age = 1;
         let mut halvings = 0;
+        // Whether the factor has the largest shift there is.
+        let mut stiffest = false;
         let mut progress = Progress::new(energy, potential.residual(&gradient));
         self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
@@ -288,6 +290,7 @@ impl Lbfgs {
                 }
                 self.gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
                 done.factorisations += self.refactor(potential, x, done.residual)?;
+                stiffest = self.shift >= MOST_SHIFT;
                 self.shift = (0.1 * self.shift).max(SHIFT);
                 self.refresh = self.options.refresh.map_or_else(
                     || if small && done.residual > NEARLY_AT_REST { REFRESH.0 } else { REFRESH.1 },
@@ -332,7 +335,7 @@ impl Lbfgs {
                 continue;
             }
             let Some(e) = accepted else {
-                if age == 0 && self.shift < MOST_SHIFT {
+                if age == 0 && !stiffest {
                     self.stiffen();
                 } else if age == 0 {
                     return Ok((done, Outcome::NoStep));
