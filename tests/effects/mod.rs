@@ -1,4 +1,5 @@
 //! Effects by the public kit: every registered one has samples here, or a test fails.
 
+mod contract;
 mod registered;
 mod running;

@@ -4,6 +4,7 @@
 //! vertices up to so many edges apart, and single pairs.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::parallel::BLOCK;
 
@@ -107,17 +108,24 @@ pub struct BlockMatrix {
 
 /// One row of a [`BlockMatrix`] being filled.
 pub struct RowMut<'a> {
+    row: usize,
     column: &'a [u32],
     value: &'a mut [Block],
+    outside: &'a AtomicU64,
 }
 
 impl RowMut<'_> {
-    /// Adds `block` at column `j`; a column outside the pattern is ignored, so that effects may
-    /// offer more than a pattern keeps.
+    /// Adds `block` at column `j`. A column outside the pattern has no place: the matrix then says so,
+    /// by [`BlockMatrix::outside`].
     #[inline]
     pub fn add(&mut self, j: usize, block: &Block) {
-        if let Ok(place) = self.column.binary_search(&crate::num::index(j)) {
-            self.value[place] += block;
+        match self.column.binary_search(&crate::num::index(j)) {
+            Ok(place) => self.value[place] += block,
+            Err(_) => {
+                // The least of all pairs, whichever thread comes first.
+                let pair = (self.row as u64) << 32 | u64::from(crate::num::index(j));
+                self.outside.fetch_min(pair, Ordering::Relaxed);
+            }
         }
     }
 }
@@ -173,7 +181,11 @@ impl BlockMatrix {
 
     /// Hands every row to `f`, in parallel.
     pub fn update_rows(&mut self, f: impl Fn(usize, &mut RowMut<'_>) + Sync) {
-        split_rows(&self.pattern, 0, self.pattern.rows(), &mut self.value, &f);
+        let outside = AtomicU64::new(u64::MAX);
+        split_rows(&self.pattern, 0, self.pattern.rows(), &mut self.value, &outside, &f);
+        let outside = outside.into_inner();
+        let half = |bits: u64| u32::try_from(bits & u64::from(u32::MAX)).unwrap_or(u32::MAX);
+        self.note_outside((outside != u64::MAX).then(|| [half(outside >> 32), half(outside)]));
     }
 
     /// Takes directions out of the problem: their rows and columns become those of `scale`·I.
@@ -223,6 +235,7 @@ fn split_rows<F: Fn(usize, &mut RowMut<'_>) + Sync>(
     first: usize,
     last: usize,
     value: &mut [Block],
+    outside: &AtomicU64,
     f: &F,
 ) {
     if last - first <= BLOCK {
@@ -230,7 +243,7 @@ fn split_rows<F: Fn(usize, &mut RowMut<'_>) + Sync>(
         for i in first..last {
             let column = pattern.row(i);
             let (mine, tail) = rest.split_at_mut(column.len());
-            f(i, &mut RowMut { column, value: mine });
+            f(i, &mut RowMut { row: i, column, value: mine, outside });
             rest = tail;
         }
         return;
@@ -238,7 +251,7 @@ fn split_rows<F: Fn(usize, &mut RowMut<'_>) + Sync>(
     let middle = first + (last - first) / 2;
     let (low, high) = value.split_at_mut(pattern.start[middle] - pattern.start[first]);
     rayon::join(
-        || split_rows(pattern, first, middle, low, f),
-        || split_rows(pattern, middle, last, high, f),
+        || split_rows(pattern, first, middle, low, outside, f),
+        || split_rows(pattern, middle, last, high, outside, f),
     );
 }
