@@ -145,3 +145,91 @@ fn an_enclosed_volume_inflates_a_sphere() {
         assert!(residual < 1e-9, "{residual:e}");
     }
 }
+
+/// Pins that move give the same shape whichever integrator leads them along, under drag too.
+#[test]
+fn pins_that_move_do_so_under_every_integrator() {
+    let text = |policy: &str, integrator: &str| {
+        format!(
+            "{STRIP}
+            time = {{ until = 4.0, policy = '{policy}', integrator = {integrator} }}
+            effect = [
+                {{ kind = 'stretching', model = 'stvk' }},
+                {{ kind = 'pin', where = 'all', axes = 'z' }},
+                {{ kind = 'pin', where = {{ half-space = {{ point = [-5.99, 0, 0], normal = [-1, 0, 0] }} }}, axes = 'xy' }},
+                {{ kind = 'pin', where = {{ half-space = {{ point = [5.99, 0, 0], normal = [1, 0, 0] }} }}, axes = 'xy',
+                   displacement = [0.6, 0, 0], ramp = {{ points = [[0, 0], [1, 1]] }} }},
+            ]"
+        )
+    };
+    let mut reference = at_end(&text("quasi-static", "'staggered'"));
+    let energy = |simulation: &mut Simulation| simulation.energies().unwrap()[0].1;
+    let expected = energy(&mut reference);
+    assert!(expected > 1.0);
+    for (policy, integrator) in [
+        ("quasi-static", "'monolithic'"),
+        ("simultaneous", "'monolithic'"),
+        ("simultaneous", "'staggered'"),
+        ("simultaneous", "{ kind = 'explicit', method = 'tsit45' }"),
+    ] {
+        let mut simulation = at_end(&text(policy, integrator));
+        let found = energy(&mut simulation);
+        assert!((found / expected - 1.0).abs() < 1e-3, "{policy} {integrator}: {found} {expected}");
+        let right = simulation.sheet().rest().iter().position(|x| x.x > 5.99).unwrap();
+        let moved = simulation.state().x[right].x - simulation.sheet().rest()[right].x;
+        assert!((moved - 0.6).abs() < 1e-12, "{policy} {integrator}: {moved}");
+    }
+}
+
+/// What cannot be is refused where the scene says it.
+#[test]
+fn wrong_parameters_of_the_new_effects_name_their_key() {
+    let refused = |effect: &str, time: &str| {
+        let text =
+            format!("{STRIP}\ntime = {time}\neffect = [ {{ kind = 'stretching' }}, {effect} ]");
+        let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]);
+        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let made = scene.map_err(rumple::Error::from);
+        match made.and_then(|scene| Simulation::new(&scene, &search)) {
+            Ok(_) => panic!("{effect} is accepted"),
+            Err(rumple::Error::Scene(error)) => error.rendered(false),
+            Err(error) => panic!("{effect}: {error}"),
+        }
+    };
+    let usual = "{ until = 1.0 }";
+    for (effect, key) in [
+        ("{ kind = 'volume', stiffness = 1.0 }", "effect[1].kind"),
+        ("{ kind = 'growth', factor = '1 + u' }", "effect[1].factor"),
+        ("{ kind = 'growth', factor = 'x' }", "effect[1].factor"),
+        ("{ kind = 'foundation', where = 'rim', stiffness = 1.0 }", "effect[1].where"),
+        (
+            "{ kind = 'foundation', where = 'all', stiffness = 1.0, to = { plane = { normal = [0, 0, 0] } } }",
+            "effect[1].to",
+        ),
+        ("{ kind = 'pressure', value = 1.0, ramp = { formula = 'x*t' } }", "effect[1].ramp"),
+        (
+            "{ kind = 'pressure', value = 1.0, ramp = { points = [[1, 0], [0, 1]] } }",
+            "effect[1].ramp",
+        ),
+        ("{ kind = 'pin', where = 'rim', axes = 'z', ramp = { formula = 't' } }", "effect[1].ramp"),
+    ] {
+        let said = refused(effect, usual);
+        assert!(said.contains(key), "{effect}: {said}");
+    }
+    let sphere = STRIP.replace(
+        "shape = 'rectangle', width = 12.0, height = 4.0",
+        "shape = 'sphere', radius = 3.0",
+    );
+    let text = format!(
+        "{sphere}\ntime = {{ until = 1.0, integrator = 'monolithic' }}\n\
+         effect = [ {{ kind = 'stretching' }}, {{ kind = 'volume', stiffness = 1.0 }} ]"
+    );
+    let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]).unwrap();
+    let search = rumple::kinetics::Search::in_directories(Vec::new());
+    match Simulation::new(&scene, &search) {
+        Err(rumple::Error::Scene(error)) => {
+            assert!(error.rendered(false).contains("time.integrator"), "{error}");
+        }
+        _ => panic!("volume is accepted with the monolithic integrator"),
+    }
+}

@@ -18,7 +18,7 @@ const PLAN: [(&str, &[&str]); 16] = [
     ("effects", &["registry", "kinetics", "geometry", "sheet"]),
     ("registry", &["document"]),
     ("document", &[]),
-    ("output", &["growing", "sheet"]),
+    ("output", &["growing"]),
     ("kinetics", &["growing"]),
     ("geometry", &["sheet"]),
     ("sheet", &[]),

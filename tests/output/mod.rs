@@ -11,8 +11,12 @@ mod series;
 mod vtk;
 mod vtu;
 
+use std::path::Path;
+use std::process::Command;
+
 use rumple::Vec3;
 use rumple::output::{Field, Frame};
+use sha2::{Digest, Sha256};
 
 /// A wavy strip of `n × n` points with awkward numbers in its fields.
 pub struct Patch {
@@ -73,5 +77,35 @@ impl Patch {
             cell: vec![Field::scalar("root [1]", cells)],
             field_data: vec![("energy bending [energy]".to_owned(), 1.0 / 3.0)],
         }
+    }
+}
+
+/// The real VTK reads the frames in `folder` to the last bit: it hashes every array of `patch`, and so
+/// does this.
+pub fn assert_digests(folder: &Path, patch: &Patch, times: &[f64]) {
+    let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/check_vtk.py");
+    let output = Command::new(&python)
+        .args([script, "--digest"])
+        .arg(folder)
+        .output()
+        .expect("the interpreter runs");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    let frame = patch.frame(0.0, 0);
+    let points = Field::vector("points", frame.points);
+    let point = frame.point.iter().map(|f| ("point", f));
+    let cell = frame.cell.iter().map(|f| ("cell", f));
+    for (kind, field) in point.chain(cell).chain([("points", &points)]) {
+        let mut hasher = Sha256::new();
+        field.data.iter().for_each(|x| hasher.update(x.to_le_bytes()));
+        let hash = hasher.finalize().iter().map(|b| format!("{b:02x}")).collect::<String>();
+        let line = format!("digest\t{kind}\t{}\t{hash}", field.name);
+        let seen = text.lines().filter(|l| l.trim_end() == line).count();
+        assert_eq!(seen, times.len(), "{line}\nnot in every frame of\n{text}");
+    }
+    for time in times {
+        let line = format!("time\t{:016x}", time.to_bits());
+        assert!(text.lines().any(|l| l == line), "{line}\nnot in\n{text}");
     }
 }

@@ -1,12 +1,7 @@
-use std::process::Command;
-
-use rumple::output::{
-    Compression, Field, Format, Frame, OutputError, ResultDirectory, Series, vtk,
-};
+use rumple::output::{Compression, Format, OutputError, ResultDirectory, Series, vtk};
 use rumple::sheet::read;
-use sha2::{Digest, Sha256};
 
-use super::Patch;
+use super::{Patch, assert_digests};
 
 fn bits_of(values: &[f64]) -> Vec<u64> {
     values.iter().map(|x| x.to_bits()).collect()
@@ -86,33 +81,9 @@ fn an_old_series_has_an_index_with_times_and_is_removed_by_force() {
 #[test]
 #[ignore = "needs Python with the vtk package in RUMPLE_PYTHON; tests/run.sh runs it"]
 fn real_vtk_reads_back_every_bit_of_old_frames() {
-    let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/check_vtk.py");
     let folder = tempfile::tempdir().unwrap();
     let patch = Patch::new(181);
     let times = [0.0, 1e-300, 0.1 + 0.2, 1.0 / 3.0 + 7.0];
     drop(series(folder.path(), &patch, &times));
-    let output = Command::new(&python)
-        .args([script, "--digest"])
-        .arg(folder.path())
-        .output()
-        .expect("the interpreter runs");
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
-    let frame: Frame<'_> = patch.frame(0.0, 0);
-    let points = Field::vector("points", frame.points);
-    let point = frame.point.iter().map(|f| ("point", f));
-    let cell = frame.cell.iter().map(|f| ("cell", f));
-    for (kind, field) in point.chain(cell).chain([("points", &points)]) {
-        let mut hasher = Sha256::new();
-        field.data.iter().for_each(|x| hasher.update(x.to_le_bytes()));
-        let hash = hasher.finalize().iter().map(|b| format!("{b:02x}")).collect::<String>();
-        let line = format!("digest\t{kind}\t{}\t{hash}", field.name);
-        let seen = text.lines().filter(|l| l.trim_end() == line).count();
-        assert_eq!(seen, times.len(), "{line}\nnot in every frame of\n{text}");
-    }
-    for time in times {
-        let line = format!("time\t{:016x}", time.to_bits());
-        assert!(text.lines().any(|l| l == line), "{line}\nnot in\n{text}");
-    }
+    assert_digests(folder.path(), &patch, &times);
 }

@@ -213,7 +213,11 @@ fn an_interrupted_run_leaves_whole_files() {
     assert!(times.is_sorted_by(|a, b| a < b), "no frame is written twice: {times:?}");
     let frames = pvd.matches("<DataSet").count();
     assert_eq!(fs::read_dir(folder.path().join("result/frames")).unwrap().count(), frames);
-    assert!(fs::read_to_string(&ledger).unwrap().ends_with('\n'));
+    let ledger = fs::read_to_string(&ledger).unwrap();
+    assert!(ledger.ends_with('\n'));
+    let steps: Vec<u64> =
+        ledger.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect();
+    assert!(steps.is_sorted_by(|a, b| a < b), "no step is written twice: {steps:?}");
 }
 
 #[test]
@@ -295,4 +299,36 @@ fn a_point_has_a_ledger_and_no_frames() {
     assert!(!folder.path().join("result/sheet.pvd").exists());
     let check = rumple(folder.path(), &["check", "scene.toml"]);
     assert!(check.status.success(), "{}", text(&check.stderr));
+}
+
+/// A run goes on from a frame of another: the same positions and species, relaxed as every start is.
+#[test]
+fn a_run_starts_from_a_state() {
+    let folder = folder(SMALL);
+    let first = rumple(folder.path(), &["run", "scene.toml", "--out", "first"]);
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    let from = "first/frames/frame_000002.vtu";
+    let out = rumple(folder.path(), &["run", "scene.toml", "--from", from, "--out", "second"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let total = |run: &str, row: fn(&str) -> &str| -> f64 {
+        let ledger = fs::read_to_string(folder.path().join(run).join("ledger.csv")).unwrap();
+        let column =
+            ledger.lines().next().unwrap().split(',').position(|t| t == "total c").unwrap();
+        row(&ledger).split(',').nth(column).unwrap().parse().unwrap()
+    };
+    let last = total("first", |ledger| ledger.lines().last().unwrap());
+    let start = total("second", |ledger| ledger.lines().nth(1).unwrap());
+    assert!((start / last - 1.0).abs() < 1e-6, "{start} {last}");
+
+    for (from, said) in [("nowhere.vtu", "nowhere.vtu"), ("scene.toml", "scene.toml")] {
+        let out = rumple(folder.path(), &["run", "scene.toml", "--from", from, "--out", "third"]);
+        assert_eq!(out.status.code(), Some(2), "{from}");
+        assert!(text(&out.stderr).contains(said), "{}", text(&out.stderr));
+        assert!(!folder.path().join("third").exists());
+    }
+    // What is read is not written over.
+    let out =
+        rumple(folder.path(), &["run", "scene.toml", "--from", from, "--out", "first", "--force"]);
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+    assert!(folder.path().join(from).exists());
 }
