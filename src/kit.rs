@@ -90,7 +90,7 @@ pub fn examine(
         free_at_rest: true,
         ..Report::default()
     };
-    for term in built.energies {
+    for term in built.energies.into_iter().chain(built.constraints) {
         of_energy(&mut report, term, sheet)?;
     }
     Ok(report)

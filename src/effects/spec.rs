@@ -145,6 +145,9 @@ pub struct Effect {
     pub pins: Option<Pins>,
     /// Fixed directions that are led along.
     pub prescribed: Vec<Prescribed>,
+    /// What must be zero at every shape: the value of each, which has no unit (a strain, a share), is
+    /// kept below 1e-9 by a force along its gradient.
+    pub constraints: Vec<EnergyTerm>,
     /// Length factors that multiply those of laws.
     pub growth: Vec<LengthFactor>,
     /// Transports of species.
@@ -156,6 +159,12 @@ impl Effect {
     #[must_use]
     pub fn energy(energy: impl Energy) -> Self {
         Self { energies: vec![EnergyTerm::new(energy)], ..Self::default() }
+    }
+
+    /// With a constraint: what `zero` gives as its energy is kept at 0.
+    #[must_use]
+    pub fn constraint(zero: impl Energy) -> Self {
+        Self { constraints: vec![EnergyTerm::new(zero)], ..Self::default() }
     }
 
     /// With fixed directions.

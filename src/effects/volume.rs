@@ -1,4 +1,4 @@
-//! The volume that a closed sheet encloses, held near a given one.
+//! The volume that a closed sheet encloses, kept near a given one, or at it.
 //!
 //! ```text
 //! U = κ (V - V*)²/(2 V*),    V = Σ_T ⅙ (x₀ - O)·[(x₁ - O) × (x₂ - O)],    V* = s(t) · target
@@ -9,11 +9,20 @@
 //! counter-clockwise seen from outside); O is the mean of the rest positions, which changes round-off
 //! alone. The target is a volume, or a share of the volume at rest; `ramp` multiplies it in time.
 //!
+//! With `exact = true` in place of a stiffness the volume is a constraint,
+//!
+//! ```text
+//! g = (V - V*)/V* = 0
+//! ```
+//!
+//! met to 1e-9 at every equilibrium; its multiplier λ (in the ledger) is the energy `p V*`, so that
+//! `p = λ/V*` is the pressure inside that it takes.
+//!
 //! **Derivatives.** `∂V/∂x_i = Σ_{T∋i} A_T n_T/3`, so the force is that of the pressure p. The second
 //! derivatives are `-p ∂²V`, sparse (see the file `cone.rs`), and
 //! `(κ/V*) ∂V ⊗ ∂V`, which couples all vertices and is of rank one.
 //!
-//! Not covered: open sheets; a volume that is exact whatever the pressure.
+//! Not covered: open sheets; several chambers.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,8 +43,12 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Volume {
-    /// The bulk modulus κ, force per area.
-    pub stiffness: Positive,
+    /// The bulk modulus κ, force per area; none for an exact volume.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Positive>,
+    /// Whether the volume is exactly the target.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub exact: bool,
     /// The target.
     #[serde(default)]
     pub target: VolumeTarget,
@@ -90,8 +103,27 @@ impl EffectSpec for Volume {
             VolumeTarget::Share(share) => share.get() * at_rest,
             VolumeTarget::Value(value) => value.get(),
         };
-        let (stiffness, factor) = (self.stiffness.get(), Factor::new(self.ramp.as_ref())?);
-        Ok(Effect::energy(EnclosedVolume { stiffness, target, factor, origin }))
+        let enclosed = Enclosed { target, factor: Factor::new(self.ramp.as_ref())?, origin };
+        let refuse = |key, message: &str, help: &str| {
+            let (message, help) = (message.to_owned(), Some(help.to_owned()));
+            Err(EffectError { key, message, help })
+        };
+        match (self.stiffness, self.exact) {
+            (Some(stiffness), false) => {
+                Ok(Effect::energy(VolumePenalty { enclosed, stiffness: stiffness.get() }))
+            }
+            (None, true) => Ok(Effect::constraint(VolumeConstraint { enclosed })),
+            (None, false) => refuse(
+                "kind",
+                "a volume needs a stiffness",
+                "add stiffness = 100.0 (force per area), or exact = true",
+            ),
+            (Some(_), true) => refuse(
+                "stiffness",
+                "an exact volume has no stiffness",
+                "leave out stiffness, or exact",
+            ),
+        }
     }
 }
 
@@ -106,25 +138,35 @@ fn volume(sheet: &Sheet, x: &[Vec3], origin: Vec3) -> f64 {
     })
 }
 
-/// The energy of the volume that one closed sheet encloses.
+/// The volume that one closed sheet encloses, and its target.
 #[derive(Debug)]
-pub struct EnclosedVolume {
-    stiffness: f64,
+struct Enclosed {
     target: f64,
     factor: Factor,
     origin: Vec3,
 }
 
-impl EnclosedVolume {
-    /// V*, `(V - V*)/V*` and `∂U/∂V = -p`.
-    fn at(&self, shape: &Shape<'_>) -> (f64, f64, f64) {
+impl Enclosed {
+    /// V* and `(V - V*)/V*`.
+    fn at(&self, shape: &Shape<'_>) -> (f64, f64) {
         let target = self.factor.at(shape.time) * self.target;
-        let excess = (volume(shape.sheet, shape.x, self.origin) - target) / target;
-        (target, excess, self.stiffness * excess)
+        (target, (volume(shape.sheet, shape.x, self.origin) - target) / target)
+    }
+
+    /// V times a weight.
+    fn cone(&self, weight: f64) -> Cone {
+        Cone { weight, apex: self.origin }
     }
 }
 
-impl Energy for EnclosedVolume {
+/// The energy `κ (V - V*)²/(2 V*)`.
+#[derive(Debug)]
+pub struct VolumePenalty {
+    enclosed: Enclosed,
+    stiffness: f64,
+}
+
+impl Energy for VolumePenalty {
     type Work = ConeWork;
 
     fn name(&self) -> &'static str {
@@ -136,7 +178,7 @@ impl Energy for EnclosedVolume {
     }
 
     fn depends_on_time(&self) -> bool {
-        self.factor.changes()
+        self.enclosed.factor.changes()
     }
 
     fn evaluate(
@@ -145,9 +187,9 @@ impl Energy for EnclosedVolume {
         work: &mut Self::Work,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let (target, excess, weight) = self.at(shape);
+        let (target, excess) = self.enclosed.at(shape);
         if gradient.is_some() {
-            Cone { weight, apex: self.origin }.evaluate(shape, work, gradient);
+            self.enclosed.cone(self.stiffness * excess).evaluate(shape, work, gradient);
         }
         0.5 * self.stiffness * excess * excess * target
     }
@@ -159,8 +201,8 @@ impl Energy for EnclosedVolume {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        let (_, _, weight) = self.at(shape);
-        Cone { weight, apex: self.origin }.add_hessian(shape, work, part, into);
+        let (_, excess) = self.enclosed.at(shape);
+        self.enclosed.cone(self.stiffness * excess).add_hessian(shape, work, part, into);
     }
 
     fn low_rank(
@@ -170,10 +212,55 @@ impl Energy for EnclosedVolume {
         _: HessianPart,
         terms: &mut Vec<LowRank>,
     ) {
-        let (target, ..) = self.at(shape);
+        let (target, _) = self.enclosed.at(shape);
         let mut direction = vec![Vec3::zeros(); shape.x.len()];
-        let cone = Cone { weight: 1.0, apex: self.origin };
-        cone.evaluate(shape, work, Some(&mut direction));
+        self.enclosed.cone(1.0).evaluate(shape, work, Some(&mut direction));
         terms.push(LowRank { stiffness: self.stiffness / target, direction });
+    }
+}
+
+/// The constraint `(V - V*)/V* = 0`.
+#[derive(Debug)]
+pub struct VolumeConstraint {
+    enclosed: Enclosed,
+}
+
+impl Energy for VolumeConstraint {
+    type Work = ConeWork;
+
+    fn name(&self) -> &'static str {
+        "volume"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling::ONE_RING
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.enclosed.factor.changes()
+    }
+
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let (target, excess) = self.enclosed.at(shape);
+        if gradient.is_some() {
+            self.enclosed.cone(1.0 / target).evaluate(shape, work, gradient);
+        }
+        excess
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let (target, _) = self.enclosed.at(shape);
+        self.enclosed.cone(1.0 / target).add_hessian(shape, work, part, into);
     }
 }

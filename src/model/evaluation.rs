@@ -106,6 +106,9 @@ impl<'a> Evaluation<'a> {
                 self.memory.potential = Some(Potential::new(mechanics));
             }
             self.set_conditions(factor.as_deref())?;
+            if let Some(potential) = &mut self.memory.potential {
+                potential.balance(&self.state.x, false);
+            }
             self.known.potential = true;
         }
         Ok(self.memory.potential.get_or_insert_with(|| Potential::new(mechanics)))

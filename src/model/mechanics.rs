@@ -19,6 +19,8 @@ pub struct Mechanics {
     names: Vec<String>,
     pins: Pins,
     prescribed: Vec<Prescribed>,
+    constraints: Vec<EnergyTerm>,
+    constraint_names: Vec<String>,
     /// The vertices with pins.
     pinned: Vec<usize>,
     /// Made when it is first asked for.
@@ -35,24 +37,38 @@ impl Mechanics {
         terms: Vec<EnergyTerm>,
         pins: Pins,
     ) -> Result<Arc<Self>, SheetError> {
-        Self::led(sheet, terms, pins, Vec::new())
+        Self::constrained(sheet, terms, pins, Vec::new(), Vec::new())
     }
 
-    /// The same with directions that are led along.
+    /// The same with fixed directions that move, and with what must stay zero at every shape: the values
+    /// of `constraints`, which have no unit.
     ///
     /// # Errors
     /// As for [`Mechanics::new`].
-    pub fn led(
+    pub fn constrained(
         sheet: Arc<Sheet>,
         terms: Vec<EnergyTerm>,
         pins: Pins,
         prescribed: Vec<Prescribed>,
+        constraints: Vec<EnergyTerm>,
     ) -> Result<Arc<Self>, SheetError> {
         let reference = RestMetric::new(&sheet)?;
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
+        let constraint_names = numbered(constraints.iter().map(|e| e.name()));
         let pattern = OnceLock::new();
-        Ok(Arc::new(Self { sheet, reference, terms, names, pins, prescribed, pinned, pattern }))
+        Ok(Arc::new(Self {
+            sheet,
+            reference,
+            terms,
+            names,
+            pins,
+            prescribed,
+            constraints,
+            constraint_names,
+            pinned,
+            pattern,
+        }))
     }
 
     /// The sheet.
@@ -127,22 +143,44 @@ impl Mechanics {
         self.names.iter().map(String::as_str)
     }
 
+    /// What must be zero at every shape.
+    #[must_use]
+    pub fn constraints(&self) -> &[EnergyTerm] {
+        &self.constraints
+    }
+
+    /// Whether anything must be zero at every shape.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        !self.constraints.is_empty()
+    }
+
+    /// Names of the constraints, in the scene's order: no two are the same.
+    pub fn constraint_names(&self) -> impl Iterator<Item = &str> {
+        self.constraint_names.iter().map(String::as_str)
+    }
+
+    /// Energies and constraints.
+    fn all(&self) -> impl Iterator<Item = &EnergyTerm> {
+        self.terms.iter().chain(&self.constraints)
+    }
+
     /// Whether an energy depends on time other than through the optimal lengths.
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
-        self.terms.iter().any(|term| term.depends_on_time())
+        self.all().any(|term| term.depends_on_time())
     }
 
     /// Whether an effect couples pairs of vertices that depend on the shape.
     #[must_use]
     pub fn couples_pairs(&self) -> bool {
-        self.terms.iter().any(|term| term.coupling().pairs)
+        self.all().any(|term| term.coupling().pairs)
     }
 
     /// Whether an effect limits steps.
     #[must_use]
     pub fn limits_steps(&self) -> bool {
-        self.terms.iter().any(|term| term.coupling().limits_steps)
+        self.all().any(|term| term.coupling().limits_steps)
     }
 
     /// Whether an effect couples all vertices.
@@ -161,7 +199,7 @@ impl Mechanics {
     /// The same with these pairs.
     #[must_use]
     pub fn pattern_with(&self, pairs: &[[u32; 2]]) -> Arc<BlockPattern> {
-        let rings = self.terms.iter().map(|term| term.coupling().rings).max().unwrap_or(0);
+        let rings = self.all().map(|term| term.coupling().rings).max().unwrap_or(0);
         let neighbours = self.sheet.vertex_edges();
         let each = |i: usize, f: &mut dyn FnMut(u32)| {
             neighbours.of(i).iter().for_each(|&(_, j)| f(j));

@@ -11,6 +11,7 @@
 //! derivatives (`Coupled`).
 
 mod chemistry;
+mod constraint;
 mod coupled;
 mod course;
 mod error;

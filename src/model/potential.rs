@@ -1,7 +1,8 @@
-//! The energy landscape at fixed optimal lengths and time: U(x).
+//! The energy landscape at fixed optimal lengths and time: U(x), or L(x) with constraints.
 
 use std::sync::Arc;
 
+use super::constraint::Constraints;
 use super::error::ModelError;
 use super::mechanics::Mechanics;
 use crate::Vec3;
@@ -17,6 +18,7 @@ pub struct Potential {
     metric: RestMetric,
     time: f64,
     work: Vec<Work>,
+    pub(super) constraints: Constraints,
     force_scale: f64,
 }
 
@@ -26,9 +28,12 @@ impl Potential {
     pub fn new(mechanics: &Arc<Mechanics>) -> Self {
         let work = mechanics.terms().iter().map(|term| term.work()).collect();
         let (metric, time) = (mechanics.reference().clone(), 0.0);
-        let mut made =
-            Self { mechanics: Arc::clone(mechanics), metric, time, work, force_scale: 0.0 };
+        let constraints = Constraints::new(mechanics);
+        let mechanics = Arc::clone(mechanics);
+        let mut made = Self { mechanics, metric, time, work, constraints, force_scale: 0.0 };
         made.prepare();
+        let sheet = Arc::clone(made.sheet());
+        made.choose_stiffness(sheet.rest());
         made
     }
 
@@ -56,6 +61,9 @@ impl Potential {
         for (term, work) in self.mechanics.terms().iter().zip(&mut self.work) {
             term.prepare(&conditions, work);
             self.force_scale = self.force_scale.max(term.force_scale(&conditions));
+        }
+        for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
+            term.prepare(&conditions, work);
         }
     }
 
@@ -96,7 +104,29 @@ impl Potential {
         Shape { sheet: self.mechanics.sheet(), metric: &self.metric, time: self.time, x }
     }
 
-    /// Calls `f` with every term, its memory and the shape at `x`.
+    /// The effects, the constraints and the shape at `x`.
+    pub(super) fn constrained<'a>(
+        &'a mut self,
+        x: &'a [Vec3],
+    ) -> (&'a Mechanics, &'a mut Constraints, Shape<'a>) {
+        let Self { mechanics, metric, time, constraints, .. } = self;
+        let shape = Shape { sheet: mechanics.sheet(), metric, time: *time, x };
+        (mechanics, constraints, shape)
+    }
+
+    /// Calls `f` with every constraint, its memory and the shape at `x`.
+    fn each_constraint(
+        &mut self,
+        x: &[Vec3],
+        mut f: impl FnMut(&dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
+    ) {
+        let (mechanics, constraints, shape) = self.constrained(x);
+        for (term, work) in mechanics.constraints().iter().zip(&mut constraints.work) {
+            f(&**term, work, &shape);
+        }
+    }
+
+    /// Calls `f` with every energy, its memory and the shape at `x`.
     fn each(
         &mut self,
         x: &[Vec3],
@@ -127,15 +157,26 @@ impl Potential {
         gradient.iter().map(|g| -g).collect()
     }
 
-    /// Total energy at `x`.
+    /// Total energy U at `x`.
     pub fn energy(&mut self, x: &[Vec3]) -> f64 {
         let mut energy = 0.0;
         self.each(x, |_, term, work, shape| energy += term.evaluate(shape, work, None));
         energy
     }
 
-    /// Total energy at `x`, and its gradient with the fixed directions set to zero.
+    /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
+    /// to zero.
     pub fn energy_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        let mut energy = self.unconstrained_gradient(x, gradient);
+        if self.is_constrained() {
+            let (mechanics, constraints, shape) = self.constrained(x);
+            energy += constraints.add(mechanics, &shape, gradient);
+        }
+        energy
+    }
+
+    /// U at `x`, and its gradient with the fixed directions set to zero.
+    pub(super) fn unconstrained_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
         gradient.fill(Vec3::zeros());
         let mut energy = 0.0;
         self.each(x, |_, term, work, shape| {
@@ -160,6 +201,7 @@ impl Potential {
         }
         let mut pairs = Vec::new();
         self.each(x, |_, term, work, shape| term.pairs(shape, work, &mut pairs));
+        self.each_constraint(x, |term, work, shape| term.pairs(shape, work, &mut pairs));
         self.mechanics.pattern_with(&pairs)
     }
 
@@ -184,6 +226,10 @@ impl Potential {
             let effect = self.mechanics.names().nth(k).unwrap_or_default().to_owned();
             return Err(ModelError::Coupling { effect, pair });
         }
+        if self.is_constrained() {
+            let (mechanics, constraints, shape) = self.constrained(x);
+            constraints.add_hessian(mechanics, &shape, part, into)?;
+        }
         let scale = into.mean_diagonal();
         into.pin(self.mechanics.pins(), scale);
         Ok(())
@@ -198,6 +244,10 @@ impl Potential {
                 self.mechanics.fix(&mut term.direction);
             }
         }
+        if self.is_constrained() {
+            let (mechanics, constraints, shape) = self.constrained(x);
+            constraints.add_low_rank(mechanics, &shape, &mut terms);
+        }
         terms
     }
 
@@ -205,6 +255,9 @@ impl Potential {
     pub fn largest_step(&mut self, x: &[Vec3], way: &[Vec3]) -> f64 {
         let mut share = 1.0f64;
         self.each(x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, way)));
+        self.each_constraint(x, |term, work, shape| {
+            share = share.min(term.largest_step(shape, work, way));
+        });
         share
     }
 

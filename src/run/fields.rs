@@ -159,6 +159,11 @@ impl Fields {
         for (name, value) in model.mechanics().names().zip(&energies) {
             field_data.push((format!("energy of {name} [energy]"), *value));
         }
+        if model.mechanics().is_constrained() {
+            let multipliers = at.potential()?.multipliers();
+            let named = model.mechanics().constraint_names().zip(multipliers);
+            field_data.extend(named.map(|(n, l)| (format!("multiplier of {n} [energy]"), *l)));
+        }
         Ok(Frame {
             time: state.time,
             step: state.step,

@@ -121,7 +121,8 @@ fn vectors(v: &[Vec3]) -> Value {
 /// Evaluates the state of `simulation` as it is.
 ///
 /// Keys: `time`; `energy` by effect and `total`; `force` by effect and `total` (`-∂U/∂x`, before
-/// pins); `mean_curvature`, `gaussian_curvature`, `vertex_area` by vertex; `bond` with `vertices`,
+/// pins); `constraint`, where there are some, by name with `value`, `multiplier` and `force` (part of the
+/// total); `mean_curvature`, `gaussian_curvature`, `vertex_area` by vertex; `bond` with `vertices`,
 /// `length`, `rest_length`, `optimal_length`; `species`, `signals`, `reaction`, `diffusion` by name
 /// at the points where species live (vector signals as three columns); `length_factor`, Φ there.
 ///
@@ -149,6 +150,16 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
         energy.insert(name.clone(), json!(energies[which]));
         force.insert(name.clone(), vectors(&mine));
     }
+    let mut constraint = Map::new();
+    let values = potential.constraint_values(&state.x);
+    for (which, name) in model.mechanics().constraint_names().enumerate() {
+        let mine = potential.constraint_force(which, &state.x);
+        total.iter_mut().zip(&mine).for_each(|(t, f)| *t += f);
+        let multiplier = potential.multipliers()[which];
+        let about =
+            json!({ "value": values[which], "multiplier": multiplier, "force": vectors(&mine) });
+        constraint.insert(name.to_owned(), about);
+    }
     energy.insert("total".into(), json!(energies.iter().sum::<f64>()));
     force.insert("total".into(), vectors(&total));
     let curvature = Curvature::of(&potential.shape(&state.x), area);
@@ -171,6 +182,9 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
             "optimal_length": potential.metric().length(),
         },
     });
+    if let (false, Value::Object(all)) = (constraint.is_empty(), &mut result) {
+        all.insert("constraint".into(), constraint.into());
+    }
     if let Some(chemistry) = model.chemistry() {
         let columns = at.signals()?.clone();
         let descriptor = chemistry.descriptor();

@@ -82,7 +82,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         measure,
     };
     let (mut terms, mut transports) = (Vec::new(), Vec::new());
-    let (mut prescribed, mut growth) = (Vec::new(), Vec::new());
+    let (mut prescribed, mut growth, mut constraints) = (Vec::new(), Vec::new(), Vec::new());
     let mut pins = vec![[false; 3]; sheet.vertex_count()];
     for (number, spec) in scene.effects.iter().enumerate() {
         let effect = spec.build(&context).map_err(|e| {
@@ -100,6 +100,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
             transports.push(transport);
         }
         prescribed.extend(effect.prescribed);
+        constraints.extend(effect.constraints);
         growth.extend(effect.growth);
         for (all, more) in pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
             for a in 0..3 {
@@ -107,7 +108,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
             }
         }
     }
-    let mechanics = Mechanics::led(Arc::clone(&sheet), terms, pins, prescribed)?;
+    let mechanics =
+        Mechanics::constrained(Arc::clone(&sheet), terms, pins, prescribed, constraints)?;
     if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
         let message = "the scene lists no effect with an energy: nothing to watch";
         return Err(scene.error_at("stability", message, None).into());
@@ -143,6 +145,15 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         let help = "policy = \"quasi-static\" with integrator = \"staggered\" takes all effects";
         return Err(scene.error_at("time.integrator", message, Some(help)).into());
     }
+    if mechanics.is_constrained() && !scene.time.integrator.keeps_constraints(storage) {
+        let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+        let message = format!(
+            "this integrator moves the shape without regard to constraints, and the scene has some ({names})"
+        );
+        let help = "policy = \"quasi-static\" with integrator = \"staggered\" keeps them, and so does \
+                    integrator = { kind = \"explicit\", method = \"euler\" }";
+        return Err(scene.error_at("time.integrator", &message, Some(help)).into());
+    }
     let fields =
         Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
     let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
@@ -159,6 +170,12 @@ fn relaxer(
     notes: &mut Vec<String>,
 ) -> Result<Option<Relaxer>> {
     if mechanics.is_empty() {
+        if let Some(name) = mechanics.constraint_names().next() {
+            let message =
+                format!("{name} is to be kept, but the scene lists no effect with an energy");
+            let help = "add [[effect]] kind = \"stretching\"";
+            return Err(scene.error_at("effect", &message, Some(help)).into());
+        }
         return Ok(None);
     }
     let mut potential = crate::model::Potential::new(mechanics);

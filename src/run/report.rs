@@ -38,6 +38,10 @@ pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
         .map(str::to_owned)
         .to_vec();
     all.extend(model.mechanics().names().map(|name| format!("energy of {name} [energy]")));
+    for name in model.mechanics().constraint_names() {
+        all.push(format!("constraint {name}"));
+        all.push(format!("multiplier of {name} [energy]"));
+    }
     all.extend(
         ["total energy [energy]", "iterations", "evaluations", "factorisations", "force residual"]
             .map(str::to_owned),
@@ -88,6 +92,11 @@ pub(super) fn row(
     let energies = at.energies()?;
     let work = &report.relaxation;
     row.extend(&energies);
+    if model.mechanics().is_constrained() {
+        let potential = at.potential()?;
+        let values = potential.constraint_values(&state.x);
+        row.extend(values.iter().zip(potential.multipliers()).flat_map(|(g, l)| [*g, *l]));
+    }
     row.push(energies.iter().sum());
     row.extend([work.iterations, work.evaluations, work.factorisations].map(real));
     row.push(work.residual);

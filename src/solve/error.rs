@@ -131,6 +131,20 @@ pub enum SolveError {
         /// Eigenvalues asked for.
         wanted: usize,
     },
+    /// A constraint that no shape near by meets.
+    #[error(
+        "the constraint {constraint} is not met: {value:.1e} is left of it after {rounds} rounds \
+         (at most 1e-9 is allowed); let its target change more slowly (ramp), or give it a stiffness \
+         instead"
+    )]
+    Constraint {
+        /// Its name.
+        constraint: String,
+        /// What should be 0.
+        value: f64,
+        /// Relaxations tried.
+        rounds: usize,
+    },
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,

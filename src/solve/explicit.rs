@@ -66,6 +66,10 @@ impl IntegratorSpec for ExplicitSpec {
         }
     }
 
+    fn keeps_constraints(&self, _: Storage) -> bool {
+        self.method == ExplicitMethod::Euler
+    }
+
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
             let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };
@@ -120,6 +124,7 @@ impl Integrator for Euler {
         coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
         next.step += 1;
         model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
+        workspace.project(&mut next)?;
         let mut report = StepReport { step, ..StepReport::default() };
         report.relaxation.evaluations = 1;
         report.relaxation.residual = workspace.at(&next).residual()?;

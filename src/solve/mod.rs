@@ -42,6 +42,11 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether constraints stay met on the way of a moving shape.
+    fn keeps_constraints(&self, policy: Storage) -> bool {
+        !self.needs_sparse_motion(policy)
+    }
+
     /// Makes it ready for a policy.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::equilibrium::{Equilibrium, Goal, Relaxation, explained};
+use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
 use super::{Result, SolveError};
 use crate::model::{Evaluation, Memory, Model, State};
 
@@ -88,6 +88,25 @@ impl Workspace {
         self.relaxer.as_ref().map_or(0.0, |relaxer| relaxer.tolerance)
     }
 
+    /// Moves the shape of `state` to where the constraints of the model are met; nothing without any.
+    ///
+    /// # Errors
+    /// If the model has no value there, or no such shape is near.
+    pub fn project(&mut self, state: &mut State) -> Result<()> {
+        if !self.model.mechanics().is_constrained() {
+            return Ok(());
+        }
+        let mut x = state.x.clone();
+        let left = self.at(state).potential()?.project(&mut x);
+        if !(left <= equilibrium::MET) {
+            let names = self.model.mechanics().constraint_names();
+            let constraint = names.collect::<Vec<_>>().join(", ");
+            return Err(SolveError::Constraint { constraint, value: left, rounds: 1 });
+        }
+        state.x = x;
+        Ok(())
+    }
+
     /// Brings the shape of `state` into equilibrium with its species. On an error the shape is the last
     /// good one.
     ///
@@ -105,9 +124,7 @@ impl Workspace {
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
         };
-        let done = relaxer
-            .equilibrium
-            .relax(potential, &mut x, &goal)
+        let done = equilibrium::relax(&mut *relaxer.equilibrium, potential, &mut x, &goal)
             .map_err(|error| explained(error, potential, &x));
         state.x = x;
         done

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::Vec3;
 use crate::parallel::BLOCK;
 
 /// One 3×3 block.
@@ -213,6 +214,28 @@ impl BlockMatrix {
     /// Adds `shift` to the diagonal.
     pub fn add_diagonal(&mut self, shift: f64) {
         self.update_rows(|_, row| row.value[0] += Block::from_diagonal_element(shift));
+    }
+
+    /// Adds `factor · other`, which has the same pattern.
+    ///
+    /// # Panics
+    /// If it has another.
+    pub fn add_scaled(&mut self, factor: f64, other: &Self) {
+        assert!(self.pattern == other.pattern, "matrices of different patterns are added");
+        crate::parallel::update(&mut self.value, |k, block| *block += factor * other.value[k]);
+    }
+
+    /// `vᵀ A v` of the symmetric matrix whose upper half this is.
+    #[must_use]
+    pub fn quadratic(&self, v: &[Vec3]) -> f64 {
+        crate::parallel::sum(self.pattern.rows(), |i| {
+            let row = self.pattern.row(i).iter().zip(self.row(i));
+            let product = |(&j, block): (&u32, &Block)| {
+                let twice = if i == j as usize { 1.0 } else { 2.0 };
+                twice * v[i].dot(&(block * v[j as usize]))
+            };
+            row.map(product).sum()
+        })
     }
 
     /// Adds `stiffness` to one diagonal entry.

@@ -3,6 +3,7 @@
 //! Which of several minima is found is physics, so every method goes downhill from the shape it is
 //! given by limited steps.
 
+mod constrained;
 mod descent;
 mod fire;
 mod gauge;
@@ -11,6 +12,7 @@ mod newton;
 mod preconditioner;
 mod stop;
 
+pub use constrained::{MET, relax};
 pub use descent::{Descent, DescentSpec};
 pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
