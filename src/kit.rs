@@ -1,6 +1,6 @@
 //! Tests for anybody's effect: derivatives against differences, threads, and what it changes under.
 //!
-//! As `rumple plugin validate` does for laws. [`examine`] looks at the energies of an effect on a sheet of
+//! As `rumple plugin validate` does for laws. [`examine`] looks at the energies and constraints of an effect on a sheet of
 //! yours, crumpled and unevenly grown; the report lists faults in words, and what the effect is
 //! invariant under, for you to compare with what it should be.
 //!
@@ -53,7 +53,7 @@ pub struct Report {
     pub blind_to_translation: bool,
     /// Whether turning it changes none.
     pub blind_to_rotation: bool,
-    /// Whether the sheet at rest has neither energy nor forces.
+    /// Whether the sheet at rest has neither energy nor forces, and meets the constraints.
     pub free_at_rest: bool,
 }
 
@@ -90,14 +90,22 @@ pub fn examine(
         free_at_rest: true,
         ..Report::default()
     };
-    for term in built.energies.into_iter().chain(built.constraints) {
-        of_energy(&mut report, term, sheet)?;
+    for term in built.energies {
+        of_energy(&mut report, term, sheet, false)?;
+    }
+    for term in built.constraints {
+        of_energy(&mut report, term, sheet, true)?;
     }
     Ok(report)
 }
 
-/// Everything about one energy.
-fn of_energy(report: &mut Report, term: EnergyTerm, sheet: &Arc<Sheet>) -> Result<(), ModelError> {
+/// Everything about one energy, or about what must be zero.
+fn of_energy(
+    report: &mut Report,
+    term: EnergyTerm,
+    sheet: &Arc<Sheet>,
+    constraint: bool,
+) -> Result<(), ModelError> {
     let name = term.name().to_owned();
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(Arc::clone(sheet), vec![term], pins)?;
@@ -120,8 +128,8 @@ fn of_energy(report: &mut Report, term: EnergyTerm, sheet: &Arc<Sheet>) -> Resul
     let (energy, force) = energy_and_gradient(&mut potential, &at_rest);
     let (there, there_force) = energy_and_gradient(&mut potential, &x);
     let scale = there.abs().max(largest(&there_force) * edge).max(f64::MIN_POSITIVE);
-    report.free_at_rest &=
-        energy.abs() <= ROUND_OFF * scale && largest(&force) * edge <= ROUND_OFF * scale;
+    report.free_at_rest &= energy.abs() <= ROUND_OFF * scale
+        && (constraint || largest(&force) * edge <= ROUND_OFF * scale);
     let shifted: Vec<Vec3> = x.iter().map(|x| x + edge * Vec3::new(0.3, -0.2, 0.5)).collect();
     let turn = Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7));
     let turned: Vec<Vec3> = x.iter().map(|x| turn * x).collect();

@@ -1,5 +1,6 @@
 //! Effects by the public kit: every registered one has samples here, or a test fails.
 
+mod constraint;
 mod contract;
 mod registered;
 mod running;

@@ -12,7 +12,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is blind to: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 18] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 20] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -43,6 +43,8 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 18] = [
         true,
         [true, true, false],
     ),
+    ("volume", "exact = true", true, [true, true, true]),
+    ("volume", "exact = true\nramp = { formula = '1 + 0.1*t' }", true, [true, true, true]),
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
     ("diffusion", "", false, [true, true, true]),
