@@ -61,11 +61,11 @@ fn an_exact_volume_is_that_by_every_method() {
 }
 
 /// Emptied slowly, a shell stays a sphere below the pressure `2 E h²/(R² √(3 (1 - ν²)))` at which it buckles
-/// (Zoelly 1915), and is unstable above, with its volume given.
+/// (Zoelly 1915). Where it would need 1.1 times that it has snapped, and needs less than half of it.
 #[test]
 fn a_shell_buckles_at_the_pressure_of_theory() {
     let critical = 2.0 * 1e3 * (0.4f64 / 10.0).powi(2) / (3.0 * (1.0 - 1.0 / 9.0f64)).sqrt();
-    let mut unstable = Vec::new();
+    let mut found = Vec::new();
     for share in [0.960, 0.953] {
         let mut simulation = at_end(&sphere(
             2000,
@@ -89,11 +89,11 @@ fn a_shell_buckles_at_the_pressure_of_theory() {
         let pressure = -potential.multipliers()[0] / inside / critical;
         let mechanics = Arc::clone(potential.mechanics());
         let negative = Stability::new(&mechanics).unwrap().inertia(potential, &x).unwrap().negative;
-        unstable.push((pressure, negative));
+        found.push((pressure, negative));
     }
-    let [(below, none), (above, some)] = unstable[..] else { unreachable!() };
-    assert!(0.9 < below && below < 1.0 && none == 0, "{unstable:?}");
-    assert!(1.0 < above && above < 1.12 && some > 0, "{unstable:?}");
+    let [(below, 0), (above, 0)] = found[..] else { panic!("{found:?}") };
+    assert!(0.9 < below && below < 1.0, "{found:?}");
+    assert!(above < 0.5, "{found:?}");
 }
 
 /// Under drag, too, step by step.
