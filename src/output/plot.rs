@@ -12,7 +12,7 @@ use plotters_backend::{
 
 use super::OutputError;
 use super::picture::Picture;
-use crate::num::{index, real, whole};
+use rumple_numerics::num::{index, real, whole};
 
 /// A named row of points; one point alone is drawn as a mark.
 ///

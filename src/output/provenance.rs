@@ -9,7 +9,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::{OutputError, ResultDirectory, atomic, clock};
-use crate::Vec3;
+use rumple_numerics::Vec3;
 
 /// A file that took part, with the hash of its bytes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -97,7 +97,7 @@ impl Provenance {
     #[must_use]
     pub fn new(mesh: MeshRecord) -> Self {
         Self {
-            version: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+            version: concat!("rumple ", env!("CARGO_PKG_VERSION")).to_owned(),
             command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
             started: clock::iso(SystemTime::now()),
             host: host(),

@@ -3,9 +3,9 @@
 use super::graph::Graph;
 use super::parse::{self, FormulaError};
 use super::program::Program;
-use crate::Vec3;
-use crate::kinetics::Column;
-use crate::kinetics::error::nearest;
+use crate::Column;
+use crate::error::nearest;
+use rumple_numerics::Vec3;
 
 /// Inputs of a [`FieldFormula`].
 const NAMES: [&str; 4] = ["x", "y", "z", "t"];
@@ -34,7 +34,7 @@ impl FieldFormula {
             match names.iter().position(|known| *known == name) {
                 Some(k) => {
                     placed |= k < 3;
-                    Ok(graph.input(crate::num::index(k)))
+                    Ok(graph.input(rumple_numerics::num::index(k)))
                 }
                 None => {
                     let time = if timed { ", t (time)" } else { "" };
