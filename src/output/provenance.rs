@@ -86,6 +86,8 @@ pub struct Provenance {
     pub threads: usize,
     /// The scene file as the user gave it.
     pub scene: Option<FileRecord>,
+    /// The file whose state the run started from, if it did not start as its scene says.
+    pub state: Option<FileRecord>,
     /// The mesh of the rest state.
     pub mesh: MeshRecord,
     /// The plugins that were loaded.
@@ -103,6 +105,7 @@ impl Provenance {
             host: host(),
             threads: rayon::current_num_threads(),
             scene: None,
+            state: None,
             mesh,
             plugins: Vec::new(),
         }
