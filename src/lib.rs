@@ -15,18 +15,22 @@
 pub mod cli;
 mod document;
 pub mod effects;
-pub mod geometry;
-mod growing;
-pub mod kinetics;
 pub mod kit;
 pub mod model;
-pub mod output;
 pub mod registry;
 pub mod run;
 pub mod scene;
-pub mod sheet;
 pub mod solve;
 pub mod study;
+
+#[doc(inline)]
+pub use rumple_geometry as geometry;
+#[doc(inline)]
+pub use rumple_kinetics as kinetics;
+#[doc(inline)]
+pub use rumple_output as output;
+#[doc(inline)]
+pub use rumple_sheet as sheet;
 
 pub use rumple_numerics::{Vec3, checked_number, num};
 pub use run::{Error, Result, Simulation};

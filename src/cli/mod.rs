@@ -107,11 +107,18 @@ fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
     inputs
 }
 
-/// Writes down what a run is made from: every default of its scene, files, versions.
-fn record(scene: &Scene, simulation: &Simulation, directory: &ResultDirectory) -> Result<()> {
+/// Writes down what a run is made from: every default of its scene, the state that it starts from if
+/// that is not the scene's, files, versions.
+fn record(
+    scene: &Scene,
+    state: Option<&Path>,
+    simulation: &Simulation,
+    directory: &ResultDirectory,
+) -> Result<()> {
     let mesh = MeshRecord::of(simulation.sheet().rest(), simulation.sheet().triangles());
     let mut provenance = Provenance::new(mesh);
     provenance.scene = Some(FileRecord::of(scene.file())?);
+    provenance.state = state.map(FileRecord::of).transpose()?;
     for plugin in simulation.plugins() {
         provenance.plugins.push(FileRecord::of(plugin)?);
     }

@@ -1,6 +1,6 @@
 //! `rumple run SCENE`: the main job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
@@ -40,10 +40,11 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
         .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
     // A plugin may change the working directory.
     let root = super::absolute(&root)?;
-    let given = args.from.as_ref().map(read::surface).transpose()?;
+    let from = args.from.as_deref().map(super::absolute).transpose()?;
+    let given = from.as_ref().map(read::surface).transpose()?;
     let mut simulation = Simulation::new(&scene, &search)?;
     let mut inputs = super::inputs(&scene, simulation.plugins());
-    if let Some(path) = &args.from {
+    if let Some(path) = &from {
         inputs.add("the state", path);
     }
     inputs.outside(&root)?;
@@ -52,8 +53,9 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     }
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let done =
-        accounted(&directory, || work(args, &scene, &mut simulation, &directory, interrupt))?;
+    let done = accounted(&directory, || {
+        work(args, &scene, from.as_deref(), &mut simulation, &directory, interrupt)
+    })?;
     if !args.quiet {
         tell(&done, &directory, scene.output.format);
     }
@@ -67,11 +69,12 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
 fn work(
     args: &RunArgs,
     scene: &Scene,
+    from: Option<&Path>,
     simulation: &mut Simulation,
     directory: &ResultDirectory,
     interrupt: Interrupt,
 ) -> Result<Summary> {
-    super::record(scene, simulation, directory)?;
+    super::record(scene, from, simulation, directory)?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
     simulation.faults = laws::try_out(&mut simulation.evaluate())?;

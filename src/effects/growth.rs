@@ -12,6 +12,8 @@
 //! Reference: multiplicative growth, e.g. Rodriguez, Hoger & McCulloch, J. Biomech. 27 (1994) 455,
 //! doi:10.1016/0021-9290(94)90021-3. Not covered: growth with a direction.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, EffectContext, EffectError, EffectSpec, Region};
@@ -45,16 +47,16 @@ impl EffectSpec for Growth {
         let refuse = |message, help| EffectError { key: "factor", message, help };
         let formula =
             FieldFormula::new(&self.factor, true).map_err(|e| refuse(e.message, e.help))?;
-        let growth = LengthFactor { formula, inside };
+        let growth = LengthFactor::new(formula, inside, context.sheet);
         let at_start = growth.at(context.sheet, 0.0);
-        match at_start.iter().position(|f| !(*f > 0.0 && f.is_finite())) {
+        let wrong =
+            at_start.iter().copied().enumerate().find(|(_, f)| !(*f > 0.0 && f.is_finite()));
+        match wrong {
             None => Ok(Effect { growth: vec![growth], ..Effect::default() }),
-            Some(e) => {
+            Some((e, value)) => {
                 let [a, b] = context.sheet.edges()[e].vertices;
-                let message = format!(
-                    "the length factor is {} between vertices {a} and {b} at time 0",
-                    at_start[e]
-                );
+                let message =
+                    format!("the length factor is {value} between vertices {a} and {b} at time 0");
                 Err(refuse(message, Some("it must be a number > 0 everywhere".into())))
             }
         }
@@ -65,27 +67,50 @@ crate::register_kind!(dyn EffectSpec, "growth", Growth);
 
 /// A length factor of position and time.
 #[derive(Debug, Clone)]
-pub struct LengthFactor {
-    formula: FieldFormula,
-    inside: Vec<bool>,
+pub struct LengthFactor(Kind);
+
+#[derive(Debug, Clone)]
+enum Kind {
+    /// At every edge, once and for all: the formula does not mention the time.
+    Constant(Vec<f64>),
+    Varying {
+        formula: FieldFormula,
+        inside: Vec<bool>,
+    },
 }
 
 impl LengthFactor {
+    /// Of a formula, 1 at vertices that are not `inside`.
+    fn new(formula: FieldFormula, inside: Vec<bool>, sheet: &Sheet) -> Self {
+        Self(if formula.depends_on_time() {
+            Kind::Varying { formula, inside }
+        } else {
+            Kind::Constant(at_edges(&formula, &inside, sheet, 0.0))
+        })
+    }
+
     /// Its value at every edge.
     #[must_use]
-    pub fn at(&self, sheet: &Sheet, time: f64) -> Vec<f64> {
-        let mut g = self.formula.at(sheet.rest(), time);
-        for (g, inside) in g.iter_mut().zip(&self.inside) {
-            if !inside {
-                *g = 1.0;
-            }
+    pub fn at(&self, sheet: &Sheet, time: f64) -> Cow<'_, [f64]> {
+        match &self.0 {
+            Kind::Constant(factor) => factor.into(),
+            Kind::Varying { formula, inside } => at_edges(formula, inside, sheet, time).into(),
         }
-        let edges = sheet.edges();
-        let mut factor = vec![1.0; edges.len()];
-        parallel::fill(&mut factor, |e| {
-            let [a, b] = edges[e].vertices.map(|v| g[v as usize]);
-            0.5 * (a + b)
-        });
-        factor
     }
+}
+
+fn at_edges(formula: &FieldFormula, inside: &[bool], sheet: &Sheet, time: f64) -> Vec<f64> {
+    let mut g = formula.at(sheet.rest(), time);
+    for (g, inside) in g.iter_mut().zip(inside) {
+        if !inside {
+            *g = 1.0;
+        }
+    }
+    let edges = sheet.edges();
+    let mut factor = vec![1.0; edges.len()];
+    parallel::fill(&mut factor, |e| {
+        let [a, b] = edges[e].vertices.map(|v| g[v as usize]);
+        0.5 * (a + b)
+    });
+    factor
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use crate::Vec3;
-use crate::num::real;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::real;
 
 /// `from` moved rigidly so that it lies nearest to `to` (Kabsch, doi:10.1107/S0567739476001873).
 #[must_use]

@@ -3,9 +3,9 @@
 //! Faces to vertices as the paper prints it: `c_k = Σ_j (c_j/p_jk) / Σ_j (1/p_jk)` over the faces
 //! around vertex k, p_jk the distance from the vertex to the face's centre in the current shape.
 
-use crate::Vec3;
-use crate::parallel;
-use crate::sheet::Sheet;
+use rumple_numerics::Vec3;
+use rumple_numerics::parallel;
+use rumple_sheet::Sheet;
 
 /// Weights of the face → vertex average for one shape.
 #[derive(Debug, Clone, Default)]
@@ -42,6 +42,7 @@ impl FaceVertexAverage {
 
     /// Share of triangle `t`, of which it is corner `k`, in the average at `vertex`.
     #[must_use]
+    #[inline]
     pub fn share(&self, t: usize, k: usize, vertex: usize) -> f64 {
         self.weight[t][k] / self.total[vertex]
     }

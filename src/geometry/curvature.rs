@@ -15,8 +15,8 @@
 use std::f64::consts::PI;
 
 use super::{Shape, VertexArea};
-use crate::Vec3;
-use crate::parallel;
+use rumple_numerics::Vec3;
+use rumple_numerics::parallel;
 
 /// Curvatures and areas at the vertices.
 #[derive(Debug, Clone, Default)]
@@ -66,6 +66,7 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
 
 /// Angle of triangle `t` at its corner `k`, radians; well conditioned for needles and caps.
 #[must_use]
+#[inline]
 pub fn angle_at(shape: &Shape<'_>, t: usize, k: usize) -> f64 {
     let e = shape.edge_vectors(t);
     let (u, v) = (e[(k + 2) % 3], -e[(k + 1) % 3]);

@@ -3,9 +3,9 @@
 //! `N = (x_b - x_a) × (x_c - x_a)`, `A = |N|/2`, `n = N/|N|`, with `∂A/∂x_k = ½ n × e_k` where
 //! `e_k` is the edge opposite corner `k`, oriented with the triangle.
 
-use crate::Vec3;
-use crate::parallel;
-use crate::sheet::Sheet;
+use rumple_numerics::Vec3;
+use rumple_numerics::parallel;
+use rumple_sheet::Sheet;
 
 /// One triangle of the current shape.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -19,6 +19,7 @@ pub struct Face {
 impl Face {
     /// Of a triangle with these corners.
     #[must_use]
+    #[inline]
     pub fn of([a, b, c]: &[Vec3; 3]) -> Self {
         let cross = (b - a).cross(&(c - a));
         let double_area = cross.norm();
@@ -42,6 +43,7 @@ impl Faces {
 
     /// The faces, in the order of the sheet's triangles.
     #[must_use]
+    #[inline]
     pub fn all(&self) -> &[Face] {
         &self.face
     }

@@ -14,8 +14,8 @@
 //!
 //! which are the same wherever the optimal triangle is not ten times flatter than the rest one.
 
-use crate::parallel;
-use crate::sheet::{Sheet, SheetError};
+use rumple_numerics::parallel;
+use rumple_sheet::{Sheet, SheetError};
 
 /// Least share of `Φ² A⁰` that counts as a triangle's area in the weights of its bonds.
 const LEAST_AREA: f64 = 0.1;
@@ -50,7 +50,8 @@ impl RestMetric {
                 length[e]
             )));
         }
-        let mean_edge = length.iter().sum::<f64>() / crate::num::real(length.len().max(1));
+        let mean_edge =
+            length.iter().sum::<f64>() / rumple_numerics::num::real(length.len().max(1));
         let mut metric = Self {
             reference_length: length.clone(),
             length,
@@ -77,30 +78,35 @@ impl RestMetric {
 
     /// Optimal lengths `l̄`, one per edge.
     #[must_use]
+    #[inline]
     pub fn length(&self) -> &[f64] {
         &self.length
     }
 
     /// Lengths `l⁰` in the rest positions, one per edge.
     #[must_use]
+    #[inline]
     pub fn reference_length(&self) -> &[f64] {
         &self.reference_length
     }
 
     /// Optimal areas `Ā`, one per triangle, from the optimal lengths; 0 where these make none.
     #[must_use]
+    #[inline]
     pub fn area(&self) -> &[f64] {
         &self.area
     }
 
     /// Mean edge length of the rest positions.
     #[must_use]
+    #[inline]
     pub fn mean_edge(&self) -> f64 {
         self.mean_edge
     }
 
     /// Areas for weights: `max(Ā, ⅒ Φ² A⁰)`, one per triangle, never 0.
     #[must_use]
+    #[inline]
     pub fn weight_area(&self) -> &[f64] {
         &self.weight_area
     }
@@ -108,6 +114,7 @@ impl RestMetric {
     /// `∂Ā_T/∂l̄` by the three edges of triangle `t`, opposite each corner; zeros where there is no
     /// triangle.
     #[must_use]
+    #[inline]
     pub fn area_gradient(&self, sheet: &Sheet, t: usize) -> [f64; 3] {
         let area = self.area[t];
         if !(area > 0.0) {
@@ -121,6 +128,7 @@ impl RestMetric {
 
     /// Derivatives of [`RestMetric::weight_area`] by the three edges of triangle `t`.
     #[must_use]
+    #[inline]
     pub fn weight_area_gradient(&self, sheet: &Sheet, t: usize) -> [f64; 3] {
         if self.weight_area[t] <= self.area[t] {
             return self.area_gradient(sheet, t);

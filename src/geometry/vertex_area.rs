@@ -16,8 +16,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Face, Shape};
-use crate::Vec3;
-use crate::sheet::Sheet;
+use rumple_numerics::Vec3;
+use rumple_sheet::Sheet;
 
 /// How the area of a triangle is shared among its corners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -59,18 +59,21 @@ impl VertexArea {
 
     /// The rule in use.
     #[must_use]
+    #[inline]
     pub fn rule(&self) -> AreaRule {
         self.rule
     }
 
     /// For the rules that freeze them, the fractions ω of every triangle; empty otherwise.
     #[must_use]
+    #[inline]
     pub fn fractions(&self) -> &[[f64; 3]] {
         &self.fraction
     }
 
     /// Areas of the three corners of triangle `t`.
     #[must_use]
+    #[inline]
     pub fn corners(&self, shape: &Shape<'_>, t: usize) -> [f64; 3] {
         let area = shape.face(t).area;
         match self.rule {
@@ -87,6 +90,7 @@ impl VertexArea {
     /// For the rules that freeze the fractions this is the whole derivative; for
     /// [`AreaRule::MixedVoronoi`] use [`VertexArea::add_gradient`].
     #[must_use]
+    #[inline]
     pub fn area_factor(&self, t: usize, weight: [f64; 3]) -> f64 {
         let w = self.fraction.get(t).copied().unwrap_or([1.0 / 3.0; 3]);
         w[0] * weight[0] + w[1] * weight[1] + w[2] * weight[2]

@@ -3,7 +3,7 @@
 use smallvec::SmallVec;
 
 use super::descriptor::Location;
-use crate::num::all_finite;
+use rumple_numerics::num::all_finite;
 
 /// One input at successive points. Stride 0 is one value for all points.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +21,7 @@ impl<'a> Column<'a> {
 
     /// One component of interleaved values: `data[component + point · stride]`.
     #[must_use]
+    #[inline]
     pub fn component(data: &'a [f64], component: usize, stride: usize) -> Self {
         Self { data: data.get(component..).unwrap_or(&[]), stride }
     }
@@ -30,18 +31,21 @@ impl<'a> Column<'a> {
     /// # Panics
     /// Past the end.
     #[must_use]
+    #[inline]
     pub fn at(&self, point: usize) -> f64 {
         self.data[point * self.stride]
     }
 
     /// The column from a point on.
     #[must_use]
+    #[inline]
     pub fn from(&self, point: usize) -> Self {
         Self { data: self.data.get(point * self.stride..).unwrap_or(&[]), stride: self.stride }
     }
 
     /// The first `count` values, if they are stored one after the other.
     #[must_use]
+    #[inline]
     pub fn contiguous(&self, count: usize) -> Option<&'a [f64]> {
         self.data.get(..count).filter(|_| self.stride == 1)
     }
@@ -59,6 +63,7 @@ impl<'a> Column<'a> {
 
     /// Whether `count` points can be read.
     #[must_use]
+    #[inline]
     pub fn covers(&self, count: usize) -> bool {
         match count.checked_sub(1) {
             None => true,
@@ -139,6 +144,7 @@ impl Batch<'_> {
     }
 
     /// All input columns, species first.
+    #[inline]
     pub fn inputs(&self) -> impl Iterator<Item = &Column<'_>> {
         self.species.iter().chain(self.signals)
     }

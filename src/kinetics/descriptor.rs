@@ -1,7 +1,7 @@
 //! What kinetics says about itself, checked.
 
 use super::signal::Signal;
-use crate::num::Short;
+use rumple_numerics::num::Short;
 
 /// Where species live.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::site::{BadValue, Site};
-use crate::num::Short;
+use rumple_numerics::num::Short;
 
 /// Anything that can go wrong with kinetics.
 #[derive(Debug, thiserror::Error)]

@@ -11,7 +11,7 @@ use super::descriptor::{self, Descriptor, SignalRead};
 use super::error::KineticsError;
 use super::site::{BadValue, LENGTH_FACTOR, Site};
 use super::{Kinetics, Outcome};
-use crate::num::{all_finite, all_finite_from};
+use rumple_numerics::num::{all_finite, all_finite_from};
 
 /// The most points in a batch. What a call costs by itself is as much as a cheap law at a hundred
 /// points; this many values of a dozen columns still fit into the second-level cache.
@@ -48,6 +48,7 @@ impl Columns {
     /// # Panics
     /// If there is no such column.
     #[must_use]
+    #[inline]
     pub fn column(&self, column: usize) -> &[f64] {
         &self.data[column * self.count..(column + 1) * self.count]
     }

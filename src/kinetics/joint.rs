@@ -16,7 +16,7 @@ use super::batch::{Batch, Column};
 use super::descriptor::{Capabilities, Descriptor, FORMULA, Species, among, unite};
 use super::field::Columns;
 use super::{Kinetics, KineticsError, Outcome};
-use crate::num::all_finite_from;
+use rumple_numerics::num::all_finite_from;
 
 /// One law of several.
 #[derive(Debug)]

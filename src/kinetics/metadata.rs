@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::descriptor::{Default, Descriptor, Parameter, Species};
 use super::signal::Signal;
-use crate::num::Short;
+use rumple_numerics::num::Short;
 
 /// A part of a descriptor and what is wrong with it.
 pub(super) type Problem = (String, String);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::num::Short;
+use rumple_numerics::num::Short;
 
 use super::{Batch, Descriptor, SignalRead};
 

@@ -1,5 +1,7 @@
 //! The chemical half of a model: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
 
+mod places;
+
 use std::sync::Arc;
 
 use super::flagged::Flagged;
@@ -13,6 +15,7 @@ use crate::kinetics::{
 };
 use crate::parallel;
 use crate::sheet::Sheet;
+use places::{at_vertices, edge_means};
 
 /// Kinetics on a sheet, with the transport of its species.
 pub struct Chemistry {
@@ -36,25 +39,6 @@ pub struct Surface {
 
 /// The columns of the signals, in the order of the descriptor.
 pub type SignalColumns = Vec<Vec<f64>>;
-
-/// Values at vertices, of values where species live.
-fn at_vertices(sheet: &Sheet, average: Option<&FaceVertexAverage>, values: &[f64]) -> Vec<f64> {
-    let Some(average) = average else { return values.to_vec() };
-    let mut out = vec![0.0; sheet.vertex_count()];
-    average.apply(sheet, values, &mut out);
-    out
-}
-
-/// Means of the two ends of every edge.
-fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
-    let edges = sheet.edges();
-    let mut mean = vec![0.0; edges.len()];
-    parallel::fill(&mut mean, |e| {
-        let [a, b] = edges[e].vertices;
-        0.5 * (at_vertices[a as usize] + at_vertices[b as usize])
-    });
-    mean
-}
 
 impl Chemistry {
     /// Puts `kinetics` on `sheet`.
@@ -119,23 +103,6 @@ impl Chemistry {
         wanted.contains(&Signal::AreaStrain) || wanted.contains(&Signal::Tension)
     }
 
-    /// How many points carry species.
-    #[must_use]
-    pub fn points(&self, sheet: &Sheet) -> usize {
-        match self.location {
-            Location::Vertex => sheet.vertex_count(),
-            Location::Face => sheet.triangle_count(),
-            Location::Edge => sheet.edges().len(),
-        }
-    }
-
-    /// Evaluates how values on faces are carried to vertices on the shape `x`.
-    pub fn average(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
-        if self.location == Location::Face {
-            surface.average.get_or_insert_default().update(sheet, x);
-        }
-    }
-
     /// Evaluates the transports on the shape `x`.
     pub fn transport(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
         surface.operators.truncate(self.transports.len());
@@ -145,17 +112,6 @@ impl Chemistry {
                 None => surface.operators.push(term.at(sheet, x)),
             }
         }
-    }
-
-    /// The species carried to the vertices (as they are, if they live there).
-    #[must_use]
-    pub fn at_vertices(
-        &self,
-        sheet: &Sheet,
-        surface: &Surface,
-        species: &[Vec<f64>],
-    ) -> Vec<Vec<f64>> {
-        species.iter().map(|c| at_vertices(sheet, surface.average.as_ref(), c)).collect()
     }
 
     /// Length factor Φ at every edge, from the mean of the species at its two ends; `None` if the
@@ -207,29 +163,6 @@ impl Chemistry {
         let outcome = field::length_factor_partials(law, &batch, &mut factor, &mut out);
         self.flagged.note(location, outcome)?;
         Ok(Some(slopes))
-    }
-
-    /// Means of the ends of every edge.
-    fn at_edges(&self, sheet: &Sheet, surface: &Surface, species: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        self.at_vertices(sheet, surface, species).iter().map(|c| edge_means(sheet, c)).collect()
-    }
-
-    /// Hands the points whose values make up the value at `vertex` to `each`, with their shares.
-    pub fn sources_of_vertex(
-        sheet: &Sheet,
-        surface: &Surface,
-        vertex: usize,
-        mut each: impl FnMut(usize, f64),
-    ) {
-        match &surface.average {
-            None => each(vertex, 1.0),
-            Some(average) => {
-                for &(t, k) in sheet.vertex_triangles().of(vertex) {
-                    let (t, k) = (t as usize, k as usize);
-                    each(t, average.share(t, k, vertex));
-                }
-            }
-        }
     }
 
     /// Length factor Φ where the species live.

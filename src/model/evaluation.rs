@@ -3,6 +3,7 @@
 //! Everything is computed once, when it is first asked for, and is gone with the evaluation: no value of
 //! one state can be taken for that of another. What outlives it is memory.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Model;
@@ -129,7 +130,7 @@ impl<'a> Evaluation<'a> {
     }
 
     /// Length factor Φ at every edge; `None` if nothing changes lengths.
-    fn length_factor(&mut self) -> Result<Option<Vec<f64>>, ModelError> {
+    fn length_factor(&mut self) -> Result<Option<Cow<'a, [f64]>>, ModelError> {
         let grown = self.model.growth(self.state.time)?;
         let Some(chemistry) = self.model.chemistry() else { return Ok(grown) };
         if !chemistry.descriptor().capabilities.length_factor {
@@ -138,9 +139,9 @@ impl<'a> Evaluation<'a> {
         let (sheet, species) = (self.model.sheet(), &self.state.species);
         let mut factor = chemistry.length_factor(sheet, self.average(chemistry), species)?;
         if let (Some(factor), Some(grown)) = (&mut factor, grown) {
-            factor.iter_mut().zip(&grown).for_each(|(factor, grown)| *factor *= grown);
+            factor.iter_mut().zip(grown.iter()).for_each(|(factor, grown)| *factor *= grown);
         }
-        Ok(factor)
+        Ok(factor.map(Cow::Owned))
     }
 
     /// The signals that the laws read; none without kinetics.

@@ -41,6 +41,7 @@ pub use state::State;
 
 pub(crate) use signals::Derivatives;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::effects::LengthFactor;
@@ -81,13 +82,16 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::Growth`] where it is not a positive number.
-    pub fn growth(&self, time: f64) -> Result<Option<Vec<f64>>, ModelError> {
-        let mut all: Option<Vec<f64>> = None;
+    pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
+        let mut all: Option<Cow<'_, [f64]>> = None;
         for growth in &self.growth {
             let factor = growth.at(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),
-                Some(all) => all.iter_mut().zip(&factor).for_each(|(all, f)| *all *= f),
+                Some(all) => {
+                    let all = all.to_mut().iter_mut();
+                    all.zip(factor.iter()).for_each(|(all, f)| *all *= f);
+                }
             }
         }
         let wrong = |f: &f64| !(*f > 0.0 && f.is_finite());

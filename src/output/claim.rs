@@ -17,7 +17,7 @@ use std::time::SystemTime;
 use serde_json::json;
 
 use super::{OutputError, atomic, clock};
-use crate::growing::Growing;
+use rumple_growing::Growing;
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

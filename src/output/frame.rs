@@ -1,6 +1,6 @@
 //! One state as it is shown: positions, triangles and named fields.
 
-use crate::Vec3;
+use rumple_numerics::Vec3;
 
 use super::OutputError;
 

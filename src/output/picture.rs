@@ -6,8 +6,8 @@ use std::ops::Range;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
 use super::OutputError;
-use crate::Vec3;
-use crate::num::{index, real, whole};
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{index, real, whole};
 
 /// Colours of pixels, row by row from the top left.
 #[derive(Debug, Clone, PartialEq, Eq)]

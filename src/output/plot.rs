@@ -1,18 +1,17 @@
 //! Curves over time and marks in a plane, as PNG and as SVG.
 
+mod axis;
+mod canvas;
+
 use std::ops::Range;
 
-use plotters::coord::combinators::{LogCoord, WithKeyPoints};
-use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use plotters_backend::{
-    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind,
-};
 
 use super::OutputError;
 use super::picture::Picture;
-use crate::num::{index, real, whole};
+use axis::{Axis, range, reached, ticks};
+use canvas::Canvas;
+use rumple_numerics::num::index;
 
 /// A named row of points; one point alone is drawn as a mark.
 ///
@@ -213,149 +212,6 @@ impl Panel {
     }
 }
 
-/// The coordinate along one side.
-enum Axis {
-    Linear(RangedCoordf64),
-    Logarithmic(WithKeyPoints<LogCoord<f64>>),
-}
-
-impl Ranged for Axis {
-    type FormatOption = DefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        match self {
-            Self::Linear(axis) => axis.map(value, limit),
-            Self::Logarithmic(axis) => axis.map(value, limit),
-        }
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        match self {
-            Self::Linear(axis) => axis.key_points(hint),
-            Self::Logarithmic(axis) => axis.key_points(hint),
-        }
-    }
-
-    fn range(&self) -> Range<f64> {
-        match self {
-            Self::Linear(axis) => axis.range(),
-            Self::Logarithmic(axis) => axis.range(),
-        }
-    }
-}
-
-/// Where it is drawn.
-enum Canvas<'a> {
-    Pixels(BitMapBackend<'a>),
-    Svg(SVGBackend<'a>),
-}
-
-type Refusal = DrawingErrorKind<std::io::Error>;
-
-fn io<E: std::error::Error + Send + Sync + 'static>(error: DrawingErrorKind<E>) -> Refusal {
-    match error {
-        DrawingErrorKind::DrawingError(e) => {
-            DrawingErrorKind::DrawingError(std::io::Error::other(e))
-        }
-        DrawingErrorKind::FontError(e) => DrawingErrorKind::FontError(e),
-    }
-}
-
-macro_rules! on {
-    ($self:ident, $canvas:ident => $call:expr) => {
-        match $self {
-            Self::Pixels($canvas) => $call.map_err(io),
-            Self::Svg($canvas) => $call.map_err(io),
-        }
-    };
-}
-
-impl DrawingBackend for Canvas<'_> {
-    type ErrorType = std::io::Error;
-
-    fn get_size(&self) -> (u32, u32) {
-        match self {
-            Self::Pixels(c) => c.get_size(),
-            Self::Svg(c) => c.get_size(),
-        }
-    }
-    fn ensure_prepared(&mut self) -> Result<(), Refusal> {
-        on!(self, c => c.ensure_prepared())
-    }
-    fn present(&mut self) -> Result<(), Refusal> {
-        on!(self, c => c.present())
-    }
-    fn draw_pixel(&mut self, at: BackendCoord, colour: BackendColor) -> Result<(), Refusal> {
-        on!(self, c => c.draw_pixel(at, colour))
-    }
-    fn draw_line<S: BackendStyle>(
-        &mut self,
-        a: BackendCoord,
-        b: BackendCoord,
-        style: &S,
-    ) -> Result<(), Refusal> {
-        on!(self, c => c.draw_line(a, b, style))
-    }
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        a: BackendCoord,
-        b: BackendCoord,
-        style: &S,
-        fill: bool,
-    ) -> Result<(), Refusal> {
-        on!(self, c => c.draw_rect(a, b, style, fill))
-    }
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
-        &mut self,
-        path: I,
-        style: &S,
-    ) -> Result<(), Refusal> {
-        let path: Vec<_> = path.into_iter().collect();
-        on!(self, c => c.draw_path(path, style))
-    }
-    fn draw_circle<S: BackendStyle>(
-        &mut self,
-        at: BackendCoord,
-        radius: u32,
-        style: &S,
-        fill: bool,
-    ) -> Result<(), Refusal> {
-        on!(self, c => c.draw_circle(at, radius, style, fill))
-    }
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
-        &mut self,
-        path: I,
-        style: &S,
-    ) -> Result<(), Refusal> {
-        let path: Vec<_> = path.into_iter().collect();
-        on!(self, c => c.fill_polygon(path, style))
-    }
-    fn draw_text<T: BackendTextStyle>(
-        &mut self,
-        text: &str,
-        style: &T,
-        at: BackendCoord,
-    ) -> Result<(), Refusal> {
-        on!(self, c => c.draw_text(text, style, at))
-    }
-    fn estimate_text_size<T: BackendTextStyle>(
-        &self,
-        text: &str,
-        style: &T,
-    ) -> Result<(u32, u32), Refusal> {
-        on!(self, c => c.estimate_text_size(text, style))
-    }
-    fn blit_bitmap(
-        &mut self,
-        at: BackendCoord,
-        size: (u32, u32),
-        from: &[u8],
-    ) -> Result<(), Refusal> {
-        on!(self, c => c.blit_bitmap(at, size, from))
-    }
-}
-
 impl Curve {
     /// Points that are somewhere in the panel.
     fn known(&self, (across, up): (bool, bool)) -> impl Iterator<Item = (f64, f64)> {
@@ -366,11 +222,6 @@ impl Curve {
         };
         self.points.iter().filter(shown).copied()
     }
-}
-
-/// Whether an axis has a place for `value`.
-fn reached(value: f64, logarithmic: bool) -> bool {
-    value.is_finite() && (!logarithmic || value > 0.0)
 }
 
 /// Pixels from one cross to the next.
@@ -405,24 +256,6 @@ fn triangle(at: (f64, f64), (x, y): (f64, f64)) -> &'static [(i32, i32)] {
     }
 }
 
-/// Marks of a logarithmic axis: at powers of ten where there are some, at 1, 2 and 5 times these
-/// where there are few.
-fn ticks(range: &Range<f64>) -> Vec<f64> {
-    let decades = (range.end / range.start).log10();
-    let digits: &[f64] = if decades > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-    let every = if decades > 2.5 { decades / MOST_TICKS } else { 1.0 }.ceil();
-    let first = range.start.log10().floor();
-    let count = whole((range.end.log10() - first).max(0.0)) + 1;
-    let powers = (0..count).map(|k| first + real(k)).filter(|p| p.rem_euclid(every) == 0.0);
-    let all = powers.flat_map(|p| digits.iter().map(move |d| d * 10f64.powf(p)));
-    // Edges are ticks themselves, but for round-off.
-    let room = 1.0 + 1e-9;
-    all.filter(|v| *v * room >= range.start && *v <= range.end * room).collect()
-}
-
-/// Most marks of a logarithmic axis over many decades.
-const MOST_TICKS: f64 = 7.0;
-
 /// A number in few digits, with a power of ten where it is large or small.
 #[must_use]
 pub fn label(value: f64) -> String {
@@ -436,35 +269,4 @@ pub fn label(value: f64) -> String {
         let text = format!("{value:.4}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     }
-}
-
-/// The range of `values` with some room around it; a logarithmic one ends at ticks.
-fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> Range<f64> {
-    let (least, most) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
-    match (least <= most, logarithmic) {
-        (false, true) => 0.1..1.0,
-        (false, false) => 0.0..1.0,
-        (true, true) => {
-            let down = round((least / 1.5).max(f64::MIN_POSITIVE), false);
-            down..round((most * 1.5).min(f64::MAX), true)
-        }
-        (true, false) => {
-            let room = 0.05 * (most - least);
-            let room = if room > 0.0 { room } else { 0.5 * most.abs().max(1e-3) };
-            least - room..most + room
-        }
-    }
-}
-
-/// `value` rounded to 1, 2 or 5 times a power of ten, down or up.
-fn round(value: f64, up: bool) -> f64 {
-    let power = 10f64.powf(value.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0].map(|s| s * power);
-    let rounded = match up {
-        true => steps.iter().find(|s| **s >= value),
-        false => steps.iter().rfind(|s| **s <= value),
-    };
-    let rounded = rounded.copied().unwrap_or(value);
-    if rounded > 0.0 && rounded.is_finite() { rounded } else { value }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::remaining::{Remaining, duration};
-use crate::num::Short;
+use rumple_numerics::num::Short;
 
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl Progress {
         self.last_shown = match &mut *lock(&self.sink) {
             Sink::Silent => true,
             Sink::Bar(bar) => {
-                let ticks = crate::num::whole(share * f64::from(TICKS)) as u64;
+                let ticks = rumple_numerics::num::whole(share * f64::from(TICKS)) as u64;
                 bar.set_position(ticks);
                 bar.set_message(text);
                 true

@@ -9,7 +9,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::{OutputError, ResultDirectory, atomic, clock};
-use crate::Vec3;
+use rumple_numerics::Vec3;
 
 /// A file that took part, with the hash of its bytes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -86,6 +86,8 @@ pub struct Provenance {
     pub threads: usize,
     /// The scene file as the user gave it.
     pub scene: Option<FileRecord>,
+    /// The file whose state the run started from, if it did not start as its scene says.
+    pub state: Option<FileRecord>,
     /// The mesh of the rest state.
     pub mesh: MeshRecord,
     /// The plugins that were loaded.
@@ -97,12 +99,13 @@ impl Provenance {
     #[must_use]
     pub fn new(mesh: MeshRecord) -> Self {
         Self {
-            version: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+            version: concat!("rumple ", env!("CARGO_PKG_VERSION")).to_owned(),
             command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
             started: clock::iso(SystemTime::now()),
             host: host(),
             threads: rayon::current_num_threads(),
             scene: None,
+            state: None,
             mesh,
             plugins: Vec::new(),
         }

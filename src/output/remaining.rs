@@ -14,7 +14,7 @@
 
 use std::collections::VecDeque;
 
-use crate::num::real;
+use rumple_numerics::num::real;
 
 /// Fewest seconds of steps behind a forecast.
 const LEAST_SECONDS: f64 = 2.0;

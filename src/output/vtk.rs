@@ -37,7 +37,7 @@ pub fn encode(frame: &Frame<'_>) -> Result<Vec<u8>, OutputError> {
         DataSet::Field { name: "FieldData".to_owned(), data_array: numbers.collect::<Vec<_>>() };
     // `check` holds every index below 2^31.
     let vertices = frame.triangles.iter().flat_map(|&[a, b, c]| [3, a, b, c]).collect();
-    let num_cells = crate::num::index(frame.triangles.len());
+    let num_cells = rumple_numerics::num::index(frame.triangles.len());
     let grid = UnstructuredGridPiece {
         points: Field::vector("", frame.points).data.into(),
         cells: Cells {
@@ -94,7 +94,7 @@ fn attributes(fields: &[Field]) -> Vec<Attribute> {
         return Vec::new();
     }
     let arrays = fields.iter().map(|field| {
-        let components = crate::num::index(field.components);
+        let components = rumple_numerics::num::index(field.components);
         FieldArray::new(escape(&field.name), components).with_vec(field.data.clone())
     });
     vec![Attribute::field("FieldData").with_field_data(arrays)]

@@ -100,7 +100,7 @@ pub fn encode(frame: &Frame<'_>, compression: Compression) -> Result<Vec<u8>, Ou
     frame.check()?;
     let connectivity =
         frame.triangles.iter().flatten().flat_map(|&v| v.to_le_bytes()).collect::<Vec<_>>();
-    let offsets = (1..=crate::num::index(frame.triangles.len()))
+    let offsets = (1..=rumple_numerics::num::index(frame.triangles.len()))
         .flat_map(|t| (3 * t).to_le_bytes())
         .collect::<Vec<_>>();
     // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.

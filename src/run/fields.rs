@@ -49,7 +49,7 @@ impl Fields {
     ///
     /// # Errors
     /// A name that nothing has, with its place.
-    pub fn new(
+    pub(super) fn new(
         scene: &Scene,
         chemistry: Option<&Chemistry>,
         area: VertexArea,

@@ -7,6 +7,7 @@ use super::{Fields, Result, prepare};
 use crate::geometry::VertexArea;
 use crate::kinetics::Search;
 use crate::model::{Evaluation, Model, State};
+use crate::output::Frame;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::Relaxation;
@@ -128,6 +129,14 @@ impl Simulation {
     /// Whatever no smaller step cures; the state is as before then, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         Ok(self.integrator.advance(&mut self.workspace, &mut self.state, until)?)
+    }
+
+    /// The frame of its state, with the fields that its scene asks for.
+    ///
+    /// # Errors
+    /// If a law fails.
+    pub fn frame(&mut self) -> Result<Frame<'_>> {
+        self.fields.frame(&mut self.workspace.at(&self.state))
     }
 
     /// Energy of every effect that has one, by name.

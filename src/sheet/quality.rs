@@ -12,8 +12,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::Sheet;
-use crate::Vec3;
-use crate::num::real;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::real;
 
 /// Quality q of a triangle, from 0 (collapsed) to 1 (equilateral); NaN for non-finite corners and
 /// for three corners in one point.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::check::{Finding, examine};
 use super::{Sheet, SheetError};
-use crate::Vec3;
+use rumple_numerics::Vec3;
 
 /// A named array of a file: `values[components * i + k]` is component k at vertex or triangle i.
 #[derive(Debug, Clone, PartialEq)]

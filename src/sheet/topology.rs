@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use crate::Vec3;
-use crate::num::index;
-use crate::parallel::patches::Patches;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::index;
+use rumple_numerics::parallel::patches::Patches;
 
 /// Why a sheet was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -69,6 +69,7 @@ impl Edge {
 
     /// Whether only one triangle has this edge.
     #[must_use]
+    #[inline]
     pub fn is_rim(&self) -> bool {
         self.triangles[1] == Self::NONE
     }
@@ -83,10 +84,7 @@ pub struct Incidence {
 
 impl Incidence {
     /// Collects `(vertex, entity, local)` triples; the entries of a vertex keep their order.
-    pub(crate) fn new(
-        vertices: usize,
-        triples: impl Iterator<Item = (u32, u32, u32)> + Clone,
-    ) -> Self {
+    pub fn new(vertices: usize, triples: impl Iterator<Item = (u32, u32, u32)> + Clone) -> Self {
         let mut start = vec![0u32; vertices + 1];
         for (v, _, _) in triples.clone() {
             start[v as usize + 1] += 1;
@@ -106,6 +104,7 @@ impl Incidence {
 
     /// The entries of `vertex`.
     #[must_use]
+    #[inline]
     pub fn of(&self, vertex: usize) -> &[(u32, u32)] {
         &self.entry[self.start[vertex] as usize..self.start[vertex + 1] as usize]
     }
@@ -191,60 +190,70 @@ impl Sheet {
 
     /// Number of vertices.
     #[must_use]
+    #[inline]
     pub fn vertex_count(&self) -> usize {
         self.rest.len()
     }
 
     /// Number of triangles.
     #[must_use]
+    #[inline]
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
 
     /// Rest positions `X_i`.
     #[must_use]
+    #[inline]
     pub fn rest(&self) -> &[Vec3] {
         &self.rest
     }
 
     /// Vertices of every triangle, counter-clockwise seen from the side the normal points to.
     #[must_use]
+    #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// The edges, sorted by their vertex pair.
     #[must_use]
+    #[inline]
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
 
     /// For every triangle the edge opposite each of its corners.
     #[must_use]
+    #[inline]
     pub fn triangle_edges(&self) -> &[[u32; 3]] {
         &self.triangle_edges
     }
 
     /// For every vertex its `(triangle, corner)` pairs, by ascending triangle.
     #[must_use]
+    #[inline]
     pub fn vertex_triangles(&self) -> &Incidence {
         &self.vertex_triangles
     }
 
     /// For every vertex its `(edge, other end)` pairs, by ascending edge.
     #[must_use]
+    #[inline]
     pub fn vertex_edges(&self) -> &Incidence {
         &self.vertex_edges
     }
 
     /// For every vertex whether it lies on the rim.
     #[must_use]
+    #[inline]
     pub fn rim(&self) -> &[bool] {
         &self.rim
     }
 
     /// The edges, for sums over edges that end up at vertices.
     #[must_use]
+    #[inline]
     pub fn edge_patches(&self) -> &Patches<2> {
         self.edge_patches.get_or_init(|| {
             let ends: Vec<_> = self.edges.iter().map(|e| e.vertices).collect();
@@ -254,6 +263,7 @@ impl Sheet {
 
     /// The triangles, for sums over triangles that end up at vertices.
     #[must_use]
+    #[inline]
     pub fn triangle_patches(&self) -> &Patches<3> {
         self.triangle_patches.get_or_init(|| Patches::new(self.vertex_count(), &self.triangles))
     }

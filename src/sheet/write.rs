@@ -84,7 +84,7 @@ fn points(sheet: &Sheet) -> Vec<f64> {
 
 fn corners(sheet: &Sheet) -> VertexNumbers {
     VertexNumbers::Legacy {
-        num_cells: crate::num::index(sheet.triangles().len()),
+        num_cells: rumple_numerics::num::index(sheet.triangles().len()),
         vertices: sheet.triangles().iter().flat_map(|&[a, b, c]| [3, a, b, c]).collect(),
     }
 }

@@ -112,6 +112,14 @@ pub enum SolveError {
         /// What it says.
         message: String,
     },
+    /// The system that an integrator solves has no value, for a reason of its own.
+    #[error("{cause}")]
+    Problem {
+        /// The reason.
+        cause: Box<dyn std::error::Error + Send + Sync>,
+        /// Whether a smaller step may do without this failure.
+        recoverable: bool,
+    },
     /// The chemistry comes to no rest while the shape does not move.
     #[error(
         "the chemistry has no steady state that it runs into at time {time} (it still changes by \
@@ -158,6 +166,7 @@ impl SolveError {
         match self {
             Self::Model(error) => error.is_recoverable(),
             Self::Interrupted | Self::Pairing(_) => false,
+            Self::Problem { recoverable, .. } => *recoverable,
             _ => true,
         }
     }
@@ -177,9 +186,9 @@ impl From<OdeError> for SolveError {
             OdeError::Stopped { method, time, message } => {
                 Self::Integrator { method, time, message }
             }
-            OdeError::Problem { cause: Failure { cause, .. } } => match cause.downcast() {
+            OdeError::Problem { cause: Failure { cause, recoverable } } => match cause.downcast() {
                 Ok(own) => *own,
-                Err(other) => Self::Pairing(other.to_string()),
+                Err(cause) => Self::Problem { cause, recoverable },
             },
         }
     }

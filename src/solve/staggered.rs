@@ -40,15 +40,14 @@
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
-use serde::{Deserialize, Serialize};
+mod spec;
+
+pub use spec::{Method, StaggeredSpec};
 
 use super::chemistry::{ChemistryMethod, ChemistrySteps, Settling};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
-use super::{
-    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
-    under_way,
-};
+use super::{Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, under_way};
 use crate::model::{Course, Part, SignalColumns, State, Storage};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
@@ -74,99 +73,6 @@ const USUAL: f64 = 1e-2;
 const LOOSEST_INNER: f64 = 0.2;
 /// nor, relative to the solution, below this: rounding would not let a step meet them.
 const FINEST_INNER: f64 = 1e-13;
-
-/// Parameters of the staggered integrator in a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StaggeredSpec {
-    /// How a step is made.
-    #[serde(default)]
-    pub method: Method,
-    /// How the chemistry is integrated within a step; `euler` for Euler and `chebyshev` for Heun if
-    /// not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub chemistry: Option<ChemistryMethod>,
-    /// Euler: the fixed step. Heun: the first step tried.
-    #[serde(default = "default_step")]
-    pub step: Positive,
-    /// Longest step (heun).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub longest_step: Option<Positive>,
-    /// Relative tolerance of the coupling error (heun).
-    #[serde(default = "default_tolerance")]
-    pub rtol: Positive,
-    /// Absolute tolerance, in units of each species' typical magnitude (heun).
-    #[serde(default = "default_tolerance")]
-    pub atol: Positive,
-}
-
-fn positive(value: f64) -> Positive {
-    Positive::new(value).unwrap_or_else(|| unreachable!("{value} is above 0"))
-}
-
-fn default_step() -> Positive {
-    positive(0.01)
-}
-
-fn default_tolerance() -> Positive {
-    positive(USUAL)
-}
-
-/// How a staggered step is made.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// Explicit Euler with a fixed step, as in the paper.
-    Euler,
-    /// Predict, relax, correct, with a step chosen by the error estimate.
-    #[default]
-    Heun,
-}
-
-#[typetag::serialize(name = "staggered")]
-impl IntegratorSpec for StaggeredSpec {
-    fn name(&self) -> String {
-        let method = match self.method {
-            Method::Euler => "staggered, Euler",
-            Method::Heun => "staggered, predict-relax-correct",
-        };
-        match self.chemistry {
-            None => method.into(),
-            Some(chemistry) => format!("{method}, chemistry by {}", chemistry.name()),
-        }
-    }
-
-    fn needs_sparse_motion(&self, policy: Storage) -> bool {
-        policy.mechanics > 0.0
-    }
-
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
-        if policy.chemistry == 0.0
-            && let Some(chemistry) = self.chemistry
-        {
-            return Err(SolveError::Pairing(format!(
-                "under this policy the chemistry settles at once and nothing integrates it: leave \
-                 out chemistry = \"{}\"",
-                chemistry.name().to_lowercase()
-            )));
-        }
-        let chemistry = self.chemistry.unwrap_or(match self.method {
-            Method::Euler => ChemistryMethod::Euler,
-            Method::Heun => ChemistryMethod::Chebyshev,
-        });
-        Ok(Box::new(Staggered {
-            spec: self.clone(),
-            power: chemistry.power(),
-            chemistry: ChemistrySteps::new(chemistry),
-            step: self.step.get(),
-            mover: None,
-            settling: Settling::default(),
-            policy,
-        }))
-    }
-}
-
-crate::register_kind!(dyn IntegratorSpec, "staggered", StaggeredSpec);
 
 /// The staggered integrator.
 struct Staggered {

@@ -58,6 +58,16 @@ fn files() -> Vec<(String, Vec<String>, syn::File)> {
     paths.into_iter().map(read).collect()
 }
 
+/// Whether a room is a crate of its own.
+fn is_crate(room: &str) -> bool {
+    root().join(room).join("Cargo.toml").is_file()
+}
+
+/// The room that a crate of this name is.
+fn room_of(name: &str) -> Option<&str> {
+    name.strip_prefix("rumple_").filter(|room| is_crate(room))
+}
+
 struct Finder<'a> {
     file: &'a str,
     /// Module of the code at hand; inner modules are entered.
@@ -71,28 +81,29 @@ impl Finder<'_> {
     /// Records `segments`, if they lead out of the module or to a library.
     fn note(&mut self, segments: &[String]) {
         let Some(first) = segments.first() else { return };
-        let numerics = self.module.first().is_some_and(|room| room == "numerics");
+        // A room may be a crate of its own; its root is then the room.
+        let own = self.module.first().filter(|room| is_crate(room)).cloned();
         let mut full: Vec<String> = match first.as_str() {
-            // The crate's root, but for the algebra, which is a crate of its own in a room.
-            "crate" if numerics => vec!["numerics".into()],
-            "crate" => Vec::new(),
+            "crate" => own.iter().cloned().collect(),
             "self" => self.module.clone(),
             "super" => {
                 let up = segments.iter().take_while(|s| *s == "super").count();
                 self.module[..self.module.len().saturating_sub(up)].to_vec()
             }
-            "rumple_numerics" => vec!["numerics".into()],
             "std" | "core" | "alloc" => return,
-            _ => {
-                self.push(first.clone(), segments.join("::"), true);
-                return;
-            }
+            name => match room_of(name) {
+                Some(room) => vec![room.to_owned()],
+                None => {
+                    self.push(first.clone(), segments.join("::"), true);
+                    return;
+                }
+            },
         };
         let skipped = segments.iter().take_while(|s| ["super", "self"].contains(&s.as_str()));
         let skipped = skipped.count().max(1);
         full.extend(segments[skipped..].iter().cloned());
         if first == "crate"
-            && !numerics
+            && own.is_none()
             && let Some(stands_for) = full.first().and_then(|name| self.roots.get(name))
         {
             full.splice(..1, stands_for.iter().cloned());
@@ -143,7 +154,9 @@ impl<'ast> Visit<'ast> for Finder<'_> {
     fn visit_path(&mut self, path: &'ast syn::Path) {
         let segments: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
         let first = segments[0].as_str();
-        let known = ["crate", "super", "self"].contains(&first) || LIBRARIES.contains(&first);
+        let known = ["crate", "super", "self"].contains(&first)
+            || LIBRARIES.contains(&first)
+            || room_of(first).is_some();
         if known && segments.len() > 1 {
             self.note(&segments);
         }
@@ -200,8 +213,8 @@ fn roots(lib: &syn::File) -> BTreeMap<String, Vec<String>> {
         }
     }
     for path in all.values_mut() {
-        if path[0] == "rumple_numerics" {
-            path[0] = "numerics".into();
+        if let Some(room) = room_of(&path[0]) {
+            path[0] = room.to_owned();
         }
     }
     all

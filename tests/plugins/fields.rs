@@ -5,10 +5,8 @@ use std::process::Command;
 use std::sync::Arc;
 
 use rumple::Simulation;
-use rumple::geometry::{Face, VertexArea};
 use rumple::kinetics::Search;
 use rumple::model::Memory;
-use rumple::run::{self, Fields};
 use rumple::scene::Scene;
 
 use super::build::{self, c_library};
@@ -37,17 +35,6 @@ fields = ["c"]
 "#;
 
 const BETA: &str = r#"parameters.beta = { formula = "1 + step(x) + 0.01*y" }"#;
-
-/// The fields that frames of `scene`, which has no bending, would have.
-fn fields(scene: &Scene, simulation: &Simulation) -> Fields {
-    let sheet = simulation.sheet();
-    let corners = sheet.triangles().iter().map(|t| t.map(|v| sheet.rest()[v as usize]));
-    let rest_area = corners.map(|corners| Face::of(&corners).area).collect();
-    let area = VertexArea::new(sheet, Default::default());
-    let material = run::material(scene);
-    let chemistry = simulation.model().chemistry();
-    Fields::new(scene, chemistry, area, rest_area, material.as_ref()).unwrap()
-}
 
 fn rates(law: &str) -> (Vec<f64>, Vec<f64>) {
     let (_, mut simulation) = prepare(&SCENE.replace("LAW", law), &[]);
@@ -188,8 +175,8 @@ fn observables_are_fields_of_frames_and_the_same_in_text_rust_and_c() {
                 "vertices = 400\nbump = { centre = [0, 0, 0], width = 3.0, amplitude = 1.0 }",
             )
             .replace("fields = [\"c\"]", "fields = [\"c\", \"production\"]");
-        let (scene, mut simulation) = prepare(&scene, &[]);
-        let frame = fields(&scene, &simulation).frame(&mut simulation.evaluate()).unwrap();
+        let (_, mut simulation) = prepare(&scene, &[]);
+        let frame = simulation.frame().unwrap();
         let found = frame.point.iter().find(|f| f.name == "production [1/time]").unwrap();
         found.data.clone()
     };
@@ -214,7 +201,7 @@ fn what_observables_read_is_computed_for_them_alone() {
         .replace("shape = \"disc\"\nradius = 10.0", "shape = \"sphere\"\nradius = 2.0");
     let asked =
         r#"fields = ["both", "bent", "mean_curvature", "gaussian_curvature", "area_ratio"]"#;
-    let (scene, mut simulation) = prepare(&text.replace("fields = [\"c\"]", asked), &[]);
+    let (_, mut simulation) = prepare(&text.replace("fields = [\"c\"]", asked), &[]);
     let model = Arc::clone(simulation.model());
     let d = model.chemistry().unwrap().descriptor();
     let names = |read: &[rumple::kinetics::SignalRead]| -> Vec<&str> {
@@ -223,7 +210,7 @@ fn what_observables_read_is_computed_for_them_alone() {
     assert_eq!(names(&d.signals), ["mean_curvature", "gaussian_curvature"]);
     assert_eq!(names(&d.observed), ["mean_curvature", "gaussian_curvature", "area_ratio"]);
 
-    let frame = fields(&scene, &simulation).frame(&mut simulation.evaluate()).unwrap();
+    let frame = simulation.frame().unwrap();
     let field = |name: &str| {
         let found = frame.point.iter().find(|f| f.name.split(' ').next() == Some(name));
         found.unwrap().data.clone()

@@ -5,6 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
+use sha2::{Digest, Sha256};
+
 use super::{SMALL, program};
 use crate::plugins::build;
 
@@ -310,6 +312,12 @@ fn a_run_starts_from_a_state() {
     let from = "first/frames/frame_000002.vtu";
     let out = rumple(folder.path(), &["run", "scene.toml", "--from", from, "--out", "second"]);
     assert!(out.status.success(), "{}", text(&out.stderr));
+    let json = fs::read_to_string(folder.path().join("second/provenance.json")).unwrap();
+    let provenance: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let digest = Sha256::digest(fs::read(folder.path().join(from)).unwrap());
+    let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(provenance["state"]["sha256"], digest);
+    assert!(provenance["state"]["path"].as_str().unwrap().ends_with(from), "{json}");
     let total = |run: &str, row: fn(&str) -> &str| -> f64 {
         let ledger = fs::read_to_string(folder.path().join(run).join("ledger.csv")).unwrap();
         let column =

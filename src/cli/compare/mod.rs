@@ -88,7 +88,7 @@ fn work(
             &scene,
             search,
             &mut || ResultDirectory::prepare(&directory, args.force),
-            &|simulation, directory| super::record(&scene, simulation, directory),
+            &|simulation, directory| super::record(&scene, None, simulation, directory),
             &mut progress,
             interrupt,
         );

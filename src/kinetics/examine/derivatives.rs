@@ -8,10 +8,10 @@
 //! of the trusted slopes of both sides, widened by what they differ in: at a kink any slope between
 //! those of its sides. One that is infinite is right where the slopes grow without bound.
 
-use crate::kinetics::differences::{self, Range, SCALES, Side};
-use crate::kinetics::field::Columns;
-use crate::kinetics::{Batch, Kinetics, KineticsError, Outcome, Site};
-use crate::num::Short;
+use crate::differences::{self, Range, SCALES, Side};
+use crate::field::Columns;
+use crate::{Batch, Kinetics, KineticsError, Outcome, Site};
+use rumple_numerics::num::Short;
 
 /// A given derivative further from the slopes than this share of their size is wrong.
 const WRONG: f64 = 1e-3;

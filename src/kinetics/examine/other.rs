@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use super::derivatives::ROUND_OFF;
 use super::validate::{Check, Make, Verdict};
 use super::{Samples, rates};
-use crate::kinetics::descriptor::Default;
-use crate::kinetics::field::{self, Columns};
-use crate::kinetics::site::LENGTH_FACTOR;
-use crate::kinetics::{Batch, Column, Descriptor, Kinetics, KineticsError};
+use crate::descriptor::Default;
+use crate::field::{self, Columns};
+use crate::site::LENGTH_FACTOR;
+use crate::{Batch, Column, Descriptor, Kinetics, KineticsError};
 
 /// Sets of parameters besides the defaults.
 const SETS: usize = 8;

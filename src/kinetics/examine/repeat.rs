@@ -3,8 +3,8 @@
 use std::thread;
 
 use super::rates;
-use crate::kinetics::field::{Columns, batch_size};
-use crate::kinetics::{Batch, Kinetics, KineticsError};
+use crate::field::{Columns, batch_size};
+use crate::{Batch, Kinetics, KineticsError};
 
 /// How many threads call at once, and how often each.
 const THREADS: usize = 8;

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::kinetics::{Batch, Column, Descriptor, Location, Signal, SignalRead};
+use crate::{Batch, Column, Descriptor, Location, Signal, SignalRead};
 
 /// Inputs at many points.
 #[derive(Debug, Clone)]

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{Samples, derivatives, other, rates, repeat, writes};
-use crate::kinetics::field::{self, Columns};
-use crate::kinetics::{Batch, Kinetics, KineticsError, Site};
+use crate::field::{self, Columns};
+use crate::{Batch, Kinetics, KineticsError, Site};
 
 /// Sampled points.
 const POINTS: usize = 4096;

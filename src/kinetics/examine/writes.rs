@@ -1,6 +1,6 @@
 //! Whether a law writes all of its outputs, and nothing beside them.
 
-use crate::kinetics::{Batch, Kinetics, KineticsError, Outcome};
+use crate::{Batch, Kinetics, KineticsError, Outcome};
 
 /// Numbers around every output that must stay as they are.
 const MARGIN: usize = 64;

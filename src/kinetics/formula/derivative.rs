@@ -8,7 +8,7 @@ impl Graph {
     pub(super) fn slope(&mut self, id: Id, input: u32) -> Id {
         // Operands come first, so all slopes up to `id` can be made in order, without recursion.
         let mut slopes = self.slopes.remove(&input).unwrap_or_default();
-        for k in crate::num::index(slopes.len())..=id {
+        for k in rumple_numerics::num::index(slopes.len())..=id {
             let slope = self.slope_of(self.ops()[k as usize], k, input, &slopes);
             slopes.push(slope);
         }

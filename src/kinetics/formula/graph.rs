@@ -186,7 +186,7 @@ impl Graph {
         if let Some(id) = self.simplified(op) {
             return id;
         }
-        let next = crate::num::index(self.ops.len());
+        let next = rumple_numerics::num::index(self.ops.len());
         let id = *self.known.entry(op.key()).or_insert(next);
         if id == next {
             self.ops.push(op);

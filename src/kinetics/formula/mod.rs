@@ -171,7 +171,7 @@ impl FormulaKinetics {
             .collect();
         for &rate in rates {
             for &input in &differentiated {
-                wanted.push(graph.slope(rate, crate::num::index(input)));
+                wanted.push(graph.slope(rate, rumple_numerics::num::index(input)));
             }
         }
         let program = |graph: &Graph, outputs: &[Id], numbers: &Numbers| {
@@ -181,7 +181,7 @@ impl FormulaKinetics {
         };
         let factor = factor.map(|id| {
             let mut wanted = vec![id];
-            wanted.extend((0..species).map(|s| graph.slope(id, crate::num::index(s))));
+            wanted.extend((0..species).map(|s| graph.slope(id, rumple_numerics::num::index(s))));
             (program(&graph, &[id], &of_factor), program(&graph, &wanted, &of_factor))
         });
         let capabilities = Capabilities {

@@ -6,8 +6,8 @@ use std::collections::{BTreeSet, HashMap};
 use super::graph::{Graph, Id};
 use super::parse::{self, FormulaError};
 use super::{Law, LawError, Which};
-use crate::kinetics::error::nearest;
-use crate::kinetics::{Parameter, Signal};
+use crate::error::nearest;
+use crate::{Parameter, Signal};
 
 /// Short names of signals.
 const SHORT: [(&str, &str); 9] = [
@@ -60,7 +60,7 @@ impl<'a> Names<'a> {
             return Ok(*id);
         }
         if let Some(s) = self.species.get(name) {
-            return Ok(graph.input(crate::num::index(*s)));
+            return Ok(graph.input(rumple_numerics::num::index(*s)));
         }
         if let Some((k, earlier)) = self.parameters.get(name) {
             self.used.borrow_mut().insert(name.to_owned());
@@ -68,7 +68,7 @@ impl<'a> Names<'a> {
                 Some(value) => graph.constant(value),
                 None => {
                     let before = self.law.species.len() + self.columns.len();
-                    graph.input(crate::num::index(before + earlier))
+                    graph.input(rumple_numerics::num::index(before + earlier))
                 }
             });
         }
@@ -77,7 +77,7 @@ impl<'a> Names<'a> {
         }
         let full = SHORT.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
         if let Some(column) = self.columns.iter().position(|column| *column == full) {
-            return Ok(graph.input(crate::num::index(self.law.species.len() + column)));
+            return Ok(graph.input(rumple_numerics::num::index(self.law.species.len() + column)));
         }
         let mut all: Vec<&str> = self.law.species.iter().map(|s| s.name.as_str()).collect();
         let lets = self.law.lets.iter().map(|part| part.name.as_str());

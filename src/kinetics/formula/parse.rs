@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use crate::kinetics::error::nearest;
+use crate::error::nearest;
 
 /// What is wrong with a formula, and where in its text.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use super::graph::Graph;
 use super::parse::{self, FormulaError};
 use super::program::Program;
-use crate::Vec3;
-use crate::kinetics::Column;
-use crate::kinetics::error::nearest;
+use crate::Column;
+use crate::error::nearest;
+use rumple_numerics::Vec3;
 
 /// Inputs of a [`FieldFormula`].
 const NAMES: [&str; 4] = ["x", "y", "z", "t"];
@@ -15,6 +15,7 @@ const NAMES: [&str; 4] = ["x", "y", "z", "t"];
 pub struct FieldFormula {
     program: Program,
     placed: bool,
+    timed: bool,
 }
 
 impl FieldFormula {
@@ -26,7 +27,7 @@ impl FieldFormula {
         let names = &NAMES[..if timed { 4 } else { 3 }];
         let mut graph = Graph::default();
         let tree = parse::parse(text)?;
-        let mut placed = false;
+        let (mut placed, mut varying) = (false, false);
         let id = graph.insert(&tree, &mut |graph, name| {
             if name == "pi" {
                 return Ok(graph.constant(std::f64::consts::PI));
@@ -34,7 +35,8 @@ impl FieldFormula {
             match names.iter().position(|known| *known == name) {
                 Some(k) => {
                     placed |= k < 3;
-                    Ok(graph.input(crate::num::index(k)))
+                    varying |= k == 3;
+                    Ok(graph.input(rumple_numerics::num::index(k)))
                 }
                 None => {
                     let time = if timed { ", t (time)" } else { "" };
@@ -47,13 +49,19 @@ impl FieldFormula {
                 }
             }
         })?;
-        Ok(Self { program: Program::new(&graph, &[id]), placed })
+        Ok(Self { program: Program::new(&graph, &[id]), placed, timed: varying })
     }
 
     /// Whether it reads the position.
     #[must_use]
     pub fn depends_on_position(&self) -> bool {
         self.placed
+    }
+
+    /// Whether it reads the time.
+    #[must_use]
+    pub fn depends_on_time(&self) -> bool {
+        self.timed
     }
 
     /// Its values at all points.

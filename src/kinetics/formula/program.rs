@@ -5,7 +5,7 @@
 //! them in the cache.
 
 use super::graph::{Graph, Id, Op};
-use crate::kinetics::Column;
+use crate::Column;
 
 /// Points in a block.
 const LANES: usize = 256;

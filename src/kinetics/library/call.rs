@@ -3,8 +3,8 @@
 use rumple_plugin_abi as abi;
 
 use super::watch;
-use crate::kinetics::descriptor::Location;
-use crate::kinetics::{KineticsError, Outcome, Site, Unreliable};
+use crate::descriptor::Location;
+use crate::{KineticsError, Outcome, Site, Unreliable};
 
 /// Bytes that a plugin has for a message.
 const MESSAGE_CAPACITY: usize = 1024;

@@ -6,9 +6,9 @@ use std::ptr;
 use rumple_plugin_abi as abi;
 use smallvec::SmallVec;
 
-use crate::kinetics::KineticsError;
-use crate::kinetics::batch::{Batch, Column};
-use crate::kinetics::descriptor::Descriptor;
+use crate::KineticsError;
+use crate::batch::{Batch, Column};
+use crate::descriptor::Descriptor;
 
 /// Copies of input columns: species, signals, parameters; contiguous, or one value for all points.
 pub(super) struct Inputs {

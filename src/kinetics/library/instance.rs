@@ -15,10 +15,10 @@ use super::Library;
 use super::call::Call;
 use super::inputs::Inputs;
 use super::watch;
-use crate::kinetics::batch::{Batch, Column};
-use crate::kinetics::descriptor::{Descriptor, Location};
-use crate::kinetics::error::KineticsError;
-use crate::kinetics::{Kinetics, Outcome, Site, differences};
+use crate::batch::{Batch, Column};
+use crate::descriptor::{Descriptor, Location};
+use crate::error::KineticsError;
+use crate::{Kinetics, Outcome, Site, differences};
 
 /// The law of a loaded plugin with its parameters.
 #[derive(Debug)]

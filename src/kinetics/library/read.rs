@@ -8,11 +8,11 @@ use std::ptr;
 
 use rumple_plugin_abi as abi;
 
-use crate::kinetics::KineticsError;
-use crate::kinetics::descriptor::{
+use crate::KineticsError;
+use crate::descriptor::{
     Capabilities, Default, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
-use crate::kinetics::metadata::{self, Problem};
+use crate::metadata::{self, Problem};
 
 /// More elements than this in an array of a descriptor are taken for garbage.
 const MOST_ELEMENTS: usize = 256;

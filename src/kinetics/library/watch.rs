@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use super::call::Call;
-use crate::growing::Growing;
-use crate::kinetics::descriptor::Location;
+use crate::descriptor::Location;
+use rumple_growing::Growing;
 
 /// A call that is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

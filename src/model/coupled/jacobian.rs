@@ -95,7 +95,10 @@ impl Jacobian {
                     (&mut at.factor_slopes, model.growth(state.time)?)
                 {
                     for slope in slopes.iter_mut() {
-                        slope.iter_mut().zip(&grown).for_each(|(slope, grown)| *slope *= grown);
+                        slope
+                            .iter_mut()
+                            .zip(grown.iter())
+                            .for_each(|(slope, grown)| *slope *= grown);
                     }
                 }
             }

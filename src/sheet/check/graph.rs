@@ -1,6 +1,6 @@
 //! Edges of a soup that need not be manifold, and disjoint sets.
 
-use crate::num::index;
+use rumple_numerics::num::index;
 
 /// One side of a triangle.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -8,7 +8,7 @@
 //! (2N - 2χ) s l² - s P l - A = 0,      s = √3/4.
 //! ```
 
-use crate::num::real;
+use rumple_numerics::num::real;
 
 /// The edge length (unit of length) at which `vertices` vertices fill `area` inside a rim of length
 /// `perimeter`; `twice_chi` is 2χ: 2 for a disc, 0 for a ring or tube, 4 for a sphere.

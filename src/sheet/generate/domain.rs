@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::Vec3;
+use rumple_numerics::Vec3;
 
 /// A surface to be filled with vertices, in coordinates where distances are true.
 ///
@@ -45,5 +45,5 @@ pub(super) fn delaunay(points: &[Vec3]) -> Vec<[u32; 3]> {
     let flat: Vec<_> = points.iter().map(|p| delaunator::Point { x: p.x, y: p.y }).collect();
     let found = delaunator::triangulate(&flat).triangles;
     // delaunator turns clockwise in a frame whose y axis points up.
-    found.chunks_exact(3).map(|t| [t[0], t[2], t[1]].map(crate::num::index)).collect()
+    found.chunks_exact(3).map(|t| [t[0], t[2], t[1]].map(rumple_numerics::num::index)).collect()
 }

@@ -18,8 +18,8 @@ mod sphere;
 use serde::{Deserialize, Serialize};
 
 use super::{Sheet, SheetError};
-use crate::num::{Short, real};
 use domain::Domain;
+use rumple_numerics::num::{Short, real};
 
 /// Smallest quality that a generated triangle may have; below it another random start is tried.
 ///

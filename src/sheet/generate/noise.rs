@@ -9,8 +9,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::domain::Domain;
-use crate::Vec3;
-use crate::num::{index, real, whole};
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{index, real, whole};
 
 /// First dart distance in edge lengths: near the jam the spacing is most even, but slow to find.
 const START_DISTANCE: f64 = 0.7;

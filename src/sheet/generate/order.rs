@@ -3,8 +3,8 @@
 //! J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707 (2004) 381,
 //! doi:10.1063/1.1751381 (the transpose form).
 
-use crate::Vec3;
-use crate::num::{index, whole};
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{index, whole};
 
 /// Bits per coordinate: 2^20 cells a side resolve a mesh of 10^9 vertices.
 const BITS: u32 = 20;

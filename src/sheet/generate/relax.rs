@@ -13,8 +13,8 @@
 //! Everything is serial and in index order, so results have the same bits always.
 
 use super::domain::Domain;
-use crate::Vec3;
-use crate::num::real;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::real;
 
 /// Number of moves. At 20 000 vertices the mean quality is 0.968, 0.975, 0.979 after 18, 28, 44
 /// moves, and each costs one triangulation.

@@ -9,9 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use super::density::edge_length;
 use super::domain::{Domain, delaunay};
 use super::too_narrow;
-use crate::Vec3;
-use crate::num::{index, real, whole};
-use crate::sheet::SheetError;
+use crate::SheetError;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{index, real, whole};
 
 /// Fewest edges around the equator of a random sphere.
 const FEWEST_AROUND: usize = 8;

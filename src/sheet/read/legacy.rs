@@ -13,8 +13,8 @@ use vtkio::model::{
 };
 
 use super::model;
-use crate::sheet::Surface;
-use crate::sheet::surface::Array;
+use crate::Surface;
+use crate::surface::Array;
 
 /// Words that begin a part of the file.
 const KEYWORDS: [&str; 20] = [

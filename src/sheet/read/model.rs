@@ -2,7 +2,7 @@
 
 use vtkio::model::{IOBuffer, ScalarType, VertexNumbers};
 
-use crate::Vec3;
+use rumple_numerics::Vec3;
 
 /// VTK's number for a triangle.
 const TRIANGLE: u64 = 5;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::Vec3;
-use crate::num::index;
-use crate::sheet::Surface;
+use crate::Surface;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::index;
 
 /// Statements about looks, groups and names: no part of the geometry of a sheet.
 const LEFT_ASIDE: [&str; 11] =

@@ -9,10 +9,10 @@ use vtkio::model::{ByteOrder, IOBuffer, VertexNumbers};
 use super::decode::{Compressor, Encoding, Source, numbers, scalar};
 use super::model;
 use super::xml::{Scanner, Tag, Token};
-use crate::Vec3;
-use crate::num::index;
-use crate::sheet::Surface;
-use crate::sheet::surface::Array;
+use crate::Surface;
+use crate::surface::Array;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::index;
 
 /// The two kinds of files that can hold a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

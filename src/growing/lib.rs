@@ -1,10 +1,12 @@
 //! A list that a signal handler may read: it interrupts anything, so it may neither allocate nor lock.
+//!
+//! A crate of its own because two others, kinetics and output, have a signal handler.
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// A list that only grows. Reading takes no lock; entries stay for good.
 #[derive(Debug)]
-pub(crate) struct Growing<T: 'static> {
+pub struct Growing<T: 'static> {
     first: OnceLock<&'static Entry<T>>,
     last: Mutex<Option<(usize, &'static Entry<T>)>>,
 }
@@ -17,12 +19,12 @@ struct Entry<T: 'static> {
 
 impl<T: Sync> Growing<T> {
     /// An empty list.
-    pub(crate) const fn new() -> Self {
+    pub const fn new() -> Self {
         Self { first: OnceLock::new(), last: Mutex::new(None) }
     }
 
     /// Appends a value; its number, from 0, and where it stays.
-    pub(crate) fn push(&self, value: T) -> (usize, &'static T) {
+    pub fn push(&self, value: T) -> (usize, &'static T) {
         let entry: &'static Entry<T> = Box::leak(Box::new(Entry { value, next: OnceLock::new() }));
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let (number, place) = match *last {
@@ -36,7 +38,7 @@ impl<T: Sync> Growing<T> {
     }
 
     /// All values, in the order in which they came.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &'static T> {
+    pub fn iter(&self) -> impl Iterator<Item = &'static T> {
         let mut next = self.first.get().copied();
         std::iter::from_fn(move || {
             let entry = next?;

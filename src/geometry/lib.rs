@@ -16,8 +16,8 @@ pub use faces::{Face, Faces};
 pub use rest_metric::{RestMetric, heron_area};
 pub use vertex_area::{AreaRule, VertexArea};
 
-use crate::Vec3;
-use crate::sheet::Sheet;
+use rumple_numerics::Vec3;
+use rumple_sheet::Sheet;
 
 /// What energies depend on besides positions.
 #[derive(Clone, Copy)]
@@ -46,18 +46,21 @@ pub struct Shape<'a> {
 impl Shape<'_> {
     /// Corners of triangle `t`.
     #[must_use]
+    #[inline]
     pub fn corners(&self, t: usize) -> [Vec3; 3] {
         self.sheet.triangles()[t].map(|v| self.x[v as usize])
     }
 
     /// Normal and area of triangle `t`.
     #[must_use]
+    #[inline]
     pub fn face(&self, t: usize) -> Face {
         Face::of(&self.corners(t))
     }
 
     /// Edge vectors of triangle `t`, `e_k` opposite corner `k`, oriented with the triangle.
     #[must_use]
+    #[inline]
     pub fn edge_vectors(&self, t: usize) -> [Vec3; 3] {
         let [a, b, c] = self.corners(t);
         [c - b, a - c, b - a]

@@ -1,0 +1,149 @@
+//! Whether triangles hang together as one oriented manifold.
+
+use super::graph::{Edges, Union};
+use super::{Fault, Findings, SHOWN};
+
+impl Findings<'_> {
+    /// Edges with more than two triangles; false if there are any.
+    pub(super) fn edges(&mut self, edges: &Edges) -> bool {
+        let bad: Vec<_> = edges.groups().filter(|group| group.len() > 2).collect();
+        let places: Vec<_> = bad
+            .iter()
+            .take(SHOWN)
+            .map(|group| {
+                let (a, b) = (group[0].low as usize, group[0].high as usize);
+                let sharing: Vec<_> =
+                    group.iter().take(SHOWN).map(|h| self.triangle(h.triangle)).collect();
+                format!(
+                    "between {} and {} in {}",
+                    self.vertex(a),
+                    self.vertex(b),
+                    sharing.join(", ")
+                )
+            })
+            .collect();
+        self.report(
+            Fault::NonManifoldEdge,
+            "an edge belongs to more than two triangles",
+            bad.len(),
+            places.into_iter(),
+        );
+        bad.is_empty()
+    }
+
+    /// Vertices where several fans of triangles meet.
+    pub(super) fn fans(&mut self, edges: &Edges) {
+        let triangles = &self.surface.triangles;
+        let corner = |t: usize, v: u32| {
+            3 * t + triangles[t].iter().position(|&w| w == v).unwrap_or_default()
+        };
+        let mut fan = Union::new(3 * triangles.len());
+        for group in edges.groups() {
+            if let [one, other] = group {
+                for v in [one.low, one.high] {
+                    fan.join(corner(one.triangle, v), corner(other.triangle, v));
+                }
+            }
+        }
+        let mut fans = vec![0usize; self.surface.points.len()];
+        for (t, tri) in triangles.iter().enumerate() {
+            for (k, &v) in tri.iter().enumerate() {
+                fans[v as usize] += usize::from(fan.root(3 * t + k) == 3 * t + k);
+            }
+        }
+        let bow_ties: Vec<_> = (0..fans.len()).filter(|&v| fans[v] > 1).collect();
+        self.vertices(
+            Fault::NonManifoldVertex,
+            "parts of the mesh meet in a single vertex only (bow tie)",
+            &bow_ties,
+        );
+    }
+
+    /// Turns triangles until neighbours agree.
+    pub(super) fn orient(&mut self, edges: &Edges, triangles: &mut [[u32; 3]]) {
+        let mut neighbours: Vec<[Option<(usize, bool)>; 3]> = vec![[None; 3]; triangles.len()];
+        for group in edges.groups() {
+            if let [one, other] = group {
+                let agree = one.forward != other.forward;
+                neighbours[one.triangle][one.side] = Some((other.triangle, agree));
+                neighbours[other.triangle][other.side] = Some((one.triangle, agree));
+            }
+        }
+        let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
+        let mut twisted = Vec::new();
+        for start in 0..triangles.len() {
+            if turned[start].is_some() {
+                continue;
+            }
+            turned[start] = Some(false);
+            let mut piece = vec![start];
+            let mut next = 0;
+            while next < piece.len() {
+                let t = piece[next];
+                next += 1;
+                let own = turned[t] == Some(true);
+                for (other, agree) in neighbours[t].into_iter().flatten() {
+                    match turned[other] {
+                        None => {
+                            turned[other] = Some(own == agree);
+                            piece.push(other);
+                        }
+                        Some(side) if side != (own == agree) => twisted.push(t.max(other)),
+                        Some(_) => {}
+                    }
+                }
+            }
+            let many = piece.iter().filter(|&&t| turned[t] == Some(true)).count();
+            if 2 * many > piece.len() {
+                for &t in &piece {
+                    turned[t] = turned[t].map(|side| !side);
+                }
+            }
+        }
+        twisted.sort_unstable();
+        twisted.dedup();
+        if !twisted.is_empty() {
+            self.triangles(
+                Fault::NotOrientable,
+                "the surface has only one side (Möbius strip), seen at",
+                &twisted,
+            );
+            return;
+        }
+        let against: Vec<_> = (0..turned.len()).filter(|&t| turned[t] == Some(true)).collect();
+        for &t in &against {
+            triangles[t].swap(1, 2);
+        }
+        self.triangles(
+            Fault::Orientation,
+            "triangles facing against their neighbours were turned",
+            &against,
+        );
+    }
+
+    /// Pieces that hang together by no vertex.
+    pub(super) fn pieces(&mut self) {
+        let n = self.surface.points.len();
+        let mut piece = Union::new(n);
+        for &[a, b, c] in &self.surface.triangles {
+            piece.join(a as usize, b as usize);
+            piece.join(b as usize, c as usize);
+        }
+        let mut first: Vec<usize> = Vec::new();
+        let mut seen = vec![false; n];
+        for (t, tri) in self.surface.triangles.iter().enumerate() {
+            let root = piece.root(tri[0] as usize);
+            if !std::mem::replace(&mut seen[root], true) {
+                first.push(t);
+            }
+        }
+        if first.len() > 1 {
+            let message = format!(
+                "the mesh falls into {} pieces that share no vertex (one sheet is wanted); the \
+                 pieces begin at",
+                first.len()
+            );
+            self.triangles(Fault::SeveralComponents, &message, &first);
+        }
+    }
+}

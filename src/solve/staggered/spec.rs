@@ -1,0 +1,102 @@
+//! Parameters of the staggered integrator in a scene.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Staggered, USUAL};
+use crate::model::Storage;
+use crate::num::checked::Positive;
+use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, Settling};
+use crate::solve::{Integrator, IntegratorSpec, Result, SolveError};
+
+/// Parameters of the staggered integrator in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StaggeredSpec {
+    /// How a step is made.
+    #[serde(default)]
+    pub method: Method,
+    /// How the chemistry is integrated within a step; `euler` for Euler and `chebyshev` for Heun if
+    /// not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chemistry: Option<ChemistryMethod>,
+    /// Euler: the fixed step. Heun: the first step tried.
+    #[serde(default = "default_step")]
+    pub step: Positive,
+    /// Longest step (heun).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longest_step: Option<Positive>,
+    /// Relative tolerance of the coupling error (heun).
+    #[serde(default = "default_tolerance")]
+    pub rtol: Positive,
+    /// Absolute tolerance, in units of each species' typical magnitude (heun).
+    #[serde(default = "default_tolerance")]
+    pub atol: Positive,
+}
+
+fn positive(value: f64) -> Positive {
+    Positive::new(value).unwrap_or_else(|| unreachable!("{value} is above 0"))
+}
+
+fn default_step() -> Positive {
+    positive(0.01)
+}
+
+fn default_tolerance() -> Positive {
+    positive(USUAL)
+}
+
+/// How a staggered step is made.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Explicit Euler with a fixed step, as in the paper.
+    Euler,
+    /// Predict, relax, correct, with a step chosen by the error estimate.
+    #[default]
+    Heun,
+}
+
+#[typetag::serialize(name = "staggered")]
+impl IntegratorSpec for StaggeredSpec {
+    fn name(&self) -> String {
+        let method = match self.method {
+            Method::Euler => "staggered, Euler",
+            Method::Heun => "staggered, predict-relax-correct",
+        };
+        match self.chemistry {
+            None => method.into(),
+            Some(chemistry) => format!("{method}, chemistry by {}", chemistry.name()),
+        }
+    }
+
+    fn needs_sparse_motion(&self, policy: Storage) -> bool {
+        policy.mechanics > 0.0
+    }
+
+    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
+        if policy.chemistry == 0.0
+            && let Some(chemistry) = self.chemistry
+        {
+            return Err(SolveError::Pairing(format!(
+                "under this policy the chemistry settles at once and nothing integrates it: leave \
+                 out chemistry = \"{}\"",
+                chemistry.name().to_lowercase()
+            )));
+        }
+        let chemistry = self.chemistry.unwrap_or(match self.method {
+            Method::Euler => ChemistryMethod::Euler,
+            Method::Heun => ChemistryMethod::Chebyshev,
+        });
+        Ok(Box::new(Staggered {
+            spec: self.clone(),
+            power: chemistry.power(),
+            chemistry: ChemistrySteps::new(chemistry),
+            step: self.step.get(),
+            mover: None,
+            settling: Settling::default(),
+            policy,
+        }))
+    }
+}
+
+crate::register_kind!(dyn IntegratorSpec, "staggered", StaggeredSpec);
