@@ -19,6 +19,8 @@ pub struct Mechanics {
     names: Vec<String>,
     pins: Pins,
     prescribed: Vec<Prescribed>,
+    /// Whether no vertex moves along z.
+    planar: bool,
     /// The vertices with pins.
     pinned: Vec<usize>,
     /// Made when it is first asked for.
@@ -48,11 +50,46 @@ impl Mechanics {
         pins: Pins,
         prescribed: Vec<Prescribed>,
     ) -> Result<Arc<Self>, SheetError> {
+        Self::make(sheet, terms, pins, prescribed, false)
+    }
+
+    /// The same for a sheet that moves in its plane z = const: z is fixed at every vertex, and matrices
+    /// have two unknowns a vertex. As pinning z everywhere, and less work.
+    ///
+    /// # Errors
+    /// As for [`Mechanics::new`].
+    pub fn in_plane(
+        sheet: Arc<Sheet>,
+        terms: Vec<EnergyTerm>,
+        mut pins: Pins,
+        prescribed: Vec<Prescribed>,
+    ) -> Result<Arc<Self>, SheetError> {
+        pins.iter_mut().for_each(|fixed| fixed[2] = true);
+        Self::make(sheet, terms, pins, prescribed, true)
+    }
+
+    fn make(
+        sheet: Arc<Sheet>,
+        terms: Vec<EnergyTerm>,
+        pins: Pins,
+        prescribed: Vec<Prescribed>,
+        planar: bool,
+    ) -> Result<Arc<Self>, SheetError> {
         let reference = RestMetric::new(&sheet)?;
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let pattern = OnceLock::new();
-        Ok(Arc::new(Self { sheet, reference, terms, names, pins, prescribed, pinned, pattern }))
+        Ok(Arc::new(Self {
+            sheet,
+            reference,
+            terms,
+            names,
+            pins,
+            prescribed,
+            planar,
+            pinned,
+            pattern,
+        }))
     }
 
     /// The sheet.
@@ -77,6 +114,12 @@ impl Mechanics {
     #[must_use]
     pub fn pins(&self) -> &Pins {
         &self.pins
+    }
+
+    /// Whether no vertex moves along z.
+    #[must_use]
+    pub fn is_planar(&self) -> bool {
+        self.planar
     }
 
     /// Sets the fixed directions of `gradient` to zero.
@@ -166,7 +209,8 @@ impl Mechanics {
         let each = |i: usize, f: &mut dyn FnMut(u32)| {
             neighbours.of(i).iter().for_each(|&(_, j)| f(j));
         };
-        Arc::new(BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs))
+        let pattern = BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs);
+        Arc::new(if self.planar { pattern.in_plane() } else { pattern })
     }
 
     /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::{SMALL, program};
 use crate::plugins::build;
 
-pub(super) fn rumple(directory: &Path, args: &[&str]) -> Output {
+pub fn rumple(directory: &Path, args: &[&str]) -> Output {
     let plugins = build::directory();
     Command::new(program())
         .current_dir(directory)
@@ -18,13 +18,13 @@ pub(super) fn rumple(directory: &Path, args: &[&str]) -> Output {
         .unwrap()
 }
 
-pub(super) fn folder(scene: &str) -> tempfile::TempDir {
+pub fn folder(scene: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
 }
 
-pub(super) fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

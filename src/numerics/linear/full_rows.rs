@@ -76,8 +76,8 @@ impl FullRows {
     ) -> impl Iterator<Item = (usize, Block)> + 'a {
         let places = &self.place[self.start[i]..self.start[i + 1]];
         self.row(i).iter().zip(places).map(move |(&j, &place)| {
-            let block = &matrix.values()[place as usize];
-            (j as usize, if (j as usize) < i { block.transpose() } else { *block })
+            let block = matrix.block(place as usize);
+            (j as usize, if (j as usize) < i { block.transpose() } else { block })
         })
     }
 }

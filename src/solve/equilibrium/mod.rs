@@ -6,6 +6,7 @@
 mod descent;
 mod fire;
 mod gauge;
+mod history;
 mod lbfgs;
 mod newton;
 mod preconditioner;
