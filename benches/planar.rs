@@ -87,7 +87,9 @@ fn main() -> ExitCode {
 fn scene(options: &Options, case: &str, small: bool) -> Result<Scene> {
     let (planar, mechanics) = match (case, small) {
         ("frozen", true) => ("", ""),
-        ("frozen", false) => ("", "{ kind = 'stretching' }, { kind = 'pin', where = 'all', axes = 'xyz' },"),
+        ("frozen", false) => {
+            ("", "{ kind = 'stretching' }, { kind = 'pin', where = 'all', axes = 'xyz' },")
+        }
         (_, true) => (", planar = true", "{ kind = 'stretching' },"),
         (_, false) => ("", "{ kind = 'stretching' }, { kind = 'pin', where = 'all', axes = 'z' },"),
     };
@@ -97,7 +99,8 @@ fn scene(options: &Options, case: &str, small: bool) -> Result<Scene> {
          material = {{ young = 1e6, poisson = 0.3333333333333333, thickness = 0.5, drag = 100.0 }}\n\
          effect = [ {mechanics} {{ kind = 'diffusion', species = 'm', coefficient = 1.0 }} ]\n\
          time = {{ until = {:?}, policy = '{policy}' }}\nequilibrium = {{ method = 'lbfgs' }}\n\
-         [kinetics]\nplugin = 'tension-feedback'\n\
+         [kinetics]\ntension = 'paper'\nlength_factor = '1 - 0.2*m'\n\
+         rates.m = '0.2*(1 - m) - 10*exp(-1e-4*pos(tension))*m'\n\
          initial.m = {{ gaussian = {{ width = 20.0, amplitude = 1.0 }} }}\n",
         options.vertices, options.until
     );

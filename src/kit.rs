@@ -101,8 +101,7 @@ pub fn examine(
 }
 
 /// The fault of an effect that does in planar scenes what nobody sees.
-const UNDECLARED: &str =
-    "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
+const UNDECLARED: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
      Needs::out_of_plane";
 
 /// Everything about one energy.

@@ -44,7 +44,10 @@ fn a_planar_scene_goes_through_every_command() {
     done(&["inspect", "scene.toml", "--state", state, "--json", "o.json", "--stability"]);
     let json: serde_json::Value =
         serde_json::from_slice(&fs::read(path.join("o.json")).unwrap()).unwrap();
-    assert_eq!((json["stability"]["negative"].as_u64(), json["stability"]["rigid"].as_u64()), (Some(0), Some(0)));
+    assert_eq!(
+        (json["stability"]["negative"].as_u64(), json["stability"]["rigid"].as_u64()),
+        (Some(0), Some(0))
+    );
     for key in ["mean_curvature", "gaussian_curvature"] {
         assert!(json[key].as_array().unwrap().iter().all(|h| h.as_f64() == Some(0.0)), "{key}");
     }
@@ -60,8 +63,19 @@ fn a_planar_scene_goes_through_every_command() {
     let start = total("second", |ledger| ledger.lines().nth(1).unwrap());
     assert!((start / last - 1.0).abs() < 1e-9, "{start} {last}");
 
-    let compared = done(&["compare", "scene.toml", "--out", "compared", "--quiet", "--policies",
-        "quasi-static,simultaneous", "--integrator", "staggered", "--integrator", "monolithic"]);
+    let compared = done(&[
+        "compare",
+        "scene.toml",
+        "--out",
+        "compared",
+        "--quiet",
+        "--policies",
+        "quasi-static,simultaneous",
+        "--integrator",
+        "staggered",
+        "--integrator",
+        "monolithic",
+    ]);
     assert!(!compared.contains("NaN"), "{compared}");
     let table = fs::read_to_string(path.join("compared/compare.csv")).unwrap();
     assert!(!table.contains("NaN") && table.lines().count() > 8, "{table}");
@@ -84,7 +98,8 @@ fn a_state_that_leaves_the_plane_is_refused_with_its_vertex() {
     for [a, b, c] in &frame.triangles {
         bent += &format!("3 {a} {b} {c}\n");
     }
-    bent += &format!("POINT_DATA {}\nSCALARS m double 1\nLOOKUP_TABLE default\n", frame.points.len());
+    bent +=
+        &format!("POINT_DATA {}\nSCALARS m double 1\nLOOKUP_TABLE default\n", frame.points.len());
     bent += &"0.5\n".repeat(frame.points.len());
     fs::write(path.join("bent.vtk"), &bent).unwrap();
     for args in [

@@ -22,7 +22,9 @@ fn at_end(text: &str, planar: bool, overrides: &[&str]) -> Simulation {
 /// reads tensions: those of its optimal lengths, which need no motion.
 #[test]
 fn a_frozen_scene_is_one_that_cannot_move() {
-    let pinned = |axes: &str| format!("[[effect]]\nkind = \"pin\"\nwhere = \"all\"\naxes = \"{axes}\"\n# more effects");
+    let pinned = |axes: &str| {
+        format!("[[effect]]\nkind = \"pin\"\nwhere = \"all\"\naxes = \"{axes}\"\n# more effects")
+    };
     for integrator in [
         "time.integrator={kind=\"staggered\",rtol=1e-6,atol=1e-6}",
         "time.integrator={kind=\"monolithic\",rtol=1e-8,atol=1e-8}",

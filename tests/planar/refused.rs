@@ -133,8 +133,10 @@ fn sheets_and_starts_that_leave_the_plane_are_refused() {
         assert!(error.message().starts_with(&format!("sheet.{key}")), "{overrides:?}: {error}");
         error
     };
-    let shape = |shape: &str| STRIP.replace("shape = \"rectangle\"\nwidth = 10.0\nheight = 6.0", shape);
-    for other in ["shape = \"sphere\"\nradius = 3.0", "shape = \"cylinder\"\nradius = 3.0\nheight = 6.0"]
+    let shape =
+        |shape: &str| STRIP.replace("shape = \"rectangle\"\nwidth = 10.0\nheight = 6.0", shape);
+    for other in
+        ["shape = \"sphere\"\nradius = 3.0", "shape = \"cylinder\"\nradius = 3.0\nheight = 6.0"]
     {
         let error = refused(&shape(other), &[]);
         assert!(error.message().starts_with("sheet.planar"), "{error}");

@@ -103,7 +103,8 @@ fn a_free_sheet_has_three_rigid_motions() {
         let mut lbfgs = Lbfgs::new(mechanics, LbfgsSpec::default()).unwrap();
         lbfgs.relax(&mut potential, &mut x, &goal).unwrap();
         let spectrum = Stability::new(mechanics).unwrap().spectrum(&mut potential, &x, 4).unwrap();
-        (x, potential.energy(&x), spectrum)
+        let energy = potential.energy(&x);
+        (x, energy, spectrum)
     };
     let (a, b) = (relaxed(&plane), relaxed(&space));
     let apart = a.0.iter().zip(&b.0).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -115,7 +116,12 @@ fn a_free_sheet_has_three_rigid_motions() {
     assert_eq!((a.2.inertia.rigid, b.2.inertia.rigid), (3, 3));
     assert_eq!((a.2.inertia.negative, b.2.inertia.negative), (0, 0));
     for (a, b) in a.2.modes.iter().zip(&b.2.modes) {
-        assert!((a.eigenvalue / b.eigenvalue - 1.0).abs() < 1e-6, "{} {}", a.eigenvalue, b.eigenvalue);
+        assert!(
+            (a.eigenvalue / b.eigenvalue - 1.0).abs() < 1e-6,
+            "{} {}",
+            a.eigenvalue,
+            b.eigenvalue
+        );
         assert!(a.shape.iter().all(|v| v.z == 0.0));
     }
     assert_eq!(a.2.modes.len(), 4);
