@@ -90,21 +90,29 @@ pub fn examine(
         free_at_rest: true,
         ..Report::default()
     };
+    let declared = effect.needs().out_of_plane.is_some();
+    if !declared && built.pins.iter().flatten().any(|fixed| fixed[2]) {
+        report.faults.push(UNDECLARED.into());
+    }
     for term in built.energies {
-        of_energy(&mut report, term, sheet, false)?;
+        of_energy(&mut report, term, sheet, (declared, false))?;
     }
     for term in built.constraints {
-        of_energy(&mut report, term, sheet, true)?;
+        of_energy(&mut report, term, sheet, (declared, true))?;
     }
     Ok(report)
 }
+
+/// The fault of an effect that does in planar scenes what nobody sees.
+const UNDECLARED: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
+     Needs::out_of_plane";
 
 /// Everything about one energy, or about what must be zero.
 fn of_energy(
     report: &mut Report,
     term: EnergyTerm,
     sheet: &Arc<Sheet>,
-    constraint: bool,
+    (leaves_plane, constraint): (bool, bool),
 ) -> Result<(), ModelError> {
     let name = term.name().to_owned();
     let pins = vec![[false; 3]; sheet.vertex_count()];
@@ -137,8 +145,19 @@ fn of_energy(
     report.blind_to_translation &= same(potential.energy(&shifted));
     report.blind_to_rotation &= same(potential.energy(&turned));
 
+    let plane = at_rest.first().map_or(0.0, |x| x.z);
+    let flat = at_rest.iter().all(|x| x.z == plane);
+
     for time in TIMES {
         potential.set_conditions(Some(&uneven), time);
+        if flat && !leaves_plane {
+            let in_plane: Vec<Vec3> = x.iter().map(|x| Vec3::new(x.x, x.y, plane)).collect();
+            let (_, gradient) = energy_and_gradient(&mut potential, &in_plane);
+            let limit = ROUND_OFF * largest(&gradient);
+            if gradient.iter().any(|g| g.z.abs() > limit) {
+                fault(UNDECLARED.into());
+            }
+        }
         let (_, gradient) = energy_and_gradient(&mut potential, &x);
         let mut matrix = BlockMatrix::zeros(potential.pattern(&x));
         if let Err(error) = potential.hessian(&x, HessianPart::Full, &mut matrix) {

@@ -9,6 +9,7 @@
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
 //! * `output`: frames, series, ledger, provenance, result directories, progress.
+//! * `planar`: scenes in a plane against their twins in space, and what is refused there.
 //! * `plugins`: the C boundary with good and faulty plugins; the shipped models.
 //! * `run`: coupled runs, `inspect`, and the program from the outside.
 //! * `scene`: what is accepted, what is refused and how that is said.
@@ -27,6 +28,7 @@ mod formula;
 mod house;
 mod mechanics;
 mod output;
+mod planar;
 mod plugins;
 mod run;
 mod scene;

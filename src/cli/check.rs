@@ -35,6 +35,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     } else {
         say!("sheet\n{}", MeshReport::new(model.sheet()));
     }
+    let planar = model.mechanics().is_planar();
+    if planar {
+        say!("           planar: vertices move in their plane, two unknowns each");
+    }
     if let Some(material) = run::material(&scene) {
         say!(
             "material   Y = {:.6e} force/length, B = {:.6e} energy",
@@ -78,13 +82,16 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
             scene.equilibrium.name(),
             scene.equilibrium.tolerance()
         );
-        let held: usize = model.mechanics().pins().iter().flatten().filter(|held| **held).count();
-        let free = 3 * model.sheet().vertex_count() - held;
+        // In a plane z is no unknown that something could hold.
+        let (axes, rigid) = if planar { (2, 3) } else { (3, 6) };
+        let pins = model.mechanics().pins();
+        let held: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|held| **held).count();
+        let free = axes * pins.len() - held;
         say!("unknowns   {free} positions free, {held} held");
         let motions = model.mechanics().free_motions();
         if motions > 0 {
             say!(
-                "           pins leave {motions} of 6 rigid motions free: positions are found up to \
+                "           pins leave {motions} of {rigid} rigid motions free: positions are found up to \
                  these, strains and curvatures are not concerned"
             );
         }
@@ -97,7 +104,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         say!("unknowns   {} values of species", points * species);
     }
     let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
-    if flat && !model.mechanics().is_empty() {
+    if flat && !planar && !model.mechanics().is_empty() {
         say!(
             "warning    the start is perfectly flat: only forces out of the plane leave it, even where \
              it is a saddle; give sheet.imperfection or sheet.bump to say how the symmetry is broken"

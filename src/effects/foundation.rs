@@ -18,7 +18,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Block, Effect, EffectContext, EffectError, EffectSpec, Element, Elements, HessianPart, Region,
+    Block, Effect, EffectContext, EffectError, EffectSpec, Element, Elements, HessianPart, Needs,
+    Region,
 };
 use crate::Vec3;
 use crate::num::checked::{Finite, Positive};
@@ -59,6 +60,14 @@ pub enum FoundationShape {
 impl EffectSpec for Foundation {
     fn name(&self) -> String {
         "foundation".into()
+    }
+
+    fn needs(&self) -> Needs {
+        let along_z = match self.to {
+            FoundationShape::Rest => false,
+            FoundationShape::Plane { normal, .. } => normal[2].get() != 0.0,
+        };
+        Needs { out_of_plane: along_z.then_some("to"), ..Needs::default() }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

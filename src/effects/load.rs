@@ -22,7 +22,8 @@ use serde::{Deserialize, Serialize};
 
 use super::ramp::Factor;
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp, Region,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs, Ramp,
+    Region,
 };
 use crate::Vec3;
 use crate::geometry::Shape;
@@ -66,6 +67,17 @@ pub enum LoadForce {
 impl EffectSpec for Load {
     fn name(&self) -> String {
         "load".into()
+    }
+
+    fn needs(&self) -> Needs {
+        let along_z = match self.force {
+            LoadForce::Total(f)
+            | LoadForce::PerVertex(f)
+            | LoadForce::PerLength(f)
+            | LoadForce::PerArea(f) => f[2].get() != 0.0,
+            LoadForce::AlongNormal(_) => true,
+        };
+        Needs { out_of_plane: along_z.then_some("force"), ..Needs::default() }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

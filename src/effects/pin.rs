@@ -10,7 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ramp::Factor;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Ramp, Region};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, Region};
 use crate::Vec3;
 use crate::num::checked::Finite;
 
@@ -89,6 +89,10 @@ impl From<Axes> for String {
 impl EffectSpec for Pin {
     fn name(&self) -> String {
         "pin".into()
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { out_of_plane: self.axes.0[2].then_some("axes"), ..Needs::default() }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

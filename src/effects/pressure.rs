@@ -30,7 +30,9 @@ use serde::{Deserialize, Serialize};
 
 use super::cone::{Cone, ConeWork};
 use super::ramp::Factor;
-use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Ramp};
+use super::{
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs, Ramp,
+};
 use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
@@ -53,6 +55,10 @@ pub struct Pressure {
 impl EffectSpec for Pressure {
     fn name(&self) -> String {
         "pressure".into()
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -40,6 +40,9 @@ pub struct Needs {
     pub material: bool,
     /// Species, from the table `[kinetics]`.
     pub species: bool,
+    /// That vertices move out of the plane z = const, and the key of its table by which it does: it bends
+    /// the sheet, pushes it along z, or fixes it there. A scene with `sheet.planar` is refused at that key.
+    pub out_of_plane: Option<&'static str>,
 }
 
 /// An effect as a scene lists it: its kind and parameters, not yet bound to a sheet.

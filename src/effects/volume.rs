@@ -30,7 +30,7 @@ use super::cone::{Cone, ConeWork};
 use super::ramp::Factor;
 use super::{
     BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
-    LowRank, Ramp,
+    LowRank, Needs, Ramp,
 };
 use crate::Vec3;
 use crate::geometry::Shape;
@@ -77,6 +77,10 @@ impl Default for VolumeTarget {
 impl EffectSpec for Volume {
     fn name(&self) -> String {
         "volume".into()
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -21,10 +21,28 @@ pub struct Mechanics {
     prescribed: Vec<Prescribed>,
     constraints: Vec<EnergyTerm>,
     constraint_names: Vec<String>,
+    /// Whether no vertex moves along z.
+    planar: bool,
     /// The vertices with pins.
     pinned: Vec<usize>,
     /// Made when it is first asked for.
     pattern: OnceLock<Arc<BlockPattern>>,
+}
+
+/// What mechanics are made of.
+#[derive(Debug, Default)]
+pub struct MechanicsParts {
+    /// Energies.
+    pub terms: Vec<EnergyTerm>,
+    /// Fixed directions; a vertex without an entry is free.
+    pub pins: Pins,
+    /// Fixed directions that move.
+    pub prescribed: Vec<Prescribed>,
+    /// What must be zero at every shape: the value of each, which has no unit.
+    pub constraints: Vec<EnergyTerm>,
+    /// Whether the sheet moves in its plane z = const: z is fixed at every vertex, and matrices have two
+    /// unknowns a vertex. As pinning z everywhere, and less work.
+    pub planar: bool,
 }
 
 impl Mechanics {
@@ -37,21 +55,19 @@ impl Mechanics {
         terms: Vec<EnergyTerm>,
         pins: Pins,
     ) -> Result<Arc<Self>, SheetError> {
-        Self::constrained(sheet, terms, pins, Vec::new(), Vec::new())
+        Self::of(sheet, MechanicsParts { terms, pins, ..MechanicsParts::default() })
     }
 
-    /// The same with fixed directions that move, and with what must stay zero at every shape: the values
-    /// of `constraints`, which have no unit.
+    /// Puts `parts` on `sheet`.
     ///
     /// # Errors
-    /// As for [`Mechanics::new`].
-    pub fn constrained(
-        sheet: Arc<Sheet>,
-        terms: Vec<EnergyTerm>,
-        pins: Pins,
-        prescribed: Vec<Prescribed>,
-        constraints: Vec<EnergyTerm>,
-    ) -> Result<Arc<Self>, SheetError> {
+    /// A rest state with edges or triangles of no size.
+    pub fn of(sheet: Arc<Sheet>, parts: MechanicsParts) -> Result<Arc<Self>, SheetError> {
+        let MechanicsParts { terms, mut pins, prescribed, constraints, planar } = parts;
+        pins.resize(sheet.vertex_count(), [false; 3]);
+        if planar {
+            pins.iter_mut().for_each(|fixed| fixed[2] = true);
+        }
         let reference = RestMetric::new(&sheet)?;
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
@@ -66,6 +82,7 @@ impl Mechanics {
             prescribed,
             constraints,
             constraint_names,
+            planar,
             pinned,
             pattern,
         }))
@@ -93,6 +110,12 @@ impl Mechanics {
     #[must_use]
     pub fn pins(&self) -> &Pins {
         &self.pins
+    }
+
+    /// Whether no vertex moves along z.
+    #[must_use]
+    pub fn is_planar(&self) -> bool {
+        self.planar
     }
 
     /// Sets the fixed directions of `gradient` to zero.
@@ -204,7 +227,8 @@ impl Mechanics {
         let each = |i: usize, f: &mut dyn FnMut(u32)| {
             neighbours.of(i).iter().for_each(|&(_, j)| f(j));
         };
-        Arc::new(BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs))
+        let pattern = BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs);
+        Arc::new(if self.planar { pattern.in_plane() } else { pattern })
     }
 
     /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below

@@ -31,7 +31,7 @@ pub use course::Course;
 pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};
 pub use flagged::Flagged;
-pub use mechanics::Mechanics;
+pub use mechanics::{Mechanics, MechanicsParts};
 pub use parameters::ParameterFields;
 pub use policy::{Policy, Storage};
 pub use potential::Potential;

@@ -53,6 +53,7 @@ pub struct Signals {
     poisson: f64,
     reading: TensionReading,
     rest_area: Vec<f64>,
+    planar: bool,
 }
 
 impl Signals {
@@ -75,7 +76,21 @@ impl Signals {
             poisson: material.map_or(0.0, |material| material.poisson),
             reading,
             rest_area,
+            planar: false,
         }
+    }
+
+    /// The same for a sheet that stays in a plane: its curvatures are 0 and are not computed.
+    #[must_use]
+    pub fn in_plane(self, planar: bool) -> Self {
+        Self { planar, ..self }
+    }
+
+    /// The curvatures, where they are wanted and can be different from 0.
+    fn curvature(&self, shape: &Shape<'_>) -> Option<Curvature> {
+        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
+        let wanted = !self.planar && self.wanted.iter().any(curved);
+        wanted.then(|| Curvature::of(shape, &self.area))
     }
 
     /// The signals evaluated.
@@ -88,8 +103,7 @@ impl Signals {
     /// time as a column of one value.
     #[must_use]
     pub fn evaluate(&self, shape: &Shape<'_>, time: f64) -> Vec<Vec<f64>> {
-        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
-        let curvature = self.wanted.iter().any(curved).then(|| Curvature::of(shape, &self.area));
+        let curvature = self.curvature(shape);
         let mut columns = Vec::new();
         for signal in &self.wanted {
             match (signal, &curvature) {
@@ -108,7 +122,7 @@ impl Signals {
                 }
                 (Signal::AreaStrain, _) => columns.push(self.carry_faces(shape, strain(shape))),
                 (Signal::Tension, _) => columns.push(self.tension(shape)),
-                // Curvature is evaluated whenever it is wanted.
+                // Curvature is evaluated whenever it is wanted and can be different from 0.
                 (_, None) => columns.push(vec![0.0; self.points(shape)]),
             }
         }

@@ -86,8 +86,10 @@ impl Fields {
             let d = chemistry.descriptor();
             let wanted = d.observed.iter().map(|read| read.signal).collect();
             let place = chemistry.location();
-            let signals =
-                || Signals::new(wanted, place, area.clone(), material, reading, rest_area.clone());
+            let signals = || {
+                Signals::new(wanted, place, area.clone(), material, reading, rest_area.clone())
+                    .in_plane(scene.sheet.planar)
+            };
             d.observables.iter().any(|o| names.contains(&o.name)).then(signals)
         });
         let signals = Signals::new(
@@ -97,7 +99,8 @@ impl Fields {
             material,
             reading,
             rest_area.clone(),
-        );
+        )
+        .in_plane(scene.sheet.planar);
         Ok(Self { names, area, signals, observed })
     }
 

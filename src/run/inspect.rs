@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::{Error, Result, Simulation};
+use super::{Error, Result, Simulation, plane};
 use crate::Vec3;
 use crate::geometry::Curvature;
 use crate::kinetics::Location;
@@ -59,6 +59,14 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
         return Err(refuse(format!(
             "vertex {v} of the state is at ({}, {}, {}), expected finite positions",
             x.x, x.y, x.z
+        )));
+    }
+    if simulation.model().mechanics().is_planar()
+        && let Some((v, z, plane)) = plane::leaving(simulation.sheet().rest(), &surface.points)
+    {
+        return Err(refuse(format!(
+            "vertex {v} of the state is at z = {z}, but the scene's sheet is planar: it stays at \
+             z = {plane}"
         )));
     }
     simulation.state.x.copy_from_slice(&surface.points);
@@ -162,7 +170,11 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
     }
     energy.insert("total".into(), json!(energies.iter().sum::<f64>()));
     force.insert("total".into(), vectors(&total));
-    let curvature = Curvature::of(&potential.shape(&state.x), area);
+    let mut curvature = Curvature::of(&potential.shape(&state.x), area);
+    if model.mechanics().is_planar() {
+        curvature.mean.fill(0.0);
+        curvature.gaussian.fill(0.0);
+    }
     let length: Vec<f64> = sheet
         .edges()
         .iter()

@@ -12,6 +12,7 @@ pub mod laws;
 mod magnitudes;
 mod notes;
 mod observe;
+mod plane;
 mod prepare;
 mod report;
 mod reported;

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::simulation::Simulation;
-use super::{Error, Fields, Result, laws, magnitudes, notes, start};
+use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
 use crate::Vec3;
 use crate::effects::{EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location, Search, Signal, SignalRead};
-use crate::model::{Chemistry, Mechanics, Model, ParameterFields, Signals};
+use crate::model::{Chemistry, Mechanics, MechanicsParts, Model, ParameterFields, Signals};
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Sheet};
 use crate::solve::{Relaxer, Workspace};
@@ -72,6 +72,11 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let laws = laws::load(scene, search, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| Arc::clone(&laws.kinetics));
     check_basis(scene, kinetics.as_deref())?;
+    let planar = scene.sheet.planar;
+    if planar {
+        plane::check(scene, &sheet)?;
+        plane::note_signals(kinetics.as_deref(), &mut notes);
+    }
     let location = location(scene, kinetics.as_deref());
 
     let measure = scene.kinetics.first().map(|k| k.measure).unwrap_or_default();
@@ -108,8 +113,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
             }
         }
     }
-    let mechanics =
-        Mechanics::constrained(Arc::clone(&sheet), terms, pins, prescribed, constraints)?;
+    let parts = MechanicsParts { terms, pins, prescribed, constraints, planar };
+    let mechanics = Mechanics::of(Arc::clone(&sheet), parts)?;
     if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
         let message = "the scene lists no effect with an energy: nothing to watch";
         return Err(scene.error_at("stability", message, None).into());
@@ -127,7 +132,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
         let reading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
         let of = material.as_ref();
-        let signals = Signals::new(wanted, location, area.clone(), of, reading, rest_area.clone());
+        let signals = Signals::new(wanted, location, area.clone(), of, reading, rest_area.clone())
+            .in_plane(planar);
         Chemistry::new(&sheet, kinetics, parameters, location, signals, transports, measure)
     });
     let state = start::state(scene, &sheet, chemistry.as_ref())?;
@@ -183,6 +189,9 @@ fn relaxer(
         let message = "a sheet that bends must also resist stretching";
         let help = "add [[effect]] kind = \"stretching\"";
         return Err(scene.error_at("effect", message, Some(help)).into());
+    }
+    if mechanics.is_planar() {
+        plane::note_forces(&mut potential, notes);
     }
     notes::on_loads(&mut potential, scene.equilibrium.tolerance(), notes);
     let (tolerance, max_iterations) =

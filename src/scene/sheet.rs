@@ -21,6 +21,9 @@ pub struct SheetSpec {
     /// Generated or read from a file.
     #[serde(flatten)]
     pub source: SheetSource,
+    /// Whether vertices move in the plane z = const that the sheet rests in, with two unknowns each.
+    #[serde(skip_serializing_if = "is_false")]
+    pub planar: bool,
     /// Random displacement of the start, which breaks the symmetry of a flat sheet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imperfection: Option<Imperfection>,
@@ -179,7 +182,7 @@ pub(crate) fn origin() -> [Finite; 3] {
 }
 
 /// Keys of `[sheet]` beside those of the shape.
-const COMMON: [&str; 4] = ["shape", "file", "imperfection", "bump"];
+const COMMON: [&str; 5] = ["shape", "file", "planar", "imperfection", "bump"];
 
 /// Names of the shapes.
 const SHAPES: [&str; 6] = ["disc", "rectangle", "annulus", "sphere", "cylinder", "point"];
@@ -189,6 +192,7 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
     if !node.is_table() {
         return Err(Problem::mismatch("a table", node.value.describe()).placed(&node.place));
     }
+    let planar = read_planar(&mut node)?;
     let imperfection = optional(&mut node, "imperfection")?;
     let bump = optional(&mut node, "bump")?;
     let place = node.place.clone();
@@ -203,7 +207,42 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
         (None, None) => Err(unspecified(&node)),
     };
     let source = source.map_err(|problem| problem.placed(&place))?;
-    Ok(SheetSpec { source, imperfection, bump })
+    Ok(SheetSpec { source, planar, imperfection, bump })
+}
+
+/// Reads `planar`, and refuses what cannot be in a plane.
+fn read_planar(node: &mut Node) -> Result<bool, Problem> {
+    let Some((_, value)) = node.take("planar") else { return Ok(false) };
+    let place = value.place.clone();
+    let planar: bool = read(value).map_err(|problem| problem.under("planar"))?;
+    if !planar {
+        return Ok(false);
+    }
+    for key in ["imperfection", "bump"] {
+        if let Some(start) = node.get(key) {
+            let message = "it displaces the start out of the plane, and this sheet is planar";
+            let problem = Problem::plain(message).placed(&start.place).under(key);
+            return Err(
+                problem.help("leave it out: a planar sheet has nowhere to go but its plane")
+            );
+        }
+    }
+    if let Some(Value::String(shape)) = node.get("shape").map(|shape| &shape.value)
+        && matches!(shape.as_str(), "sphere" | "cylinder" | "point")
+    {
+        let message = format!("a {shape} does not lie in a plane z = const");
+        let problem = Problem::plain(message).placed(&place).under("planar");
+        return Err(
+            problem.help("a planar sheet is a disc, a rectangle, an annulus or a flat file")
+        );
+    }
+    Ok(true)
+}
+
+/// Whether a key need not be written.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// Reads the entry of `key`, where there is one, and takes it out.
@@ -258,7 +297,7 @@ fn read_file(file: Node, rest: &Node) -> Result<SheetSource, Problem> {
     match &rest.value {
         Value::Table(entries) if !entries.is_empty() => {
             let key = &entries[0].0;
-            Err(Problem::unknown_key(&key.name, &["file", "imperfection", "bump"])
+            Err(Problem::unknown_key(&key.name, &["file", "planar", "imperfection", "bump"])
                 .placed(&key.place))
         }
         _ => Ok(SheetSource::File { file }),

@@ -6,7 +6,7 @@ use rumple::effects::{
     BondStretching, Coupling, Energy, EnergyTerm, HessianPart, HingeBending, Material, Stretching,
 };
 use rumple::geometry::Shape;
-use rumple::model::{Mechanics, Potential};
+use rumple::model::{Mechanics, MechanicsParts, Potential};
 use rumple::solve::equilibrium::{Goal, Lbfgs, LbfgsSpec, relax};
 use rumple::solve::stability::Stability;
 use rumple::{Simulation, Vec3};
@@ -174,14 +174,14 @@ fn several_constraints_are_met_together() {
     let mean = sheet.rest().iter().sum::<Vec3>() / f64::from(u32::try_from(pins.len()).unwrap());
     let targets = [(0, mean.x + 0.1), (2, mean.z + 0.3)];
     let all = targets.map(|(axis, value)| EnergyTerm::new(Mean { axis, value }));
-    let mechanics = Mechanics::constrained(
-        Arc::clone(&sheet),
-        terms(),
+    let parts = |pins, constraints| MechanicsParts {
+        terms: terms(),
         pins,
-        Vec::new(),
-        all.into_iter().collect(),
-    )
-    .unwrap();
+        constraints,
+        ..MechanicsParts::default()
+    };
+    let mechanics =
+        Mechanics::of(Arc::clone(&sheet), parts(pins, all.into_iter().collect())).unwrap();
     assert_eq!(mechanics.constraint_names().collect::<Vec<_>>(), ["mean", "mean 2"]);
     let mut potential = Potential::new(&mechanics);
     let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
@@ -195,8 +195,7 @@ fn several_constraints_are_met_together() {
         let all = [0, 2].map(|axis| (axis, values[axis / 2]));
         let all = all.map(|(axis, value)| EnergyTerm::new(Mean { axis, value }));
         let (pins, all) = (mechanics.pins().clone(), all.into_iter().collect());
-        let made =
-            Mechanics::constrained(Arc::clone(&sheet), terms(), pins, Vec::new(), all).unwrap();
+        let made = Mechanics::of(Arc::clone(&sheet), parts(pins, all)).unwrap();
         let (mut potential, mut x) = (Potential::new(&made), x.clone());
         let goal = Goal { tolerance: 1e-10, ..goal };
         relax(&mut lbfgs, &mut potential, &mut x, &goal).unwrap();

@@ -154,7 +154,7 @@ fn dense(matrix: &BlockMatrix) -> DMatrix<f64> {
     for i in 0..n {
         for (&j, block) in matrix.pattern().row(i).iter().zip(matrix.row(i)) {
             let j = j as usize;
-            out.view_mut((3 * i, 3 * j), (3, 3)).copy_from(block);
+            out.view_mut((3 * i, 3 * j), (3, 3)).copy_from(&block);
             out.view_mut((3 * j, 3 * i), (3, 3)).copy_from(&block.transpose());
         }
     }

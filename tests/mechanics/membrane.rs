@@ -99,7 +99,7 @@ fn hessian(mechanics: &mut Potential, x: &[Vec3]) -> BlockMatrix {
 /// Largest block of `a - factor·b` over the mean diagonal of `a`.
 fn difference(a: &BlockMatrix, b: &BlockMatrix, factor: f64) -> f64 {
     let rows = 0..a.pattern().rows();
-    let blocks = rows.flat_map(|i| a.row(i).iter().zip(b.row(i)));
+    let blocks = rows.flat_map(|i| a.row(i).zip(b.row(i)));
     blocks.map(|(a, b)| (a - factor * b).norm()).fold(0.0, f64::max) / a.mean_diagonal()
 }
 

@@ -59,7 +59,7 @@ fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
 fn product(matrix: &BlockMatrix, v: &[Vec3]) -> Vec<Vec3> {
     let mut out = vec![Vec3::zeros(); v.len()];
     for i in 0..v.len() {
-        for (block, &j) in matrix.row(i).iter().zip(matrix.pattern().row(i)) {
+        for (block, &j) in matrix.row(i).zip(matrix.pattern().row(i)) {
             let j = j as usize;
             out[i] += block * v[j];
             if j != i {

@@ -43,7 +43,7 @@ fn dense(mechanics: &mut Potential, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
     }
     let mut full = DMatrix::zeros(free.len(), free.len());
     for i in 0..x.len() {
-        for (block, &j) in matrix.row(i).iter().zip(pattern.row(i)) {
+        for (block, &j) in matrix.row(i).zip(pattern.row(i)) {
             let j = j as usize;
             for a in 0..3 {
                 for b in 0..3 {

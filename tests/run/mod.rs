@@ -6,7 +6,7 @@ mod files;
 mod inspect;
 mod notes;
 mod old_format;
-mod program;
+pub mod program;
 mod stability;
 
 use std::path::PathBuf;

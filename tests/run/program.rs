@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::{SMALL, program};
 use crate::plugins::build;
 
-pub(super) fn rumple(directory: &Path, args: &[&str]) -> Output {
+pub fn rumple(directory: &Path, args: &[&str]) -> Output {
     let plugins = build::directory();
     Command::new(program())
         .current_dir(directory)
@@ -20,13 +20,13 @@ pub(super) fn rumple(directory: &Path, args: &[&str]) -> Output {
         .unwrap()
 }
 
-pub(super) fn folder(scene: &str) -> tempfile::TempDir {
+pub fn folder(scene: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
 }
 
-pub(super) fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

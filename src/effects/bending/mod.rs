@@ -68,7 +68,7 @@ impl EffectSpec for Bending {
     }
 
     fn needs(&self) -> Needs {
-        Needs { material: true, ..Needs::default() }
+        Needs { material: true, out_of_plane: Some("kind"), ..Needs::default() }
     }
 
     fn vertex_area(&self) -> Option<AreaRule> {

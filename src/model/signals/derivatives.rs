@@ -27,8 +27,7 @@ impl Signals {
     /// Hands all derivatives that can be different from zero to `into`, in an order that depends on
     /// the sheet alone; a pair may come more than once, and then counts as the sum.
     pub fn derivatives(&self, shape: &Shape<'_>, into: &mut impl Derivatives) {
-        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
-        let curvature = self.wanted.iter().any(curved).then(|| Curvature::of(shape, &self.area));
+        let curvature = self.curvature(shape);
         let mut column = 0;
         for signal in &self.wanted {
             match signal {

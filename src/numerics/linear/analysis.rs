@@ -1,8 +1,8 @@
 //! What every factorisation of block matrices of one pattern shares: the order of elimination, the
 //! symbolic factorisation, and the matrix in the layout that faer reads.
 //!
-//! The ordering is nested dissection on the graph of the vertices (not of the three times as many
-//! unknowns), found once for a pattern.
+//! The ordering is nested dissection on the graph of the vertices (not of the two or three times as
+//! many unknowns), found once for a pattern.
 
 use std::sync::Arc;
 
@@ -16,6 +16,7 @@ use feral_metis::{CscPattern, metis_order};
 
 use super::LinearError;
 use super::{BlockMatrix, BlockPattern};
+use crate::Vec3;
 use crate::num::index;
 
 /// Numbers of a factor.
@@ -66,14 +67,16 @@ impl<T: Precision> Analysis<T> {
         pattern: Arc<BlockPattern>,
         parameters: CholeskySymbolicParams<'_>,
     ) -> Result<Self, LinearError> {
-        let n = 3 * pattern.rows();
+        let axes = pattern.axes();
+        let n = axes * pattern.rows();
         let order = nested_dissection(&pattern)?;
         let mut forward = vec![0u32; n];
         let mut inverse = vec![0u32; n];
         for (new, &old) in order.iter().enumerate() {
-            for a in 0..3 {
-                forward[3 * new + a] = 3 * old + index(a);
-                inverse[3 * old as usize + a] = index(3 * new + a);
+            let old = old as usize;
+            for a in 0..axes {
+                forward[axes * new + a] = index(axes * old + a);
+                inverse[axes * old + a] = index(axes * new + a);
             }
         }
         let (column_start, row_index) = lower_triangle(&pattern);
@@ -96,35 +99,31 @@ impl<T: Precision> Analysis<T> {
 
     /// Number of unknowns.
     pub(super) fn unknowns(&self) -> usize {
-        3 * self.pattern.rows()
+        self.axes() * self.pattern.rows()
+    }
+
+    /// Unknowns of a vertex.
+    pub(super) fn axes(&self) -> usize {
+        self.pattern.axes()
     }
 
     /// Takes over the values of `matrix`, which must have the pattern this was made for, times
     /// `scale`.
     pub(super) fn load(&mut self, matrix: &BlockMatrix, scale: f64) {
-        let mut next = 0;
-        for i in 0..self.pattern.rows() {
-            let row = matrix.row(i);
-            for a in 0..3 {
-                for b in a..3 {
-                    self.value[next] = T::of(scale * row[0][(a, b)]);
-                    next += 1;
-                }
-                for block in &row[1..] {
-                    for b in 0..3 {
-                        self.value[next] = T::of(scale * block[(a, b)]);
-                        next += 1;
-                    }
-                }
+        let mut values = self.value.iter_mut();
+        matrix.for_each_lower(|entry| {
+            if let Some(value) = values.next() {
+                *value = T::of(scale * entry);
             }
-        }
+        });
     }
 
-    /// Adds `shift(i)` to the three diagonal entries of vertex i of the values taken over.
+    /// Adds `shift(i)` to the diagonal entries of vertex i of the values taken over.
     pub(super) fn add_diagonal(&mut self, shift: impl Fn(usize) -> f64) {
+        let axes = self.axes();
         for i in 0..self.pattern.rows() {
-            for a in 0..3 {
-                let place = &mut self.value[self.column_start[3 * i + a] as usize];
+            for a in 0..axes {
+                let place = &mut self.value[self.column_start[axes * i + a] as usize];
                 *place = T::of(place.number() + shift(i));
             }
         }
@@ -136,6 +135,25 @@ impl<T: Precision> Analysis<T> {
         let layout =
             SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row_index);
         SparseColMatRef::new(layout, &self.value)
+    }
+}
+
+/// Writes vectors as unknowns, `axes` of each vector, times `scale`.
+pub(super) fn pack<T: Precision>(axes: usize, v: &[Vec3], scale: f64, into: &mut [T]) {
+    for (place, v) in into.chunks_exact_mut(axes).zip(v) {
+        for (place, v) in place.iter_mut().zip(v.as_slice()) {
+            *place = T::of(scale * v);
+        }
+    }
+}
+
+/// Writes unknowns as vectors, times `scale`; directions that are none become 0.
+pub(super) fn unpack<T: Precision>(axes: usize, from: &[T], scale: f64, v: &mut [Vec3]) {
+    for (place, v) in from.chunks_exact(axes).zip(v) {
+        *v = Vec3::zeros();
+        for (v, place) in v.as_mut_slice().iter_mut().zip(place) {
+            *v = scale * place.number();
+        }
     }
 }
 
@@ -169,13 +187,14 @@ fn nested_dissection(pattern: &BlockPattern) -> Result<Vec<u32>, LinearError> {
 
 /// Compressed columns of the lower triangle: column (i, a) is row (i, a) of the stored blocks.
 fn lower_triangle(pattern: &BlockPattern) -> (Vec<u32>, Vec<u32>) {
+    let axes = pattern.axes();
     let mut column_start = vec![0u32];
     let mut row_index = Vec::new();
     for i in 0..pattern.rows() {
-        for a in 0..3 {
-            row_index.extend((a..3).map(|b| index(3 * i + b)));
+        for a in 0..axes {
+            row_index.extend((a..axes).map(|b| index(axes * i + b)));
             for &j in &pattern.row(i)[1..] {
-                row_index.extend((0..3).map(|b| 3 * j + b));
+                row_index.extend((0..axes).map(|b| index(axes * j as usize + b)));
             }
             column_start.push(index(row_index.len()));
         }

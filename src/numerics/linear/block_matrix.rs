@@ -1,7 +1,9 @@
-//! A symmetric matrix of 3×3 blocks over the vertices of a mesh, in a fixed pattern.
+//! A symmetric matrix of blocks over the vertices of a mesh, in a fixed pattern.
 //!
 //! Only blocks (i, j) with j ≥ i are stored, row by row. Which there are is up to those who add to it:
-//! vertices up to so many edges apart, and single pairs.
+//! vertices up to so many edges apart, and single pairs. Blocks are 3×3; where vertices move in a plane
+//! z = const they are 2×2. Who adds or reads sees 3×3 blocks all the same: of what is added the third row
+//! and column are dropped, and read as 0.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,11 +17,12 @@ pub type Block = nalgebra::Matrix3<f64>;
 /// Hands the vertices an edge away from a given one to a function.
 pub type Neighbours<'a> = dyn Fn(usize, &mut dyn FnMut(u32)) + 'a;
 
-/// Which blocks exist.
+/// Which blocks exist, and how large they are.
 #[derive(Debug, PartialEq, Eq)]
 pub struct BlockPattern {
     start: Vec<usize>,
     column: Vec<u32>,
+    planar: bool,
 }
 
 impl BlockPattern {
@@ -62,7 +65,7 @@ impl BlockPattern {
             column.extend_from_slice(&row);
             start.push(column.len());
         }
-        Self { start, column }
+        Self { start, column, planar: false }
     }
 
     /// The columns of every row, ascending from its own number.
@@ -73,7 +76,27 @@ impl BlockPattern {
             column.append(&mut row);
             start.push(column.len());
         }
-        Self { start, column }
+        Self { start, column, planar: false }
+    }
+
+    /// The same with blocks of 2×2, for vertices that move in a plane z = const.
+    #[must_use]
+    pub fn in_plane(self) -> Self {
+        Self { planar: true, ..self }
+    }
+
+    /// Whether blocks are 2×2.
+    #[must_use]
+    #[inline]
+    pub fn is_planar(&self) -> bool {
+        self.planar
+    }
+
+    /// Unknowns of a vertex: rows of a block.
+    #[must_use]
+    #[inline]
+    pub fn axes(&self) -> usize {
+        if self.planar { 2 } else { 3 }
     }
 
     /// Number of block rows.
@@ -99,11 +122,76 @@ impl BlockPattern {
     }
 }
 
+/// One 2×2 block.
+type PlaneBlock = nalgebra::Matrix2<f64>;
+
+/// Blocks one after the other.
+#[derive(Debug, Clone)]
+enum Values {
+    Space(Vec<Block>),
+    Plane(Vec<PlaneBlock>),
+}
+
+/// Some of them being filled.
+pub(super) enum ValuesMut<'a> {
+    Space(&'a mut [Block]),
+    Plane(&'a mut [PlaneBlock]),
+}
+
+impl<'a> ValuesMut<'a> {
+    /// The first `count`, and the others.
+    pub(super) fn split_at(self, count: usize) -> (Self, Self) {
+        match self {
+            Self::Space(all) => {
+                let (low, high) = all.split_at_mut(count);
+                (Self::Space(low), Self::Space(high))
+            }
+            Self::Plane(all) => {
+                let (low, high) = all.split_at_mut(count);
+                (Self::Plane(low), Self::Plane(high))
+            }
+        }
+    }
+
+    /// The same for a while.
+    #[inline(always)]
+    pub(super) fn reborrow(&mut self) -> ValuesMut<'_> {
+        match self {
+            Self::Space(all) => ValuesMut::Space(all),
+            Self::Plane(all) => ValuesMut::Plane(all),
+        }
+    }
+
+    /// Adds `block` to number `place`.
+    #[inline(always)]
+    pub(super) fn add(&mut self, place: usize, block: &Block) {
+        match self {
+            Self::Space(all) => all[place] += block,
+            Self::Plane(all) => all[place] += block.fixed_view::<2, 2>(0, 0),
+        }
+    }
+
+    /// One entry of number `place`.
+    fn entry(&mut self, place: usize, at: (usize, usize)) -> &mut f64 {
+        match self {
+            Self::Space(all) => &mut all[place][at],
+            Self::Plane(all) => &mut all[place][at],
+        }
+    }
+}
+
+/// A 2×2 block as one of 3×3.
+fn widened(block: &PlaneBlock) -> Block {
+    let mut wide = Block::zeros();
+    wide.fixed_view_mut::<2, 2>(0, 0).copy_from(block);
+    wide
+}
+
 /// The values in a pattern.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix {
     pattern: Arc<BlockPattern>,
-    value: Vec<Block>,
+    value: Values,
     outside: Option<[u32; 2]>,
 }
 
@@ -111,7 +199,7 @@ pub struct BlockMatrix {
 pub struct RowMut<'a> {
     row: usize,
     column: &'a [u32],
-    value: &'a mut [Block],
+    value: ValuesMut<'a>,
     outside: &'a AtomicU64,
 }
 
@@ -121,7 +209,7 @@ impl RowMut<'_> {
     #[inline]
     pub fn add(&mut self, j: usize, block: &Block) {
         match self.column.binary_search(&crate::num::index(j)) {
-            Ok(place) => self.value[place] += block,
+            Ok(place) => self.value.add(place, block),
             Err(_) => {
                 // The least of all pairs, whichever thread comes first.
                 let pair = (self.row as u64) << 32 | u64::from(crate::num::index(j));
@@ -135,7 +223,12 @@ impl BlockMatrix {
     /// A zero matrix.
     #[must_use]
     pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
-        let value = vec![Block::zeros(); pattern.column.len()];
+        let count = pattern.column.len();
+        let value = if pattern.planar {
+            Values::Plane(vec![PlaneBlock::zeros(); count])
+        } else {
+            Values::Space(vec![Block::zeros(); count])
+        };
         Self { pattern, value, outside: None }
     }
 
@@ -149,7 +242,10 @@ impl BlockMatrix {
     /// Sets all values to zero.
     pub fn clear(&mut self) {
         self.outside = None;
-        crate::parallel::update(&mut self.value, |_, block| *block = Block::zeros());
+        match &mut self.value {
+            Values::Space(all) => crate::parallel::update(all, |_, b| *b = Block::zeros()),
+            Values::Plane(all) => crate::parallel::update(all, |_, b| *b = PlaneBlock::zeros()),
+        }
     }
 
     /// The first pair of vertices that something was added to since [`BlockMatrix::clear`] and that
@@ -163,27 +259,64 @@ impl BlockMatrix {
         self.outside = self.outside.or(pair);
     }
 
-    /// All stored blocks, row by row.
-    pub(super) fn values(&self) -> &[Block] {
-        &self.value
+    /// Number `place` of all stored blocks, row by row.
+    #[inline]
+    pub(super) fn block(&self, place: usize) -> Block {
+        match &self.value {
+            Values::Space(all) => all[place],
+            Values::Plane(all) => widened(&all[place]),
+        }
     }
 
     /// All stored blocks, row by row.
-    pub(super) fn values_mut(&mut self) -> &mut [Block] {
-        &mut self.value
+    pub(super) fn values_mut(&mut self) -> ValuesMut<'_> {
+        match &mut self.value {
+            Values::Space(all) => ValuesMut::Space(all),
+            Values::Plane(all) => ValuesMut::Plane(all),
+        }
+    }
+
+    /// Sets one entry of number `place` of all stored blocks.
+    pub(super) fn set(&mut self, place: usize, at: (usize, usize), value: f64) {
+        *self.values_mut().entry(place, at) = value;
+    }
+
+    /// Bytes of the values.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match &self.value {
+            Values::Space(all) => size_of_val(&**all),
+            Values::Plane(all) => size_of_val(&**all),
+        }
     }
 
     /// The stored blocks of row `i`, in the order of [`BlockPattern::row`].
+    #[inline]
+    pub fn row(&self, i: usize) -> impl ExactSizeIterator<Item = Block> + '_ {
+        (self.pattern.start[i]..self.pattern.start[i + 1]).map(|place| self.block(place))
+    }
+
+    /// The block of row `i` on the diagonal.
     #[must_use]
     #[inline]
-    pub fn row(&self, i: usize) -> &[Block] {
-        &self.value[self.pattern.start[i]..self.pattern.start[i + 1]]
+    pub fn diagonal(&self, i: usize) -> Block {
+        self.block(self.pattern.start[i])
+    }
+
+    /// Hands the numbers of the lower triangle to `f`, column by column: all rows of a column (i, a) from
+    /// the diagonal on.
+    pub(super) fn for_each_lower(&self, mut f: impl FnMut(f64)) {
+        match &self.value {
+            Values::Space(all) => lower(&self.pattern, all, &mut f),
+            Values::Plane(all) => lower(&self.pattern, all, &mut f),
+        }
     }
 
     /// Hands every row to `f`, in parallel.
     pub fn update_rows(&mut self, f: impl Fn(usize, &mut RowMut<'_>) + Sync) {
         let outside = AtomicU64::new(u64::MAX);
-        split_rows(&self.pattern, 0, self.pattern.rows(), &mut self.value, &outside, &f);
+        let pattern = Arc::clone(&self.pattern);
+        split_rows(&pattern, 0, pattern.rows(), self.values_mut(), &outside, &f);
         let outside = outside.into_inner();
         let half = |bits: u64| u32::try_from(bits & u64::from(u32::MAX)).unwrap_or(u32::MAX);
         self.note_outside((outside != u64::MAX).then(|| [half(outside >> 32), half(outside)]));
@@ -192,18 +325,18 @@ impl BlockMatrix {
     /// Takes directions out of the problem: their rows and columns become those of `scale`·I.
     pub fn pin(&mut self, pinned: &[[bool; 3]], scale: f64) {
         let pattern = Arc::clone(&self.pattern);
-        let free = [false; 3];
+        let axes = pattern.axes();
+        let free = |pin: &[bool; 3]| !pin[..axes].contains(&true);
         self.update_rows(|i, row| {
             for (place, &j) in pattern.row(i).iter().enumerate() {
-                if pinned[i] == free && pinned[j as usize] == free {
+                if free(&pinned[i]) && free(&pinned[j as usize]) {
                     continue;
                 }
-                let block = &mut row.value[place];
-                for a in 0..3 {
-                    for b in 0..3 {
+                for a in 0..axes {
+                    for b in 0..axes {
                         if pinned[i][a] || pinned[j as usize][b] {
                             let diagonal = i == j as usize && a == b;
-                            block[(a, b)] = if diagonal { scale } else { 0.0 };
+                            *row.value.entry(place, (a, b)) = if diagonal { scale } else { 0.0 };
                         }
                     }
                 }
@@ -213,7 +346,7 @@ impl BlockMatrix {
 
     /// Adds `shift` to the diagonal.
     pub fn add_diagonal(&mut self, shift: f64) {
-        self.update_rows(|_, row| row.value[0] += Block::from_diagonal_element(shift));
+        self.update_rows(|_, row| row.value.add(0, &Block::from_diagonal_element(shift)));
     }
 
     /// Adds `factor · other`, which has the same pattern.
@@ -222,7 +355,15 @@ impl BlockMatrix {
     /// If it has another.
     pub fn add_scaled(&mut self, factor: f64, other: &Self) {
         assert!(self.pattern == other.pattern, "matrices of different patterns are added");
-        crate::parallel::update(&mut self.value, |k, block| *block += factor * other.value[k]);
+        match (&mut self.value, &other.value) {
+            (Values::Space(all), Values::Space(more)) => {
+                crate::parallel::update(all, |k, block| *block += factor * more[k]);
+            }
+            (Values::Plane(all), Values::Plane(more)) => {
+                crate::parallel::update(all, |k, block| *block += factor * more[k]);
+            }
+            _ => unreachable!("the pattern says which of them it is"),
+        }
     }
 
     /// `vᵀ A v` of the symmetric matrix whose upper half this is.
@@ -230,25 +371,47 @@ impl BlockMatrix {
     pub fn quadratic(&self, v: &[Vec3]) -> f64 {
         crate::parallel::sum(self.pattern.rows(), |i| {
             let row = self.pattern.row(i).iter().zip(self.row(i));
-            let product = |(&j, block): (&u32, &Block)| {
+            let product = |(&j, block): (&u32, Block)| {
                 let twice = if i == j as usize { 1.0 } else { 2.0 };
                 twice * v[i].dot(&(block * v[j as usize]))
             };
-            row.map(product).sum()
+            row.map(product).sum::<f64>()
         })
     }
 
     /// Adds `stiffness` to one diagonal entry.
     pub fn stiffen(&mut self, vertex: usize, axis: usize, stiffness: f64) {
-        self.value[self.pattern.start[vertex]][(axis, axis)] += stiffness;
+        let place = self.pattern.start[vertex];
+        *self.values_mut().entry(place, (axis, axis)) += stiffness;
     }
 
     /// Mean of the diagonal entries.
     #[must_use]
     pub fn mean_diagonal(&self) -> f64 {
         let rows = self.pattern.rows();
-        let trace: f64 = (0..rows).map(|i| self.row(i)[0].trace()).sum();
-        trace / crate::num::real(3 * rows.max(1))
+        let trace: f64 = (0..rows).map(|i| self.diagonal(i).trace()).sum();
+        trace / crate::num::real(self.pattern.axes() * rows.max(1))
+    }
+}
+
+/// See [`BlockMatrix::for_each_lower`].
+fn lower<const D: usize>(
+    pattern: &BlockPattern,
+    all: &[nalgebra::SMatrix<f64, D, D>],
+    f: &mut impl FnMut(f64),
+) {
+    for i in 0..pattern.rows() {
+        let row = &all[pattern.start[i]..pattern.start[i + 1]];
+        for a in 0..D {
+            for b in a..D {
+                f(row[0][(a, b)]);
+            }
+            for block in &row[1..] {
+                for b in 0..D {
+                    f(block[(a, b)]);
+                }
+            }
+        }
     }
 }
 
@@ -257,7 +420,7 @@ fn split_rows<F: Fn(usize, &mut RowMut<'_>) + Sync>(
     pattern: &BlockPattern,
     first: usize,
     last: usize,
-    value: &mut [Block],
+    value: ValuesMut<'_>,
     outside: &AtomicU64,
     f: &F,
 ) {
@@ -265,14 +428,14 @@ fn split_rows<F: Fn(usize, &mut RowMut<'_>) + Sync>(
         let mut rest = value;
         for i in first..last {
             let column = pattern.row(i);
-            let (mine, tail) = rest.split_at_mut(column.len());
+            let (mine, tail) = rest.split_at(column.len());
             f(i, &mut RowMut { row: i, column, value: mine, outside });
             rest = tail;
         }
         return;
     }
     let middle = first + (last - first) / 2;
-    let (low, high) = value.split_at_mut(pattern.start[middle] - pattern.start[first]);
+    let (low, high) = value.split_at(pattern.start[middle] - pattern.start[first]);
     rayon::join(
         || split_rows(pattern, first, middle, low, outside, f),
         || split_rows(pattern, middle, last, high, outside, f),

@@ -11,7 +11,7 @@ use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, LltRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
 use super::LinearError;
-use super::analysis::{Analysis, Precision, no_memory};
+use super::analysis::{Analysis, Precision, no_memory, pack, unpack};
 use super::{BlockMatrix, BlockPattern};
 use crate::Vec3;
 
@@ -94,11 +94,8 @@ impl<T: Precision> BlockCholesky<T> {
             return;
         }
         let (scale, back) = (largest.recip(), largest / self.unit);
-        for (place, v) in self.rhs.chunks_exact_mut(3).zip(rhs.iter()) {
-            for (place, v) in place.iter_mut().zip(v.as_slice()) {
-                *place = T::of(scale * v);
-            }
-        }
+        let axes = self.analysis.axes();
+        pack(axes, rhs, scale, &mut self.rhs);
         let n = self.rhs.len();
         LltRef::new(self.analysis.symbolic(), &self.factor).solve_in_place_with_conj(
             Conj::No,
@@ -106,11 +103,7 @@ impl<T: Precision> BlockCholesky<T> {
             Par::Seq,
             MemStack::new(&mut self.solve_memory),
         );
-        for (place, v) in self.rhs.chunks_exact(3).zip(rhs.iter_mut()) {
-            for (v, place) in v.as_mut_slice().iter_mut().zip(place) {
-                *v = back * place.number();
-            }
-        }
+        unpack(axes, &self.rhs, back, rhs);
     }
 }
 

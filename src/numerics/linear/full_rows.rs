@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use nalgebra::{Matrix2, Matrix3, Vector2};
 use rayon::prelude::*;
 
 use super::{Block, BlockMatrix, BlockPattern};
@@ -76,8 +77,8 @@ impl FullRows {
     ) -> impl Iterator<Item = (usize, Block)> + 'a {
         let places = &self.place[self.start[i]..self.start[i + 1]];
         self.row(i).iter().zip(places).map(move |(&j, &place)| {
-            let block = &matrix.values()[place as usize];
-            (j as usize, if (j as usize) < i { block.transpose() } else { *block })
+            let block = matrix.block(place as usize);
+            (j as usize, if (j as usize) < i { block.transpose() } else { block })
         })
     }
 }
@@ -85,9 +86,21 @@ impl FullRows {
 /// A copy of a matrix in single precision, by whole rows.
 #[derive(Default)]
 pub(super) struct SingleRows {
-    value: Vec<nalgebra::Matrix3<f32>>,
+    value: Singles,
     /// What the entries were divided by: single precision has a narrow range.
     unit: f64,
+}
+
+/// Blocks of space, or of a plane.
+enum Singles {
+    Space(Vec<Matrix3<f32>>),
+    Plane(Vec<Matrix2<f32>>),
+}
+
+impl Default for Singles {
+    fn default() -> Self {
+        Self::Space(Vec::new())
+    }
 }
 
 impl SingleRows {
@@ -95,28 +108,66 @@ impl SingleRows {
     pub(super) fn load(&mut self, rows: &FullRows, matrix: &BlockMatrix) {
         self.unit = matrix.mean_diagonal();
         let scale = self.unit.recip();
-        self.value.resize(rows.column.len(), nalgebra::Matrix3::zeros());
-        split(&rows.start, &mut self.value).into_par_iter().for_each(|(range, part)| {
-            let blocks = range.flat_map(|i| rows.blocks(matrix, i));
-            for (place, (_, block)) in part.iter_mut().zip(blocks) {
-                *place = (scale * block).cast();
+        let count = rows.column.len();
+        if matrix.pattern().is_planar() && !matches!(self.value, Singles::Plane(_)) {
+            self.value = Singles::Plane(Vec::new());
+        }
+        match &mut self.value {
+            Singles::Space(all) => {
+                all.resize(count, Matrix3::zeros());
+                copy(rows, matrix, all, |block| (scale * block).cast());
             }
-        });
+            Singles::Plane(all) => {
+                all.resize(count, Matrix2::zeros());
+                let corner = |block: Block| block.fixed_view::<2, 2>(0, 0).into_owned();
+                copy(rows, matrix, all, |block| (scale * corner(block)).cast());
+            }
+        }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.value)
+        match &self.value {
+            Singles::Space(all) => size_of_val(&**all),
+            Singles::Plane(all) => size_of_val(&**all),
+        }
     }
 
     /// Row `i` of the product with `x`.
     pub(super) fn times(&self, rows: &FullRows, i: usize, x: &[Vec3]) -> Vec3 {
         let range = rows.start[i]..rows.start[i + 1];
-        let mut sum = Vec3::zeros();
-        for (j, block) in rows.row(i).iter().zip(&self.value[range]) {
-            sum += block.cast::<f64>() * x[*j as usize];
+        let columns = rows.row(i).iter();
+        match &self.value {
+            Singles::Space(all) => {
+                let mut sum = Vec3::zeros();
+                for (j, block) in columns.zip(&all[range]) {
+                    sum += block.cast::<f64>() * x[*j as usize];
+                }
+                self.unit * sum
+            }
+            Singles::Plane(all) => {
+                let mut sum = Vector2::zeros();
+                for (j, block) in columns.zip(&all[range]) {
+                    sum += block.cast::<f64>() * x[*j as usize].xy();
+                }
+                self.unit * Vec3::new(sum.x, sum.y, 0.0)
+            }
         }
-        self.unit * sum
     }
+}
+
+/// Writes what `of` makes of every block, by whole rows.
+fn copy<T: Send>(
+    rows: &FullRows,
+    matrix: &BlockMatrix,
+    into: &mut [T],
+    of: impl Fn(Block) -> T + Sync,
+) {
+    split(&rows.start, into).into_par_iter().for_each(|(range, part)| {
+        let blocks = range.flat_map(|i| rows.blocks(matrix, i));
+        for (place, (_, block)) in part.iter_mut().zip(blocks) {
+            *place = of(block);
+        }
+    });
 }
 
 /// Cuts values kept list after list, list i from `start[i]`, into parts of several lists.

@@ -18,7 +18,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Auto, Conj, MatMut, Par, Side, Spec};
 
 use super::LinearError;
-use super::analysis::{Analysis, no_memory};
+use super::analysis::{Analysis, no_memory, pack, unpack};
 use super::{BlockMatrix, BlockPattern};
 use crate::Vec3;
 
@@ -144,9 +144,8 @@ impl BlockLdlt {
 
     /// Replaces `rhs` by the solution for the last matrix factorised.
     pub fn solve(&mut self, rhs: &mut [Vec3]) {
-        for (place, v) in self.rhs.chunks_exact_mut(3).zip(rhs.iter()) {
-            place.copy_from_slice(v.as_slice());
-        }
+        let axes = self.analysis.axes();
+        pack(axes, rhs, 1.0, &mut self.rhs);
         let n = self.rhs.len();
         IntranodeLbltRef::new(
             self.analysis.symbolic(),
@@ -160,8 +159,6 @@ impl BlockLdlt {
             Par::Seq,
             MemStack::new(&mut self.solve_memory),
         );
-        for (place, v) in self.rhs.chunks_exact(3).zip(rhs.iter_mut()) {
-            v.copy_from_slice(place);
-        }
+        unpack(axes, &self.rhs, 1.0, rhs);
     }
 }

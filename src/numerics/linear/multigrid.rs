@@ -7,6 +7,9 @@
 //! z ← z + q(D⁻¹A) D⁻¹ (r - A z)         the rough part again, which makes the cycle symmetric
 //! ```
 //!
+//! A coarse level has three unknowns for every three of the motions that cost little: an aggregate of a
+//! sheet in space becomes two nodes, one of a sheet that moves in a plane becomes one.
+//!
 //! The coarsest matrix is factorised. The cycle is positive definite if that matrix is, whatever A:
 //! with s(λ) = 1 - λ q(λ) it is (1 - s²)/λ + s P A_c⁻¹ Pᵀ s, and the first term is positive up to the
 //! largest eigenvalue, for negative λ too.
@@ -41,22 +44,22 @@ const VISITS: usize = 3;
 /// last.
 const SHIFT: (f64, f64, f64) = (1e-9, 100.0, 1e-3);
 
-/// One level above the coarsest.
-struct Level {
+/// One level above the coarsest; an aggregate has M motions, which become N = M/3 nodes.
+struct Level<const N: usize, const M: usize> {
     rows: FullRows,
     single: SingleRows,
     /// D⁻¹.
     inverse: Vec<Block>,
     /// Largest eigenvalue of D⁻¹A, or a little more.
     largest: f64,
-    prolongator: Prolongator,
+    prolongator: Prolongator<N, M>,
     coarse: BlockMatrix,
     solution: Vec<Vec3>,
     step: Vec<Vec3>,
-    coarse_vector: Vec<[Vec3; 2]>,
+    coarse_vector: Vec<[Vec3; N]>,
 }
 
-impl Level {
+impl<const N: usize, const M: usize> Level<N, M> {
     fn new(pattern: &BlockPattern) -> Self {
         let rows = FullRows::new(pattern);
         let prolongator = Prolongator::new(&rows);
@@ -68,7 +71,7 @@ impl Level {
             coarse: BlockMatrix::zeros(Arc::new(prolongator.coarse_pattern())),
             solution: vec![Vec3::zeros(); n],
             step: vec![Vec3::zeros(); n],
-            coarse_vector: vec![[Vec3::zeros(); 2]; prolongator.aggregates()],
+            coarse_vector: vec![[Vec3::zeros(); N]; prolongator.aggregates()],
             rows,
             prolongator,
         }
@@ -78,11 +81,17 @@ impl Level {
     fn load(
         &mut self,
         matrix: &BlockMatrix,
-        motions: &mut [Motions],
-    ) -> Result<Vec<Motions>, NotPositive> {
+        motions: &mut [Motions<M>],
+    ) -> Result<Vec<Motions<M>>, NotPositive> {
         self.single.load(&self.rows, matrix);
+        let planar = matrix.pattern().is_planar();
         parallel::fill(&mut self.inverse, |i| {
-            let cholesky = nalgebra::Cholesky::new(matrix.row(i)[0]);
+            let mut block = matrix.diagonal(i);
+            if planar {
+                // What is no unknown has no force either.
+                block[(2, 2)] = 1.0;
+            }
+            let cholesky = nalgebra::Cholesky::new(block);
             cholesky.map_or_else(Block::zeros, |c| c.inverse())
         });
         if self.inverse.iter().any(|block| block[(0, 0)] == 0.0) {
@@ -100,8 +109,11 @@ impl Level {
 
     fn bytes(&self) -> usize {
         let nodes = self.inverse.len() * (size_of::<Block>() + 2 * size_of::<Vec3>());
-        let blocks = size_of_val(self.coarse.values());
-        nodes + blocks + self.rows.bytes() + self.single.bytes() + self.prolongator.bytes()
+        nodes
+            + self.coarse.bytes()
+            + self.rows.bytes()
+            + self.single.bytes()
+            + self.prolongator.bytes()
     }
 
     /// Power iteration, always from the same vector: what is found depends on the matrix alone.
@@ -151,9 +163,11 @@ impl Level {
 }
 
 /// Hierarchy of levels for matrices of one pattern.
-pub struct Multigrid {
-    levels: Vec<Level>,
-    coarsest: BlockCholesky,
+pub struct Multigrid(Kind);
+
+enum Kind {
+    Space(Hierarchy<2, 6>),
+    Plane(Hierarchy<1, 3>),
 }
 
 impl Multigrid {
@@ -173,18 +187,11 @@ impl Multigrid {
         pattern: &Arc<BlockPattern>,
         coarsest: usize,
     ) -> Result<Self, LinearError> {
-        let mut pattern = Arc::clone(pattern);
-        let mut levels: Vec<Level> = Vec::new();
-        while levels.is_empty() || pattern.rows() > coarsest {
-            let level = Level::new(&pattern);
-            // Parts too small to be made coarser would go on for ever.
-            if 3 * level.coarse.pattern().rows() > 2 * pattern.rows() {
-                break;
-            }
-            pattern = Arc::clone(level.coarse.pattern());
-            levels.push(level);
-        }
-        Ok(Self { levels, coarsest: BlockCholesky::new(pattern)? })
+        Ok(Self(if pattern.is_planar() {
+            Kind::Plane(Hierarchy::new(pattern, coarsest)?)
+        } else {
+            Kind::Space(Hierarchy::new(pattern, coarsest)?)
+        }))
     }
 
     /// Takes over `matrix`, which must have the pattern this was made for, at the shape `x` whose
@@ -199,7 +206,57 @@ impl Multigrid {
         x: &[Vec3],
         insist: bool,
     ) -> Result<(), NotPositive> {
-        let mut motions = rigid_motions(x);
+        match &mut self.0 {
+            Kind::Space(all) => all.factorise(matrix, rigid_motions(x), insist),
+            Kind::Plane(all) => all.factorise(matrix, plane_motions(x), insist),
+        }
+    }
+
+    /// Replaces `rhs` by one cycle's approximation of the solution for the last matrix taken over.
+    pub fn solve(&mut self, rhs: &mut [Vec3]) {
+        match &mut self.0 {
+            Kind::Space(all) => cycle(&mut all.levels, &mut all.coarsest, rhs, 1),
+            Kind::Plane(all) => cycle(&mut all.levels, &mut all.coarsest, rhs, 1),
+        }
+    }
+
+    /// Bytes of all levels and of the factor of the coarsest.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match &self.0 {
+            Kind::Space(all) => all.bytes(),
+            Kind::Plane(all) => all.bytes(),
+        }
+    }
+}
+
+struct Hierarchy<const N: usize, const M: usize> {
+    levels: Vec<Level<N, M>>,
+    coarsest: BlockCholesky,
+}
+
+impl<const N: usize, const M: usize> Hierarchy<N, M> {
+    fn new(pattern: &Arc<BlockPattern>, coarsest: usize) -> Result<Self, LinearError> {
+        let mut pattern = Arc::clone(pattern);
+        let mut levels: Vec<Level<N, M>> = Vec::new();
+        while levels.is_empty() || pattern.rows() > coarsest {
+            let level = Level::new(&pattern);
+            // Parts too small to be made coarser would go on for ever.
+            if 3 * level.coarse.pattern().rows() > 2 * pattern.rows() {
+                break;
+            }
+            pattern = Arc::clone(level.coarse.pattern());
+            levels.push(level);
+        }
+        Ok(Self { levels, coarsest: BlockCholesky::new(pattern)? })
+    }
+
+    fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        mut motions: Vec<Motions<M>>,
+        insist: bool,
+    ) -> Result<(), NotPositive> {
         let mut matrix = matrix;
         for level in &mut self.levels {
             motions = level.load(matrix, &mut motions)?;
@@ -221,20 +278,18 @@ impl Multigrid {
         Err(NotPositive)
     }
 
-    /// Replaces `rhs` by one cycle's approximation of the solution for the last matrix taken over.
-    pub fn solve(&mut self, rhs: &mut [Vec3]) {
-        cycle(&mut self.levels, &mut self.coarsest, rhs, 1);
-    }
-
-    /// Bytes of all levels and of the factor of the coarsest.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
+    fn bytes(&self) -> usize {
         self.levels.iter().map(Level::bytes).sum::<usize>() + 8 * self.coarsest.factor_size()
     }
 }
 
 /// Replaces `residual` by the solution of the finest of `levels`, or what `visits` cycles make of it.
-fn cycle(levels: &mut [Level], coarsest: &mut BlockCholesky, residual: &mut [Vec3], visits: usize) {
+fn cycle<const N: usize, const M: usize>(
+    levels: &mut [Level<N, M>],
+    coarsest: &mut BlockCholesky,
+    residual: &mut [Vec3],
+    visits: usize,
+) {
     let Some((level, coarser)) = levels.split_first_mut() else {
         coarsest.solve(residual);
         return;
@@ -258,16 +313,22 @@ fn cycle(levels: &mut [Level], coarsest: &mut BlockCholesky, residual: &mut [Vec
 }
 
 /// Translations, and rotations about the mean position, of every vertex: `[1 | -[r]×/R]`.
-fn rigid_motions(x: &[Vec3]) -> Vec<Motions> {
+fn rigid_motions(x: &[Vec3]) -> Vec<Motions<6>> {
     let centre = x.iter().sum::<Vec3>() / real(x.len().max(1));
     let radius = x.iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-    let mut motions = vec![Motions::zeros(); x.len()];
+    let mut motions = vec![Motions::<6>::zeros(); x.len()];
     parallel::fill(&mut motions, |i| {
-        let mut motion = Motions::zeros();
+        let mut motion = Motions::<6>::zeros();
         motion.fixed_columns_mut::<3>(0).copy_from(&Block::identity());
         let turn = -((x[i] - centre) / radius).cross_matrix();
         motion.fixed_columns_mut::<3>(3).copy_from(&turn);
         motion
     });
     motions
+}
+
+/// Translations in the plane z = const, and the rotation about the mean position.
+fn plane_motions(x: &[Vec3]) -> Vec<Motions<3>> {
+    let in_plane = |motion: &Motions<6>| Motions::<3>::from_fn(|a, k| motion[(a, [0, 1, 5][k])]);
+    rigid_motions(x).iter().map(in_plane).collect()
 }

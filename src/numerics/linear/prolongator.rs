@@ -1,17 +1,18 @@
 //! From aggregates to nodes: the smoothed prolongator and the matrix of the coarse level.
 //!
 //! ```text
-//! P̂_i = B_i T_I  (i in aggregate I),  Σ_{i∈I} P̂_iᵀ P̂_i = 1        tentative, 3×6 a node
+//! P̂_i = B_i T_I  (i in aggregate I),  Σ_{i∈I} P̂_iᵀ P̂_i = 1        tentative, 3×M a node
 //! P = (1 - ω D⁻¹ A) P̂,   ω = 4 / (3 λmax(D⁻¹A))                    smoothed
 //! A_c = Pᵀ A P,   B_c = T⁻¹                                        the coarse level
 //! ```
 //!
-//! The columns of B are motions that cost nearly nothing: the six rigid motions of the sheet, which
-//! are all that a plate or shell has, bending included. D is the block diagonal of A.
+//! The columns of B are motions that cost nearly nothing: the M = 6 rigid motions of the sheet, which
+//! are all that a plate or shell has, bending included; M = 3 of a sheet that moves in a plane. D is the
+//! block diagonal of A. An aggregate becomes N = M/3 nodes of the coarse level, three unknowns each.
 //!
 //! Source: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
 
-use nalgebra::{Matrix3x6, Matrix6};
+use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::aggregates::Aggregates;
@@ -25,8 +26,11 @@ use crate::parallel;
 /// is left without them.
 const DEPENDENT: f64 = 1e-10;
 
-/// The six motions of one node.
-pub(super) type Motions = Matrix3x6<f64>;
+/// The motions of one node.
+pub(super) type Motions<const M: usize> = SMatrix<f64, 3, M>;
+
+/// A number for every pair of motions.
+type Pairs<const M: usize> = SMatrix<f64, M, M>;
 
 /// Lists of numbers, one after the other.
 #[derive(Default)]
@@ -54,12 +58,12 @@ impl Lists {
 }
 
 /// The prolongator of one level.
-pub(super) struct Prolongator {
+pub(super) struct Prolongator<const N: usize, const M: usize> {
     aggregates: Aggregates,
     members: Lists,
     /// Aggregates that a node depends on, and the blocks of P.
     row: Lists,
-    value: Vec<Matrix3x6<f32>>,
+    value: Vec<SMatrix<f32, 3, M>>,
     /// Nodes that depend on an aggregate, and where in `value`.
     support: Lists,
     entry: Vec<u32>,
@@ -69,7 +73,7 @@ pub(super) struct Prolongator {
     coupled: Lists,
 }
 
-impl Prolongator {
+impl<const N: usize, const M: usize> Prolongator<N, M> {
     /// Aggregates the nodes of `rows` and finds which blocks exist.
     pub(super) fn new(rows: &FullRows) -> Self {
         let aggregates = Aggregates::new(rows);
@@ -90,11 +94,11 @@ impl Prolongator {
             scratch.extend(near.copied().filter(|&b| b as usize >= a));
             coupled.push(&mut scratch);
         }
-        let value = vec![Matrix3x6::zeros(); row.item.len()];
+        let value = vec![SMatrix::zeros(); row.item.len()];
         Self { aggregates, members, row, value, support, entry, reach, coupled }
     }
 
-    /// Number of aggregates; each makes two nodes of the coarse level.
+    /// Number of aggregates; each makes N nodes of the coarse level.
     pub(super) fn aggregates(&self) -> usize {
         self.aggregates.count
     }
@@ -108,9 +112,12 @@ impl Prolongator {
 
     /// Pattern of the coarse matrix.
     pub(super) fn coarse_pattern(&self) -> BlockPattern {
-        BlockPattern::from_rows((0..2 * self.aggregates.count).map(|row| {
-            let both = |a: &u32| [2 * a, 2 * a + 1];
-            let columns = self.coupled.of(row / 2).iter().flat_map(both);
+        let nodes = |a: &u32| {
+            let first = index(N) * *a;
+            first..first + index(N)
+        };
+        BlockPattern::from_rows((0..N * self.aggregates.count).map(|row| {
+            let columns = self.coupled.of(row / N).iter().flat_map(nodes);
             columns.filter(|&j| j as usize >= row).collect()
         }))
     }
@@ -124,8 +131,8 @@ impl Prolongator {
         matrix: &BlockMatrix,
         inverse: &[Block],
         damping: f64,
-        motions: &mut [Motions],
-    ) -> Vec<Motions> {
+        motions: &mut [Motions<M>],
+    ) -> Vec<Motions<M>> {
         // Directions coupled to nothing (held ones) are left to the smoother.
         parallel::update(motions, |i, b| {
             for a in 0..3 {
@@ -137,7 +144,7 @@ impl Prolongator {
                 }
             }
         });
-        let factors: Vec<(Matrix6<f64>, Matrix6<f64>)> = (0..self.aggregates.count)
+        let factors: Vec<(Pairs<M>, Pairs<M>)> = (0..self.aggregates.count)
             .into_par_iter()
             .map(|a| {
                 let own = self.members.of(a).iter().map(|&i| &motions[i as usize]);
@@ -155,7 +162,7 @@ impl Prolongator {
                 let columns = row.of(i);
                 let slot = |a: u32| columns.binary_search(&a).unwrap_or(0);
                 sum.clear();
-                sum.resize(columns.len(), Motions::zeros());
+                sum.resize(columns.len(), Motions::<M>::zeros());
                 for (j, block) in rows.blocks(matrix, i) {
                     sum[slot(of[j])] += block * motions[j];
                 }
@@ -171,7 +178,7 @@ impl Prolongator {
         });
         let triangles = factors.iter().map(|(_, t)| t);
         triangles
-            .flat_map(|t| [t.fixed_rows::<3>(0).into_owned(), t.fixed_rows::<3>(3).into_owned()])
+            .flat_map(|t| (0..N).map(move |node| t.fixed_rows::<3>(3 * node).into_owned()))
             .collect()
     }
 
@@ -182,18 +189,18 @@ impl Prolongator {
         matrix: &BlockMatrix,
         into: &mut BlockMatrix,
     ) {
-        let coupled: Vec<Vec<Matrix6<f64>>> = (0..self.aggregates.count)
+        let coupled: Vec<Vec<Pairs<M>>> = (0..self.aggregates.count)
             .into_par_iter()
             .map(|a| self.coarse_row(rows, matrix, a))
             .collect();
         into.clear();
         into.update_rows(|row, blocks| {
-            let a = row / 2;
+            let a = row / N;
             for (&b, sum) in self.coupled.of(a).iter().zip(&coupled[a]) {
-                for half in 0..2 {
-                    let column = 2 * b as usize + half;
+                for node in 0..N {
+                    let column = N * b as usize + node;
                     if column >= row {
-                        let block = sum.fixed_view::<3, 3>(3 * (row % 2), 3 * half);
+                        let block = sum.fixed_view::<3, 3>(3 * (row % N), 3 * node);
                         blocks.add(column, &block.into_owned());
                     }
                 }
@@ -201,20 +208,20 @@ impl Prolongator {
         });
         let scale = into.mean_diagonal();
         into.update_rows(|row, blocks| {
-            let diagonal = &coupled[row / 2][0];
+            let diagonal = &coupled[row / N][0];
             let missing = |k: usize| if diagonal[(k, k)] == 0.0 { scale } else { 0.0 };
-            let first = 3 * (row % 2);
+            let first = 3 * (row % N);
             let missing = Vec3::new(missing(first), missing(first + 1), missing(first + 2));
             blocks.add(row, &Block::from_diagonal(&missing));
         });
     }
 
     /// Blocks (a, b) of the coarse matrix, b as in `coupled`.
-    fn coarse_row(&self, rows: &FullRows, matrix: &BlockMatrix, a: usize) -> Vec<Matrix6<f64>> {
+    fn coarse_row(&self, rows: &FullRows, matrix: &BlockMatrix, a: usize) -> Vec<Pairs<M>> {
         let columns = self.coupled.of(a);
-        let mut sums = vec![Matrix6::zeros(); columns.len()];
+        let mut sums = vec![Pairs::<M>::zeros(); columns.len()];
         for &k in self.reach.of(a) {
-            let mut image = Motions::zeros();
+            let mut image = Motions::<M>::zeros();
             for (j, block) in rows.blocks(matrix, k as usize) {
                 if let Some(entry) = self.entry_at(j, index(a)) {
                     image += block * self.value[entry].cast::<f64>();
@@ -238,26 +245,29 @@ impl Prolongator {
     }
 
     /// `coarse = Pᵀ fine`.
-    pub(super) fn restrict(&self, fine: &[Vec3], coarse: &mut [[Vec3; 2]]) {
+    pub(super) fn restrict(&self, fine: &[Vec3], coarse: &mut [[Vec3; N]]) {
         parallel::fill(coarse, |a| {
             let range = self.support.start[a]..self.support.start[a + 1];
-            let mut sum = nalgebra::Vector6::zeros();
+            let mut sum = SVector::<f64, M>::zeros();
             for (&i, &entry) in self.support.of(a).iter().zip(&self.entry[range]) {
                 sum += self.value[entry as usize].cast::<f64>().tr_mul(&fine[i as usize]);
             }
-            [sum.fixed_rows::<3>(0).into_owned(), sum.fixed_rows::<3>(3).into_owned()]
+            std::array::from_fn(|node| sum.fixed_rows::<3>(3 * node).into_owned())
         });
     }
 
     /// `fine = P coarse`.
-    pub(super) fn prolong(&self, coarse: &[[Vec3; 2]], fine: &mut [Vec3]) {
+    pub(super) fn prolong(&self, coarse: &[[Vec3; N]], fine: &mut [Vec3]) {
         parallel::fill(fine, |i| {
             let range = self.row.start[i]..self.row.start[i + 1];
             let mut sum = Vec3::zeros();
             for (&a, block) in self.row.of(i).iter().zip(&self.value[range]) {
-                let [low, high] = &coarse[a as usize];
                 let block = block.cast::<f64>();
-                sum += block.fixed_columns::<3>(0) * low + block.fixed_columns::<3>(3) * high;
+                let mut all = Vec3::zeros();
+                for (node, value) in coarse[a as usize].iter().enumerate() {
+                    all += block.fixed_columns::<3>(3 * node) * value;
+                }
+                sum += all;
             }
             sum
         });
@@ -288,10 +298,10 @@ fn transposed(lists: &Lists, count: usize) -> (Lists, Vec<u32>) {
 
 /// T and R with `Tᵀ gram T = 1` and `R = T⁻¹`, upper triangular, by Cholesky; dependent columns are
 /// zero in both.
-fn orthonormal(gram: &Matrix6<f64>) -> (Matrix6<f64>, Matrix6<f64>) {
-    let mut upper = Matrix6::zeros();
-    let mut inverse = Matrix6::zeros();
-    for c in 0..6 {
+fn orthonormal<const M: usize>(gram: &Pairs<M>) -> (Pairs<M>, Pairs<M>) {
+    let mut upper = Pairs::<M>::zeros();
+    let mut inverse = Pairs::<M>::zeros();
+    for c in 0..M {
         // Column c of the inverse starts as the unit vector, made orthogonal to those before.
         let mut rest = gram[(c, c)];
         for r in 0..c {
@@ -304,7 +314,7 @@ fn orthonormal(gram: &Matrix6<f64>) -> (Matrix6<f64>, Matrix6<f64>) {
         }
         let norm = rest.sqrt();
         upper[(c, c)] = norm;
-        let mut column = nalgebra::Vector6::zeros();
+        let mut column = SVector::<f64, M>::zeros();
         column[c] = 1.0;
         for r in 0..c {
             column -= upper[(r, c)] * inverse.column(r);

@@ -8,6 +8,7 @@
 
 use std::sync::Arc;
 
+use super::block_matrix::ValuesMut;
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::num::index;
 use crate::parallel::simd::{LANES, Lanes, Simd, Task, dispatch};
@@ -37,7 +38,7 @@ pub struct Sink<'a> {
     first_row: usize,
     last_row: usize,
     first_place: usize,
-    value: &'a mut [Block],
+    value: ValuesMut<'a>,
 }
 
 /// Takes the blocks of the elements that touch some rows.
@@ -45,7 +46,7 @@ pub struct Rows<'a> {
     stencils: &'a Stencils,
     first: usize,
     last: usize,
-    value: &'a mut [Block],
+    value: ValuesMut<'a>,
 }
 
 /// The nine entries of a block, column by column, in two registers and a number.
@@ -93,7 +94,7 @@ impl Rows<'_> {
             first_row: self.first,
             last_row: self.last,
             first_place: stencils.pattern.start(self.first),
-            value: self.value,
+            value: self.value.reborrow(),
         }
     }
 }
@@ -118,28 +119,38 @@ impl Sink<'_> {
     #[inline]
     pub fn add(&mut self, p: usize, q: usize, block: &Block) {
         if self.wants(p) {
-            *self.place(p, q) += block;
+            self.value.add(self.place(p, q), block);
         }
     }
 
     /// Adds block (p, q), p ≤ q.
     #[inline(always)]
     pub fn add_packed<S: Simd>(&mut self, simd: S, p: usize, q: usize, block: Packed<S::Lanes>) {
-        if self.wants(p)
-            && let [[a, b, c], [d, e, f], [g, h, i]] = &mut self.place(p, q).data.0
-        {
-            let Packed([low, high], last) = block;
-            [*a, *b, *c, *d] = (simd.load([*a, *b, *c, *d]) + low).array();
-            [*e, *f, *g, *h] = (simd.load([*e, *f, *g, *h]) + high).array();
-            *i += last;
+        if !self.wants(p) {
+            return;
+        }
+        let place = self.place(p, q);
+        let Packed([low, high], last) = block;
+        match &mut self.value {
+            ValuesMut::Space(all) => {
+                let [[a, b, c], [d, e, f], [g, h, i]] = &mut all[place].data.0;
+                [*a, *b, *c, *d] = (simd.load([*a, *b, *c, *d]) + low).array();
+                [*e, *f, *g, *h] = (simd.load([*e, *f, *g, *h]) + high).array();
+                *i += last;
+            }
+            ValuesMut::Plane(all) => {
+                let ([a, b, _, d], [e, ..]) = (low.array(), high.array());
+                all[place] += nalgebra::Matrix2::new(a, d, b, e);
+            }
         }
     }
 
+    /// Where block (p, q) is among the values.
     #[inline(always)]
-    fn place(&mut self, p: usize, q: usize) -> &mut Block {
+    fn place(&self, p: usize, q: usize) -> usize {
         let m = self.vertex.len();
         let pair = p * m - p * p.saturating_sub(1) / 2 + (q - p);
-        &mut self.value[self.place[pair] as usize - self.first_place]
+        self.place[pair] as usize - self.first_place
     }
 }
 
@@ -217,9 +228,9 @@ impl Stencils {
     ) {
         matrix.note_outside(one.outside);
         matrix.note_outside(other.and_then(|(stencils, _)| stencils.outside));
-        by_rows(matrix, &|block, first, last, value| {
+        by_rows(matrix, &|block, first, last, mut value| {
             let numbers = &one.touching[block];
-            let rows = Rows { stencils: one, first, last, value: &mut *value };
+            let rows = Rows { stencils: one, first, last, value: value.reborrow() };
             dispatch(OneBlock { elements, numbers, rows });
             if let Some((stencils, elements)) = other {
                 let numbers = &stencils.touching[block];
@@ -236,7 +247,7 @@ impl Stencils {
 }
 
 /// Hands every block of rows (its number, first row, end, values) to `add`, in parallel.
-fn by_rows(matrix: &mut BlockMatrix, add: &(impl Fn(usize, usize, usize, &mut [Block]) + Sync)) {
+fn by_rows(matrix: &mut BlockMatrix, add: &(impl Fn(usize, usize, usize, ValuesMut<'_>) + Sync)) {
     let pattern = Arc::clone(matrix.pattern());
     halve(&pattern, 0, pattern.rows().div_ceil(ROWS), matrix.values_mut(), add);
 }
@@ -245,14 +256,14 @@ fn halve(
     pattern: &BlockPattern,
     first: usize,
     last: usize,
-    value: &mut [Block],
-    add: &(impl Fn(usize, usize, usize, &mut [Block]) + Sync),
+    value: ValuesMut<'_>,
+    add: &(impl Fn(usize, usize, usize, ValuesMut<'_>) + Sync),
 ) {
     let row = |block: usize| (block * ROWS).min(pattern.rows());
     if last - first > 1 {
         let middle = first.midpoint(last);
         let size = pattern.start(row(middle)) - pattern.start(row(first));
-        let (low, high) = value.split_at_mut(size);
+        let (low, high) = value.split_at(size);
         rayon::join(
             || halve(pattern, first, middle, low, add),
             || halve(pattern, middle, last, high, add),

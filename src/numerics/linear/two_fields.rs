@@ -131,10 +131,9 @@ impl TwoFields {
     ) -> Result<(), LinearError> {
         let values = matrix.val();
         self.shape.clear();
-        let all = self.shape.values_mut();
         for &(from, block, entry) in &self.shape_from {
-            let block: &mut Block = &mut all[block as usize];
-            block.as_mut_slice()[usize::from(entry)] = values[from];
+            let entry = usize::from(entry);
+            self.shape.set(block as usize, (entry % 3, entry / 3), values[from]);
         }
         let scale = self.shape.mean_diagonal();
         let place = &self.place;

@@ -14,7 +14,6 @@
 mod progress;
 mod spec;
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 pub use spec::{Collapse, LbfgsSpec};
@@ -22,6 +21,7 @@ pub use spec::{Collapse, LbfgsSpec};
 use progress::{Outcome, Progress};
 
 use super::gauge::Gauge;
+use super::history::History;
 use super::newton::{Newton, NewtonSpec};
 use super::preconditioner::{Inverse, LARGE, SMALL};
 use super::stop::{COLLAPSED, after, collapsed_at, dot, largest, level, reached, stalled};
@@ -63,12 +63,6 @@ const NO_FALL: f64 = 1e-6;
 /// Shortest step tried, as a share of the proposed one.
 const SHORTEST: f64 = 1e-8;
 
-struct Pair {
-    step: Vec<Vec3>,
-    change: Vec<Vec3>,
-    inverse: f64,
-}
-
 /// Preconditioned L-BFGS for one sheet.
 pub struct Lbfgs {
     options: LbfgsSpec,
@@ -81,7 +75,7 @@ pub struct Lbfgs {
     refresh: usize,
     shift: f64,
     try_full_below: f64,
-    pairs: VecDeque<Pair>,
+    history: History,
     /// Vertices of collapsed triangles, held.
     held: Vec<usize>,
 }
@@ -102,7 +96,7 @@ impl Lbfgs {
             refresh: REFRESH.1,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
-            pairs: VecDeque::new(),
+            history: History::new(mechanics.is_planar(), options.memory.get()),
             held: Vec::new(),
         })
     }
@@ -134,7 +128,7 @@ impl Lbfgs {
             if self.inverse.factorise(&self.matrix, terms, x, part == HessianPart::Positive).is_ok()
             {
                 self.factored = true;
-                self.pairs.clear();
+                self.history.clear();
                 return Ok(tried);
             }
             self.try_full_below = 0.1 * residual;
@@ -159,22 +153,15 @@ impl Lbfgs {
     fn direction(&mut self, gradient: &[Vec3], d: &mut Vec<Vec3>) {
         d.clear();
         d.extend(gradient.iter().map(|g| -g));
-        let mut alphas = Vec::with_capacity(self.pairs.len());
-        for pair in self.pairs.iter().rev() {
-            let alpha = pair.inverse * dot(&pair.step, d);
-            parallel::update(d, |i, v| *v -= alpha * pair.change[i]);
-            alphas.push(alpha);
-        }
-        self.gauge.project(d);
-        self.inverse.solve(d);
-        self.gauge.project(d);
-        for &i in &self.held {
-            d[i] = Vec3::zeros();
-        }
-        for (pair, alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
-            let beta = pair.inverse * dot(&pair.change, d);
-            parallel::update(d, |i, v| *v += (alpha - beta) * pair.step[i]);
-        }
+        let Self { history, gauge, inverse, held, .. } = self;
+        history.apply(d, |d| {
+            gauge.project(d);
+            inverse.solve(d);
+            gauge.project(d);
+            for &i in held.iter() {
+                d[i] = Vec3::zeros();
+            }
+        });
     }
 
     /// Energy and gradient, without what acts on held vertices.
@@ -223,20 +210,10 @@ impl Lbfgs {
         self.held.sort_unstable();
         self.held.dedup();
         done.collapsed += collapsed.len();
-        self.pairs.clear();
+        self.history.clear();
         // What is held now takes up forces and hinders every motion.
         self.gauge.release();
         Ok(true)
-    }
-
-    fn remember(&mut self, step: Vec<Vec3>, change: Vec<Vec3>) {
-        let curvature = dot(&step, &change);
-        if curvature > 1e-14 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
-            if self.pairs.len() == self.options.memory.get() {
-                self.pairs.pop_front();
-            }
-            self.pairs.push_back(Pair { step, change, inverse: 1.0 / curvature });
-        }
     }
 
     /// Enlarges the shift for the next factor.
@@ -274,7 +251,7 @@ impl Lbfgs {
         let mut progress = Progress::new(energy, potential.residual(&gradient));
         self.try_full_below = NEARLY_AT_REST;
         // Pairs from another rest metric would mix two energies.
-        self.pairs.clear();
+        self.history.clear();
         loop {
             done.residual = potential.residual(&gradient);
             done.energy = energy;
@@ -302,7 +279,7 @@ impl Lbfgs {
             self.direction(&gradient, &mut d);
             let mut slope = dot(&gradient, &d);
             if !(slope < 0.0) {
-                self.pairs.clear();
+                self.history.clear();
                 self.direction(&gradient, &mut d);
                 slope = dot(&gradient, &d);
             }
@@ -343,11 +320,7 @@ impl Lbfgs {
                 self.factored = false;
                 continue;
             };
-            let mut step = vec![Vec3::zeros(); n];
-            let mut change = vec![Vec3::zeros(); n];
-            parallel::fill(&mut step, |i| trial[i] - x[i]);
-            parallel::fill(&mut change, |i| trial_gradient[i] - gradient[i]);
-            self.remember(step, change);
+            self.history.remember((x, &trial), (&gradient, &trial_gradient));
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);
             energy = e;

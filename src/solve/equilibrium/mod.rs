@@ -7,6 +7,7 @@ mod constrained;
 mod descent;
 mod fire;
 mod gauge;
+mod history;
 mod lbfgs;
 mod newton;
 mod preconditioner;

@@ -231,7 +231,7 @@ fn product(matrix: &BlockMatrix, v: &[Vec3]) -> Vec<Vec3> {
     let mut out = vec![Vec3::zeros(); v.len()];
     for i in 0..v.len() {
         let columns = matrix.pattern().row(i);
-        for (block, &j) in matrix.row(i).iter().zip(columns) {
+        for (block, &j) in matrix.row(i).zip(columns) {
             let j = j as usize;
             out[i] += block * v[j];
             if j != i {

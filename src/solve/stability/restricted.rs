@@ -116,10 +116,12 @@ impl<'a> Restricted<'a> {
     fn error(&mut self) -> f64 {
         let (mass, shift) = (self.mass, self.shift);
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let rhs: Vec<Vec3> = mass
-            .iter()
-            .map(|m| *m * Vec3::from_fn(|_, _| random.random_range(-1.0..=1.0)))
-            .collect();
+        let axes = self.matrix.pattern().axes();
+        let mut component = |a: usize| {
+            let value: f64 = random.random_range(-1.0..=1.0);
+            if a < axes { value } else { 0.0 }
+        };
+        let rhs: Vec<Vec3> = mass.iter().map(|m| *m * Vec3::from_fn(|a, _| component(a))).collect();
         let mut y = rhs.clone();
         self.ldlt.solve(&mut y);
         self.update.correct(&mut y);
