@@ -17,6 +17,12 @@ struct Entry<T: 'static> {
     next: OnceLock<&'static Entry<T>>,
 }
 
+impl<T: Sync> Default for Growing<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T: Sync> Growing<T> {
     /// An empty list.
     pub const fn new() -> Self {

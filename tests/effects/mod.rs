@@ -2,5 +2,6 @@
 
 mod constraint;
 mod contract;
+mod growth;
 mod registered;
 mod running;
