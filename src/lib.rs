@@ -28,7 +28,7 @@ pub mod sheet;
 pub mod solve;
 pub mod study;
 
-pub use rumple_numerics::{Vec3, checked_number, num};
+pub use rumple_numerics::{Vec3, checked_number, num, tally};
 pub use run::{Error, Result, Simulation};
 
 pub(crate) use rumple_numerics::{linear, ode, parallel};

@@ -23,12 +23,14 @@ pub use derivatives::Derivatives;
 
 use serde::{Deserialize, Serialize};
 
+use super::meters;
 use crate::Vec3;
 use crate::effects::Material;
 use crate::geometry::{Curvature, Shape, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::num::real;
 use crate::parallel;
+use crate::tally::{Meter, Scope, Tally};
 
 /// How tension is read off the area strain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -53,6 +55,8 @@ pub struct Signals {
     poisson: f64,
     reading: TensionReading,
     rest_area: Vec<f64>,
+    /// Of the geometry that curvatures share, then one for each signal; none of signals that nobody counts.
+    meters: Vec<Meter>,
 }
 
 impl Signals {
@@ -75,7 +79,28 @@ impl Signals {
             poisson: material.map_or(0.0, |material| material.poisson),
             reading,
             rest_area,
+            meters: Vec::new(),
         }
+    }
+
+    /// Counts what they cost from now on.
+    pub(super) fn count(&mut self, tally: &Tally) {
+        let each = self.wanted.iter().map(|signal| meters::of_signal(tally, signal.name()));
+        self.meters = std::iter::once(meters::of_curvature(tally)).chain(each).collect();
+    }
+
+    /// The scope of meter number k.
+    fn scope(&self, k: usize, what: usize) -> Option<Scope> {
+        self.meters.get(k).map(|meter| meter.scope(what))
+    }
+
+    /// The curvatures, if a signal needs them.
+    fn curvature(&self, shape: &Shape<'_>, what: usize) -> Option<Curvature> {
+        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
+        self.wanted.iter().any(curved).then(|| {
+            let _scope = self.scope(0, what);
+            Curvature::of(shape, &self.area)
+        })
     }
 
     /// The signals evaluated.
@@ -88,10 +113,10 @@ impl Signals {
     /// time as a column of one value.
     #[must_use]
     pub fn evaluate(&self, shape: &Shape<'_>, time: f64) -> Vec<Vec<f64>> {
-        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
-        let curvature = self.wanted.iter().any(curved).then(|| Curvature::of(shape, &self.area));
+        let curvature = self.curvature(shape, meters::signal::VALUES);
         let mut columns = Vec::new();
-        for signal in &self.wanted {
+        for (k, signal) in self.wanted.iter().enumerate() {
+            let _scope = self.scope(k + 1, meters::signal::VALUES);
             match (signal, &curvature) {
                 (Signal::MeanCurvature, Some(c)) => {
                     columns.push(self.carry_vertices(shape, &c.mean))

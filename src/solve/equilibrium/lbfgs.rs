@@ -21,6 +21,7 @@ pub use spec::{Collapse, LbfgsSpec};
 
 use progress::{Outcome, Progress};
 
+use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::newton::{Newton, NewtonSpec};
 use super::preconditioner::{Inverse, LARGE, SMALL};
@@ -92,11 +93,19 @@ impl Lbfgs {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
+        let scope = Linear::of(mechanics.tally()).matrix.kept();
         let pattern = Arc::clone(mechanics.pattern());
+        let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
+        drop(scope);
         Ok(Self {
             options,
-            matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            inverse: Inverse::new(options.preconditioner, options.precision, &pattern)?,
+            matrix,
+            inverse: Inverse::new(
+                options.preconditioner,
+                options.precision,
+                &pattern,
+                mechanics.tally(),
+            )?,
             gauge: Gauge::default(),
             factored: false,
             refresh: REFRESH.1,
@@ -149,7 +158,8 @@ impl Lbfgs {
         let pattern = potential.pattern(x);
         if pattern != *self.matrix.pattern() {
             let LbfgsSpec { preconditioner, precision, .. } = self.options;
-            self.inverse = Inverse::new(preconditioner, precision, &pattern)?;
+            let tally = potential.mechanics().tally();
+            self.inverse = Inverse::new(preconditioner, precision, &pattern, tally)?;
             self.matrix = BlockMatrix::zeros(pattern);
         }
         Ok(())

@@ -1,0 +1,35 @@
+//! Under which names the work of solvers is counted.
+
+use crate::tally::{Meter, Scope, Tally};
+
+pub(crate) const RELAXATION: &str = "relaxation: directions, line search";
+pub(crate) const INTEGRATOR: &str = "integrator of coupled systems";
+pub(crate) const CHEMISTRY: &str = "integrator of the chemistry";
+pub(crate) const SETTLING: &str = "settling of the chemistry";
+pub(crate) const EXPLICIT: &str = "explicit step";
+const FACTORS: &str = "factors of the Hessian";
+const SOLUTIONS: &str = "solutions with the Hessian";
+
+/// The scope of one call of a part.
+pub(crate) fn part(tally: &Tally, name: &str) -> Scope {
+    tally.meter("solver", name, &["calls"]).scope(0)
+}
+
+/// The meters of a factor of second derivatives, or what stands for one, and of its solutions.
+#[derive(Debug, Clone)]
+pub(super) struct Linear {
+    pub(super) factors: Meter,
+    pub(super) solutions: Meter,
+    /// Of the matrix itself.
+    pub(super) matrix: Meter,
+}
+
+impl Linear {
+    pub(super) fn of(tally: &Tally) -> Self {
+        Self {
+            factors: tally.meter("solver", FACTORS, &["factorisations"]),
+            solutions: tally.meter("solver", SOLUTIONS, &["solutions"]),
+            matrix: tally.meter("solver", "Hessian and its pattern", &[]),
+        }
+    }
+}
