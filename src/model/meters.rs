@@ -15,6 +15,11 @@ pub(super) mod energy {
     pub(in crate::model) const PAIRS: usize = 6;
     pub(in crate::model) const STEPS: usize = 7;
 
+    /// Whether it hands out what it allocates.
+    pub(in crate::model) fn gives(what: usize) -> bool {
+        matches!(what, LOW_RANK | PAIRS | LENGTHS)
+    }
+
     /// Whether an energy with this coupling is asked for it.
     pub(in crate::model) fn declared(what: usize, coupling: Coupling) -> bool {
         match what {

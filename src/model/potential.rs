@@ -24,6 +24,16 @@ pub struct Potential {
     lengths: Meter,
 }
 
+impl Drop for Potential {
+    /// Memory is freed where it is counted.
+    fn drop(&mut self) {
+        for (work, meter) in self.work.drain(..).zip(self.mechanics.meters()) {
+            let _scope = meter.kept();
+            drop(work);
+        }
+    }
+}
+
 impl Potential {
     /// At Φ = 1 and time 0.
     #[must_use]
@@ -119,22 +129,28 @@ impl Potential {
             if !energy::declared(what, term.coupling()) {
                 continue;
             }
-            let _scope = meters[k].scope(what);
+            let _scope = match energy::gives(what) {
+                true => meters[k].giving(what),
+                false => meters[k].scope(what),
+            };
             f(k, &**term, work, &shape);
         }
     }
 
     /// Energy of every effect at `x`, by [`Mechanics::names`].
     pub fn energies(&mut self, x: &[Vec3]) -> Vec<f64> {
-        let mut all = Vec::new();
-        self.each(energy::ENERGY, x, |_, term, work, shape| all.push(term.evaluate(shape, work, None)));
+        let mut all = Vec::with_capacity(self.mechanics.terms().len());
+        self.each(energy::ENERGY, x, |_, term, work, shape| {
+            all.push(term.evaluate(shape, work, None))
+        });
         all
     }
 
     /// Force `-∂U/∂x` of effect number `which` at `x`, before pins.
     pub fn force_of(&mut self, which: usize, x: &[Vec3]) -> Vec<Vec3> {
         let mut gradient = vec![Vec3::zeros(); x.len()];
-        let shape = Shape { sheet: self.mechanics.sheet(), metric: &self.metric, time: self.time, x };
+        let shape =
+            Shape { sheet: self.mechanics.sheet(), metric: &self.metric, time: self.time, x };
         if let (Some(term), Some(work)) =
             (self.mechanics.terms().get(which), self.work.get_mut(which))
         {
@@ -147,7 +163,9 @@ impl Potential {
     /// Total energy at `x`.
     pub fn energy(&mut self, x: &[Vec3]) -> f64 {
         let mut total = 0.0;
-        self.each(energy::ENERGY, x, |_, term, work, shape| total += term.evaluate(shape, work, None));
+        self.each(energy::ENERGY, x, |_, term, work, shape| {
+            total += term.evaluate(shape, work, None)
+        });
         total
     }
 
@@ -210,7 +228,9 @@ impl Potential {
     pub fn low_rank(&mut self, x: &[Vec3], part: HessianPart) -> Vec<LowRank> {
         let mut terms = Vec::new();
         if self.mechanics.has_low_rank() {
-            self.each(energy::LOW_RANK, x, |_, term, work, shape| term.low_rank(shape, work, part, &mut terms));
+            self.each(energy::LOW_RANK, x, |_, term, work, shape| {
+                term.low_rank(shape, work, part, &mut terms)
+            });
             for term in &mut terms {
                 self.mechanics.fix(&mut term.direction);
             }
@@ -221,7 +241,9 @@ impl Potential {
     /// The largest share of the way from `x` in direction `way` that all effects allow, up to 1.
     pub fn largest_step(&mut self, x: &[Vec3], way: &[Vec3]) -> f64 {
         let mut share = 1.0f64;
-        self.each(energy::STEPS, x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, way)));
+        self.each(energy::STEPS, x, |_, term, work, shape| {
+            share = share.min(term.largest_step(shape, work, way))
+        });
         share
     }
 
@@ -241,6 +263,8 @@ impl Potential {
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
     pub fn metric_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
-        self.each(energy::LENGTHS, x, |_, term, work, shape| term.metric_derivatives(shape, work, emit));
+        self.each(energy::LENGTHS, x, |_, term, work, shape| {
+            term.metric_derivatives(shape, work, emit)
+        });
     }
 }

@@ -113,10 +113,20 @@ impl Signals {
     /// time as a column of one value.
     #[must_use]
     pub fn evaluate(&self, shape: &Shape<'_>, time: f64) -> Vec<Vec<f64>> {
-        let curvature = self.curvature(shape, meters::signal::VALUES);
         let mut columns = Vec::new();
+        self.update(shape, time, &mut columns);
+        columns
+    }
+
+    /// [`Signals::evaluate`] in place of the columns of another shape.
+    pub(super) fn update(&self, shape: &Shape<'_>, time: f64, columns: &mut Vec<Vec<f64>>) {
+        let count = self.wanted.iter().map(|signal| signal.columns().len()).sum();
+        let mut before = std::mem::replace(columns, Vec::with_capacity(count)).into_iter();
+        let curvature = self.curvature(shape, meters::signal::VALUES);
         for (k, signal) in self.wanted.iter().enumerate() {
             let _scope = self.scope(k + 1, meters::signal::VALUES);
+            // Where they are counted they are freed.
+            before.by_ref().take(signal.columns().len()).for_each(drop);
             match (signal, &curvature) {
                 (Signal::MeanCurvature, Some(c)) => {
                     columns.push(self.carry_vertices(shape, &c.mean))
@@ -137,7 +147,13 @@ impl Signals {
                 (_, None) => columns.push(vec![0.0; self.points(shape)]),
             }
         }
-        columns
+        self.free(curvature);
+    }
+
+    /// Frees the curvatures where they are counted.
+    fn free(&self, curvature: Option<Curvature>) {
+        let _scope = self.meters.first().map(Meter::kept);
+        drop(curvature);
     }
 
     fn points(&self, shape: &Shape<'_>) -> usize {

@@ -89,19 +89,15 @@ pub struct Cost {
 impl Tally {
     /// The meter called `name` of a group; made when it is first asked for, with these names of counts.
     #[must_use]
-    pub fn meter(
-        &self,
-        group: &'static str,
-        name: &str,
-        labels: &'static [&'static str],
-    ) -> Meter {
+    pub fn meter(&self, group: &'static str, name: &str, labels: &'static [&'static str]) -> Meter {
         let mut meters = self.meters.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = meters.iter().find(|m| m.0.group == group && m.0.name == name) {
             return known.clone();
         }
         let counts = labels.iter().map(|_| AtomicU64::new(0)).collect();
         let (own, all) = (Sums::default(), Arc::clone(&self.all));
-        let made = Meter(Arc::new(Entry { group, name: name.to_owned(), labels, counts, own, all }));
+        let made =
+            Meter(Arc::new(Entry { group, name: name.to_owned(), labels, counts, own, all }));
         meters.push(made.clone());
         made
     }
@@ -123,13 +119,24 @@ impl Meter {
         self.kept()
     }
 
+    /// The same for work that hands out what it allocates: its memory is that of the scope around it.
+    #[must_use = "the work ends where the scope is dropped"]
+    pub fn giving(&self, what: usize) -> Scope {
+        self.count(what);
+        self.begin(None)
+    }
+
     /// The same for work that is not counted: what is made once and kept.
     #[must_use = "the work ends where the scope is dropped"]
     pub fn kept(&self) -> Scope {
+        self.begin(Some(reading()))
+    }
+
+    fn begin(&self, reading: Option<[i64; 2]>) -> Scope {
         let Sums { nanoseconds, memory } = &*self.0.all;
         Scope {
             within: (nanoseconds.load(Relaxed), [0, 1].map(|k| memory[k].load(Relaxed))),
-            memory: reading(),
+            memory: reading,
             began: Instant::now(),
             meter: self.clone(),
         }
@@ -173,7 +180,8 @@ impl Meter {
 pub struct Scope {
     meter: Meter,
     began: Instant,
-    memory: [i64; 2],
+    /// Of a scope whose memory is another's, none.
+    memory: Option<[i64; 2]>,
     /// The sums when it began.
     within: (u64, [i64; 2]),
 }
@@ -181,12 +189,14 @@ pub struct Scope {
 impl Drop for Scope {
     fn drop(&mut self) {
         let took = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let (now, Entry { own, all, .. }) = (reading(), &*self.meter.0);
+        let Entry { own, all, .. } = &*self.meter.0;
         let inner = all.nanoseconds.load(Relaxed).saturating_sub(self.within.0);
         own.nanoseconds.fetch_add(took.saturating_sub(inner), Relaxed);
         all.nanoseconds.store(self.within.0.saturating_add(took), Relaxed);
+        let Some(before) = self.memory else { return };
+        let now = reading();
         for k in [0, 1] {
-            let change = now[k].saturating_sub(self.memory[k]);
+            let change = now[k].saturating_sub(before[k]);
             let inner = all.memory[k].load(Relaxed).saturating_sub(self.within.1[k]);
             own.memory[k].fetch_add(change.saturating_sub(inner), Relaxed);
             all.memory[k].store(self.within.1[k].saturating_add(change), Relaxed);

@@ -13,11 +13,10 @@ fn bytes() -> i64 {
 /// What it cost to make a scene ready.
 #[derive(Debug, Clone)]
 pub(crate) struct Built {
-    began: Instant,
+    /// When it began.
+    pub(crate) began: Instant,
     /// Bytes allocated before.
-    pub(crate) before: i64,
-    /// Time of all of it.
-    pub(crate) took: Duration,
+    before: i64,
     /// The effects, in the order of the scene.
     pub(crate) effects: Vec<Brought>,
 }
@@ -42,14 +41,12 @@ pub(crate) struct Brought {
 impl Built {
     /// Now.
     pub(crate) fn begin() -> Self {
-        let (took, effects) = (Duration::ZERO, Vec::new());
-        Self { began: Instant::now(), before: bytes(), took, effects }
+        Self { began: Instant::now(), before: bytes(), effects: Vec::new() }
     }
 
     /// Now it is made; what no effect and no meter accounts for is the scene's own.
     pub(crate) fn end(&mut self, tally: &Tally) {
-        self.took = self.began.elapsed();
-        let (mut took, mut kept) = (self.took, bytes() - self.before);
+        let (mut took, mut kept) = (self.began.elapsed(), bytes() - self.before);
         for cost in tally.costs() {
             (took, kept) = (took.saturating_sub(cost.time), kept - cost.bytes);
         }

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +16,7 @@ use crate::tally::{Cost, allocated};
 pub struct Costs {
     /// The scene's file.
     pub scene: String,
-    /// Wall time, from reading the sheet to the last frame, s.
+    /// Wall time since the scene began to be made ready, s.
     pub seconds: f64,
     /// Accepted steps.
     pub steps: u64,
@@ -101,9 +100,9 @@ fn peak_resident() -> Option<u64> {
 }
 
 impl Costs {
-    /// Of `simulation`, made ready from `scene` and worked with for `worked` since.
+    /// Of `simulation`, made ready from `scene`, up to now.
     #[must_use]
-    pub fn of(scene: &Scene, simulation: &Simulation, worked: Duration) -> Self {
+    pub fn of(scene: &Scene, simulation: &Simulation) -> Self {
         let mut costs = simulation.model().tally().costs();
         let mut parts = effects(scene, simulation, &mut costs);
         costs.retain(|cost| cost.group != "effect");
@@ -116,7 +115,7 @@ impl Costs {
         }
         parts.retain(|part| part.group == "effect" || !part.is_nothing());
         let counted = allocated().is_some();
-        let seconds = (simulation.built.took + worked).as_secs_f64();
+        let seconds = simulation.built.began.elapsed().as_secs_f64();
         let mut elsewhere = PartCost::new("elsewhere", "what no part accounts for");
         let known: f64 = parts.iter().map(|part| part.seconds).sum();
         elsewhere.seconds = (seconds - known).max(0.0);
@@ -164,8 +163,9 @@ impl Costs {
 fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec<PartCost> {
     let model = simulation.model();
     let mut energies = model.mechanics().names().map(str::to_owned);
-    let transports = model.chemistry().map(|c| c.transport_names().map(str::to_owned).collect());
-    let mut transports = transports.unwrap_or_else(Vec::new).into_iter();
+    let transports: Option<Vec<String>> =
+        model.chemistry().map(|c| c.transport_names().map(str::to_owned).collect());
+    let mut transports = transports.unwrap_or_default().into_iter();
     let mut growth = model.growth_names();
     let mut all = Vec::new();
     for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
@@ -199,13 +199,25 @@ pub(super) fn bytes(count: i64) -> String {
     }
 }
 
+/// A time for people.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{s:.2} s"),
+        s if s >= 1e-3 => format!("{:.1} ms", 1e3 * s),
+        s => format!("{:.0} µs", 1e6 * s),
+    }
+}
+
 impl std::fmt::Display for Costs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let threads = if self.threads == 1 { "thread" } else { "threads" };
         writeln!(
             f,
-            "{}: {:.3} s in all, {} steps, {} {threads}",
-            self.scene, self.seconds, self.steps, self.threads
+            "{}: {} in all, {} steps, {} {threads}",
+            self.scene,
+            duration(self.seconds),
+            self.steps,
+            self.threads
         )?;
         let counted = self.bytes.is_some();
         let all = self.parts.iter().chain([&self.elsewhere]);
@@ -218,10 +230,10 @@ impl std::fmt::Display for Costs {
             }
             let memory = if counted { bytes(part.bytes) } else { "-".into() };
             let mut line = format!(
-                "  {:width$}  {:>6.2} %  {:>9.3} s  {:>9}",
+                "  {:width$}  {:>6.2} %  {:>8}  {:>9}",
                 part.name,
                 100.0 * part.share,
-                part.seconds,
+                duration(part.seconds),
                 memory
             );
             let counts: Vec<String> =

@@ -8,7 +8,7 @@
 mod built;
 mod costs;
 mod error;
-mod explain;
+pub mod explain;
 mod fields;
 pub mod inspect;
 pub mod laws;

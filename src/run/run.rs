@@ -129,9 +129,8 @@ pub fn observed(
     interrupt: Interrupt,
     others: &mut [&mut dyn Observer],
 ) -> Result<Summary> {
-    let began = Instant::now();
     let outcome = stepped(scene, simulation, directory, progress, interrupt, others);
-    let written = Costs::of(scene, simulation, began.elapsed()).write(directory);
+    let written = Costs::of(scene, simulation).write(directory);
     // The first failure is the one to report.
     let summary = outcome?;
     written?;
@@ -327,7 +326,8 @@ fn look(
     progress: &mut Progress,
     directory: &ResultDirectory,
 ) -> Result<f64> {
-    let _scope = simulation.model().tally().meter("solver", "stability analysis", &["shapes"]).scope(0);
+    let _scope =
+        simulation.model().tally().meter("solver", "stability analysis", &["shapes"]).scope(0);
     match watch.look(simulation, &mut report.relaxation, progress) {
         Ok(negative) => Ok(negative),
         // The state is then still the saddle.

@@ -67,7 +67,7 @@ impl IntegratorSpec for ExplicitSpec {
     }
 
     fn parts(&self, _: Storage) -> Vec<String> {
-        vec!["shape and species: moved by their rates, no linear system".into()]
+        vec!["all unknowns move by their rates: no linear system".into()]
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {

@@ -12,9 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::chemistry::Settling;
 use super::equilibrium::Relaxation;
-use super::{
-    Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part,
-};
+use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Course, Layout, Part, State, Storage};
 use crate::num::checked::Positive;
@@ -85,15 +83,16 @@ impl IntegratorSpec for MonolithicSpec {
     fn parts(&self, _: Storage) -> Vec<String> {
         let how = match self.linear {
             LinearChoice::Auto => {
-                "sparse LU up to 3000 unknowns, beyond GMRES with factors of shape and chemistry"
+                "sparse LU up to 3000 unknowns; beyond, GMRES with an incomplete factor of the species \
+                 and a Cholesky factor of a shape that moves"
             }
             LinearChoice::Lu => "sparse LU",
             LinearChoice::Ilu => "GMRES with an incomplete factor",
             LinearChoice::Blocks => "GMRES with factors of shape and chemistry",
         };
         vec![
-            "shape and species: all unknowns at once, by the exact derivatives of the coupled system".into(),
-            format!("linear systems of Newton's method: {how}"),
+            "all unknowns at once, by the derivatives of the coupled system".into(),
+            format!("linear systems of Newton's method by {how}"),
         ]
     }
 

@@ -1,6 +1,7 @@
 //! Under which names the work of solvers is counted.
 
-use crate::tally::{Meter, Scope, Tally};
+use crate::linear::reserve_scratch;
+use crate::tally::{Meter, Scope, Tally, allocated};
 
 pub(crate) const RELAXATION: &str = "relaxation: directions, line search";
 pub(crate) const INTEGRATOR: &str = "integrator of coupled systems";
@@ -24,8 +25,15 @@ pub(super) struct Linear {
     pub(super) matrix: Meter,
 }
 
+/// Room that the library for matrix products reserves for itself, once a thread.
+const RESERVED: &str = "room for matrix products, reserved and hardly used";
+
 impl Linear {
     pub(super) fn of(tally: &Tally) -> Self {
+        if allocated().is_some() {
+            let _scope = tally.meter("solver", RESERVED, &[]).kept();
+            reserve_scratch();
+        }
         Self {
             factors: tally.meter("solver", FACTORS, &["factorisations"]),
             solutions: tally.meter("solver", SOLUTIONS, &["solutions"]),

@@ -143,7 +143,7 @@ impl IntegratorSpec for StaggeredSpec {
     fn parts(&self, policy: Storage) -> Vec<String> {
         let shape = match policy.mechanics > 0.0 {
             true => "shape: moved under drag by TR-BDF2",
-            false => "shape: relaxed to equilibrium with the species",
+            false => "shape: relaxed to equilibrium",
         };
         let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
             (true, method) => {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::{SMALL, program};
 use crate::plugins::build;
 
-pub(super) fn rumple(directory: &Path, args: &[&str]) -> Output {
+pub fn rumple(directory: &Path, args: &[&str]) -> Output {
     let plugins = build::directory();
     Command::new(program())
         .current_dir(directory)

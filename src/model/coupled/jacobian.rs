@@ -13,9 +13,9 @@
 //! `c_e` is the mean of the ends of a bond; species on faces are carried there by averages that
 //! depend on x, so that then ∂l̄/∂x is there too.
 
-use super::Layout;
 use super::super::meters;
 use super::super::meters::transport::{DERIVATIVES, MATRIX};
+use super::Layout;
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;

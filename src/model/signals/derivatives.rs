@@ -57,6 +57,7 @@ impl Signals {
             }
             column += signal.columns().len();
         }
+        self.free(curvature);
     }
 
     /// Which vertices' values a point takes, with their shares.

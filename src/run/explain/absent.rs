@@ -2,8 +2,7 @@
 
 use super::effects::energies;
 use super::{Line, listed};
-use crate::effects::EffectSpec;
-use crate::registry;
+use crate::effects;
 use crate::run::Simulation;
 use crate::scene::Scene;
 
@@ -12,12 +11,11 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let mut lines = Vec::new();
     let mut add = |what: &str, why: &str| lines.push(Line::new(what, why));
     let listed_kinds: Vec<&str> = scene.effects.iter().map(|spec| spec.typetag_name()).collect();
-    let others: Vec<&str> = registry::names::<dyn EffectSpec>()
-        .into_iter()
-        .filter(|name| !listed_kinds.contains(name))
-        .collect();
+    let others: Vec<&str> =
+        effects::kinds().into_iter().filter(|name| !listed_kinds.contains(name)).collect();
     if !others.is_empty() {
-        let why = "because the scene does not list them: they are not built, and nothing asks for them";
+        let why =
+            "because the scene does not list them: they are not built, and nothing asks for them";
         add(&listed(&others), why);
     }
     if model.moves() {
@@ -42,11 +40,12 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
         let grows = model.chemistry().is_some_and(|c| c.descriptor().capabilities.length_factor);
         if !grows && model.growth_names().next().is_none() {
-            let why = "because no law gives a length factor and no effect grows: effects prepare once";
+            let why =
+                "because no law gives a length factor and no effect grows: they are evaluated once";
             add("optimal lengths stay those at rest", why);
         }
         if !model.mechanics().depends_on_time() {
-            add("nothing of the energies is renewed with time", "because no effect depends on it");
+            add("no energy depends on time", "because no effect declares that: no ramp is listed");
         }
         match &scene.stability {
             None => add("no stability analysis", "because [stability] is absent"),

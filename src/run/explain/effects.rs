@@ -171,7 +171,8 @@ pub(super) fn laws(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     );
     if d.capabilities.length_factor {
         let what = "length factor: optimal lengths follow the species";
-        let why = "because the law gives one: evaluated at every edge whenever species have changed";
+        let why =
+            "because the law gives one: evaluated at every edge whenever species have changed";
         lines.push(Line::new(what, why).at(scene, &path));
     }
     let slopes = scene.time.integrator.differentiates() && model.moves();

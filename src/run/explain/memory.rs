@@ -15,11 +15,13 @@ pub(super) fn lines(scene: &Scene, simulation: &mut Simulation) -> Result<Vec<Li
         evaluation.energies()?;
     }
     evaluation.rates()?;
-    let (moves, species) =
-        (simulation.model().moves(), simulation.state().species.iter().map(Vec::len).sum::<usize>());
+    let (moves, species) = (
+        simulation.model().moves(),
+        simulation.state().species.iter().map(Vec::len).sum::<usize>(),
+    );
     let mut lines = Vec::new();
     if allocated().is_some() {
-        let costs = Costs::of(scene, simulation, std::time::Duration::ZERO);
+        let costs = Costs::of(scene, simulation);
         for part in costs.parts.iter().filter(|part| part.bytes > 0) {
             let what = format!("{:>9}  {}", bytes(part.bytes), part.name);
             lines.push(Line::new(what, String::new()));

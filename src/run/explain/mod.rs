@@ -111,13 +111,12 @@ impl std::fmt::Display for Explanation {
         for Section { title, lines } in &self.sections {
             writeln!(f, "\n{title}")?;
             for Line { what, because, place } in lines {
-                writeln!(f, "  {what}")?;
-                let place = place.as_ref().map(|place| format!("({place})"));
-                let why: Vec<&str> =
-                    [because.as_str(), place.as_deref().unwrap_or_default()].into();
-                let why: Vec<&str> = why.into_iter().filter(|part| !part.is_empty()).collect();
-                if !why.is_empty() {
-                    writeln!(f, "      {}", why.join(" "))?;
+                match place {
+                    Some(place) => writeln!(f, "  {what}  ({place})")?,
+                    None => writeln!(f, "  {what}")?,
+                }
+                if !because.is_empty() {
+                    writeln!(f, "      {because}")?;
                 }
             }
         }

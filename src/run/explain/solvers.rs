@@ -62,14 +62,14 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     let (model, method) = (simulation.model(), &scene.equilibrium);
     let mechanics = model.mechanics();
     let when = match model.storage().mechanics > 0.0 {
-        true => "the start alone, as later shapes move under drag",
-        false => "the start, and whenever the integrator needs a shape",
+        true => "the start is relaxed, later shapes move under drag",
+        false => "the start is relaxed, and every later shape that the integrator asks for",
     };
-    let default = if scene.written("equilibrium").is_some() { "" } else { " (the default)" };
+    let default = if scene.written("equilibrium").is_some() { "" } else { "; the default" };
     lines.push(
         Line::new(
             format!("equilibrium: {}, tolerance {:e}", method.name(), method.tolerance()),
-            format!("because the shape moves; it relaxes {when}{default}"),
+            format!("because the shape moves: {when}{default}"),
         )
         .at(scene, "equilibrium"),
     );

@@ -159,6 +159,7 @@ impl Lbfgs {
         if pattern != *self.matrix.pattern() {
             let LbfgsSpec { preconditioner, precision, .. } = self.options;
             let tally = potential.mechanics().tally();
+            let _scope = Linear::of(tally).factors.kept();
             self.inverse = Inverse::new(preconditioner, precision, &pattern, tally)?;
             self.matrix = BlockMatrix::zeros(pattern);
         }
@@ -386,6 +387,7 @@ impl Equilibrium for Lbfgs {
         let options = NewtonSpec { area_share: self.options.area_share, ..NewtonSpec::default() };
         let mut newton = Newton::new(potential.mechanics(), options)?;
         let later = newton.relax(potential, x, &Goal { max_iterations: HANDED_OVER, ..*goal });
+        newton.free();
         let later = later.map_err(|error| after(done.iterations, error))?;
         done.add(&later);
         Ok(done)

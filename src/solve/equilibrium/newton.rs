@@ -72,7 +72,9 @@ impl EquilibriumSpec for NewtonSpec {
     }
 
     fn linear(&self, _: &Mechanics) -> Vec<String> {
-        vec!["Cholesky factor of the whole Hessian in double precision, a new one every step".into()]
+        vec![
+            "Cholesky factor of the whole Hessian in double precision, a new one every step".into(),
+        ]
     }
 
     fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
@@ -103,8 +105,10 @@ impl Newton {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: NewtonSpec) -> Result<Self, SolveError> {
-        let pattern = mechanics.pattern();
         let meters = Linear::of(mechanics.tally());
+        let scope = meters.matrix.kept();
+        let pattern = mechanics.pattern();
+        drop(scope);
         let _scope = meters.factors.kept();
         Ok(Self {
             meters: meters.clone(),
@@ -112,6 +116,13 @@ impl Newton {
             matrix: BlockMatrix::zeros(Arc::clone(pattern)),
             cholesky: BlockCholesky::new(Arc::clone(pattern))?,
         })
+    }
+
+    /// Ends it: memory is freed where it is counted.
+    pub(super) fn free(self) {
+        let meters = self.meters.clone();
+        let _scope = meters.factors.kept();
+        drop(self);
     }
 
     fn solve(&mut self, rhs: &mut [Vec3], update: &LowRankUpdate) {

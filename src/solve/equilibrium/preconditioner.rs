@@ -45,7 +45,9 @@ impl Preconditioner {
             _ => "equilibrium.precision says so".to_owned(),
         };
         vec![
-            format!("Cholesky factor of the positive part of the Hessian, of the whole near rest, as {why}"),
+            format!(
+                "Cholesky factor of the positive part of the Hessian, of the whole near rest, as {why}"
+            ),
             format!("factor in {digits} precision, as {because}"),
         ]
     }
