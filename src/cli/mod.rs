@@ -11,6 +11,7 @@ macro_rules! say {
 
 mod check;
 mod compare;
+mod explain;
 mod inspect;
 pub mod mesh;
 mod plugin;
@@ -47,6 +48,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Run a scene under several policies and integrators and compare them.
     Compare(compare::CompareArgs),
+    /// Say what a scene calls for and why; given the directory of a run, what it cost, part by part.
+    Explain(explain::ExplainArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
     Inspect(inspect::InspectArgs),
     /// Generate, check and describe meshes.
@@ -135,6 +138,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Explain(args) => explain::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),

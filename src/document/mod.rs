@@ -269,6 +269,11 @@ impl Index {
         }
     }
 
+    /// Places of key and value at `path`, if it is written out.
+    pub(crate) fn exactly(&self, path: &str) -> Option<&(Place, Place)> {
+        self.places.get(path)
+    }
+
     /// Places of key and value at `path`, or of its nearest ancestor that is written out.
     pub(crate) fn find(&self, path: &str) -> Option<&(Place, Place)> {
         let mut path = path;

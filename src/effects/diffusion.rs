@@ -245,6 +245,10 @@ impl Cotan {
 impl Transport for Cotan {
     type Operator = CotanOperator;
 
+    fn name(&self) -> &'static str {
+        "diffusion"
+    }
+
     fn species(&self) -> usize {
         self.species
     }

@@ -131,6 +131,10 @@ impl GreenGaussOperator {
 impl Transport for GreenGauss {
     type Operator = GreenGaussOperator;
 
+    fn name(&self) -> &'static str {
+        "diffusion"
+    }
+
     fn species(&self) -> usize {
         self.species
     }

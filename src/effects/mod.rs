@@ -36,7 +36,9 @@ pub use pin::{Axes, Pin, Prescribed};
 pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::Ramp;
 pub use region::Region;
-pub use spec::{Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins};
+pub use spec::{
+    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, kinds,
+};
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
     StvkStretching,

@@ -76,6 +76,12 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
 
 crate::family!(dyn EffectSpec, "effect", "kind");
 
+/// The names of all effects that a scene of this program can list, sorted.
+#[must_use]
+pub fn kinds() -> Vec<&'static str> {
+    crate::registry::names::<dyn EffectSpec>()
+}
+
 /// What an effect is bound to.
 #[derive(Clone, Copy)]
 pub struct EffectContext<'a> {

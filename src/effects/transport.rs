@@ -12,6 +12,11 @@ pub trait Transport: Send + Sync + 'static {
     /// The transport on one shape, and the memory for it.
     type Operator: Default + Send + Sync + 'static;
 
+    /// What it is called in results.
+    fn name(&self) -> &'static str {
+        "transport"
+    }
+
     /// Number of the species in the kinetics' descriptor.
     fn species(&self) -> usize;
 
@@ -87,6 +92,7 @@ pub type Operator = Box<dyn Any + Send + Sync>;
 #[allow(missing_docs)]
 pub trait AnyTransport: Send + Sync {
     fn operator(&self) -> Operator;
+    fn name(&self) -> &'static str;
     fn species(&self) -> usize;
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator);
     fn add_rate(&self, sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
@@ -111,6 +117,10 @@ fn own<O: 'static>(operator: &Operator) -> &O {
 impl<T: Transport> AnyTransport for Held<T> {
     fn operator(&self) -> Operator {
         Box::new(T::Operator::default())
+    }
+
+    fn name(&self) -> &'static str {
+        self.0.name()
     }
 
     fn species(&self) -> usize {

@@ -5,6 +5,8 @@ mod places;
 use std::sync::Arc;
 
 use super::flagged::Flagged;
+use super::mechanics::numbered;
+use super::meters::{self, law, transport};
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use crate::Vec3;
@@ -15,6 +17,7 @@ use crate::kinetics::{
 };
 use crate::parallel;
 use crate::sheet::Sheet;
+use crate::tally::{Meter, Scope, Tally};
 use places::{at_vertices, edge_means};
 
 /// Kinetics on a sheet, with the transport of its species.
@@ -26,6 +29,9 @@ pub struct Chemistry {
     transports: Vec<TransportTerm>,
     measure: Measure,
     flagged: Flagged,
+    law: Meter,
+    /// One for each transport.
+    meters: Vec<Meter>,
 }
 
 /// What of the chemistry depends on the shape alone.
@@ -62,8 +68,43 @@ impl Chemistry {
             };
             parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
         }
-        let flagged = Flagged::default();
-        Self { kinetics, parameters, location, signals, transports, measure, flagged }
+        let (flagged, tally) = (Flagged::default(), Tally::default());
+        let (law, meters) = (meters::of_law(&tally, ""), Vec::new());
+        let mut made = Self {
+            kinetics,
+            parameters,
+            location,
+            signals,
+            transports,
+            measure,
+            flagged,
+            law,
+            meters,
+        };
+        made.count(&tally);
+        made
+    }
+
+    /// Counts what it costs with `tally` from now on.
+    pub(super) fn count(&mut self, tally: &Tally) {
+        let descriptor = self.kinetics.descriptor();
+        self.law = meters::of_law(tally, &descriptor.title());
+        let name = |k: usize| descriptor.species.get(k).map_or("", |s| s.name.as_str());
+        let of = |t: &TransportTerm| format!("{} of {}", t.name(), name(t.species()));
+        let names: Vec<String> = self.transports.iter().map(of).collect();
+        let names = numbered(names.iter().map(String::as_str));
+        self.meters = names.iter().map(|name| meters::of_transport(tally, name)).collect();
+        self.signals.count(tally);
+    }
+
+    /// Names of the transports: no two are the same.
+    pub fn transport_names(&self) -> impl Iterator<Item = &str> {
+        self.meters.iter().map(Meter::name)
+    }
+
+    /// The scope of `what` of transport number k.
+    pub(super) fn transport_scope(&self, k: usize, what: usize) -> Option<Scope> {
+        self.meters.get(k).map(|meter| meter.scope(what))
     }
 
     /// What the kinetics says about itself.
@@ -107,6 +148,7 @@ impl Chemistry {
     pub fn transport(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
         surface.operators.truncate(self.transports.len());
         for (k, term) in self.transports.iter().enumerate() {
+            let _scope = self.transport_scope(k, transport::SHAPE);
             match surface.operators.get_mut(k) {
                 Some(operator) => term.assemble(sheet, x, operator),
                 None => surface.operators.push(term.at(sheet, x)),
@@ -159,8 +201,9 @@ impl Chemistry {
         let mut factor = vec![1.0; count];
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
-        let law = self.kinetics.as_ref();
-        let outcome = field::length_factor_partials(law, &batch, &mut factor, &mut out);
+        let kinetics = self.kinetics.as_ref();
+        let _scope = self.law.scope(law::SLOPES);
+        let outcome = field::length_factor_partials(kinetics, &batch, &mut factor, &mut out);
         self.flagged.note(location, outcome)?;
         Ok(Some(slopes))
     }
@@ -191,6 +234,7 @@ impl Chemistry {
         };
         let mut factor = vec![1.0; count];
         if self.descriptor().capabilities.length_factor {
+            let _scope = self.law.scope(law::FACTOR);
             let outcome = field::length_factor(self.kinetics.as_ref(), &batch, &mut factor);
             self.flagged.note(location, outcome)?;
         }
@@ -227,8 +271,9 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
-        let law = self.kinetics.as_ref();
-        let outcome = self.batch(species, signals, |batch| field::rates(law, batch, out));
+        let kinetics = self.kinetics.as_ref();
+        let _scope = self.law.scope(law::RATES);
+        let outcome = self.batch(species, signals, |batch| field::rates(kinetics, batch, out));
         self.flagged.note(self.location, outcome)
     }
 
@@ -251,6 +296,7 @@ impl Chemistry {
         // What a law leaves unwritten must not be taken for a result.
         let mut all = vec![vec![f64::NAN; count]; self.descriptor().observables.len()];
         let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
+        let _scope = self.law.scope(law::OBSERVABLES);
         self.batch(species, signals, |batch| {
             field::observe(self.kinetics.as_ref(), batch, &mut out)
         })?;
@@ -281,6 +327,7 @@ impl Chemistry {
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let mut rates = field::Columns::new(n, count);
         let mut partials = field::Columns::new(n * inputs, count);
+        let _scope = self.law.scope(law::PARTIALS);
         let outcome = self.batch(species, signals, |batch| {
             field::rate_partials(
                 self.kinetics.as_ref(),
@@ -313,7 +360,8 @@ impl Chemistry {
         let c: Vec<&[f64]> = species.iter().map(Vec::as_slice).collect();
         let mut r: Vec<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
         self.reaction(&c, signals, &mut r)?;
-        for (term, operator) in self.transports.iter().zip(&surface.operators) {
+        for (k, (term, operator)) in self.transports.iter().zip(&surface.operators).enumerate() {
+            let _scope = self.transport_scope(k, transport::RATE);
             let which = term.species();
             term.add_rate(sheet, operator, c[which], r[which]);
         }

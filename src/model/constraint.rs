@@ -18,12 +18,14 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::ModelError;
 use super::mechanics::Mechanics;
+use super::meters::{self, energy};
 use super::potential::Potential;
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank, Work};
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
 use crate::parallel;
+use crate::tally::Meter;
 
 /// μ in units of the stiffness of the sheet at rest along ∂g.
 const STIFFER: f64 = 100.0;
@@ -44,6 +46,7 @@ pub(super) struct Constraints {
     gradients: Vec<Vec<Vec3>>,
     /// ∂²g.
     matrix: Option<BlockMatrix>,
+    meters: Vec<Meter>,
 }
 
 impl Constraints {
@@ -56,6 +59,10 @@ impl Constraints {
             stiffness: vec![0.0; all.len()],
             gradients: all.iter().map(|_| zeros()).collect(),
             matrix: None,
+            meters: mechanics
+                .constraint_names()
+                .map(|name| meters::of_constraint(mechanics.tally(), name))
+                .collect(),
         }
     }
 
@@ -66,14 +73,15 @@ impl Constraints {
     /// Every g at `shape`; leaves ∂g in `gradients`.
     fn evaluate(&mut self, mechanics: &Mechanics, shape: &Shape<'_>) -> Vec<f64> {
         let terms = mechanics.constraints().iter().zip(&mut self.work).zip(&mut self.gradients);
-        let one = |((term, work), gradient): ((_, _), &mut Vec<Vec3>)| {
+        let one = |(((term, work), gradient), meter): (((_, _), &mut Vec<Vec3>), &Meter)| {
             let term: &crate::effects::EnergyTerm = term;
+            let _scope = meter.scope(energy::GRADIENT);
             parallel::update(gradient, |_, g| *g = Vec3::zeros());
             let value = term.evaluate(shape, work, Some(&mut *gradient));
             mechanics.fix(gradient);
             value
         };
-        terms.map(one).collect()
+        terms.zip(&self.meters).map(one).collect()
     }
 
     /// The shares s with `Σ_l (∂g_k·∂g_l) s_l = right_k`; zero for constraints that depend on one another.
@@ -126,6 +134,7 @@ impl Constraints {
         let terms =
             mechanics.constraints().iter().zip(&mut self.work).zip(mechanics.constraint_names());
         for (k, ((term, work), name)) in terms.enumerate() {
+            let _scope = self.meters[k].scope(energy::HESSIAN);
             matrix.clear();
             term.add_hessian(shape, work, part, matrix);
             if let Some(pair) = matrix.outside() {

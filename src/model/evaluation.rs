@@ -150,15 +150,16 @@ impl<'a> Evaluation<'a> {
     /// As for [`Evaluation::potential`].
     pub fn signals(&mut self) -> Result<&SignalColumns, ModelError> {
         if !self.known.signals {
-            let signals = match self.model.chemistry() {
-                None => Vec::new(),
+            let mut columns = std::mem::take(&mut self.memory.signals);
+            match self.model.chemistry() {
+                None => columns.clear(),
                 Some(chemistry) => {
                     let state = self.state;
                     let signals = chemistry.signals();
-                    signals.evaluate(&self.potential()?.shape(&state.x), state.time)
+                    signals.update(&self.potential()?.shape(&state.x), state.time, &mut columns);
                 }
-            };
-            self.memory.signals = signals;
+            }
+            self.memory.signals = columns;
             self.known.signals = true;
         }
         Ok(&self.memory.signals)

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use super::meters;
 use super::rigid::free_motions;
 use crate::Vec3;
 use crate::effects::{EnergyTerm, Pins, Prescribed};
@@ -9,6 +10,7 @@ use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
 use crate::parallel;
 use crate::sheet::{Sheet, SheetError};
+use crate::tally::{Meter, Tally};
 
 /// Energies and fixed directions of one sheet.
 #[derive(Debug)]
@@ -27,6 +29,9 @@ pub struct Mechanics {
     pinned: Vec<usize>,
     /// Made when it is first asked for.
     pattern: OnceLock<Arc<BlockPattern>>,
+    tally: Tally,
+    /// One for each of the terms.
+    meters: Vec<Meter>,
 }
 
 /// What mechanics are made of.
@@ -72,7 +77,8 @@ impl Mechanics {
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
-        let pattern = OnceLock::new();
+        let (pattern, tally) = (OnceLock::new(), Tally::default());
+        let meters = names.iter().map(|name| meters::of_energy(&tally, name)).collect();
         Ok(Arc::new(Self {
             sheet,
             reference,
@@ -85,7 +91,20 @@ impl Mechanics {
             planar,
             pinned,
             pattern,
+            tally,
+            meters,
         }))
+    }
+
+    /// What the work on the model costs.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// The meters of the energies.
+    pub(super) fn meters(&self) -> &[Meter] {
+        &self.meters
     }
 
     /// The sheet.
@@ -249,7 +268,7 @@ impl Mechanics {
 }
 
 /// Names with a number after those that came before: load, load 2, load 3.
-fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+pub(super) fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut seen: Vec<&str> = Vec::new();
     let number = |name: &'a str| {
         seen.push(name);

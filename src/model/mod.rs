@@ -18,6 +18,7 @@ mod error;
 mod evaluation;
 mod flagged;
 mod mechanics;
+mod meters;
 mod parameters;
 mod policy;
 mod potential;
@@ -39,6 +40,7 @@ pub use rigid::{Motion, free_motions, holding};
 pub use signals::{Signals, TensionReading};
 pub use state::State;
 
+pub(crate) use meters::constraint_meter;
 pub(crate) use signals::Derivatives;
 
 use std::borrow::Cow;
@@ -48,6 +50,7 @@ use crate::effects::LengthFactor;
 use crate::num::real;
 use crate::parallel;
 use crate::sheet::Sheet;
+use crate::tally::Tally;
 
 /// A sheet with its mechanics, its chemistry if the scene has kinetics, and the weights of both.
 pub struct Model {
@@ -68,6 +71,10 @@ impl Model {
         storage: Storage,
         drag: f64,
     ) -> Self {
+        let mut chemistry = chemistry;
+        if let Some(chemistry) = &mut chemistry {
+            chemistry.count(mechanics.tally());
+        }
         Self { mechanics, chemistry, growth: Vec::new(), storage, drag }
     }
 
@@ -84,7 +91,8 @@ impl Model {
     /// [`ModelError::Growth`] where it is not a positive number.
     pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
         let mut all: Option<Cow<'_, [f64]>> = None;
-        for growth in &self.growth {
+        for (k, growth) in self.growth.iter().enumerate() {
+            let _scope = meters::of_growth(self.tally(), k).scope(0);
             let factor = growth.at(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),
@@ -104,9 +112,20 @@ impl Model {
         Ok(all)
     }
 
+    /// Names of all growth that is not a law's.
+    pub fn growth_names(&self) -> impl Iterator<Item = String> {
+        (0..self.growth.len()).map(meters::growth_name)
+    }
+
     /// The model at `state`.
     pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
         Evaluation::new(self, state, memory, false)
+    }
+
+    /// What the work on it costs.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        self.mechanics.tally()
     }
 
     /// The sheet.

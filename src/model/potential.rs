@@ -5,12 +5,14 @@ use std::sync::Arc;
 use super::constraint::Constraints;
 use super::error::ModelError;
 use super::mechanics::Mechanics;
+use super::meters::{self, energy};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank, Pins, Work};
 use crate::geometry::{Conditions, RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
 use crate::parallel;
 use crate::sheet::Sheet;
+use crate::tally::Meter;
 
 /// `U(x)` of the sum of all energies under given conditions, with the memory to evaluate it.
 pub struct Potential {
@@ -20,6 +22,18 @@ pub struct Potential {
     work: Vec<Work>,
     pub(super) constraints: Constraints,
     force_scale: f64,
+    /// Of the optimal lengths.
+    lengths: Meter,
+}
+
+impl Drop for Potential {
+    /// Memory is freed where it is counted.
+    fn drop(&mut self) {
+        for (work, meter) in self.work.drain(..).zip(self.mechanics.meters()) {
+            let _scope = meter.kept();
+            drop(work);
+        }
+    }
 }
 
 impl Potential {
@@ -27,10 +41,12 @@ impl Potential {
     #[must_use]
     pub fn new(mechanics: &Arc<Mechanics>) -> Self {
         let work = mechanics.terms().iter().map(|term| term.work()).collect();
+        let lengths = meters::of_lengths(mechanics.tally());
         let (metric, time) = (mechanics.reference().clone(), 0.0);
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
-        let mut made = Self { mechanics, metric, time, work, constraints, force_scale: 0.0 };
+        let force_scale = 0.0;
+        let mut made = Self { mechanics, metric, time, work, constraints, force_scale, lengths };
         made.prepare();
         let sheet = Arc::clone(made.sheet());
         made.choose_stiffness(sheet.rest());
@@ -47,7 +63,9 @@ impl Potential {
         let later = time.to_bits() != self.time.to_bits();
         self.time = time;
         if let Some(factor) = factor {
+            let scope = self.lengths.scope(0);
             self.metric.set_length_factor(self.mechanics.sheet(), factor);
+            drop(scope);
             self.prepare();
         } else if later && self.mechanics.depends_on_time() {
             self.prepare();
@@ -58,7 +76,9 @@ impl Potential {
         let sheet = self.mechanics.sheet();
         let conditions = Conditions { sheet, metric: &self.metric, time: self.time };
         self.force_scale = 0.0;
-        for (term, work) in self.mechanics.terms().iter().zip(&mut self.work) {
+        let meters = self.mechanics.meters();
+        for ((term, work), meter) in self.mechanics.terms().iter().zip(&mut self.work).zip(meters) {
+            let _scope = meter.scope(energy::CONDITIONS);
             term.prepare(&conditions, work);
             self.force_scale = self.force_scale.max(term.force_scale(&conditions));
         }
@@ -126,42 +146,58 @@ impl Potential {
         }
     }
 
-    /// Calls `f` with every energy, its memory and the shape at `x`.
+    /// Calls `f` with every energy, its memory and the shape at `x`; `what` of [`energy`] is counted.
     fn each(
         &mut self,
+        what: usize,
         x: &[Vec3],
         mut f: impl FnMut(usize, &dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
     ) {
         let sheet = self.mechanics.sheet();
         let shape = Shape { sheet, metric: &self.metric, time: self.time, x };
+        let meters = self.mechanics.meters();
         for (k, (term, work)) in self.mechanics.terms().iter().zip(&mut self.work).enumerate() {
+            if !energy::declared(what, term.coupling()) {
+                continue;
+            }
+            let _scope = match energy::gives(what) {
+                true => meters[k].giving(what),
+                false => meters[k].scope(what),
+            };
             f(k, &**term, work, &shape);
         }
     }
 
     /// Energy of every effect at `x`, by [`Mechanics::names`].
     pub fn energies(&mut self, x: &[Vec3]) -> Vec<f64> {
-        let mut all = Vec::new();
-        self.each(x, |_, term, work, shape| all.push(term.evaluate(shape, work, None)));
+        let mut all = Vec::with_capacity(self.mechanics.terms().len());
+        self.each(energy::ENERGY, x, |_, term, work, shape| {
+            all.push(term.evaluate(shape, work, None))
+        });
         all
     }
 
     /// Force `-∂U/∂x` of effect number `which` at `x`, before pins.
     pub fn force_of(&mut self, which: usize, x: &[Vec3]) -> Vec<Vec3> {
         let mut gradient = vec![Vec3::zeros(); x.len()];
-        self.each(x, |k, term, work, shape| {
-            if k == which {
-                term.evaluate(shape, work, Some(&mut gradient));
-            }
-        });
+        let shape =
+            Shape { sheet: self.mechanics.sheet(), metric: &self.metric, time: self.time, x };
+        if let (Some(term), Some(work)) =
+            (self.mechanics.terms().get(which), self.work.get_mut(which))
+        {
+            let _scope = self.mechanics.meters()[which].scope(energy::GRADIENT);
+            term.evaluate(&shape, work, Some(&mut gradient));
+        }
         gradient.iter().map(|g| -g).collect()
     }
 
     /// Total energy U at `x`.
     pub fn energy(&mut self, x: &[Vec3]) -> f64 {
-        let mut energy = 0.0;
-        self.each(x, |_, term, work, shape| energy += term.evaluate(shape, work, None));
-        energy
+        let mut total = 0.0;
+        self.each(energy::ENERGY, x, |_, term, work, shape| {
+            total += term.evaluate(shape, work, None)
+        });
+        total
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -178,12 +214,12 @@ impl Potential {
     /// U at `x`, and its gradient with the fixed directions set to zero.
     pub(super) fn unconstrained_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
         gradient.fill(Vec3::zeros());
-        let mut energy = 0.0;
-        self.each(x, |_, term, work, shape| {
-            energy += term.evaluate(shape, work, Some(&mut *gradient));
+        let mut total = 0.0;
+        self.each(energy::GRADIENT, x, |_, term, work, shape| {
+            total += term.evaluate(shape, work, Some(&mut *gradient));
         });
         self.mechanics.fix(gradient);
-        energy
+        total
     }
 
     /// Largest force on a vertex in units of [`Potential::force_scale`].
@@ -200,7 +236,7 @@ impl Potential {
             return Arc::clone(self.mechanics.pattern());
         }
         let mut pairs = Vec::new();
-        self.each(x, |_, term, work, shape| term.pairs(shape, work, &mut pairs));
+        self.each(energy::PAIRS, x, |_, term, work, shape| term.pairs(shape, work, &mut pairs));
         self.each_constraint(x, |term, work, shape| term.pairs(shape, work, &mut pairs));
         self.mechanics.pattern_with(&pairs)
     }
@@ -218,7 +254,7 @@ impl Potential {
     ) -> Result<(), ModelError> {
         into.clear();
         let mut wrong = None;
-        self.each(x, |k, term, work, shape| {
+        self.each(energy::HESSIAN, x, |k, term, work, shape| {
             term.add_hessian(shape, work, part, into);
             wrong = wrong.or(into.outside().map(|pair| (k, pair)));
         });
@@ -239,7 +275,9 @@ impl Potential {
     pub fn low_rank(&mut self, x: &[Vec3], part: HessianPart) -> Vec<LowRank> {
         let mut terms = Vec::new();
         if self.mechanics.has_low_rank() {
-            self.each(x, |_, term, work, shape| term.low_rank(shape, work, part, &mut terms));
+            self.each(energy::LOW_RANK, x, |_, term, work, shape| {
+                term.low_rank(shape, work, part, &mut terms)
+            });
             for term in &mut terms {
                 self.mechanics.fix(&mut term.direction);
             }
@@ -254,7 +292,9 @@ impl Potential {
     /// The largest share of the way from `x` in direction `way` that all effects allow, up to 1.
     pub fn largest_step(&mut self, x: &[Vec3], way: &[Vec3]) -> f64 {
         let mut share = 1.0f64;
-        self.each(x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, way)));
+        self.each(energy::STEPS, x, |_, term, work, shape| {
+            share = share.min(term.largest_step(shape, work, way));
+        });
         self.each_constraint(x, |term, work, shape| {
             share = share.min(term.largest_step(shape, work, way));
         });
@@ -264,6 +304,7 @@ impl Potential {
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
     /// side, and no effect forbids the way.
     pub fn allows(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
+        let _scope = meters::of_steps(self.mechanics.tally()).scope(0);
         if !self.mechanics.keeps_triangles(from, to, share) {
             return false;
         }
@@ -276,6 +317,8 @@ impl Potential {
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
     pub fn metric_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
-        self.each(x, |_, term, work, shape| term.metric_derivatives(shape, work, emit));
+        self.each(energy::LENGTHS, x, |_, term, work, shape| {
+            term.metric_derivatives(shape, work, emit)
+        });
     }
 }

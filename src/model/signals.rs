@@ -23,12 +23,14 @@ pub use derivatives::Derivatives;
 
 use serde::{Deserialize, Serialize};
 
+use super::meters;
 use crate::Vec3;
 use crate::effects::Material;
 use crate::geometry::{Curvature, Shape, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::num::real;
 use crate::parallel;
+use crate::tally::{Meter, Scope, Tally};
 
 /// How tension is read off the area strain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -54,6 +56,8 @@ pub struct Signals {
     reading: TensionReading,
     rest_area: Vec<f64>,
     planar: bool,
+    /// Of the geometry that curvatures share, then one for each signal; none of signals that nobody counts.
+    meters: Vec<Meter>,
 }
 
 impl Signals {
@@ -77,6 +81,7 @@ impl Signals {
             reading,
             rest_area,
             planar: false,
+            meters: Vec::new(),
         }
     }
 
@@ -86,11 +91,25 @@ impl Signals {
         Self { planar, ..self }
     }
 
+    /// Counts what they cost from now on.
+    pub(super) fn count(&mut self, tally: &Tally) {
+        let each = self.wanted.iter().map(|signal| meters::of_signal(tally, signal.name()));
+        self.meters = std::iter::once(meters::of_curvature(tally)).chain(each).collect();
+    }
+
+    /// The scope of meter number k.
+    fn scope(&self, k: usize, what: usize) -> Option<Scope> {
+        self.meters.get(k).map(|meter| meter.scope(what))
+    }
+
     /// The curvatures, where they are wanted and can be different from 0.
-    fn curvature(&self, shape: &Shape<'_>) -> Option<Curvature> {
+    fn curvature(&self, shape: &Shape<'_>, what: usize) -> Option<Curvature> {
         let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
         let wanted = !self.planar && self.wanted.iter().any(curved);
-        wanted.then(|| Curvature::of(shape, &self.area))
+        wanted.then(|| {
+            let _scope = self.scope(0, what);
+            Curvature::of(shape, &self.area)
+        })
     }
 
     /// The signals evaluated.
@@ -103,9 +122,20 @@ impl Signals {
     /// time as a column of one value.
     #[must_use]
     pub fn evaluate(&self, shape: &Shape<'_>, time: f64) -> Vec<Vec<f64>> {
-        let curvature = self.curvature(shape);
         let mut columns = Vec::new();
-        for signal in &self.wanted {
+        self.update(shape, time, &mut columns);
+        columns
+    }
+
+    /// [`Signals::evaluate`] in place of the columns of another shape.
+    pub(super) fn update(&self, shape: &Shape<'_>, time: f64, columns: &mut Vec<Vec<f64>>) {
+        let count = self.wanted.iter().map(|signal| signal.columns().len()).sum();
+        let mut before = std::mem::replace(columns, Vec::with_capacity(count)).into_iter();
+        let curvature = self.curvature(shape, meters::signal::VALUES);
+        for (k, signal) in self.wanted.iter().enumerate() {
+            let _scope = self.scope(k + 1, meters::signal::VALUES);
+            // Where they are counted they are freed.
+            before.by_ref().take(signal.columns().len()).for_each(drop);
             match (signal, &curvature) {
                 (Signal::MeanCurvature, Some(c)) => {
                     columns.push(self.carry_vertices(shape, &c.mean))
@@ -126,7 +156,13 @@ impl Signals {
                 (_, None) => columns.push(vec![0.0; self.points(shape)]),
             }
         }
-        columns
+        self.free(curvature);
+    }
+
+    /// Frees the curvatures where they are counted.
+    fn free(&self, curvature: Option<Curvature>) {
+        let _scope = self.meters.first().map(Meter::kept);
+        drop(curvature);
     }
 
     fn points(&self, shape: &Shape<'_>) -> usize {

@@ -26,6 +26,7 @@ impl ResultDirectory {
     const LEDGER: &'static str = "ledger.csv";
     const RESOLVED: &'static str = "resolved.toml";
     const PROVENANCE: &'static str = "provenance.json";
+    const COSTS: &'static str = "costs.json";
     const FAILED: &'static str = "failed.vtu";
 
     /// The directory of a run for which none was named: the scene's stem and the time in UTC, as
@@ -162,6 +163,18 @@ impl ResultDirectory {
         self.root.join(Self::PROVENANCE)
     }
 
+    /// What the run cost, part by part.
+    #[must_use]
+    pub fn costs(&self) -> PathBuf {
+        Self::costs_in(&self.root)
+    }
+
+    /// The same of the run whose results are in `root`.
+    #[must_use]
+    pub fn costs_in(root: &Path) -> PathBuf {
+        root.join(Self::COSTS)
+    }
+
     /// The last good state of a run that failed.
     #[must_use]
     pub fn failed(&self) -> PathBuf {
@@ -241,6 +254,7 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
         ResultDirectory::FAILED,
+        ResultDirectory::COSTS,
         Claim::STATUS,
     ]
     .contains(&finished(name))

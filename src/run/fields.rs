@@ -180,6 +180,16 @@ impl Fields {
 }
 
 impl Fields {
+    /// What is in a frame besides positions and displacements.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// What the observables read that are asked for.
+    pub(super) fn observed(&self) -> Option<&Signals> {
+        self.observed.as_ref()
+    }
+
     /// Leaves the observables out from now on.
     pub(super) fn forget_observables(&mut self) {
         self.observed = None;

@@ -5,7 +5,10 @@
 //! the end of the scene and shows every accepted state to [`Observer`]s: frames, ledger, stop rules.
 //! [`inspect`] and [`stability`] look at one state without running.
 
+mod built;
+mod costs;
 mod error;
+pub mod explain;
 mod fields;
 pub mod inspect;
 pub mod laws;
@@ -23,7 +26,9 @@ pub mod stability;
 mod start;
 mod watch;
 
+pub use costs::Costs;
 pub use error::{Error, Result};
+pub use explain::Explanation;
 pub use fields::Fields;
 pub use observe::{Moment, Observer};
 pub use prepare::material;

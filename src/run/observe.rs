@@ -56,6 +56,7 @@ impl LedgerRows {
 impl Observer for LedgerRows {
     fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
         if moment.new {
+            let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
             let row = report::row(at, moment.report, moment.negative, moment.wall)?;
             self.0.append(&row)?;
         }
@@ -93,6 +94,7 @@ impl<'a> Frames<'a> {
 impl Observer for Frames<'_> {
     fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
         if moment.frame && self.series.times().last() != Some(&at.state().time) {
+            let _scope = at.model().tally().meter("output", "frames", &["frames"]).scope(0);
             let frame = self.fields.frame(at)?;
             self.series.push(&frame)?;
         }

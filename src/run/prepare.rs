@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::built::{Brought, Built};
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
 use crate::Vec3;
@@ -62,6 +63,7 @@ fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
 /// # Errors
 /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
 pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
+    let mut built = Built::begin();
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
     let material = material(scene);
@@ -90,10 +92,13 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let (mut prescribed, mut growth, mut constraints) = (Vec::new(), Vec::new(), Vec::new());
     let mut pins = vec![[false; 3]; sheet.vertex_count()];
     for (number, spec) in scene.effects.iter().enumerate() {
+        let mut brought = Brought::begin();
         let effect = spec.build(&context).map_err(|e| {
             let path = format!("effect[{number}].{}", e.key);
             scene.error_at(&path, &e.message, e.help.as_deref())
         })?;
+        brought.holds(&effect);
+        built.effects.push(brought);
         let said = spec.notes(&context).into_iter();
         notes.extend(said.map(|said| format!("effect {} ({}): {said}", number + 1, spec.name())));
         for term in effect.energies {
@@ -166,7 +171,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
     let workspace = Workspace::new(model, relaxer);
     let faults = Vec::new();
-    Ok(Simulation { area, workspace, state, integrator, plugins, fields, notes, faults })
+    built.end(workspace.model.tally());
+    Ok(Simulation { area, workspace, state, integrator, plugins, fields, notes, faults, built })
 }
 
 /// How the shape is relaxed; `None` where it does not move.

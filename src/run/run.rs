@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use super::costs::Costs;
 use super::observe::{Frames, LedgerRows, Moment, Observer, StopRules};
 use super::reported::Reported;
 use super::watch::{self, Watch};
@@ -121,6 +122,23 @@ pub fn run(
 /// # Errors
 /// As [`run`], and those of the observers.
 pub fn observed(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+    others: &mut [&mut dyn Observer],
+) -> Result<Summary> {
+    let outcome = stepped(scene, simulation, directory, progress, interrupt, others);
+    let written = Costs::of(scene, simulation).write(directory);
+    // The first failure is the one to report.
+    let summary = outcome?;
+    written?;
+    Ok(summary)
+}
+
+/// The run itself.
+fn stepped(
     scene: &Scene,
     simulation: &mut Simulation,
     directory: &ResultDirectory,
@@ -308,6 +326,8 @@ fn look(
     progress: &mut Progress,
     directory: &ResultDirectory,
 ) -> Result<f64> {
+    let _scope =
+        simulation.model().tally().meter("solver", "stability analysis", &["shapes"]).scope(0);
     match watch.look(simulation, &mut report.relaxation, progress) {
         Ok(negative) => Ok(negative),
         // The state is then still the saddle.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::built::Built;
 use super::{Fields, Result, prepare};
 use crate::geometry::VertexArea;
 use crate::kinetics::Search;
@@ -45,6 +46,8 @@ pub struct Simulation {
     pub(crate) notes: Vec<String>,
     /// What laws do that they should not, and a run can live with.
     pub(crate) faults: Vec<String>,
+    /// What its effects brought, and what it cost to make.
+    pub(crate) built: Built,
 }
 
 impl Simulation {

@@ -146,6 +146,20 @@ impl Scene {
         Method::new(self.equilibrium)
     }
 
+    /// Where `path` is written, as `line 12`, or which `--set` gives it; none if the scene leaves it to a
+    /// default.
+    #[must_use]
+    pub fn written(&self, path: &str) -> Option<String> {
+        let (_, place) = self.origin.index.exactly(path)?;
+        Some(match place.source {
+            0 => {
+                let before = self.origin.text.get(..place.span.start).unwrap_or_default();
+                format!("line {}", before.matches('\n').count() + 1)
+            }
+            number => format!("--set number {number}"),
+        })
+    }
+
     /// Name of the scene's file.
     #[must_use]
     pub fn name(&self) -> &str {

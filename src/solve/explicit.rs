@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::monolithic::Monolithic;
 use super::{
-    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
+    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step, part,
 };
 use crate::model::{Coupled, Part, State, Storage};
 use crate::num::checked::Positive;
@@ -70,6 +70,10 @@ impl IntegratorSpec for ExplicitSpec {
         self.method == ExplicitMethod::Euler
     }
 
+    fn parts(&self, _: Storage) -> Vec<String> {
+        vec!["all unknowns move by their rates: no linear system".into()]
+    }
+
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
             let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };
@@ -109,6 +113,7 @@ impl Integrator for Euler {
         let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
         let model = &workspace.model;
+        let _scope = part(model.tally(), part::EXPLICIT);
         let coupled = self.coupled.get_or_insert_with(|| Coupled::new(model, Part::Whole));
         coupled.start(state);
         let mut y = coupled.pack(state);

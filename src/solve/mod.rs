@@ -10,11 +10,13 @@ mod error;
 pub mod explicit;
 mod low_rank;
 pub mod monolithic;
+pub(crate) mod part;
 pub mod stability;
 pub mod staggered;
 mod workspace;
 
 pub use error::{Result, SolveError};
+use part::part;
 pub(crate) use workspace::Relaxer;
 pub use workspace::{Control, Workspace};
 
@@ -47,6 +49,16 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         !self.needs_sparse_motion(policy)
     }
 
+    /// What its steps are made of under a policy, for people: one line each.
+    fn parts(&self, _policy: Storage) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Whether it solves with the derivatives of the coupled system, those of signals included.
+    fn differentiates(&self) -> bool {
+        false
+    }
+
     /// Makes it ready for a policy.
     ///
     /// # Errors
@@ -65,6 +77,17 @@ pub(crate) trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
 
     /// Iterations after which a relaxation has failed.
     fn max_iterations(&self) -> usize;
+
+    /// The linear systems that it solves for the effects of a sheet, and why so, for people: one line
+    /// each. None for a method without.
+    fn linear(&self, _mechanics: &Mechanics) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Bytes of history that it keeps at most on a sheet of that many vertices.
+    fn history(&self, _vertices: usize) -> usize {
+        0
+    }
 
     /// Makes it ready for the effects of a sheet.
     ///

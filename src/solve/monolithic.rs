@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::chemistry::Settling;
 use super::equilibrium::Relaxation;
-use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace};
+use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Course, Layout, Part, State, Storage};
 use crate::num::checked::Positive;
@@ -77,6 +77,26 @@ impl IntegratorSpec for MonolithicSpec {
     }
 
     fn needs_sparse_motion(&self, _: Storage) -> bool {
+        true
+    }
+
+    fn parts(&self, _: Storage) -> Vec<String> {
+        let how = match self.linear {
+            LinearChoice::Auto => {
+                "sparse LU up to 3000 unknowns; beyond, GMRES with an incomplete factor of the species \
+                 and a Cholesky factor of a shape that moves"
+            }
+            LinearChoice::Lu => "sparse LU",
+            LinearChoice::Ilu => "GMRES with an incomplete factor",
+            LinearChoice::Blocks => "GMRES with factors of shape and chemistry",
+        };
+        vec![
+            "all unknowns at once, by the derivatives of the coupled system".into(),
+            format!("linear systems of Newton's method by {how}"),
+        ]
+    }
+
+    fn differentiates(&self) -> bool {
         true
     }
 
@@ -202,6 +222,7 @@ impl Monolithic {
             atol: coupled.tolerances(self.atol),
             step: self.step,
             span,
+            tally: workspace.model.tally().clone(),
         };
         let scale = coupled.mass().iter().map(|m| if *m == 0.0 { 1.0 } else { 1.0 / m }).collect();
         let layout = Arc::clone(coupled.layout());
@@ -219,6 +240,7 @@ impl Monolithic {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
+        let _scope = part(workspace.model.tally(), part::INTEGRATOR);
         let here = |running: &Running| running.at.as_ref() == Some(state);
         if !self.running.as_ref().is_some_and(here) {
             self.restart(workspace, state, until)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
-use super::{Result, SolveError};
+use super::{Result, SolveError, part};
 use crate::model::{Evaluation, Memory, Model, State};
 
 /// Whoever asked for long work: it may be interrupted, and reports how far it is.
@@ -114,6 +114,7 @@ impl Workspace {
     /// If the model has no value there, or the relaxation fails.
     pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer } = self;
+        let _scope = part(model.tally(), part::RELAXATION);
         model.mechanics().lead(state.time, &mut state.x);
         let mut x = state.x.clone();
         let mut at = model.at(state, memory);

@@ -1,26 +1,31 @@
-//! The allocator of the tests: the system's, with a count for every thread.
+//! The allocator of the tests: the system's, with counts for every thread.
 
 #![expect(unsafe_code, reason = "an allocator is unsafe by its nature; this one only counts")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use rumple::tally::Allocated;
+
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
+    static BYTES: Cell<usize> = const { Cell::new(0) };
 }
 
 struct Counting;
 
-// SAFETY: every call goes to the system's allocator with the same arguments. The counter is a
-// plain thread-local number without a destructor, so counting allocates nothing.
+// SAFETY: every call goes to the system's allocator with the same arguments. The counters are
+// plain thread-local numbers without destructors, so counting allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.with(|count| count.set(count.get() + 1));
+        BYTES.with(|bytes| bytes.set(bytes.get().wrapping_add(layout.size())));
         // SAFETY: as the caller promises.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        BYTES.with(|bytes| bytes.set(bytes.get().wrapping_sub(layout.size())));
         // SAFETY: as the caller promises.
         unsafe { System.dealloc(memory, layout) }
     }
@@ -32,4 +37,10 @@ static ALLOCATOR: Counting = Counting;
 /// How often this thread has allocated.
 pub fn allocations() -> usize {
     COUNT.with(Cell::get)
+}
+
+/// What this thread has allocated, for tallies: bytes count from where no thread comes below 0.
+pub fn allocated() -> Allocated {
+    let bytes = BYTES.with(Cell::get).wrapping_add(1 << 60);
+    Allocated { bytes, times: allocations() }
 }

@@ -2,7 +2,7 @@
 
 mod counting;
 
-pub use counting::allocations;
+pub use counting::{allocated, allocations};
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rumple::solve::{Result, SolveError};
+use rumple::tally::Tally;
 use rumple_numerics::linear::{Assembly, LinearChoice, Sparse};
 use rumple_numerics::ode::{Failure, Integration, OdeMethod, OdeProblem, OdeWork, Options};
 
@@ -68,6 +69,7 @@ fn options(method: OdeMethod, n: usize) -> Options {
         atol: vec![1e-8; n],
         step: None,
         span: 1.0,
+        tally: Tally::default(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod constraint;
 mod contract;
+mod counted;
 mod growth;
 mod registered;
 mod running;

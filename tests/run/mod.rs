@@ -2,6 +2,7 @@
 
 mod coupling;
 mod ends;
+mod explain;
 mod files;
 mod inspect;
 mod notes;
@@ -11,6 +12,7 @@ mod stability;
 
 use std::path::PathBuf;
 
+pub(crate) use program::rumple;
 use rumple::Simulation;
 use rumple::scene::Scene;
 

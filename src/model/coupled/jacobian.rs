@@ -13,6 +13,8 @@
 //! `c_e` is the mean of the ends of a bond; species on faces are carried there by averages that
 //! depend on x, so that then ∂l̄/∂x is there too.
 
+use super::super::meters;
+use super::super::meters::transport::{DERIVATIVES, MATRIX};
 use super::Layout;
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -72,6 +74,7 @@ impl Jacobian {
         state: &State,
         inputs: Inputs<'_>,
     ) -> Result<(), ModelError> {
+        let _scope = meters::of_jacobian(model.tally()).scope(0);
         let Inputs { mut potential, surface, signals } = inputs;
         if layout.mechanical() > 0
             && let Some(potential) = &mut potential
@@ -181,12 +184,16 @@ fn direct(
         }
     }
     let sheet = model.sheet();
-    for (transport, operator) in chemistry.transports().iter().zip(&at.surface.operators) {
+    let transports = chemistry.transports().iter().zip(&at.surface.operators);
+    for (k, (transport, operator)) in transports.enumerate() {
         let s = transport.species();
+        let scope = chemistry.transport_scope(k, MATRIX);
         transport.entries(sheet, operator, &mut |i, j, value| {
             entries.add(layout.concentration(s, i), layout.concentration(s, j), value);
         });
+        drop(scope);
         if layout.mechanical() > 0 {
+            let _scope = chemistry.transport_scope(k, DERIVATIVES);
             let (x, c) = (&at.state.x, &at.state.species[s]);
             transport.shape_derivatives(sheet, operator, x, c, &mut |i, vertex, by| {
                 add_vector(layout, entries, layout.concentration(s, i), vertex, by);

@@ -10,6 +10,7 @@ use diffsol_la::LinearSolver;
 
 use super::{OdeError, Result};
 use crate::linear::{Displacements, Factor, LinearChoice};
+use crate::tally::{Meter, Tally};
 
 /// Where a solver leaves its factor for the next one of the same pattern: ordering and symbolic
 /// analysis serve again, the numbers are new.
@@ -24,6 +25,8 @@ pub(super) struct NewtonSolver {
     /// The solver, or why there is none; made with the first matrix.
     factor: RefCell<Option<Result<Factor>>>,
     spare: Spare,
+    /// Of the factor and of the solutions.
+    meters: Option<[Meter; 2]>,
 }
 
 impl Drop for NewtonSolver {
@@ -40,11 +43,17 @@ impl NewtonSolver {
         choice: LinearChoice,
         displacements: Option<Displacements>,
         spare: Spare,
+        tally: &Tally,
     ) -> Self {
-        Self { choice, displacements, matrix: None, factor: RefCell::default(), spare }
+        let meters = Some([
+            tally.meter("solver", "factors of coupled systems", &["factorisations"]),
+            tally.meter("solver", "solutions of coupled systems", &["solutions"]),
+        ]);
+        Self { choice, displacements, matrix: None, factor: RefCell::default(), spare, meters }
     }
 
     fn factorised(&self, matrix: &FaerSparseMat<f64>) -> Result<Factor> {
+        let _scope = self.meters.as_ref().map(|[factor, _]| factor.scope(0));
         let matrix = matrix.inner()[0].as_ref();
         // The Jacobian could not be evaluated: no time is lost on its factor.
         if matrix.val().iter().any(|value| !value.is_finite()) {
@@ -91,6 +100,7 @@ impl LinearSolver<FaerSparseMat<f64>> for NewtonSolver {
 
     fn solve_in_place(&self, x: &mut FaerVec<f64>) -> Result<(), LaError> {
         let Some(matrix) = &self.matrix else { return Err(LaError::Other("no matrix".into())) };
+        let _scope = self.meters.as_ref().map(|[_, solution]| solution.scope(0));
         let x = x.inner_mut().col_as_slice_mut(0);
         match &mut *self.factor.borrow_mut() {
             Some(Ok(factor)) => factor

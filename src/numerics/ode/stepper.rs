@@ -10,6 +10,7 @@ use super::equations::Equations;
 use super::newton::{NewtonSolver, Spare};
 use super::{Accept, OdeError, OdeMethod, OdeWork, Result};
 use crate::linear::{Displacements, LinearChoice};
+use crate::tally::Tally;
 
 /// How a problem is to be integrated.
 #[derive(Debug, Clone)]
@@ -28,6 +29,8 @@ pub struct Options {
     pub step: Option<f64>,
     /// A length of time that matters, for the least step and where slopes say nothing.
     pub span: f64,
+    /// What linear systems cost is counted there.
+    pub tally: Tally,
 }
 
 /// A step below this share of the first one gives up.
@@ -197,8 +200,9 @@ impl<'a> Stepper<'a> {
     ) -> Result<Method<'a>> {
         let dy = Self::slope(problem, options, time, &y)?;
         let refuse = |e: diffsol::DiffsolError| refusal(options.method, time, &e.to_string());
+        let displacements = options.displacements.clone();
         let linear =
-            NewtonSolver::new(options.linear, options.displacements.clone(), spare.clone());
+            NewtonSolver::new(options.linear, displacements, spare.clone(), &options.tally);
         macro_rules! state {
             ($kind:ty) => {{
                 let mut state = <$kind>::new_without_initialise(problem).map_err(refuse)?;

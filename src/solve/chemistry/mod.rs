@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use self::chebyshev::{Chebyshev, Tolerance};
 use super::monolithic::Monolithic;
-use super::{Result, SolveError, Workspace, under_way};
+use super::{Result, SolveError, Workspace, part, under_way};
 use crate::model::{Coupled, Course, Part, State};
 use crate::ode::OdeMethod;
 
@@ -107,6 +107,7 @@ impl ChemistrySteps {
         if workspace.model.chemistry().is_none() || until <= state.time {
             return Ok(state.species.clone());
         }
+        let _scope = part(workspace.model.tally(), part::CHEMISTRY);
         match self.method {
             ChemistryMethod::Euler | ChemistryMethod::Chebyshev | ChemistryMethod::Exponential => {
                 self.by_own_method(workspace, state, until, signals, tolerance)

@@ -7,7 +7,7 @@
 
 use crate::linear::{LinearChoice, Shifted};
 use crate::model::{Coupled, Part, State};
-use crate::solve::{Result, SolveError, Workspace};
+use crate::solve::{Result, SolveError, Workspace, part};
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
 const STILL: f64 = 1e-2;
@@ -42,6 +42,7 @@ impl Settling {
         (rtol, atol): (f64, f64),
     ) -> Result<usize> {
         let Workspace { model, control, .. } = workspace;
+        let _scope = part(model.tally(), part::SETTLING);
         let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
         let newton = &mut self.newton;
         coupled.start(state);

@@ -20,6 +20,7 @@ pub use spec::{Collapse, LbfgsSpec};
 
 use progress::{Outcome, Progress};
 
+use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::history::History;
 use super::newton::{Newton, NewtonSpec};
@@ -86,11 +87,19 @@ impl Lbfgs {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
+        let scope = Linear::of(mechanics.tally()).matrix.kept();
         let pattern = Arc::clone(mechanics.pattern());
+        let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
+        drop(scope);
         Ok(Self {
             options,
-            matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            inverse: Inverse::new(options.preconditioner, options.precision, &pattern)?,
+            matrix,
+            inverse: Inverse::new(
+                options.preconditioner,
+                options.precision,
+                &pattern,
+                mechanics.tally(),
+            )?,
             gauge: Gauge::default(),
             factored: false,
             refresh: REFRESH.1,
@@ -143,7 +152,9 @@ impl Lbfgs {
         let pattern = potential.pattern(x);
         if pattern != *self.matrix.pattern() {
             let LbfgsSpec { preconditioner, precision, .. } = self.options;
-            self.inverse = Inverse::new(preconditioner, precision, &pattern)?;
+            let tally = potential.mechanics().tally();
+            let _scope = Linear::of(tally).factors.kept();
+            self.inverse = Inverse::new(preconditioner, precision, &pattern, tally)?;
             self.matrix = BlockMatrix::zeros(pattern);
         }
         Ok(())
@@ -349,6 +360,7 @@ impl Equilibrium for Lbfgs {
         let options = NewtonSpec { area_share: self.options.area_share, ..NewtonSpec::default() };
         let mut newton = Newton::new(potential.mechanics(), options)?;
         let later = newton.relax(potential, x, &Goal { max_iterations: HANDED_OVER, ..*goal });
+        newton.free();
         let later = later.map_err(|error| after(done.iterations, error))?;
         done.add(&later);
         Ok(done)

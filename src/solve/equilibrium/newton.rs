@@ -19,6 +19,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::super::low_rank::LowRankUpdate;
+use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::stop::{largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
@@ -70,6 +71,12 @@ impl EquilibriumSpec for NewtonSpec {
         self.max_iterations.get()
     }
 
+    fn linear(&self, _: &Mechanics) -> Vec<String> {
+        vec![
+            "Cholesky factor of the whole Hessian in double precision, a new one every step".into(),
+        ]
+    }
+
     fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
         Ok(Box::new(Newton::new(mechanics, *self)?))
     }
@@ -89,6 +96,7 @@ pub struct Newton {
     options: NewtonSpec,
     matrix: BlockMatrix,
     cholesky: BlockCholesky,
+    meters: Linear,
 }
 
 impl Newton {
@@ -97,12 +105,30 @@ impl Newton {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: NewtonSpec) -> Result<Self, SolveError> {
+        let meters = Linear::of(mechanics.tally());
+        let scope = meters.matrix.kept();
         let pattern = mechanics.pattern();
+        drop(scope);
+        let _scope = meters.factors.kept();
         Ok(Self {
+            meters: meters.clone(),
             options,
             matrix: BlockMatrix::zeros(Arc::clone(pattern)),
             cholesky: BlockCholesky::new(Arc::clone(pattern))?,
         })
+    }
+
+    /// Ends it: memory is freed where it is counted.
+    pub(super) fn free(self) {
+        let meters = self.meters.clone();
+        let _scope = meters.factors.kept();
+        drop(self);
+    }
+
+    fn solve(&mut self, rhs: &mut [Vec3], update: &LowRankUpdate) {
+        let _scope = self.meters.solutions.scope(0);
+        self.cholesky.solve(rhs);
+        update.correct(rhs);
     }
 
     /// Makes room for what is coupled at `x`.
@@ -154,20 +180,21 @@ impl Equilibrium for Newton {
                 self.matrix.add_diagonal((sigma - shifted) * unit);
                 shifted = sigma;
                 done.factorisations += 1;
+                let scope = self.meters.factors.scope(0);
                 let update = self
                     .cholesky
                     .factorise(&self.matrix)
                     .map(|()| LowRankUpdate::new(terms.clone(), |rhs| self.cholesky.solve(rhs)))
                     .ok()
                     .filter(LowRankUpdate::is_positive);
+                drop(scope);
                 let Some(update) = update else {
                     sigma = (8.0 * sigma).max(1e-6);
                     continue;
                 };
                 parallel::fill(&mut step, |i| -gradient[i]);
                 gauge.project(&mut step);
-                self.cholesky.solve(&mut step);
-                update.correct(&mut step);
+                self.solve(&mut step, &update);
                 gauge.project(&mut step);
                 parallel::fill(&mut trial, |i| x[i] + step[i]);
                 if !potential.allows(x, &trial, self.options.area_share.get()) {
@@ -180,8 +207,7 @@ impl Equilibrium for Newton {
                 let drag = sigma * unit;
                 parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
                 gauge.project(&mut defect);
-                self.cholesky.solve(&mut defect);
-                update.correct(&mut defect);
+                self.solve(&mut defect, &update);
                 gauge.project(&mut defect);
                 let error = 0.5 * largest(&defect) / allowed;
                 let descends = e <= energy || level(potential, energy, e);

@@ -5,10 +5,12 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::super::low_rank::LowRankUpdate;
+use super::super::part::Linear;
 use crate::Vec3;
 use crate::effects::LowRank;
 use crate::linear::{BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
 use crate::solve::SolveError;
+use crate::tally::Tally;
 
 /// How the Hessian's positive part is inverted: `equilibrium.preconditioner` in a scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,6 +26,40 @@ pub enum Preconditioner {
 }
 
 impl Preconditioner {
+    /// What it is on a sheet of that many vertices, and why, in words.
+    pub(super) fn chosen(self, precision: FactorPrecision, vertices: usize) -> Vec<String> {
+        let why = |auto: String| match self {
+            Self::Auto => auto,
+            _ => "equilibrium.preconditioner says so".to_owned(),
+        };
+        if !self.factors(vertices) {
+            let why = why(format!("the sheet has more than {LARGE} vertices"));
+            return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
+        }
+        let why = why(format!("the sheet has at most {LARGE} vertices"));
+        let double = precision.is_double(vertices);
+        let digits = if double { "double" } else { "single" };
+        let because = match precision {
+            FactorPrecision::Auto if double => format!("up to {SMALL} vertices it costs little"),
+            FactorPrecision::Auto => format!("the sheet has more than {SMALL} vertices"),
+            _ => "equilibrium.precision says so".to_owned(),
+        };
+        vec![
+            format!(
+                "Cholesky factor of the positive part of the Hessian, of the whole near rest, as {why}"
+            ),
+            format!("factor in {digits} precision, as {because}"),
+        ]
+    }
+
+    fn factors(self, vertices: usize) -> bool {
+        match self {
+            Self::Factor => true,
+            Self::Multigrid => false,
+            Self::Auto => vertices <= LARGE,
+        }
+    }
+
     /// In words, for reports.
     pub(super) fn words(self) -> &'static str {
         match self {
@@ -52,6 +88,16 @@ pub enum FactorPrecision {
     Auto,
 }
 
+impl FactorPrecision {
+    fn is_double(self, vertices: usize) -> bool {
+        match self {
+            Self::Single => false,
+            Self::Double => true,
+            Self::Auto => vertices <= SMALL,
+        }
+    }
+}
+
 /// Vertices up to which a factor costs little: [`FactorPrecision::Auto`] is double precision, and it is
 /// renewed often.
 pub(super) const SMALL: usize = 6000;
@@ -65,6 +111,7 @@ pub(super) const LARGE: usize = 50_000;
 pub(super) struct Inverse {
     sparse: Sparse,
     low_rank: LowRankUpdate,
+    meters: Linear,
 }
 
 enum Sparse {
@@ -87,25 +134,19 @@ impl Inverse {
         kind: Preconditioner,
         precision: FactorPrecision,
         pattern: &Arc<BlockPattern>,
+        tally: &Tally,
     ) -> Result<Self, SolveError> {
-        let factor = match kind {
-            Preconditioner::Factor => true,
-            Preconditioner::Multigrid => false,
-            Preconditioner::Auto => pattern.rows() <= LARGE,
-        };
-        let sparse = if factor {
-            let double = match precision {
-                FactorPrecision::Single => false,
-                FactorPrecision::Double => true,
-                FactorPrecision::Auto => pattern.rows() <= SMALL,
-            };
+        let meters = Linear::of(tally);
+        let _scope = meters.factors.kept();
+        let sparse = if kind.factors(pattern.rows()) {
+            let double = precision.is_double(pattern.rows());
             let new =
                 if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
             Sparse::Factor(Box::new(new(Arc::clone(pattern))?))
         } else {
             Sparse::Multigrid(Box::new(Multigrid::new(pattern)?))
         };
-        Ok(Self { sparse, low_rank: LowRankUpdate::default() })
+        Ok(Self { sparse, low_rank: LowRankUpdate::default(), meters })
     }
 
     /// Takes over `matrix` and the `terms` of low rank, the Hessian or its positive part at `x`; with
@@ -117,7 +158,8 @@ impl Inverse {
         x: &[Vec3],
         insist: bool,
     ) -> Result<(), NotPositive> {
-        let Self { sparse, low_rank } = self;
+        let Self { sparse, low_rank, meters } = self;
+        let _scope = meters.factors.scope(0);
         match sparse {
             Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
             Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
@@ -128,6 +170,7 @@ impl Inverse {
 
     /// Replaces `rhs` by the solution, or nearly.
     pub(super) fn solve(&mut self, rhs: &mut [Vec3]) {
+        let _scope = self.meters.solutions.scope(0);
         self.sparse.solve(rhs);
         self.low_rank.correct(rhs);
     }

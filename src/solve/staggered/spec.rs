@@ -73,6 +73,22 @@ impl IntegratorSpec for StaggeredSpec {
         policy.mechanics > 0.0
     }
 
+    fn parts(&self, policy: Storage) -> Vec<String> {
+        let shape = match policy.mechanics > 0.0 {
+            true => "shape: moved under drag by TR-BDF2",
+            false => "shape: relaxed to equilibrium",
+        };
+        let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
+            (true, method) => {
+                let given = self.chemistry.is_some();
+                let why = if given { "time.integrator.chemistry" } else { "the default" };
+                format!("species: integrated with given signals by {} ({why})", method.name())
+            }
+            (false, _) => "species: brought to their steady state".to_owned(),
+        };
+        vec![shape.into(), species]
+    }
+
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.chemistry == 0.0
             && let Some(chemistry) = self.chemistry
@@ -83,10 +99,7 @@ impl IntegratorSpec for StaggeredSpec {
                 chemistry.name().to_lowercase()
             )));
         }
-        let chemistry = self.chemistry.unwrap_or(match self.method {
-            Method::Euler => ChemistryMethod::Euler,
-            Method::Heun => ChemistryMethod::Chebyshev,
-        });
+        let chemistry = self.chemistry.unwrap_or(self.usual());
         Ok(Box::new(Staggered {
             spec: self.clone(),
             power: chemistry.power(),
@@ -96,6 +109,16 @@ impl IntegratorSpec for StaggeredSpec {
             settling: Settling::default(),
             policy,
         }))
+    }
+}
+
+impl StaggeredSpec {
+    /// The method for the chemistry where the scene names none.
+    fn usual(&self) -> ChemistryMethod {
+        match self.method {
+            Method::Euler => ChemistryMethod::Euler,
+            Method::Heun => ChemistryMethod::Chebyshev,
+        }
     }
 }
 

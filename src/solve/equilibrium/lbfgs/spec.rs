@@ -83,6 +83,14 @@ impl EquilibriumSpec for LbfgsSpec {
         self.max_iterations.get()
     }
 
+    fn linear(&self, mechanics: &Mechanics) -> Vec<String> {
+        self.preconditioner.chosen(self.precision, mechanics.sheet().vertex_count())
+    }
+
+    fn history(&self, vertices: usize) -> usize {
+        2 * self.memory.get() * vertices * size_of::<crate::Vec3>()
+    }
+
     fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
         Ok(Box::new(Lbfgs::new(mechanics, *self)?))
     }

@@ -1,0 +1,205 @@
+//! What work costs: how often it is done, how long it takes, how much memory it keeps.
+//!
+//! A [`Tally`] has a [`Meter`] for every kind of work. Whoever does a piece of it opens a [`Scope`]; when that
+//! ends, the time and memory since its beginning go to its meter, less what scopes that began and ended
+//! within took: every moment counts once, so the times of all meters add up to the wall time less what no
+//! scope covers.
+//!
+//! Times are those of the calling thread, from beginning to end: other threads that it waits for are in them.
+//! Memory is what remains allocated by the whole program, if it says how much that is
+//! ([`watch_memory`]). A scope costs two readings of the clock; counts are integers.
+
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What a program's allocator says.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Allocated {
+    /// Bytes allocated and not yet freed.
+    pub bytes: usize,
+    /// Allocations so far; 0 from an allocator that does not count them.
+    pub times: usize,
+}
+
+static ALLOCATOR: OnceLock<fn() -> Allocated> = OnceLock::new();
+
+/// Lets all tallies of this program ask `allocator`; the first one stays.
+pub fn watch_memory(allocator: fn() -> Allocated) {
+    let _ = ALLOCATOR.set(allocator);
+}
+
+/// What is allocated now; `None` in a program whose allocator does not say.
+#[must_use]
+pub fn allocated() -> Option<Allocated> {
+    ALLOCATOR.get().map(|ask| ask())
+}
+
+/// The same as signed numbers, of which differences are taken.
+fn reading() -> [i64; 2] {
+    let now = allocated().unwrap_or_default();
+    [now.bytes, now.times].map(|n| i64::try_from(n).unwrap_or(i64::MAX))
+}
+
+/// Sums of the scopes that have ended, each counted once.
+#[derive(Debug, Default)]
+struct Sums {
+    nanoseconds: AtomicU64,
+    memory: [AtomicI64; 2],
+}
+
+/// Meters of one model, shared by its copies.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    all: Arc<Sums>,
+    meters: Arc<Mutex<Vec<Meter>>>,
+}
+
+/// The meter of one kind of work; copies are the same meter.
+#[derive(Debug, Clone)]
+pub struct Meter(Arc<Entry>);
+
+#[derive(Debug)]
+struct Entry {
+    group: &'static str,
+    name: String,
+    labels: &'static [&'static str],
+    counts: Vec<AtomicU64>,
+    own: Sums,
+    all: Arc<Sums>,
+}
+
+/// What one meter shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cost {
+    /// What sort of work it is.
+    pub group: &'static str,
+    /// Which work.
+    pub name: String,
+    /// How often, by what was done.
+    pub counts: Vec<(&'static str, u64)>,
+    /// Wall time.
+    pub time: Duration,
+    /// Bytes that it has allocated and not freed.
+    pub bytes: i64,
+    /// Allocations, where the allocator counts them.
+    pub allocations: i64,
+}
+
+impl Tally {
+    /// The meter called `name` of a group; made when it is first asked for, with these names of counts.
+    #[must_use]
+    pub fn meter(&self, group: &'static str, name: &str, labels: &'static [&'static str]) -> Meter {
+        let mut meters = self.meters.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = meters.iter().find(|m| m.0.group == group && m.0.name == name) {
+            return known.clone();
+        }
+        let counts = labels.iter().map(|_| AtomicU64::new(0)).collect();
+        let (own, all) = (Sums::default(), Arc::clone(&self.all));
+        let made =
+            Meter(Arc::new(Entry { group, name: name.to_owned(), labels, counts, own, all }));
+        meters.push(made.clone());
+        made
+    }
+
+    /// What all meters show, in the order in which they were made.
+    #[must_use]
+    pub fn costs(&self) -> Vec<Cost> {
+        let meters = self.meters.lock().unwrap_or_else(PoisonError::into_inner);
+        meters.iter().map(Meter::cost).collect()
+    }
+}
+
+impl Meter {
+    /// Counts one piece of work, number `what` of the meter's names, and times it until the scope is
+    /// dropped.
+    #[must_use = "the work ends where the scope is dropped"]
+    pub fn scope(&self, what: usize) -> Scope {
+        self.count(what);
+        self.kept()
+    }
+
+    /// The same for work that hands out what it allocates: its memory is that of the scope around it.
+    #[must_use = "the work ends where the scope is dropped"]
+    pub fn giving(&self, what: usize) -> Scope {
+        self.count(what);
+        self.begin(None)
+    }
+
+    /// The same for work that is not counted: what is made once and kept.
+    #[must_use = "the work ends where the scope is dropped"]
+    pub fn kept(&self) -> Scope {
+        self.begin(Some(reading()))
+    }
+
+    fn begin(&self, reading: Option<[i64; 2]>) -> Scope {
+        let Sums { nanoseconds, memory } = &*self.0.all;
+        Scope {
+            within: (nanoseconds.load(Relaxed), [0, 1].map(|k| memory[k].load(Relaxed))),
+            memory: reading,
+            began: Instant::now(),
+            meter: self.clone(),
+        }
+    }
+
+    /// Counts one piece of work that is not timed.
+    pub fn count(&self, what: usize) {
+        if let Some(count) = self.0.counts.get(what) {
+            count.fetch_add(1, Relaxed);
+        }
+    }
+
+    /// What it is called.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// Adds what was measured otherwise, while no scope was open.
+    pub fn add(&self, time: Duration, bytes: i64) {
+        let nanoseconds = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        self.0.own.nanoseconds.fetch_add(nanoseconds, Relaxed);
+        self.0.own.memory[0].fetch_add(bytes, Relaxed);
+    }
+
+    fn cost(&self) -> Cost {
+        let Entry { group, name, labels, counts, own, .. } = &*self.0;
+        Cost {
+            group,
+            name: name.clone(),
+            counts: labels.iter().zip(counts).map(|(l, c)| (*l, c.load(Relaxed))).collect(),
+            time: Duration::from_nanos(own.nanoseconds.load(Relaxed)),
+            bytes: own.memory[0].load(Relaxed),
+            allocations: own.memory[1].load(Relaxed),
+        }
+    }
+}
+
+/// A piece of work under way.
+#[derive(Debug)]
+pub struct Scope {
+    meter: Meter,
+    began: Instant,
+    /// Of a scope whose memory is another's, none.
+    memory: Option<[i64; 2]>,
+    /// The sums when it began.
+    within: (u64, [i64; 2]),
+}
+
+impl Drop for Scope {
+    fn drop(&mut self) {
+        let took = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        let Entry { own, all, .. } = &*self.meter.0;
+        let inner = all.nanoseconds.load(Relaxed).saturating_sub(self.within.0);
+        own.nanoseconds.fetch_add(took.saturating_sub(inner), Relaxed);
+        all.nanoseconds.store(self.within.0.saturating_add(took), Relaxed);
+        let Some(before) = self.memory else { return };
+        let now = reading();
+        for k in [0, 1] {
+            let change = now[k].saturating_sub(before[k]);
+            let inner = all.memory[k].load(Relaxed).saturating_sub(self.within.1[k]);
+            own.memory[k].fetch_add(change.saturating_sub(inner), Relaxed);
+            all.memory[k].store(self.within.1[k].saturating_add(change), Relaxed);
+        }
+    }
+}

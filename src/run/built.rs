@@ -1,0 +1,101 @@
+//! What the effects of a scene brought to its model, and what it cost to make it ready.
+
+use std::time::{Duration, Instant};
+
+use crate::effects::Effect;
+use crate::tally::{Tally, allocated};
+
+/// Bytes allocated now; 0 in a program that does not count them.
+fn bytes() -> i64 {
+    i64::try_from(allocated().unwrap_or_default().bytes).unwrap_or(i64::MAX)
+}
+
+/// What it cost to make a scene ready.
+#[derive(Debug, Clone)]
+pub(crate) struct Built {
+    /// When it began.
+    pub(crate) began: Instant,
+    /// Bytes allocated before.
+    before: i64,
+    /// The effects, in the order of the scene.
+    pub(crate) effects: Vec<Brought>,
+}
+
+/// What one effect brought, how many of each.
+#[derive(Debug, Clone)]
+pub(crate) struct Brought {
+    began: Instant,
+    before: i64,
+    pub(crate) energies: usize,
+    pub(crate) transports: usize,
+    pub(crate) growth: usize,
+    pub(crate) constraints: usize,
+    pub(crate) prescribed: usize,
+    /// Fixed directions, and the vertices that have some.
+    pub(crate) pins: [usize; 2],
+    /// Time to build it.
+    pub(crate) took: Duration,
+    /// Bytes that it keeps.
+    pub(crate) bytes: i64,
+}
+
+impl Built {
+    /// Now.
+    pub(crate) fn begin() -> Self {
+        Self { began: Instant::now(), before: bytes(), effects: Vec::new() }
+    }
+
+    /// Now it is made; what no effect and no meter accounts for is the scene's own.
+    pub(crate) fn end(&mut self, tally: &Tally) {
+        let (mut took, mut kept) = (self.began.elapsed(), bytes() - self.before);
+        for cost in tally.costs() {
+            (took, kept) = (took.saturating_sub(cost.time), kept - cost.bytes);
+        }
+        for effect in &self.effects {
+            (took, kept) = (took.saturating_sub(effect.took), kept - effect.bytes);
+        }
+        let scene = tally.meter("preparation", "sheet, plugins, start, other tables", &[]);
+        scene.add(took, kept);
+    }
+
+    /// Bytes allocated since.
+    pub(crate) fn kept(&self) -> i64 {
+        bytes() - self.before
+    }
+}
+
+impl Brought {
+    /// Now.
+    pub(crate) fn begin() -> Self {
+        Self {
+            began: Instant::now(),
+            before: bytes(),
+            energies: 0,
+            transports: 0,
+            growth: 0,
+            constraints: 0,
+            prescribed: 0,
+            pins: [0; 2],
+            took: Duration::ZERO,
+            bytes: 0,
+        }
+    }
+
+    /// Now it is built. Whatever an effect can bring is named here, so that nothing is forgotten.
+    pub(crate) fn holds(&mut self, effect: &Effect) {
+        self.took = self.began.elapsed();
+        self.bytes = bytes() - self.before;
+        let Effect { energies, pins, prescribed, constraints, growth, transports } = effect;
+        self.energies = energies.len();
+        self.transports = transports.len();
+        self.growth = growth.len();
+        self.constraints = constraints.len();
+        self.prescribed = prescribed.len();
+        let directions = |fixed: &[bool; 3]| fixed.iter().filter(|fixed| **fixed).count();
+        let pins = pins.as_deref().unwrap_or_default();
+        self.pins = [
+            pins.iter().map(directions).sum(),
+            pins.iter().filter(|fixed| directions(fixed) > 0).count(),
+        ];
+    }
+}

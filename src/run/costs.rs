@@ -1,0 +1,267 @@
+//! What a run cost: share of time and memory of every effect, signal, law and part of the solver.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Error, Result, Simulation};
+use crate::model::constraint_meter;
+use crate::num::real;
+use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::scene::Scene;
+use crate::tally::{Cost, allocated};
+
+/// What a run cost, as `costs.json` has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Costs {
+    /// The scene's file.
+    pub scene: String,
+    /// Wall time since the scene began to be made ready, s.
+    pub seconds: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Threads that computed.
+    pub threads: usize,
+    /// Bytes allocated at the end and not before; `None` in a program whose allocator does not count.
+    pub bytes: Option<i64>,
+    /// Largest resident memory of the process, bytes, where the system says it.
+    pub peak_resident_bytes: Option<u64>,
+    /// The parts, effects first.
+    pub parts: Vec<PartCost>,
+    /// What no part accounts for.
+    pub elsewhere: PartCost,
+}
+
+/// What one part cost.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PartCost {
+    /// effect, signal, law, geometry, solver, output or preparation.
+    pub group: String,
+    /// Which of them.
+    pub name: String,
+    /// Where the scene lists it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
+    /// Wall time of the calling thread without that of parts called within, s.
+    pub seconds: f64,
+    /// Its share of all time.
+    pub share: f64,
+    /// Bytes that it has allocated and keeps.
+    pub bytes: i64,
+    /// Allocations, where the allocator counts them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub allocations: i64,
+    /// How often what was done.
+    pub counts: Vec<(String, u64)>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(number: &i64) -> bool {
+    *number == 0
+}
+
+/// Groups in the order in which they are shown.
+const GROUPS: [&str; 7] =
+    ["effect", "signal", "law", "geometry", "solver", "output", "preparation"];
+
+impl PartCost {
+    fn new(group: &str, name: &str) -> Self {
+        Self {
+            group: group.to_owned(),
+            name: name.to_owned(),
+            place: None,
+            seconds: 0.0,
+            share: 0.0,
+            bytes: 0,
+            allocations: 0,
+            counts: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, cost: &Cost) {
+        self.seconds += cost.time.as_secs_f64();
+        self.bytes += cost.bytes;
+        self.allocations += cost.allocations;
+        let done = cost.counts.iter().filter(|(_, count)| *count > 0);
+        self.counts.extend(done.map(|(name, count)| ((*name).to_owned(), *count)));
+    }
+
+    fn is_nothing(&self) -> bool {
+        self.counts.is_empty() && self.seconds == 0.0 && self.bytes == 0
+    }
+}
+
+/// `VmHWM` of this process.
+fn peak_resident() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
+impl Costs {
+    /// Of `simulation`, made ready from `scene`, up to now.
+    #[must_use]
+    pub fn of(scene: &Scene, simulation: &Simulation) -> Self {
+        let mut costs = simulation.model().tally().costs();
+        let mut parts = effects(scene, simulation, &mut costs);
+        costs.retain(|cost| cost.group != "effect");
+        for group in &GROUPS[1..] {
+            for cost in costs.iter().filter(|cost| cost.group == *group) {
+                let mut part = PartCost::new(group, &cost.name);
+                part.add(cost);
+                parts.push(part);
+            }
+        }
+        parts.retain(|part| part.group == "effect" || !part.is_nothing());
+        let counted = allocated().is_some();
+        let seconds = simulation.built.began.elapsed().as_secs_f64();
+        let mut elsewhere = PartCost::new("elsewhere", "what no part accounts for");
+        let known: f64 = parts.iter().map(|part| part.seconds).sum();
+        elsewhere.seconds = (seconds - known).max(0.0);
+        let kept = simulation.built.kept();
+        elsewhere.bytes = kept - parts.iter().map(|part| part.bytes).sum::<i64>();
+        for part in parts.iter_mut().chain([&mut elsewhere]) {
+            part.share = if seconds > 0.0 { part.seconds / seconds } else { 0.0 };
+        }
+        Self {
+            scene: scene.name().to_owned(),
+            seconds,
+            steps: simulation.state().step,
+            threads: rayon::current_num_threads(),
+            bytes: counted.then_some(kept),
+            peak_resident_bytes: peak_resident(),
+            parts,
+            elsewhere,
+        }
+    }
+
+    /// Writes `costs.json`.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] from the operating system.
+    pub fn write(&self, directory: &ResultDirectory) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        Ok(atomic::replace(&directory.costs(), |writer| writeln!(writer, "{text}"))?)
+    }
+
+    /// Reads those of the run whose results are in `directory`.
+    ///
+    /// # Errors
+    /// If there is no `costs.json`, or it is not one.
+    pub fn read(directory: &Path) -> Result<Self> {
+        let path = ResultDirectory::costs_in(directory);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|source| OutputError::Read { path: path.clone(), source })?;
+        serde_json::from_str(&text).map_err(|error| {
+            Error::Refused(format!("{}: is not what a run writes: {error}", path.display()))
+        })
+    }
+}
+
+/// The effects of the scene, each with all that it brought.
+fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec<PartCost> {
+    let model = simulation.model();
+    let mut energies = model.mechanics().names().map(str::to_owned);
+    let transports: Option<Vec<String>> =
+        model.chemistry().map(|c| c.transport_names().map(str::to_owned).collect());
+    let mut transports = transports.unwrap_or_default().into_iter();
+    let mut constraints = model.mechanics().constraint_names();
+    let mut growth = model.growth_names();
+    let mut all = Vec::new();
+    for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
+    {
+        let mut part = PartCost::new("effect", &spec.name());
+        part.place = scene.written(&format!("effect[{number}]"));
+        part.seconds = brought.took.as_secs_f64();
+        part.bytes = brought.bytes;
+        let mut names: Vec<String> = energies.by_ref().take(brought.energies).collect();
+        names.extend(transports.by_ref().take(brought.transports));
+        let kept = constraints.by_ref().take(brought.constraints);
+        names.extend(kept.map(constraint_meter));
+        names.extend(growth.by_ref().take(brought.growth));
+        for name in names {
+            if let Some(k) = costs.iter().position(|c| c.group == "effect" && c.name == name) {
+                part.add(&costs.remove(k));
+            }
+        }
+        all.push(part);
+    }
+    all
+}
+
+/// A number of bytes for people.
+pub(super) fn bytes(count: i64) -> String {
+    let size = real(usize::try_from(count.unsigned_abs()).unwrap_or(usize::MAX));
+    let sign = if count < 0 { "-" } else { "" };
+    match count.unsigned_abs() {
+        0..1000 => format!("{count} B"),
+        1000..1_000_000 => format!("{sign}{:.1} kB", size / 1e3),
+        1_000_000..1_000_000_000 => format!("{sign}{:.1} MB", size / 1e6),
+        _ => format!("{sign}{:.2} GB", size / 1e9),
+    }
+}
+
+/// A time for people.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{s:.2} s"),
+        s if s >= 1e-3 => format!("{:.1} ms", 1e3 * s),
+        s => format!("{:.0} µs", 1e6 * s),
+    }
+}
+
+impl std::fmt::Display for Costs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let threads = if self.threads == 1 { "thread" } else { "threads" };
+        writeln!(
+            f,
+            "{}: {} in all, {} steps, {} {threads}",
+            self.scene,
+            duration(self.seconds),
+            self.steps,
+            self.threads
+        )?;
+        let counted = self.bytes.is_some();
+        let all = self.parts.iter().chain([&self.elsewhere]);
+        let width = all.clone().map(|part| part.name.chars().count()).max().unwrap_or(0);
+        let mut group = "";
+        for part in all {
+            if part.group != group {
+                group = &part.group;
+                writeln!(f, "{group}")?;
+            }
+            let memory = if counted { bytes(part.bytes) } else { "-".into() };
+            let mut line = format!(
+                "  {:width$}  {:>6.2} %  {:>8}  {:>9}",
+                part.name,
+                100.0 * part.share,
+                duration(part.seconds),
+                memory
+            );
+            let counts: Vec<String> =
+                part.counts.iter().map(|(name, count)| format!("{count} × {name}")).collect();
+            if !counts.is_empty() {
+                let _ = write!(line, "  {}", counts.join(", "));
+            }
+            if let Some(place) = &part.place {
+                let _ = write!(line, "  ({place})");
+            }
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        match self.bytes {
+            Some(kept) => write!(f, "memory: {} allocated at the end", bytes(kept))?,
+            None => write!(f, "memory: not counted by this program's allocator")?,
+        }
+        if let Some(peak) = self.peak_resident_bytes.and_then(|peak| i64::try_from(peak).ok()) {
+            write!(f, "; {} resident at most, the program itself included", bytes(peak))?;
+        }
+        writeln!(f)?;
+        writeln!(
+            f,
+            "times are wall times of the calling thread, each moment counted once; memory is what each \
+             part allocated and kept"
+        )
+    }
+}

@@ -1,0 +1,207 @@
+//! Unknowns, effects, laws and signals.
+
+use super::{Line, listed, place, verb};
+use crate::effects::Coupling;
+use crate::kinetics::Location;
+use crate::run::Simulation;
+use crate::run::built::Brought;
+use crate::scene::Scene;
+
+/// The effects that brought something, by what they are called.
+pub(super) fn bringing(
+    scene: &Scene,
+    simulation: &Simulation,
+    what: impl Fn(&Brought) -> bool,
+) -> Vec<String> {
+    let all = scene.effects.iter().zip(&simulation.built.effects).enumerate();
+    all.filter(|(_, (_, brought))| what(brought))
+        .map(|(number, (spec, _))| match scene.written(&format!("effect[{number}]")) {
+            Some(written) => format!("{} ({written})", spec.name()),
+            None => spec.name(),
+        })
+        .collect()
+}
+
+/// The energies of which something is true, by name.
+pub(super) fn energies(simulation: &Simulation, what: impl Fn(Coupling) -> bool) -> Vec<String> {
+    let mechanics = simulation.model().mechanics();
+    let all = mechanics.terms().iter().zip(mechanics.names());
+    all.filter(|(term, _)| what(term.coupling())).map(|(_, name)| name.to_owned()).collect()
+}
+
+pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
+    let model = simulation.model();
+    let (mechanics, vertices) = (model.mechanics(), model.sheet().vertex_count());
+    let mut lines = Vec::new();
+    if model.moves() {
+        let axes = mechanics.pattern().axes();
+        let fixed = mechanics.pins().iter().flat_map(|fixed| &fixed[..axes]);
+        let fixed = fixed.filter(|fixed| **fixed).count();
+        let moving = bringing(scene, simulation, |b| b.energies > 0);
+        let mut why = format!("{} {} energies", listed(&moving), verb(&moving, "has", "have"));
+        let fixing = bringing(scene, simulation, |b| b.pins[0] > 0);
+        if !fixing.is_empty() {
+            let verb = verb(&fixing, "fixes", "fix");
+            why = format!("{why}; {} {verb} {fixed} directions", listed(&fixing));
+        }
+        let what = format!(
+            "{} positions: {vertices} vertices × {axes}{}",
+            axes * vertices - fixed,
+            if fixed > 0 { format!(", less {fixed} fixed") } else { String::new() }
+        );
+        lines.push(Line::new(what, format!("because {why}")));
+        let motions = mechanics.free_motions();
+        if motions > 0 {
+            lines.push(Line::new(
+                format!("{motions} rigid motions of the sheet are free"),
+                "because no pin hinders them: the relaxation keeps them as they are",
+            ));
+        }
+    } else {
+        let why = "because no effect has an energy: nothing relaxes it, and no geometry changes";
+        lines.push(Line::new("no positions: the shape stays as it is", why));
+    }
+    match model.chemistry() {
+        Some(chemistry) => {
+            let (points, place) = (chemistry.points(model.sheet()), chemistry.location());
+            for species in &chemistry.descriptor().species {
+                let where_ = if place == Location::Vertex && vertices == 1 {
+                    "of one point".to_owned()
+                } else {
+                    format!("on {}", place.nouns())
+                };
+                let title = chemistry.descriptor().title();
+                let what = format!("{points} values of {} {where_}", species.name);
+                let line = Line::new(what, format!("because it is a species of {title}"));
+                lines.push(line.at(scene, &scene.kinetics_path(0)));
+            }
+        }
+        None => lines.push(Line::new("no species", "because [kinetics] is absent")),
+    }
+    lines
+}
+
+/// What one coupling makes of the matrix.
+fn coupled(coupling: Coupling) -> String {
+    let mut all = vec![match coupling.rings {
+        0 => "second derivatives couple no two vertices".to_owned(),
+        1 => "second derivatives couple neighbours".to_owned(),
+        2 => "second derivatives couple neighbours of neighbours".to_owned(),
+        rings => format!("second derivatives couple vertices up to {rings} edges apart"),
+    }];
+    if coupling.low_rank {
+        all.push("and all vertices with one another, by terms of low rank".into());
+    }
+    if coupling.pairs {
+        all.push("and pairs that depend on the shape".into());
+    }
+    if coupling.limits_steps {
+        all.push("limits steps".into());
+    }
+    all.join(", ")
+}
+
+pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
+    let model = simulation.model();
+    let mut terms = model.mechanics().terms().iter().zip(model.mechanics().names());
+    let transports: Vec<String> = model
+        .chemistry()
+        .map(|c| c.transport_names().map(str::to_owned).collect())
+        .unwrap_or_default();
+    let mut transports = transports.into_iter();
+    let mut constraints = model.mechanics().constraint_names();
+    let mut lines = Vec::new();
+    for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
+    {
+        let mut parts = Vec::new();
+        for (term, name) in terms.by_ref().take(brought.energies) {
+            let timed = if term.depends_on_time() { ", depends on time" } else { "" };
+            let applied = term.applied_force();
+            let load = if applied > 0.0 {
+                format!(", applies up to {applied:.3e} to a vertex at rest")
+            } else {
+                String::new()
+            };
+            parts.push(format!("energy `{name}`: {}{timed}{load}", coupled(term.coupling())));
+        }
+        if brought.pins[0] > 0 {
+            let [directions, vertices] = brought.pins;
+            parts.push(format!(
+                "fixes {directions} directions of {vertices} vertices: no unknowns, nothing to evaluate"
+            ));
+        }
+        if brought.prescribed > 0 {
+            parts.push("leads fixed directions along in time".into());
+        }
+        for name in constraints.by_ref().take(brought.constraints) {
+            parts.push(format!("constraint `{name}`: zero at every equilibrium, kept by a force"));
+        }
+        if brought.growth > 0 {
+            parts.push("multiplies optimal lengths by a factor of position and time".into());
+        }
+        for name in transports.by_ref().take(brought.transports) {
+            let when = if model.moves() {
+                "on every shape that the species see"
+            } else {
+                "once, as the shape stays"
+            };
+            parts.push(format!("transport `{name}`: a sparse operator, made {when}"));
+        }
+        if parts.is_empty() {
+            parts.push("brings nothing: no energy, no fixed direction, no transport".into());
+        }
+        let path = format!("effect[{number}]");
+        lines.push(Line::new(spec.name(), parts.join("; ")).at(scene, &path));
+    }
+    if lines.is_empty() {
+        lines.push(Line::new("none", "because the scene lists none"));
+    }
+    lines
+}
+
+pub(super) fn laws(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
+    let model = simulation.model();
+    let Some(chemistry) = model.chemistry() else {
+        return vec![Line::new("none", "because [kinetics] is absent: no signal is computed")];
+    };
+    let (d, location) = (chemistry.descriptor(), chemistry.location().nouns());
+    let mut lines = Vec::new();
+    let path = scene.kinetics_path(0);
+    let species: Vec<&str> = d.species.iter().map(|s| s.name.as_str()).collect();
+    lines.push(
+        Line::new(
+            format!("{}: rates of {}", d.title(), listed(&species)),
+            format!("evaluated at {} points", chemistry.points(model.sheet())),
+        )
+        .at(scene, &path),
+    );
+    if d.capabilities.length_factor {
+        let what = "length factor: optimal lengths follow the species";
+        let why =
+            "because the law gives one: evaluated at every edge whenever species have changed";
+        lines.push(Line::new(what, why).at(scene, &path));
+    }
+    let slopes = scene.time.integrator.differentiates() && model.moves();
+    for signal in chemistry.signals().wanted() {
+        let with = if slopes && *signal != crate::kinetics::Signal::Time {
+            "with derivatives by positions, which the integrator solves with"
+        } else {
+            "values alone, no derivatives"
+        };
+        let what = format!("signal {} on {location}", signal.name());
+        lines.push(Line::new(what, format!("because the rates read it; {with}")).at(scene, &path));
+    }
+    if chemistry.signals().wanted().is_empty() {
+        lines.push(Line::new("no signal", "because the rates read none of them"));
+    }
+    if let Some(observed) = simulation.fields.observed() {
+        let names: Vec<&str> = observed.wanted().iter().map(|s| s.name()).collect();
+        let what = match names.is_empty() {
+            true => "observables, which read no signal".to_owned(),
+            false => format!("observables, which read {}", listed(&names)),
+        };
+        let why = "because output.fields asks for them; for frames only";
+        lines.push(Line { place: place(scene, "output.fields"), ..Line::new(what, why) });
+    }
+    lines
+}

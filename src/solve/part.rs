@@ -1,0 +1,43 @@
+//! Under which names the work of solvers is counted.
+
+use crate::linear::reserve_scratch;
+use crate::tally::{Meter, Scope, Tally, allocated};
+
+pub(crate) const RELAXATION: &str = "relaxation: directions, line search";
+pub(crate) const INTEGRATOR: &str = "integrator of coupled systems";
+pub(crate) const CHEMISTRY: &str = "integrator of the chemistry";
+pub(crate) const SETTLING: &str = "settling of the chemistry";
+pub(crate) const EXPLICIT: &str = "explicit step";
+const FACTORS: &str = "factors of the Hessian";
+const SOLUTIONS: &str = "solutions with the Hessian";
+
+/// The scope of one call of a part.
+pub(crate) fn part(tally: &Tally, name: &str) -> Scope {
+    tally.meter("solver", name, &["calls"]).scope(0)
+}
+
+/// The meters of a factor of second derivatives, or what stands for one, and of its solutions.
+#[derive(Debug, Clone)]
+pub(super) struct Linear {
+    pub(super) factors: Meter,
+    pub(super) solutions: Meter,
+    /// Of the matrix itself.
+    pub(super) matrix: Meter,
+}
+
+/// Room that the library for matrix products reserves for itself, once a thread.
+const RESERVED: &str = "room for matrix products, reserved and hardly used";
+
+impl Linear {
+    pub(super) fn of(tally: &Tally) -> Self {
+        if allocated().is_some() {
+            let _scope = tally.meter("solver", RESERVED, &[]).kept();
+            reserve_scratch();
+        }
+        Self {
+            factors: tally.meter("solver", FACTORS, &["factorisations"]),
+            solutions: tally.meter("solver", SOLUTIONS, &["solutions"]),
+            matrix: tally.meter("solver", "Hessian and its pattern", &[]),
+        }
+    }
+}

@@ -1,0 +1,414 @@
+//! The promise, counted: what a scene does not list costs nothing, and what it lists costs the same whatever
+//! else it lists.
+//!
+//! Models of each effect alone, pairs and all are evaluated at the same shapes on one thread; the tally of
+//! each says how often what was evaluated, how often memory was allocated and how much was kept.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use rumple::Simulation;
+use rumple::Vec3;
+use rumple::effects::{
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material,
+    Measure,
+};
+use rumple::geometry::{Shape as At, VertexArea};
+use rumple::kinetics::{Location, Search};
+use rumple::model::{
+    Chemistry, Mechanics, Memory, Model, ParameterFields, Policy, Signals, State, TensionReading,
+};
+use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
+use rumple::run::{Costs, laws, run};
+use rumple::scene::Scene;
+use rumple::sheet::{Shape, Sheet, generate};
+use rumple::tally::watch_memory;
+use rumple_numerics::linear::BlockMatrix;
+
+use crate::common::{Noise, allocated, prepare};
+
+/// What scenes list here: a name, the tables, and the meters that they bring.
+const PARTS: [(&str, &str, &[&str]); 13] = [
+    ("bonds", "kind = 'stretching'", &["effect stretching"]),
+    ("stvk", "kind = 'stretching'\nmodel = 'stvk'", &["effect stretching"]),
+    ("meyer", "kind = 'bending'", &["effect bending"]),
+    ("hinges", "kind = 'bending'\nmodel = 'hinge'", &["effect bending"]),
+    ("pin", "kind = 'pin'\nwhere = { half-space = { normal = [0, 0, 1] } }\naxes = 'z'", &[]),
+    ("load", "kind = 'load'\nwhere = 'all'\nforce = { per-area = [0.1, 0, 0] }", &["effect load"]),
+    ("pressure", "kind = 'pressure'\nvalue = 0.1", &["effect pressure"]),
+    ("foundation", "kind = 'foundation'\nwhere = 'all'\nstiffness = 3.0", &["effect foundation"]),
+    ("volume", "kind = 'volume'\nstiffness = 5.0", &["effect volume"]),
+    ("growth", "kind = 'growth'\nfactor = '1 + 0.01*x'", &["effect growth", LENGTHS]),
+    (
+        "diffusion",
+        "kind = 'diffusion'\nspecies = 'c'\ncoefficient = 0.1",
+        &["effect diffusion of c"],
+    ),
+    (
+        "curvature law",
+        "rates.c = '0.1*H - c'",
+        &["law the law `kinetics`", "signal curvature of the sheet", "signal mean_curvature"],
+    ),
+    (
+        "growing law",
+        "rates.c = '0.1 - c'\nlength_factor = '1 + 0.01*c'",
+        &["law the law `kinetics`", LENGTHS],
+    ),
+];
+
+const LENGTHS: &str = "geometry optimal lengths and areas";
+
+/// The scenes: nothing, each part alone, pairs, nearly all and all that can be together.
+const TOGETHER: [&[&str]; 10] = [
+    &[],
+    &["bonds", "meyer"],
+    &["bonds", "volume"],
+    &["stvk", "hinges"],
+    &["meyer", "pin"],
+    &["bonds", "growth"],
+    &["diffusion", "curvature law"],
+    &["bonds", "growing law"],
+    &["bonds", "meyer", "pin", "load", "pressure", "foundation", "volume"],
+    &[
+        "bonds",
+        "meyer",
+        "pin",
+        "load",
+        "pressure",
+        "foundation",
+        "volume",
+        "growth",
+        "diffusion",
+        "curvature law",
+    ],
+];
+
+fn scenes() -> Vec<Vec<&'static str>> {
+    // Diffusion alone has no species to act on.
+    let alone = PARTS.iter().map(|p| vec![p.0]).filter(|p| p[0] != "diffusion");
+    TOGETHER.iter().map(|scene| scene.to_vec()).chain(alone).collect()
+}
+
+/// A scene as text; its laws come from the parts that are no effects.
+fn text(parts: &[&str]) -> String {
+    let mut text = String::from(
+        "sheet = { shape = 'sphere', radius = 3.0, vertices = 200 }\ntime = { until = 1.0 }\n\
+         material = { young = 10.0, poisson = 0.3, thickness = 0.1 }\n",
+    );
+    let tables = |law: bool| {
+        let mine = PARTS.iter().filter(move |part| parts.contains(&part.0));
+        mine.filter(move |part| part.0.ends_with("law") == law).map(|part| part.1)
+    };
+    for table in tables(false) {
+        text += &format!("[[effect]]\n{table}\n");
+    }
+    for table in tables(true) {
+        text += &format!("[kinetics]\n{table}\ninitial.c = 0.5\n");
+    }
+    text
+}
+
+/// The model of a scene, without a way to relax it: that needs stretching.
+fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
+    let scene = Scene::parse(&text(parts), "counted.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let material = Material { young: 10.0, poisson: 0.3, thickness: 0.1 };
+    let law = laws::load(&scene, &Search::in_directories(Vec::new()), &mut Vec::new()).unwrap();
+    let kinetics = law.map(|law| law.kinetics);
+    let place = Location::Vertex;
+    let context = EffectContext {
+        sheet,
+        material: Some(&material),
+        kinetics: kinetics.as_ref().map(|k| (k.descriptor(), place)),
+        measure: Measure::Concentration,
+    };
+    let mut all = Effect::default();
+    let mut pins = vec![[false; 3]; sheet.vertex_count()];
+    for spec in &scene.effects {
+        let effect = spec.build(&context).unwrap();
+        all.energies.extend(effect.energies);
+        all.growth.extend(effect.growth);
+        all.transports.extend(effect.transports);
+        for (pins, more) in pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
+            (0..3).for_each(|a| pins[a] |= more[a]);
+        }
+    }
+    let mechanics = Mechanics::new(Arc::clone(sheet), all.energies, pins).unwrap();
+    let chemistry = kinetics.map(|kinetics| {
+        let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
+        let area = VertexArea::new(sheet, rumple::geometry::AreaRule::default());
+        let reading = TensionReading::default();
+        let signals = Signals::new(wanted, place, area, Some(&material), reading, Vec::new());
+        let fields = ParameterFields::default();
+        let (transports, measure) = (all.transports, Measure::Concentration);
+        Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)
+    });
+    let storage = Policy::default().storage();
+    Arc::new(Model::new(mechanics, chemistry, storage, 1.0).growing(all.growth))
+}
+
+/// Counts, allocations and bytes of one meter.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct Shown {
+    counts: Vec<(&'static str, u64)>,
+    allocations: i64,
+    bytes: i64,
+}
+
+fn shown(model: &Model) -> BTreeMap<String, Shown> {
+    let all = model.tally().costs().into_iter().filter(|c| c.counts.iter().any(|(_, n)| *n > 0));
+    all.map(|c| {
+        let counts = c.counts.into_iter().filter(|(_, n)| *n > 0).collect();
+        let shown = Shown { counts, allocations: c.allocations, bytes: c.bytes };
+        (format!("{} {}", c.group, c.name), shown)
+    })
+    .collect()
+}
+
+const ROUNDS: u64 = 4;
+
+/// Evaluates everything about the model at several shapes on one thread: what is shown after the first
+/// one, and at the end.
+fn evaluated(sheet: &Arc<Sheet>, parts: &[&str]) -> [BTreeMap<String, Shown>; 2] {
+    watch_memory(allocated);
+    let model = model(sheet, parts);
+    let mut noise = Noise::new(3);
+    let points = model.chemistry().map(|c| c.points(sheet));
+    let species = points.map(|n| vec![vec![0.5; n]]).unwrap_or_default();
+    let mut state = State { species, ..State::default() };
+    let mut memory = Memory::default();
+    let mut first = BTreeMap::new();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let mut matrix = BlockMatrix::zeros(Arc::clone(model.mechanics().pattern()));
+        for round in 0..ROUNDS {
+            state.x = sheet.rest().iter().map(|x| x + 0.01 * noise.vector()).collect();
+            let mut at = model.at(&state, &mut memory);
+            at.energies().unwrap();
+            at.gradient().unwrap();
+            at.rates().unwrap();
+            let potential = at.potential().unwrap();
+            potential.hessian(&state.x, HessianPart::Full, &mut matrix).unwrap();
+            potential.low_rank(&state.x, HessianPart::Full);
+            if round == 0 {
+                first = shown(&model);
+            }
+        }
+    });
+    [first, shown(&model)]
+}
+
+fn sheet() -> Arc<Sheet> {
+    Arc::new(generate(&Shape::Sphere { radius: 3.0, irregular: true }, 200, 1).unwrap())
+}
+
+#[test]
+fn what_a_scene_does_not_list_is_not_counted_at_all() {
+    let sheet = sheet();
+    assert!(scenes().len() >= 15);
+    for scene in scenes() {
+        let [_, last] = evaluated(&sheet, &scene);
+        let listed = PARTS.iter().filter(|part| scene.contains(&part.0));
+        let mut expected: BTreeSet<&str> = listed.flat_map(|part| part.2).copied().collect();
+        // Lengths that nothing grows are set once and for all.
+        if !scene.contains(&"growth") && !scene.contains(&"growing law") {
+            expected.remove(LENGTHS);
+        }
+        let found: BTreeSet<&str> = last.keys().map(String::as_str).collect();
+        assert_eq!(found, expected, "{scene:?}");
+    }
+}
+
+#[test]
+fn every_listed_effect_is_evaluated_as_often_as_asked_and_no_more() {
+    let sheet = sheet();
+    for scene in scenes() {
+        let [_, last] = evaluated(&sheet, &scene);
+        let grows = scene.contains(&"growth") || scene.contains(&"growing law");
+        for (name, shown) in &last {
+            let count = |what: &str| {
+                shown.counts.iter().find(|(label, _)| *label == what).map_or(0, |(_, n)| *n)
+            };
+            let expected: Vec<(&str, u64)> = match name.as_str() {
+                "effect growth" => vec![("length factor", ROUNDS)],
+                "effect diffusion of c" => {
+                    vec![("operator on a shape", ROUNDS), ("rates", ROUNDS)]
+                }
+                LENGTHS => vec![("evaluations", ROUNDS)],
+                n if n.starts_with("law") => {
+                    let factor = if scene.contains(&"growing law") { ROUNDS } else { 0 };
+                    vec![("rates", ROUNDS), ("length factor", factor)]
+                }
+                n if n.starts_with("signal") => vec![("values", ROUNDS), ("derivatives", 0)],
+                n => vec![
+                    ("energy", ROUNDS),
+                    ("energy and gradient", ROUNDS),
+                    ("Hessian", ROUNDS),
+                    ("conditions", 1 + if grows { ROUNDS } else { 0 }),
+                    ("low-rank terms", if n == "effect volume" { ROUNDS } else { 0 }),
+                    ("pairs", 0),
+                    ("step limits", 0),
+                    ("derivatives by lengths", 0),
+                ],
+            };
+            for (what, times) in expected {
+                assert_eq!(count(what), times, "{scene:?}: {name}, {what}");
+            }
+        }
+    }
+}
+
+/// Once its memory is there, an effect allocates the same number of times and keeps the same bytes in every
+/// scene that lists it.
+#[test]
+fn an_effect_allocates_and_keeps_the_same_in_every_scene() {
+    let sheet = sheet();
+    let mut known: BTreeMap<(String, &str, bool), ([Shown; 2], Vec<&str>)> = BTreeMap::new();
+    for scene in scenes() {
+        let [first, last] = evaluated(&sheet, &scene);
+        // Growth prepares effects in every round; two models of one effect share a name.
+        let grows = scene.contains(&"growth") || scene.contains(&"growing law");
+        for (name, shown) in &last {
+            let part = PARTS
+                .iter()
+                .find(|part| scene.contains(&part.0) && part.2.contains(&name.as_str()));
+            let part = part.map_or("", |part| part.0);
+            let both = [first[name].clone(), shown.clone()];
+            // Whether they allocate at all is told by the first round; later ones keep nothing more.
+            assert_eq!(both[0].bytes, both[1].bytes, "{scene:?}: {name} keeps more and more");
+            match known.get(&(name.clone(), part, grows)) {
+                Some((before, where_)) => {
+                    assert_eq!(before, &both, "{name}: {where_:?}, {scene:?}")
+                }
+                None => {
+                    known.insert((name.clone(), part, grows), (both, scene.clone()));
+                }
+            }
+        }
+    }
+    assert!(known.len() >= 15, "{known:?}");
+}
+
+/// A relaxation evaluates every energy equally often: as often as it says.
+#[test]
+fn a_relaxation_evaluates_each_energy_as_often_as_it_reports() {
+    for method in ["lbfgs", "newton", "fire", "descent"] {
+        let text = format!(
+            "sheet = {{ shape = 'disc', radius = 6.0, vertices = 200, bump = {{ amplitude = 0.3, width = 2.0 }} }}
+             time = {{ until = 1.0 }}
+             material = {{ young = 1e3, poisson = 0.3, thickness = 0.3 }}
+             equilibrium = {{ method = '{method}', tolerance = 1e-3 }}
+             effect = [
+                 {{ kind = 'stretching' }},
+                 {{ kind = 'bending' }},
+                 {{ kind = 'foundation', where = 'all', stiffness = 1.0 }},
+             ]"
+        );
+        let (_, mut simulation) = prepare(&text, &[]);
+        let counted = |simulation: &Simulation, what: &str| -> Vec<u64> {
+            let costs = simulation.model().tally().costs();
+            let effects = costs.iter().filter(|cost| cost.group == "effect");
+            let of = |counts: &[(&str, u64)]| {
+                counts.iter().find(|(label, _)| *label == what).map_or(0, |(_, n)| *n)
+            };
+            effects.map(|cost| of(&cost.counts)).collect()
+        };
+        let before = counted(&simulation, "energy and gradient");
+        let done = simulation.relax().unwrap_or_else(|e| panic!("{method}: {e}"));
+        let after = counted(&simulation, "energy and gradient");
+        assert_eq!(after.len(), 3);
+        for (before, after) in before.iter().zip(&after) {
+            assert_eq!(after - before, done.evaluations as u64, "{method}");
+        }
+        let hessians = counted(&simulation, "Hessian");
+        assert!(hessians.iter().all(|n| *n == hessians[0]), "{method}: {hessians:?}");
+        assert_eq!(hessians[0] > 0, ["lbfgs", "newton"].contains(&method), "{method}");
+    }
+}
+
+/// An effect of this program that no scene here lists.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Unlisted {}
+
+#[typetag::serialize(name = "test-unlisted")]
+impl EffectSpec for Unlisted {
+    fn name(&self) -> String {
+        "unlisted".into()
+    }
+
+    fn build(&self, _: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        Ok(Effect::energy(Upwards))
+    }
+}
+
+rumple::register_kind!(dyn EffectSpec, "test-unlisted", Unlisted);
+
+/// `U = -Σ z`.
+struct Upwards;
+
+impl Energy for Upwards {
+    type Work = ();
+
+    fn name(&self) -> &'static str {
+        "unlisted"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling::NONE
+    }
+
+    fn evaluate(&self, shape: &At<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
+        for g in gradient.into_iter().flatten() {
+            g.z -= 1.0;
+        }
+        shape.x.iter().map(|x| -x.z).sum()
+    }
+
+    fn add_hessian(&self, _: &At<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
+}
+
+/// The counts of a run.
+fn counts(directory: &Path) -> Vec<(String, String, Vec<(String, u64)>)> {
+    let costs = Costs::read(directory).unwrap();
+    costs.parts.into_iter().map(|part| (part.group, part.name, part.counts)).collect()
+}
+
+/// This program registers one effect more than `rumple` does; a run of a scene that does not list it is the
+/// same, bit for bit and count for count.
+#[test]
+fn an_unlisted_effect_changes_no_bit_and_no_count() {
+    watch_memory(allocated);
+    let known = rumple::registry::names::<dyn EffectSpec>();
+    assert!(known.contains(&"test-unlisted"), "{known:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, crate::run::SMALL).unwrap();
+    let file = path.display().to_string();
+    let out = crate::run::rumple(folder.path(), &["run", &file, "--out", "without", "--quiet"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    // The effect acts where it is listed.
+    let listed = format!("{}\n[[effect]]\nkind = 'test-unlisted'\n", crate::run::SMALL);
+    let refused = folder.path().join("listed.toml");
+    std::fs::write(&refused, &listed).unwrap();
+    assert_eq!(crate::run::rumple(folder.path(), &["check", "listed.toml"]).status.code(), Some(2));
+    assert!(Scene::parse(&listed, "listed.toml", &[]).is_ok());
+
+    let scene = Scene::load(&path, &[]).unwrap();
+    let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let mut simulation = Simulation::new(&scene, &search).unwrap();
+    let directory = ResultDirectory::prepare(&folder.path().join("with"), false).unwrap();
+    let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+    let interrupt = Interrupt::install().unwrap();
+    laws::try_out(&mut simulation.evaluate()).unwrap();
+    run::run(&scene, &mut simulation, &directory, &mut progress, interrupt).unwrap();
+    for number in 0..3 {
+        let frame = |of: &str| {
+            let name = format!("{of}/frames/frame_{number:06}.vtu");
+            std::fs::read(folder.path().join(name)).unwrap()
+        };
+        assert!(frame("with") == frame("without"), "frame {number}");
+    }
+    let (with, without) = (folder.path().join("with"), folder.path().join("without"));
+    assert_eq!(counts(&with), counts(&without));
+}

@@ -1,0 +1,185 @@
+//! `explain`: what a scene calls for, by its places; what a run cost, in shares that add up.
+
+use std::fs;
+
+use rumple::Vec3;
+use rumple::effects::{
+    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
+};
+use rumple::geometry::Shape;
+use rumple::run::{Costs, Explanation};
+
+use super::program::{folder, rumple, text};
+use super::{SMALL, prepare};
+
+/// The lines of a section.
+fn section<'a>(all: &'a Explanation, title: &str) -> Vec<&'a rumple::run::explain::Line> {
+    let found = all.sections.iter().find(|section| section.title == title);
+    found.unwrap_or_else(|| panic!("{title}")).lines.iter().collect()
+}
+
+fn explained(overrides: &[&str]) -> Explanation {
+    let (scene, mut simulation) = prepare(overrides);
+    Explanation::of(&scene, &mut simulation).unwrap()
+}
+
+fn has(all: &Explanation, title: &str, words: &[&str]) -> bool {
+    let fits = |line: &&rumple::run::explain::Line| {
+        let whole = format!("{} {} {:?}", line.what, line.because, line.place);
+        words.iter().all(|word| whole.contains(word))
+    };
+    section(all, title).iter().any(fits)
+}
+
+#[test]
+fn each_effect_is_explained_with_its_place() {
+    let all = explained(&[]);
+    let line = |what: &str| SMALL.lines().position(|l| l.contains(what)).unwrap() + 1;
+    for (number, kind) in [(1, "stretching"), (2, "bending"), (3, "pin")] {
+        // The table begins with its first key, after its head.
+        let head = line(&format!("kind = \"{kind}\"")) - 1;
+        let place = format!("[[effect]] {number}, line {head}");
+        assert!(has(&all, "effects", &[kind, &place]), "{place}: {all}");
+    }
+    assert!(has(&all, "laws and signals", &["mean_curvature", "[kinetics], line"]), "{all}");
+    assert!(has(&all, "not in this scene", &["volume", "pressure"]), "{all}");
+    assert!(has(&all, "not in this scene", &["[stability] is absent"]), "{all}");
+    assert!(!has(&all, "solvers", &["Woodbury"]), "{all}");
+}
+
+#[test]
+fn what_is_not_listed_is_said_to_be_absent_and_what_is_listed_is_not() {
+    let one_ring = "sheet = { shape = 'disc', radius = 5.0, vertices = 100 }
+        time = { until = 1.0 }
+        material = { young = 1.0, poisson = 0.3, thickness = 0.1 }
+        effect = [{ kind = 'stretching' }]";
+    let (scene, mut simulation) = crate::common::prepare(one_ring, &[]);
+    let all = Explanation::of(&scene, &mut simulation).unwrap();
+    assert!(has(&all, "not in this scene", &["second ring"]), "{all}");
+    assert!(has(&all, "not in this scene", &["bending"]), "{all}");
+    assert!(has(&all, "unknowns", &["[kinetics] is absent"]), "{all}");
+    assert!(has(&all, "effects", &["stretching", "line 4"]), "{all}");
+    let (scene, mut simulation) = crate::common::prepare(
+        "sheet = { shape = 'point' }
+         time = { until = 1.0 }
+         kinetics = { rates.c = '-c', initial.c = 1.0 }",
+        &[],
+    );
+    let all = Explanation::of(&scene, &mut simulation).unwrap();
+    assert!(has(&all, "unknowns", &["no positions"]), "{all}");
+    assert!(has(&all, "not in this scene", &["no relaxation"]), "{all}");
+    assert!(has(&all, "output", &["no frames"]), "{all}");
+}
+
+/// An effect that declares every coupling there is.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Everything {}
+
+#[typetag::serialize(name = "test-everything")]
+impl EffectSpec for Everything {
+    fn name(&self) -> String {
+        "everything".into()
+    }
+
+    fn build(&self, _: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        Ok(Effect::energy(All))
+    }
+}
+
+rumple::register_kind!(dyn EffectSpec, "test-everything", Everything);
+
+struct All;
+
+impl Energy for All {
+    type Work = ();
+
+    fn name(&self) -> &'static str {
+        "everything"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling { rings: 3, pairs: true, low_rank: true, limits_steps: true }
+    }
+
+    fn depends_on_time(&self) -> bool {
+        true
+    }
+
+    fn evaluate(&self, _: &Shape<'_>, (): &mut (), _: Option<&mut [Vec3]>) -> f64 {
+        0.0
+    }
+
+    fn add_hessian(&self, _: &Shape<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
+}
+
+/// What an effect of anybody's calls for is asked from what it declares.
+#[test]
+fn an_effect_from_outside_explains_itself() {
+    let all = explained(&["[[effect]]\nkind = \"test-everything\""]);
+    for words in ["Woodbury", "pattern", "shortened", "3 edges"] {
+        assert!(has(&all, "solvers", &[words, "everything"]), "{words}: {all}");
+    }
+    assert!(has(&all, "effects", &["everything", "depends on time"]), "{all}");
+    assert!(!has(&all, "not in this scene", &["low-rank"]), "{all}");
+}
+
+#[test]
+fn a_run_leaves_what_it_cost_in_shares_that_add_up() {
+    let folder = folder(SMALL);
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--quiet"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let costs = Costs::read(&folder.path().join("result")).unwrap();
+    let parts = || costs.parts.iter().chain([&costs.elsewhere]);
+    let shares: f64 = parts().map(|part| part.share).sum();
+    assert!((shares - 1.0).abs() < 1e-6, "{shares}");
+    let bytes: i64 = parts().map(|part| part.bytes).sum();
+    assert_eq!(Some(bytes), costs.bytes);
+    let effects: Vec<&str> =
+        costs.parts.iter().filter(|p| p.group == "effect").map(|p| p.name.as_str()).collect();
+    assert_eq!(effects, ["stretching", "bending", "pin"]);
+    let part =
+        |name: &str| parts().find(|part| part.name == name).unwrap_or_else(|| panic!("{name}"));
+    assert!(part("bending").seconds > 0.0 && part("bending").bytes > 0, "{costs}");
+    assert_eq!(part("pin").counts, Vec::new());
+    assert_eq!(part("frames").counts, [("frames".to_owned(), 3)]);
+    assert!(part("mean_curvature").seconds >= 0.0);
+    assert!(parts().all(|part| part.name != "volume" && part.name != "gaussian_curvature"));
+    // The scene is long since explained; this is the run.
+    let shown = rumple(folder.path(), &["explain", "result"]);
+    assert!(shown.status.success(), "{}", text(&shown.stderr));
+    assert!(text(&shown.stdout).contains("stretching"), "{}", text(&shown.stdout));
+    let json = rumple(folder.path(), &["explain", "result", "--json"]);
+    let json: Costs = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json, costs);
+    // A second run in its place replaces it.
+    let again = ["run", "scene.toml", "--out", "result", "--quiet", "--force"];
+    assert!(rumple(folder.path(), &again).status.success());
+}
+
+#[test]
+fn a_run_that_fails_leaves_what_it_cost() {
+    let failing = format!("{SMALL}\n[equilibrium]\nmax_iterations = 1\n");
+    let folder = folder(&failing);
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--quiet"]);
+    assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
+    let costs = Costs::read(&folder.path().join("result")).unwrap();
+    assert!(costs.parts.iter().any(|part| part.name == "bending" && part.seconds > 0.0));
+}
+
+#[test]
+fn what_is_not_a_run_is_refused_with_its_name() {
+    let folder = folder(SMALL);
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let out = rumple(folder.path(), &["explain", "empty"]);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(text(&out.stderr).contains("costs.json"), "{}", text(&out.stderr));
+    fs::write(folder.path().join("empty/costs.json"), "{}").unwrap();
+    let out = rumple(folder.path(), &["explain", "empty"]);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(text(&out.stderr).contains("costs.json"), "{}", text(&out.stderr));
+    let out = rumple(folder.path(), &["explain", "scene.toml", "--json"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(json["sections"][0]["title"], "unknowns");
+}
