@@ -23,8 +23,16 @@ pub enum Ramp {
 }
 
 /// A factor of time, ready to be evaluated; 1 if there is none.
+///
+/// ```
+/// use rumple::effects::{Factor, Ramp};
+///
+/// let ramp = Ramp::Formula("min(t/2, 1)".into());
+/// assert_eq!(Factor::new(Some(&ramp))?.at(1.0), 0.5);
+/// # Ok::<(), rumple::effects::EffectError>(())
+/// ```
 #[derive(Debug, Clone, Default)]
-pub(super) struct Factor(Option<Course>);
+pub struct Factor(Option<Course>);
 
 #[derive(Debug, Clone)]
 enum Course {
@@ -33,8 +41,12 @@ enum Course {
 }
 
 impl Factor {
-    /// Of a scene's ramp.
-    pub(super) fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
+    /// The factor that a scene's ramp gives.
+    ///
+    /// # Errors
+    /// A formula that cannot be read or depends on the position, times that do not ascend; blamed on the
+    /// key `ramp`.
+    pub fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
         let refuse =
             |message: String, help: Option<String>| Err(EffectError { key: "ramp", message, help });
         Ok(Self(match ramp {
@@ -58,13 +70,15 @@ impl Factor {
         }))
     }
 
-    /// Whether there is one.
-    pub(super) fn changes(&self) -> bool {
+    /// Whether there is a ramp.
+    #[must_use]
+    pub fn changes(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Its value.
-    pub(super) fn at(&self, time: f64) -> f64 {
+    /// The factor at `time`.
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
         match &self.0 {
             None => 1.0,
             Some(Course::Formula(formula)) => {
@@ -85,7 +99,8 @@ impl Factor {
     }
 
     /// Largest factor of points; 1 of a formula, which may have none.
-    pub(super) fn largest(&self) -> f64 {
+    #[must_use]
+    pub fn largest(&self) -> f64 {
         match &self.0 {
             Some(Course::Points(points)) => points.iter().fold(0.0, |m, p| m.max(p[1].abs())),
             _ => 1.0,

@@ -120,7 +120,7 @@ impl Region {
     /// # Errors
     /// A vertex that does not exist, a direction of length 0, a ring turned inside out, or no
     /// vertex in the region.
-    pub(super) fn choose(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
+    pub fn choose(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
         let refuse = |message: String, help: &str| EffectError {
             key: "where",
             message,
