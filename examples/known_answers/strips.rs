@@ -63,7 +63,7 @@ pub fn bending_share(sheet: &Sheet, models: &Models) -> Outcome<f64> {
             let (v, x) = (*v as usize, sheet.rest()[*v as usize].x);
             if x > 1e-9 && x < last - 1e-9 {
                 all += share;
-                inner += if sheet.rim()[v] { 0.0 } else { share };
+                inner += if sheet.boundary()[v] { 0.0 } else { share };
             }
         }
     }

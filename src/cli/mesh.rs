@@ -58,7 +58,7 @@ struct GenerateArgs {
 enum ShapeCommand {
     /// A flat disc.
     Disc {
-        /// Radius of the rim.
+        /// Radius of the boundary.
         #[arg(long)]
         radius: f64,
     },
@@ -76,7 +76,7 @@ enum ShapeCommand {
         /// Radius of the hole.
         #[arg(long)]
         inner: f64,
-        /// Radius of the outer rim.
+        /// Radius of the outer boundary.
         #[arg(long)]
         outer: f64,
     },

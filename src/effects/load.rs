@@ -8,7 +8,7 @@
 //!
 //! * `{ total = F }`: F, shared equally among the chosen vertices;
 //! * `{ per-vertex = f }`: `f_i = f` at each of them;
-//! * `{ per-length = f }`, force/length: a rim edge whose two ends are chosen gives `f l⁰/2` to each;
+//! * `{ per-length = f }`, force/length: a boundary edge whose two ends are chosen gives `f l⁰/2` to each;
 //! * `{ per-area = f }`, force/length²: a triangle whose three corners are chosen gives `f A⁰/3` to
 //!   each;
 //! * `{ along-normal = p }`, force/length²: the same with `f = p n⁰`, n⁰ the normal of the rest
@@ -54,7 +54,7 @@ pub enum LoadForce {
     Total([Finite; 3]),
     /// Force on each chosen vertex.
     PerVertex([Finite; 3]),
-    /// Force per rest length of the rim between chosen vertices.
+    /// Force per rest length of the boundary between chosen vertices.
     PerLength([Finite; 3]),
     /// Force per rest area of the triangles between chosen vertices.
     PerArea([Finite; 3]),
@@ -89,7 +89,7 @@ impl DeadLoad {
     /// Spreads `force` over the vertices of `sheet` that are `chosen`.
     ///
     /// # Errors
-    /// A force per length where no rim edge, or per area where no triangle, lies between chosen
+    /// A force per length where no boundary edge, or per area where no triangle, lies between chosen
     /// vertices.
     pub fn new(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> Result<Self, EffectError> {
         let inside = |v: &u32| chosen[*v as usize];
@@ -108,8 +108,8 @@ impl DeadLoad {
                 }
             }
             LoadForce::PerLength(f) => {
-                let rim = sheet.edges().iter().filter(|edge| edge.is_rim());
-                for Edge { vertices, .. } in rim.filter(|edge| edge.vertices.iter().all(inside)) {
+                let boundary = sheet.edges().iter().filter(|edge| edge.is_boundary());
+                for Edge { vertices, .. } in boundary.filter(|edge| edge.vertices.iter().all(inside)) {
                     let [a, b] = vertices.map(|v| v as usize);
                     let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
                     on[a] += half * vector(f);
@@ -139,8 +139,8 @@ impl DeadLoad {
         }
         let (part, help) = match force {
             LoadForce::PerLength(_) => (
-                "rim edge has both ends",
-                "a force per length acts on the rim; for a force on single vertices use total or \
+                "boundary edge has both ends",
+                "a force per length acts on the boundary; for a force on single vertices use total or \
                  per-vertex",
             ),
             LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => (

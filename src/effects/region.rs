@@ -11,8 +11,8 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Region {
-    /// All vertices on the rim.
-    Rim,
+    /// All vertices on the boundary.
+    Boundary,
     /// All vertices.
     All,
     /// Vertices inside a box, its faces included.
@@ -71,7 +71,7 @@ impl Region {
     pub fn mask(&self, sheet: &Sheet) -> Vec<bool> {
         let each = |inside: &dyn Fn(&Vec3) -> bool| sheet.rest().iter().map(inside).collect();
         match self {
-            Self::Rim => sheet.rim().to_vec(),
+            Self::Boundary => sheet.boundary().to_vec(),
             Self::All => vec![true; sheet.vertex_count()],
             Self::Cuboid { min, max } => {
                 each(&|x| (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]))
@@ -133,7 +133,7 @@ impl Region {
         } else {
             Err(refuse(
                 format!("no vertex is chosen by this {effect}"),
-                "a closed surface has no rim; regions refer to rest positions",
+                "a closed surface has no boundary; regions refer to rest positions",
             ))
         }
     }
@@ -159,7 +159,7 @@ impl Region {
                 Ok(())
             }
             Self::AllOf(parts) => parts.iter().try_for_each(|part| part.check(sheet)),
-            Self::Rim | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
+            Self::Boundary | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
         }
     }
 }

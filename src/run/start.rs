@@ -57,7 +57,7 @@ fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
         Direction::Z => Vec3::z(),
         Direction::Normal => normals[i],
     };
-    let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.rim()[i]).collect();
+    let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.boundary()[i]).collect();
     if let Some(imperfection) = &scene.sheet.imperfection {
         let mut random = ChaCha8Rng::seed_from_u64(imperfection.seed);
         for &i in &interior {

@@ -138,7 +138,7 @@ fn a_law_that_leads_out_of_its_range_is_told() {
     assert!(text.contains("or these lead out of the range"), "{text}");
 }
 
-/// Held in z alone, a rim lets the sheet slide and turn in its plane.
+/// Held in z alone, a boundary lets the sheet slide and turn in its plane.
 #[test]
 fn the_rigid_motions_that_pins_leave_free_are_counted() {
     let law = "[kinetics]\nrates.c = \"-c\"\n\

@@ -40,7 +40,7 @@ fn numbers_are_those_of_the_definitions() {
         let rest = (sheet.rest()[a] - sheet.rest()[b]).norm();
         assert!((optimal[e] - rest / lambda).abs() < 1e-12, "{e}");
         let area =
-            heron(edge.triangles[0]) + if edge.is_rim() { 0.0 } else { heron(edge.triangles[1]) };
+            heron(edge.triangles[0]) + if edge.is_boundary() { 0.0 } else { heron(edge.triangles[1]) };
         stretching += 0.5 * modulus * area * (now / optimal[e] - 1.0).powi(2);
         checked += 1;
     }
@@ -74,12 +74,12 @@ fn numbers_are_those_of_the_definitions() {
     let size: f64 = diffusion.iter().zip(&third).map(|(d, a)| (d * a).abs()).sum();
     assert!(size > 0.0 && sum.abs() < 1e-12 * size, "{sum:e} of {size:e}");
 
-    // Forces: in equilibrium what is left is held by the pins (z on the rim).
+    // Forces: in equilibrium what is left is held by the pins (z on the boundary).
     let force = result["force"]["total"].as_array().unwrap();
     let unit = modulus * simulation.model().mechanics().reference().mean_edge();
     for (i, f) in force.iter().enumerate() {
         let f = numbers(f);
-        let free = if simulation.sheet().rim()[i] { 2 } else { 3 };
+        let free = if simulation.sheet().boundary()[i] { 2 } else { 3 };
         assert!(f[..free].iter().all(|f| f.abs() < 2e-6 * unit), "vertex {i}: {f:?}");
     }
 }

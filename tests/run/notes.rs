@@ -32,14 +32,14 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
 
 #[test]
 fn what_the_author_may_not_have_meant_is_told() {
-    let on_the_rim = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
-    let (_, simulation) = prepare(&[&format!("{on_the_rim}[0.0, 0.0, 1e5] }}")]);
+    let on_the_boundary = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
+    let (_, simulation) = prepare(&[&format!("{on_the_boundary}[0.0, 0.0, 1e5] }}")]);
     assert!(
         simulation.notes()[0].contains("(load) acts only where pins hold"),
         "{:?}",
         simulation.notes()
     );
-    let (_, simulation) = prepare(&[&format!("{on_the_rim}[1e5, 0.0, 0.0] }}")]);
+    let (_, simulation) = prepare(&[&format!("{on_the_boundary}[1e5, 0.0, 0.0] }}")]);
     assert!(simulation.notes().is_empty(), "{:?}", simulation.notes());
     let (_, simulation) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
     assert!(simulation.notes()[0].contains("bending more than once"), "{:?}", simulation.notes());

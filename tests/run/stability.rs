@@ -9,7 +9,7 @@ use rumple::sheet::read;
 use super::program;
 use crate::plugins::build;
 
-/// A perfectly flat disc with an immovable rim whose lengths grow slowly: c decays from 1 as
+/// A perfectly flat disc with an immovable boundary whose lengths grow slowly: c decays from 1 as
 /// dc/dt = -c, and Φ = Λ(1)/Λ(c) grows from 1.
 const GROWING: &str = r#"
 [sheet]

@@ -99,7 +99,7 @@ fn options_of_another_model_are_refused() {
 fn regions_that_choose_nothing_or_make_no_sense() {
     let force = "force = { total = [0, 0, 1] }";
     let load = |region: &str| format!("kind = \"load\"\n{force}\nwhere = {region}");
-    let empty = "a closed surface has no rim; regions refer to rest positions";
+    let empty = "a closed surface has no boundary; regions refer to rest positions";
     let region = "{ ball = { centre = [99, 0, 0], radius = 1 } }";
     wrong(&load(region), region, "effect[1].where: no vertex is chosen by this load", empty);
     let region = "{ vertices = [0, 4000] }";
@@ -115,8 +115,8 @@ fn regions_that_choose_nothing_or_make_no_sense() {
     wrong(
         "kind = \"load\"\nforce = { per-length = [0, 0, 1] }\nwhere = { vertices = [0] }",
         "{ vertices",
-        "effect[1].where: no rim edge has both ends in the region of this load",
-        "a force per length acts on the rim; for a force on single vertices use total or \
+        "effect[1].where: no boundary edge has both ends in the region of this load",
+        "a force per length acts on the boundary; for a force on single vertices use total or \
          per-vertex",
     );
 }

@@ -78,7 +78,7 @@ fn planted_faults_are_found_with_their_place() {
 
 #[test]
 fn two_closed_fans_in_one_vertex_are_a_bow_tie() {
-    // Two tetrahedra that share their tip: no rim edge gives the tip away.
+    // Two tetrahedra that share their tip: no boundary edge gives the tip away.
     let mut points = vec![V::zeros()];
     let mut triangles = Vec::new();
     for (side, first) in [(1.0, 1u32), (-1.0, 4)] {

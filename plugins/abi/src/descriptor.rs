@@ -189,7 +189,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// Mean curvature H, 1/length; > 0 at the top of a bump towards the normal; 0 on the rim.
+    /// Mean curvature H, 1/length; > 0 at the top of a bump towards the normal; 0 on the boundary.
     pub const MEAN_CURVATURE: Self = Self::named("mean_curvature");
     /// Gaussian curvature K, 1/length²; > 0 on a sphere.
     pub const GAUSSIAN_CURVATURE: Self = Self::named("gaussian_curvature");

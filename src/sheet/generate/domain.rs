@@ -6,12 +6,12 @@ use crate::Vec3;
 
 /// A surface to be filled with vertices, in coordinates where distances are true.
 ///
-/// The first vertices are fixed ones: those of the rim, then others that the shape needs.
+/// The first vertices are fixed ones: those of the boundary, then others that the shape needs.
 pub(super) trait Domain {
-    /// Vertices that do not move: first all of the rim, then any others.
+    /// Vertices that do not move: first all of the boundary, then any others.
     fn fixed(&self) -> &[Vec3];
-    /// How many of the fixed vertices lie on the rim.
-    fn fixed_rim(&self) -> usize {
+    /// How many of the fixed vertices lie on the boundary.
+    fn fixed_boundary(&self) -> usize {
         self.fixed().len()
     }
     /// Edge length aimed at.

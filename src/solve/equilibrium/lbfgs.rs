@@ -49,7 +49,7 @@ const REFRESH: (usize, usize) = (5, 15);
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
-/// which the positive part has no stiffness (waves of a free rim) are why it may be needed.
+/// which the positive part has no stiffness (waves of a free boundary) are why it may be needed.
 const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
 const MOST_SHIFT: f64 = 1.0;
