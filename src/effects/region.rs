@@ -12,6 +12,7 @@ use crate::sheet::Sheet;
 #[serde(rename_all = "kebab-case")]
 pub enum Region {
     /// All vertices on the boundary.
+    #[serde(rename = "rim", alias = "boundary")]
     Boundary,
     /// All vertices.
     All,
