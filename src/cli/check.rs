@@ -78,9 +78,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
             scene.equilibrium.name(),
             scene.equilibrium.tolerance()
         );
-        let held: usize = model.mechanics().pins().iter().flatten().filter(|held| **held).count();
-        let free = 3 * model.sheet().vertex_count() - held;
-        say!("unknowns   {free} positions free, {held} held");
+        let fixed: usize = model.mechanics().pins().iter().flatten().filter(|fixed| **fixed).count();
+        let free = 3 * model.sheet().vertex_count() - fixed;
+        say!("unknowns   {free} positions free, {fixed} fixed");
         let motions = model.mechanics().free_motions();
         if motions > 0 {
             say!(

@@ -88,7 +88,7 @@ pub(super) fn on_loads(potential: &mut Potential, tolerance: f64, notes: &mut Ve
     for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
         let force = potential.force_of(which, rest);
         let mut felt = force.iter().zip(mechanics.pins());
-        if !felt.any(|(f, held)| (0..3).any(|a| f[a] != 0.0 && !held[a])) {
+        if !felt.any(|(f, fixed)| (0..3).any(|a| f[a] != 0.0 && !fixed[a])) {
             notes.push(format!(
                 "effect {} ({}) acts only where pins hold the sheet, and moves nothing",
                 which + 1,

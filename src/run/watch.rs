@@ -266,8 +266,8 @@ pub(super) fn warn_of_flat_start(
     let x: &[Vec3] = &simulation.state.x;
     let flat = x.iter().all(|v| v.z == x[0].z);
     // With all z fixed there is no way out of the plane to warn of.
-    let held = mechanics.pins().iter().all(|p| p[2]);
-    if !flat || held || mechanics.is_empty() || x.len() > CHECKED {
+    let fixed = mechanics.pins().iter().all(|p| p[2]);
+    if !flat || fixed || mechanics.is_empty() || x.len() > CHECKED {
         return Ok(());
     }
     let mut at = simulation.evaluate();

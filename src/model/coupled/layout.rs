@@ -6,13 +6,13 @@ use super::Part;
 use crate::Vec3;
 use crate::num::index;
 
-/// Stands for a direction that is held.
-const HELD: u32 = u32::MAX;
+/// Stands for a direction that is fixed.
+const FIXED: u32 = u32::MAX;
 
 /// Places of displacements and species among the unknowns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// For every vertex and axis its place, or [`HELD`].
+    /// For every vertex and axis its place, or [`FIXED`].
     place: Vec<[u32; 3]>,
     mechanical: usize,
     points: usize,
@@ -23,7 +23,7 @@ pub struct Layout {
 
 impl Layout {
     /// Of the unknowns of `part`: free directions first (none if the shape never moves), then species
-    /// point by point. If the shape is `still`, without storage, rigid motions are held too.
+    /// point by point. If the shape is `still`, without storage, rigid motions are fixed too.
     pub(super) fn new(model: &Model, part: Part, still: bool) -> Self {
         let moves = model.moves() && part != Part::Chemistry;
         let mechanics = model.mechanics();
@@ -38,10 +38,10 @@ impl Layout {
         let mut mechanical = 0;
         let place = pins
             .iter()
-            .map(|held| {
-                held.map(|held| {
-                    if held || !moves {
-                        HELD
+            .map(|fixed| {
+                fixed.map(|fixed| {
+                    if fixed || !moves {
+                        FIXED
                     } else {
                         mechanical += 1;
                         index(mechanical - 1)
@@ -86,11 +86,11 @@ impl Layout {
         self.still
     }
 
-    /// Place of a displacement; none if it is held.
+    /// Place of a displacement; none if it is fixed.
     #[must_use]
     pub fn displacement(&self, vertex: usize, axis: usize) -> Option<usize> {
         let place = self.place[vertex][axis];
-        (place != HELD).then_some(place as usize)
+        (place != FIXED).then_some(place as usize)
     }
 
     /// Places of the displacements of every vertex.
@@ -107,7 +107,7 @@ impl Layout {
     pub(super) fn pack(&self, rest: &[Vec3], state: &State, y: &mut [f64]) {
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
-                if place[axis] != HELD {
+                if place[axis] != FIXED {
                     y[place[axis] as usize] = state.x[i][axis] - rest[i][axis];
                 }
             }
@@ -118,7 +118,7 @@ impl Layout {
     pub(super) fn pack_forces(&self, gradient: &[Vec3], out: &mut [f64]) {
         for (g, place) in gradient.iter().zip(&self.place) {
             for axis in 0..3 {
-                if place[axis] != HELD {
+                if place[axis] != FIXED {
                     out[place[axis] as usize] = -g[axis];
                 }
             }
@@ -143,7 +143,7 @@ impl Layout {
         }
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
-                if place[axis] != HELD {
+                if place[axis] != FIXED {
                     state.x[i][axis] = rest[i][axis] + y[place[axis] as usize];
                 }
             }

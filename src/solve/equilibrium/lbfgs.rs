@@ -3,7 +3,7 @@
 //!
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
-//! serves, across calls too. Rigid motions are held by a gauge. Where the metric turns out too soft it is
+//! serves, across calls too. Rigid motions are fixed by a gauge. Where the metric turns out too soft it is
 //! stiffened, and where the iteration gets nowhere Newton's method takes over. Steps are limited so that no
 //! triangle collapses: the energy of the cotangent curvature jumps there, and a long memory would not
 //! survive it.
@@ -82,8 +82,8 @@ pub struct Lbfgs {
     shift: f64,
     try_full_below: f64,
     pairs: VecDeque<Pair>,
-    /// Vertices of collapsed triangles, held.
-    held: Vec<usize>,
+    /// Vertices of collapsed triangles, fixed.
+    fixed: Vec<usize>,
 }
 
 impl Lbfgs {
@@ -103,7 +103,7 @@ impl Lbfgs {
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             pairs: VecDeque::new(),
-            held: Vec::new(),
+            fixed: Vec::new(),
         })
     }
 
@@ -168,7 +168,7 @@ impl Lbfgs {
         self.gauge.project(d);
         self.inverse.solve(d);
         self.gauge.project(d);
-        for &i in &self.held {
+        for &i in &self.fixed {
             d[i] = Vec3::zeros();
         }
         for (pair, alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
@@ -177,10 +177,10 @@ impl Lbfgs {
         }
     }
 
-    /// Energy and gradient, without what acts on held vertices.
+    /// Energy and gradient, without what acts on fixed vertices.
     fn evaluate(&self, potential: &mut Potential, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
         let energy = potential.energy_gradient(x, gradient);
-        for &i in &self.held {
+        for &i in &self.fixed {
             gradient[i] = Vec3::zeros();
         }
         energy
@@ -206,7 +206,7 @@ impl Lbfgs {
             .chain(around)
             .flat_map(|i| sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t as usize))
             .filter(|&t| triangle_quality(sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
-            .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.held.contains(&(*v as usize))))
+            .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.fixed.contains(&(*v as usize))))
             .collect();
         collapsed.sort_unstable();
         collapsed.dedup();
@@ -217,14 +217,14 @@ impl Lbfgs {
         for &t in &collapsed {
             for v in sheet.triangles()[t] {
                 let around = sheet.vertex_edges().of(v as usize).iter().map(|&(_, j)| j as usize);
-                self.held.extend(std::iter::once(v as usize).chain(around));
+                self.fixed.extend(std::iter::once(v as usize).chain(around));
             }
         }
-        self.held.sort_unstable();
-        self.held.dedup();
+        self.fixed.sort_unstable();
+        self.fixed.dedup();
         done.collapsed += collapsed.len();
         self.pairs.clear();
-        // What is held now takes up forces and hinders every motion.
+        // What is fixed now takes up forces and hinders every motion.
         self.gauge.release();
         Ok(true)
     }
@@ -246,7 +246,7 @@ impl Lbfgs {
 
     /// Whether Newton's method can take over: its factor is affordable, and it holds no vertices.
     fn may_hand_over(&self) -> bool {
-        self.held.is_empty() && self.matrix.pattern().rows() <= LARGE
+        self.fixed.is_empty() && self.matrix.pattern().rows() <= LARGE
     }
 
     fn iterate(
@@ -259,7 +259,7 @@ impl Lbfgs {
         let small = n <= SMALL;
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
-        self.held.clear();
+        self.fixed.clear();
         let mut energy = self.evaluate(potential, x, &mut gradient);
         done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =
