@@ -24,7 +24,7 @@ fn disc() -> Arc<Sheet> {
     Arc::new(generate(&DISC, 20_000, 1).unwrap())
 }
 
-/// Stretching and bending on `sheet` with the boundary held vertically.
+/// Stretching and bending on `sheet` with the boundary fixed vertically.
 fn mechanics(
     sheet: &Arc<Sheet>,
     stretching: StretchingWeight,

@@ -4,7 +4,7 @@
 //! U = Y/2 Σ_bonds ((l - l̄)/l̄)² + B/2 Σ_{interior i} (4H_i² - 2(1-ν)K_i)     as printed
 //! ```
 //!
-//! with barycentric areas, E = 10⁶, ν = 1/3, h = 1/2, on a disc of radius 100 whose boundary is held
+//! with barycentric areas, E = 10⁶, ν = 1/3, h = 1/2, on a disc of radius 100 whose boundary is fixed
 //! vertically. Meshes and positions come in the files of the baselines: text `N T`, then `x y boundary`,
 //! then triangles; positions as raw 64-bit numbers, or the same behind a NumPy header.
 

@@ -1,4 +1,4 @@
-//! Hencky's membrane (B7): a disc without bending stiffness, held at its boundary, under a dead load.
+//! Hencky's membrane (B7): a disc without bending stiffness, fixed at its boundary, under a dead load.
 //!
 //! ```text
 //! w₀ = κ(ν) a (q a/Y)^⅓        Y two-dimensional Young's modulus, small rotations

@@ -183,9 +183,9 @@ impl Stiffness {
         if !self.is_positive(mechanics, x) {
             return Err("the shape is not a stable equilibrium".into());
         }
-        for (force, held) in forces.iter_mut().zip(mechanics.pins()) {
+        for (force, fixed) in forces.iter_mut().zip(mechanics.pins()) {
             for a in 0..3 {
-                if held[a] {
+                if fixed[a] {
                     force[a] = 0.0;
                 }
             }

@@ -9,8 +9,8 @@
 //! Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959); Timoshenko & Gere,
 //! Theory of Elastic Stability (1961).
 //!
-//! **Boundaries.** Supported: all of the boundary is held. Clamped: the boundary and the row of its neighbours are
-//! held. Bending is then felt from the cells of the second row on, which reach half a row to either
+//! **Boundaries.** Supported: all of the boundary is fixed. Clamped: the boundary and the row of its neighbours are
+//! fixed. Bending is then felt from the cells of the second row on, which reach half a row to either
 //! side, so the clamped circle lies midway between the two rows: `a` is the mean of their radii.
 
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use super::{
     Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat,
 };
 
-/// How the boundary is held.
+/// How the boundary is fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Boundary {
     /// In place, free to turn.
@@ -40,7 +40,7 @@ const K_SUPPORTED_HINGES: f64 = 2.387093841844885;
 /// k: first root of J₁, squared.
 const K_CLAMPED: f64 = 14.681970642123895;
 
-/// A disc of radius 1 with its held vertices and the radius of the circle on which it is held.
+/// A disc of radius 1 with its fixed vertices and the radius of the circle on which it is fixed.
 struct Plate {
     sheet: Arc<Sheet>,
     pins: Pins,
@@ -50,21 +50,21 @@ struct Plate {
 
 fn plate(vertices: usize, boundary: Boundary) -> Outcome<Plate> {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 1.0 }, vertices, 1)?);
-    let mut held = sheet.boundary().to_vec();
+    let mut fixed = sheet.boundary().to_vec();
     let mut radius = 1.0;
     if boundary == Boundary::Clamped {
         for edge in sheet.edges() {
             for [a, b] in [[0, 1], [1, 0]] {
                 if sheet.boundary()[edge.vertices[a] as usize] {
-                    held[edge.vertices[b] as usize] = true;
+                    fixed[edge.vertices[b] as usize] = true;
                 }
             }
         }
-        let second = (0..vertices).filter(|&i| held[i] && !sheet.boundary()[i]);
+        let second = (0..vertices).filter(|&i| fixed[i] && !sheet.boundary()[i]);
         let radii: Vec<f64> = second.map(|i| sheet.rest()[i].norm()).collect();
         radius = 0.5 * (1.0 + radii.iter().sum::<f64>() / real(radii.len()));
     }
-    let pins = held.iter().map(|h| [*h; 3]).collect();
+    let pins = fixed.iter().map(|h| [*h; 3]).collect();
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.03 };
     Ok(Plate { sheet, pins, radius, material })
 }

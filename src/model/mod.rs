@@ -34,7 +34,7 @@ pub use mechanics::Mechanics;
 pub use parameters::ParameterFields;
 pub use policy::{Policy, Storage};
 pub use potential::Potential;
-pub use rigid::{Motion, free_motions, holding};
+pub use rigid::{Motion, free_motions, minimal_pins};
 pub use signals::{Signals, TensionReading};
 pub use state::State;
 

@@ -32,7 +32,7 @@ fn motion(a: &[Vec3], b: &[Vec3]) -> (Vec3, f64, f64) {
     (centre_b - centre_a, angle, worst)
 }
 
-/// A disc whose middle grows violently, out of the plane by noise, with z held along the boundary or no
+/// A disc whose middle grows violently, out of the plane by noise, with z fixed along the boundary or no
 /// pins at all.
 fn grown(free: bool) -> (Potential, Vec<Vec3>) {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 16.0 }, 500, 1).unwrap());
@@ -90,7 +90,7 @@ fn a_sheet_that_pins_leave_free_does_not_drift_while_it_relaxes() {
             let mut x = start.clone();
             let done = relax(&mut mechanics, &mut x, &mut *method, tolerance);
             let (moved, turned, shape) = motion(&start, &x);
-            // Where z is held along the boundary only motions in the plane are free.
+            // Where z is fixed along the boundary only motions in the plane are free.
             let moved = if free { moved.norm() } else { moved.xy().norm() };
             println!("free {free} {name}: {moved:.2e} {turned:.2e} {shape:.2e} {done:?}");
             assert!(shape > 0.5, "{name}: nothing happens");

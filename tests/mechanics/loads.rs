@@ -118,9 +118,9 @@ fn check_derivatives(mechanics: &mut Potential, x: &[Vec3]) {
     for _ in 0..4 {
         let d: Vec<Vec3> = pins
             .iter()
-            .map(|held| {
+            .map(|fixed| {
                 let v = noise.vector();
-                Vec3::from_fn(|a, _| if held[a] { 0.0 } else { v[a] })
+                Vec3::from_fn(|a, _| if fixed[a] { 0.0 } else { v[a] })
             })
             .collect();
         let at = |h: f64| -> Vec<Vec3> { x.iter().zip(&d).map(|(x, d)| x + h * d).collect() };
@@ -186,7 +186,7 @@ fn pressure_in_a_closed_sheet_has_the_energy_minus_p_v() {
 }
 
 #[test]
-fn pressure_on_an_open_sheet_has_an_energy_where_the_boundary_is_held() {
+fn pressure_on_an_open_sheet_has_an_energy_where_the_boundary_is_fixed() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
     let mut x = crumpled(&sheet, 0.2);
     let pinned: Pins = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();

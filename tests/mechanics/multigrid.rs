@@ -14,11 +14,11 @@ use crate::common::Noise;
 
 const RADIUS: f64 = 100.0;
 
-/// A disc whose middle has grown and stands up; its boundary is held vertically if `held`.
-fn dome(vertices: usize, held: bool) -> (Potential, Vec<Vec3>) {
+/// A disc whose middle has grown and stands up; its boundary is fixed vertically if `fixed`.
+fn dome(vertices: usize, fixed: bool) -> (Potential, Vec<Vec3>) {
     let sheet = Arc::new(generate(&Shape::Disc { radius: RADIUS }, vertices, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 2.0 };
-    let pins = sheet.boundary().iter().map(|boundary| [false, false, held && *boundary]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, fixed && *boundary]).collect();
     let mut mechanics = both(&sheet, &material, pins);
     let spot = |x: &Vec3| (-(x.x * x.x + x.y * x.y) / 800.0).exp();
     let rest = |v: u32| sheet.rest()[v as usize];

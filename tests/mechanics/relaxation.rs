@@ -17,7 +17,7 @@ fn goal(tolerance: f64) -> Goal<'static> {
     Goal { tolerance, max_iterations: 2000, interrupted: &|| false }
 }
 
-/// B2 of the truths: with z held at the boundary and free in the plane, uniform growth has no stress.
+/// B2 of the truths: with z fixed at the boundary and free in the plane, uniform growth has no stress.
 #[test]
 fn uniform_growth_with_a_free_boundary_is_free_of_stress() {
     let sheet = Arc::new(irregular(14, 13, 0.2));
@@ -116,7 +116,7 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
 }
 
 #[test]
-fn a_triangle_driven_flat_is_named_or_held() {
+fn a_triangle_driven_flat_is_named_or_fixed() {
     let (sheet, driven, result) = driven_flat(Collapse::Stop);
     let error = result.unwrap_err();
     let SolveError::Collapsed { triangle, vertices, .. } = &error else { panic!("{error}") };
@@ -134,8 +134,8 @@ fn a_triangle_driven_flat_is_named_or_held() {
 fn round_off_near_buckling_does_not_stop_a_relaxation() {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 10.0 }, 1000, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
-    let held = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
-    let mut mechanics = both(&sheet, &material, held);
+    let fixed = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
+    let mut mechanics = both(&sheet, &material, fixed);
     for seed in [1, 2, 3, 7] {
         let mut noise = Noise::new(seed);
         let start = sheet.rest().iter().zip(sheet.boundary());

@@ -28,7 +28,7 @@ fn relax(mechanics: &mut Potential, x: &mut [Vec3]) {
     solver.relax(mechanics, x, &goal).unwrap();
 }
 
-/// All eigenvalues by a dense method, without the held directions.
+/// All eigenvalues by a dense method, without the fixed directions.
 fn dense(mechanics: &mut Potential, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
     let pattern = Arc::new(two_rings(mechanics.sheet()));
     let mut matrix = BlockMatrix::zeros(Arc::clone(&pattern));
@@ -119,9 +119,9 @@ fn rigid_motions_are_counted_as_pins_leave_them() {
     };
     let cases: [(&str, Pins, usize); 7] = [
         ("free", some(&[]), 6),
-        ("z held at the boundary", boundary(&sheet, [false, false, true]), 3),
+        ("z fixed at the boundary", boundary(&sheet, [false, false, true]), 3),
         // Lifting, and tilting to first order.
-        ("x and y held at the boundary", boundary(&sheet, [true, true, false]), 3),
+        ("x and y fixed at the boundary", boundary(&sheet, [true, true, false]), 3),
         ("one vertex", some(&[30]), 3),
         ("two vertices", some(&[30, 41]), 1),
         ("three vertices", some(&[30, 41, 38]), 0),

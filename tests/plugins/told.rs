@@ -120,7 +120,7 @@ fn a_bad_number_says_which_law_and_where() {
     assert!(text.contains("v = 0") && text.contains("position ("), "{text}");
 }
 
-/// dc/dt = -1 at the lower end of the range: held there, and said so.
+/// dc/dt = -1 at the lower end of the range: fixed there, and said so.
 #[test]
 fn a_law_that_leads_out_of_its_range_is_told() {
     let law = "[kinetics]\nrates.c = \"-1\"\nspecies.c = { lower = 0.0 }\ninitial.c = 0.05";

@@ -74,7 +74,7 @@ fn numbers_are_those_of_the_definitions() {
     let size: f64 = diffusion.iter().zip(&third).map(|(d, a)| (d * a).abs()).sum();
     assert!(size > 0.0 && sum.abs() < 1e-12 * size, "{sum:e} of {size:e}");
 
-    // Forces: in equilibrium what is left is held by the pins (z on the boundary).
+    // Forces: in equilibrium what is left is fixed by the pins (z on the boundary).
     let force = result["force"]["total"].as_array().unwrap();
     let unit = modulus * simulation.model().mechanics().reference().mean_edge();
     for (i, f) in force.iter().enumerate() {

@@ -224,8 +224,8 @@ fn inspect_tells_minima_saddles_and_rigid_motions_apart() {
     assert!(negative > 1 && text.contains(&format!("saddle: {negative} directions")), "{text}");
     assert!(!text.contains("not an equilibrium"), "{text}");
 
-    let held = GROWING.replace("axes = \"xyz\"", "axes = \"z\"");
-    let (text, json, _) = verdict(&held, &["--relax"]);
+    let fixed = GROWING.replace("axes = \"xyz\"", "axes = \"z\"");
+    let (text, json, _) = verdict(&fixed, &["--relax"]);
     assert!(text.contains("except 3 rigid motions"), "{text}");
     assert_eq!((json["negative"].as_u64(), json["rigid"].as_u64()), (Some(0), Some(3)));
 }

@@ -1,6 +1,6 @@
 //! Which unknown of the coupled system is what.
 
-use super::super::rigid::{free_motions, holding};
+use super::super::rigid::{free_motions, minimal_pins};
 use super::super::{Mechanics, Model, State};
 use super::Part;
 use crate::Vec3;
@@ -31,7 +31,7 @@ impl Layout {
         if moves && still {
             // Without storage the rows of forces say nothing about rigid motions.
             let (motions, _) = free_motions(mechanics.sheet().rest(), &pins, |_| 1.0);
-            for (vertex, axis) in holding(&motions, &pins) {
+            for (vertex, axis) in minimal_pins(&motions, &pins) {
                 pins[vertex][axis] = true;
             }
         }
