@@ -55,7 +55,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let done =
         accounted(&directory, || work(args, &scene, &mut simulation, &directory, interrupt))?;
     if !args.quiet {
-        tell(&done, &directory, scene.output.format);
+        print_summary(&done, &directory, scene.output.format);
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
@@ -63,7 +63,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     }
 }
 
-/// The run itself, with what is written and told before.
+/// The run itself, with what is written and printed before.
 fn work(
     args: &RunArgs,
     scene: &Scene,
@@ -86,7 +86,7 @@ fn work(
     outcome
 }
 
-fn tell(done: &Summary, directory: &ResultDirectory, format: Format) {
+fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
     say!(
         "{} steps ({} rejected tries), {} iterations, {} factorisations",

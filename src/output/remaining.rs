@@ -1,4 +1,4 @@
-//! How much longer a run takes, or nothing where that cannot be told.
+//! How much longer a run takes, or nothing where that cannot be text.
 //!
 //! Steps under error control begin tiny and grow, so the share of the way that is behind says little
 //! about the rest. What is read is the length h of steps over the latest part of the run, in two
@@ -107,17 +107,17 @@ impl Remaining {
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)];
-    let mut told = String::new();
+    let mut text = String::new();
     for (number, (unit, size)) in UNITS.into_iter().enumerate() {
         let value = two_figures(seconds / size);
         // Fractions of a second are of no use.
         let value = if number == 0 { value.ceil() } else { value };
-        told = format!("{value} {unit}");
+        text = format!("{value} {unit}");
         if value < UNITS.get(number + 1).map_or(f64::INFINITY, |next| 1.5 * next.1 / size) {
             break;
         }
     }
-    told
+    text
 }
 
 /// `value` rounded to two significant figures.

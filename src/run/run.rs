@@ -130,7 +130,7 @@ pub fn observed(
 ) -> Result<Summary> {
     let began = Instant::now();
     let aside = progress.aside();
-    simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.tell(t)));
+    simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let compression = scene.output.compression;
     let fields = simulation.fields.clone();
     let model = simulation.model().clone();

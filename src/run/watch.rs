@@ -84,7 +84,7 @@ impl Watch {
 
     /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
     ///
-    /// Work of a second relaxation is added to `work`. A factor spoilt by round-off is told and
+    /// Work of a second relaxation is added to `work`. A factor spoilt by round-off is reported and
     /// gives NaN.
     ///
     /// # Errors
@@ -112,7 +112,7 @@ impl Watch {
         }
         let modes = self.modes(simulation, progress)?;
         if !kind.is_empty() {
-            self.tell(simulation, kind, inertia.negative, &modes, progress)?;
+            self.report(simulation, kind, inertia.negative, &modes, progress)?;
         }
         match (self.perturb, modes.first()) {
             (Some(by), Some(mode)) if leaves && !self.moving => {
@@ -121,7 +121,7 @@ impl Watch {
             (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
                 displace(simulation, mode, by)?;
                 work.residual = simulation.evaluate().residual()?;
-                self.tell(simulation, DISPLACED, inertia.negative, &modes, progress)?;
+                self.report(simulation, DISPLACED, inertia.negative, &modes, progress)?;
                 Ok(crate::num::real(inertia.negative))
             }
             _ => Ok(crate::num::real(inertia.negative)),
@@ -190,12 +190,12 @@ impl Watch {
         self.unstable = Some(inertia.negative > 0);
         let modes = self.modes(simulation, progress)?;
         let kind = if inertia.negative == 0 { "left along the mode" } else { FELL_BACK };
-        self.tell(simulation, kind, inertia.negative, &modes, progress)?;
+        self.report(simulation, kind, inertia.negative, &modes, progress)?;
         Ok(crate::num::real(inertia.negative))
     }
 
     /// Writes the modes and the event, and says it.
-    fn tell(
+    fn report(
         &mut self,
         simulation: &mut Simulation,
         kind: &str,
@@ -277,7 +277,7 @@ pub(super) fn warn_of_flat_start(
     progress.message(&match inertia {
         Ok(Inertia { negative: 0, .. }) => {
             "the start is perfectly flat, and stable as it is; under \
-             compression it would stay flat on a saddle (list [stability] to be told, \
+             compression it would stay flat on a saddle (list [stability] to be reported, \
              sheet.imperfection or sheet.bump to leave the plane)"
                 .into()
         }

@@ -247,7 +247,7 @@ impl Staggered {
         let mut done = Relaxation::default();
         while moving.time < next.time {
             let way = (state.time, moving.time, next.time);
-            workspace.control.tell(|| under_way("moving the shape", way));
+            workspace.control.report(|| under_way("moving the shape", way));
             done.add(&mover.step(workspace, &mut moving, next.time)?.relaxation);
         }
         next.x = moving.x;

@@ -48,7 +48,7 @@ impl Control {
     }
 
     /// Reports what is being done, and how far it is.
-    pub fn tell(&self, text: impl Fn() -> String) {
+    pub fn report(&self, text: impl Fn() -> String) {
         (self.listener)(&text);
     }
 }

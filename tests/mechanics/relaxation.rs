@@ -153,7 +153,7 @@ fn round_off_near_buckling_does_not_stop_a_relaxation() {
     }
 }
 
-/// Whatever the method, what came to no end at a collapsed triangle is told as that.
+/// Whatever the method, what came to no end at a collapsed triangle is reported as that.
 #[test]
 fn a_collapsed_triangle_explains_why_a_relaxation_stopped() {
     let sheet = Arc::new(irregular(8, 8, 0.2));

@@ -137,7 +137,7 @@ fn rigid_motions_are_counted_as_pins_leave_them() {
     }
 }
 
-/// After a relaxation to a usual tolerance turns are still told from soft modes.
+/// After a relaxation to a usual tolerance turns are still reported from soft modes.
 #[test]
 fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
     let shape = Shape::Rectangle { width: 14.0, height: 12.0 };

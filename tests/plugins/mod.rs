@@ -10,5 +10,5 @@ mod models;
 mod parameters;
 mod planted;
 mod search;
-mod told;
+mod reported;
 mod versions;

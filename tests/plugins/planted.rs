@@ -185,9 +185,9 @@ fn a_run_tells_of_results_that_the_law_itself_flags_as_unreliable() {
     let out = rumple(folder.path(), &["run", "scene.toml"]);
     let text = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success(), "{text}");
-    let told =
+    let reported =
         text.lines().filter(|line| line.contains("flags its result as unreliable at vertex"));
-    assert_eq!(told.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
+    assert_eq!(reported.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
 }
 
 #[test]

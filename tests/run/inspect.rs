@@ -45,11 +45,11 @@ fn numbers_are_those_of_the_definitions() {
         checked += 1;
     }
     assert_eq!(checked, sheet.edges().len());
-    let told = result["energy"]["stretching"].as_f64().unwrap();
-    assert!((told / stretching - 1.0).abs() < 1e-9, "{told} {stretching}");
+    let reported = result["energy"]["stretching"].as_f64().unwrap();
+    assert!((reported / stretching - 1.0).abs() < 1e-9, "{reported} {stretching}");
     let total = result["energy"]["total"].as_f64().unwrap();
     let bending = result["energy"]["bending"].as_f64().unwrap();
-    assert!((total - told - bending).abs() < 1e-9 * total.abs());
+    assert!((total - reported - bending).abs() < 1e-9 * total.abs());
 
     // Reaction of Model I from the mean curvature; curvature as signal and at vertices agree.
     let h = numbers(&result["mean_curvature"]);
@@ -107,8 +107,8 @@ fn signals_and_rates_go_by_the_areas_of_the_bending_energy() {
             area[*v as usize] += (b - a).cross(&(c - a)).norm() / 6.0;
         }
     }
-    for (told, area) in numbers(&thirds["vertex_area"]).iter().zip(&area) {
-        assert!((told / area - 1.0).abs() < 1e-12, "{told} {area}");
+    for (reported, area) in numbers(&thirds["vertex_area"]).iter().zip(&area) {
+        assert!((reported / area - 1.0).abs() < 1e-12, "{reported} {area}");
     }
     let (_, frozen) = at("frozen-voronoi");
     let [a, b] = [&thirds, &frozen].map(|r| numbers(&r["reaction"]["c"]));

@@ -65,9 +65,9 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
         }
         Err(error) => (Standing::Failed, error.to_string()),
     };
-    let told = claim.end(standing, &reason);
+    let outcome = claim.end(standing, &reason);
     outcome?;
-    Ok(told?)
+    Ok(outcome?)
 }
 
 /// Runs all members; says how many came to their end.

@@ -142,14 +142,14 @@ fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
         (given.length_factor_partials, "length factor", derivatives::length_factor),
     ];
     for (number, (_, name, compare)) in parts.iter().enumerate().filter(|(_, part)| part.0) {
-        let told = samples.with(number == 0, |batch| {
+        let outcome = samples.with(number == 0, |batch| {
             let found = compare(kinetics, batch)?;
             let wrong = found.wrong.map(|w| w.describe(kinetics, batch, w.point));
             let read = if number == 0 { &kinetics.descriptor().signals[..] } else { &[] };
             let place = |point| Site::of(batch, kinetics.descriptor(), read, point).to_string();
             Ok::<_, KineticsError>((wrong, found.unbounded.map(place)))
         })?;
-        match told {
+        match outcome {
             (Some(wrong), _) => return Ok(Verdict::Fault(wrong)),
             (None, Some(place)) => {
                 unbounded = format!(

@@ -27,7 +27,7 @@ use super::{Result, SolveError, Workspace, under_way};
 use crate::model::{Coupled, Course, Part, State};
 use crate::ode::OdeMethod;
 
-/// What sub-steps are called where their progress is told.
+/// What sub-steps are called where their progress is reported.
 const CHEMISTRY: &str = "integrating the chemistry";
 
 /// How the chemistry is integrated within a step of the coupling.
@@ -152,7 +152,7 @@ impl ChemistrySteps {
                 let times = if still { vec![until] } else { vec![state.time, until] };
                 let bound = coupled.spectral_bound(&times)?;
                 let rate = |t: f64, y: &[f64], out: &mut [f64]| {
-                    control.tell(|| under_way(CHEMISTRY, (state.time, t, until)));
+                    control.report(|| under_way(CHEMISTRY, (state.time, t, until)));
                     control.check()?;
                     Ok(coupled.residual(t, y, out)?)
                 };
@@ -181,7 +181,7 @@ impl ChemistrySteps {
         steps.set_course(signals);
         while moving.time < until {
             let way = (state.time, moving.time, until);
-            workspace.control.tell(|| under_way(CHEMISTRY, way));
+            workspace.control.report(|| under_way(CHEMISTRY, way));
             steps.step(workspace, &mut moving, until)?;
         }
         if moving.species.iter().flatten().all(|c| c.is_finite()) {

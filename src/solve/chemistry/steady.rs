@@ -63,7 +63,7 @@ impl Settling {
                 return Ok(step);
             }
             control.check()?;
-            control.tell(|| {
+            control.report(|| {
             let time = state.time;
             format!(
                 "time {time:.6}: settling the chemistry, step {step} of at most {MOST}; it still changes by \

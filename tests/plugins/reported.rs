@@ -1,4 +1,4 @@
-//! What is told of laws that a scene writes out: mistakes, and what their author may not have meant.
+//! What is reported of laws that a scene writes out: mistakes, and what their author may not have meant.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -28,7 +28,7 @@ every = 0.1
 "#;
 
 /// The notes of a scene, or what is wrong with it.
-fn told(laws: &str) -> Result<Vec<String>, String> {
+fn reported(laws: &str) -> Result<Vec<String>, String> {
     let text = SCENE.replace("LAWS", laws);
     let scene = Scene::parse(&text, "scene.toml", &[]).map_err(|e| e.rendered(false))?;
     match Simulation::new(&scene, &Search::in_directories(Vec::new())) {
@@ -39,7 +39,7 @@ fn told(laws: &str) -> Result<Vec<String>, String> {
 }
 
 fn refused(laws: &str) -> String {
-    told(laws).unwrap_err()
+    reported(laws).unwrap_err()
 }
 
 #[test]
@@ -59,11 +59,11 @@ fn names_that_frames_use_themselves_are_refused() {
 
 #[test]
 fn a_species_without_a_rate_is_told() {
-    let notes = told("[kinetics]\nrates.c = \"-c*v\"\nspecies.v = {}").unwrap();
+    let notes = reported("[kinetics]\nrates.c = \"-c*v\"\nspecies.v = {}").unwrap();
     assert!(notes.iter().any(|n| n.contains("`v` of kinetics has no rate")), "{notes:?}");
     let both = "[[kinetics]]\nrates.v = \"-v\"\n[[kinetics]]\nrates.c = \"-c*v\"\n\
                 species.v = {}\nshared = [\"v\"]";
-    assert_eq!(told(both).unwrap(), Vec::<String>::new());
+    assert_eq!(reported(both).unwrap(), Vec::<String>::new());
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn what_is_said_of_one_species_twice_must_agree() {
     assert!(text.contains("is in g here, and in mol"), "{text}");
     let text = refused(&both("lower = 1.0", "upper = 0.0"));
     assert!(text.contains("no value of `c` suits"), "{text}");
-    assert_eq!(told(&both("lower = -1.0", "")).unwrap(), Vec::<String>::new());
+    assert_eq!(reported(&both("lower = -1.0", "")).unwrap(), Vec::<String>::new());
     let text = refused("[kinetics]\nrates.c = \"-c\"\nspecies.c = { lower = 1.0, upper = 0.0 }");
     assert!(text.contains("range from 1 to 0 is empty"), "{text}");
     let text = refused("[[kinetics]]\nrates.c = \"-c\"\n[[kinetics]]\nrates.c = \"-c\"");
