@@ -1,4 +1,4 @@
-//! How much longer a run takes, or nothing where that cannot be text.
+//! How much longer a run takes, or nothing where it cannot be estimated.
 //!
 //! Steps under error control begin tiny and grow, so the share of the way that is behind says little
 //! about the rest. What is read is the length h of steps over the latest part of the run, in two

@@ -277,7 +277,7 @@ pub(super) fn warn_of_flat_start(
     progress.message(&match inertia {
         Ok(Inertia { negative: 0, .. }) => {
             "the start is perfectly flat, and stable as it is; under \
-             compression it would stay flat on a saddle (list [stability] to be reported, \
+             compression it would stay flat on a saddle (list [stability] to have it reported, \
              sheet.imperfection or sheet.bump to leave the plane)"
                 .into()
         }

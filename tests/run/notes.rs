@@ -1,4 +1,4 @@
-//! What is reported before a run, and that shipped scenes need no telling.
+//! What is reported before a run, and that nothing is reported about shipped scenes.
 
 use std::fs;
 
@@ -67,7 +67,7 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
     assert!(count >= 5, "{count} scenes");
 }
 
-/// What a scene is reported, in one text.
+/// What is reported about a scene, in one text.
 fn reported(overrides: &[&str]) -> String {
     prepare(overrides).1.notes().join("\n")
 }
