@@ -208,12 +208,12 @@ fn by_lengths(
 ) {
     let reference = potential.metric().reference_length().to_vec();
     // Lengths change in proportion to this.
-    let way: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
+    let change: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.metric_derivatives(x, &mut |i, e, by| exact[i] += way[e] * reference[e] * by);
+    potential.metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
     let step = 1e-6;
     let mut at = |step: f64| {
-        let factor: Vec<f64> = factor.iter().zip(&way).map(|(f, w)| f + step * w).collect();
+        let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
         potential.set_conditions(Some(&factor), time);
         energy_and_gradient(potential, x).1
     };

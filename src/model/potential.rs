@@ -201,15 +201,15 @@ impl Potential {
         terms
     }
 
-    /// The largest share of the way from `x` in direction `way` that all effects allow, up to 1.
-    pub fn largest_step(&mut self, x: &[Vec3], way: &[Vec3]) -> f64 {
+    /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
+    pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
         let mut share = 1.0f64;
-        self.each(x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, way)));
+        self.each(x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, direction)));
         share
     }
 
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
-    /// side, and no effect forbids the way.
+    /// side, and no effect forbids the step.
     pub fn allows(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
         if !self.mechanics.keeps_triangles(from, to, share) {
             return false;
@@ -217,8 +217,8 @@ impl Potential {
         if !self.mechanics.limits_steps() {
             return true;
         }
-        let way: Vec<Vec3> = from.iter().zip(to).map(|(from, to)| to - from).collect();
-        self.largest_step(from, &way) >= 1.0
+        let direction: Vec<Vec3> = from.iter().zip(to).map(|(from, to)| to - from).collect();
+        self.largest_step(from, &direction) >= 1.0
     }
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.

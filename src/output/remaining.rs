@@ -93,10 +93,10 @@ impl Remaining {
         let (earlier, later) = (length(first, middle), length(middle, last));
         // Lengths are those of the middles of their halves.
         let change = (later / earlier).ln() / (0.5 * count(first, last));
-        let way = end - last.time;
-        let stays = way / later;
+        let left = end - last.time;
+        let stays = left / later;
         let goes_on = if change == 0.0 { stays } else { (change * stays).ln_1p() / change };
-        let agree = (1.0 / AGREE..=AGREE).contains(&(stays / goes_on)) && way > 0.0;
+        let agree = (1.0 / AGREE..=AGREE).contains(&(stays / goes_on)) && left > 0.0;
         let cost = (last.seconds - first.seconds) / count(first, last);
         let forecast = cost * (stays * goes_on).sqrt();
         (agree && forecast <= REACH * latest).then_some(forecast)

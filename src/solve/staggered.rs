@@ -246,8 +246,8 @@ impl Staggered {
         mover.set_course(course);
         let mut done = Relaxation::default();
         while moving.time < next.time {
-            let way = (state.time, moving.time, next.time);
-            workspace.control.report(|| under_way("moving the shape", way));
+            let span = (state.time, moving.time, next.time);
+            workspace.control.report(|| under_way("moving the shape", span));
             done.add(&mover.step(workspace, &mut moving, next.time)?.relaxation);
         }
         next.x = moving.x;

@@ -329,9 +329,9 @@ impl<'a> Stepper<'a> {
         }, none => false)
     }
 
-    /// The least step on a way of that length.
-    fn least(&self, way: f64) -> f64 {
-        self.shortest.min(SHORTEST_OF_REST * way)
+    /// The least step over that length of time.
+    fn least(&self, length: f64) -> f64 {
+        self.shortest.min(SHORTEST_OF_REST * length)
     }
 
     fn raw_step(&mut self, until: f64) -> Result<()> {

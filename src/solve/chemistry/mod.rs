@@ -156,8 +156,8 @@ impl ChemistrySteps {
                     control.check()?;
                     Ok(coupled.residual(t, y, out)?)
                 };
-                let way = (state.time, until);
-                self.chebyshev.integrate(way.0, way.1, &mut y, &tolerance, bound, rate)?;
+                let span = (state.time, until);
+                self.chebyshev.integrate(span.0, span.1, &mut y, &tolerance, bound, rate)?;
             }
         }
         let mut next = state.clone();
@@ -180,8 +180,8 @@ impl ChemistrySteps {
             .get_or_insert_with(|| Monolithic::of_part(Part::Chemistry, method, tolerance));
         steps.set_course(signals);
         while moving.time < until {
-            let way = (state.time, moving.time, until);
-            workspace.control.report(|| under_way(CHEMISTRY, way));
+            let span = (state.time, moving.time, until);
+            workspace.control.report(|| under_way(CHEMISTRY, span));
             steps.step(workspace, &mut moving, until)?;
         }
         if moving.species.iter().flatten().all(|c| c.is_finite()) {
