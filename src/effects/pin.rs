@@ -1,4 +1,4 @@
-//! Pins: vertices fixed where they start, or led along, in some or all directions.
+//! Pins: vertices fixed where they start, or moved along a prescribed path, in some or all directions.
 //!
 //! A fixed direction has no equation of motion: its gradient entry is zero and its place in the
 //! Hessian a multiple of the identity. With a `displacement` d the fixed components are those of
@@ -31,7 +31,7 @@ pub struct Pin {
     pub ramp: Option<Ramp>,
 }
 
-/// Fixed directions of vertices that are led along.
+/// Fixed directions of vertices whose positions are prescribed.
 #[derive(Debug, Clone)]
 pub struct Prescribed {
     vertices: Vec<usize>,

@@ -143,7 +143,7 @@ pub struct Effect {
     pub energies: Vec<EnergyTerm>,
     /// Directions that are fixed.
     pub pins: Option<Pins>,
-    /// Fixed directions that are led along.
+    /// Fixed directions whose positions are prescribed in time.
     pub prescribed: Vec<Prescribed>,
     /// Length factors that multiply those of laws.
     pub growth: Vec<LengthFactor>,

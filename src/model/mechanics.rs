@@ -35,14 +35,14 @@ impl Mechanics {
         terms: Vec<EnergyTerm>,
         pins: Pins,
     ) -> Result<Arc<Self>, SheetError> {
-        Self::led(sheet, terms, pins, Vec::new())
+        Self::with_prescribed(sheet, terms, pins, Vec::new())
     }
 
-    /// The same with directions that are led along.
+    /// The same with directions whose positions are prescribed in time.
     ///
     /// # Errors
     /// As for [`Mechanics::new`].
-    pub fn led(
+    pub fn with_prescribed(
         sheet: Arc<Sheet>,
         terms: Vec<EnergyTerm>,
         pins: Pins,
@@ -90,15 +90,15 @@ impl Mechanics {
         }
     }
 
-    /// Whether fixed directions are led along; what has no energy does not move.
+    /// Whether positions are prescribed in time; what has no energy does not move.
     #[must_use]
-    pub fn leads(&self) -> bool {
+    pub fn has_prescribed(&self) -> bool {
         !self.is_empty() && !self.prescribed.is_empty()
     }
 
-    /// Sets the fixed directions that are led along to where they are at `time`.
-    pub fn lead(&self, time: f64, x: &mut [Vec3]) {
-        for prescribed in self.prescribed.iter().filter(|_| self.leads()) {
+    /// Sets the fixed directions whose positions are prescribed in time to where they are at `time`.
+    pub fn set_prescribed(&self, time: f64, x: &mut [Vec3]) {
+        for prescribed in self.prescribed.iter().filter(|_| self.has_prescribed()) {
             prescribed.set(self.sheet.rest(), time, x);
         }
     }

@@ -107,7 +107,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
             }
         }
     }
-    let mechanics = Mechanics::led(Arc::clone(&sheet), terms, pins, prescribed)?;
+    let mechanics = Mechanics::with_prescribed(Arc::clone(&sheet), terms, pins, prescribed)?;
     if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
         let message = "the scene lists no effect with an energy: nothing to watch";
         return Err(scene.error_at("stability", message, None).into());

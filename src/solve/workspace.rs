@@ -95,7 +95,7 @@ impl Workspace {
     /// If the model has no value there, or the relaxation fails.
     pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer } = self;
-        model.mechanics().lead(state.time, &mut state.x);
+        model.mechanics().set_prescribed(state.time, &mut state.x);
         let mut x = state.x.clone();
         let mut at = model.at(state, memory);
         let potential = at.potential()?;

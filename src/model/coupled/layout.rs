@@ -17,7 +17,7 @@ pub struct Layout {
     mechanical: usize,
     points: usize,
     species: usize,
-    /// Whether the shape stays as it is given: it is no unknown, and no direction is led along.
+    /// Whether the shape stays as it is given: it is no unknown, and no position is prescribed.
     still: bool,
 }
 
@@ -52,7 +52,7 @@ impl Layout {
         let chemistry = model.chemistry().filter(|_| part != Part::Shape);
         let (points, species) =
             chemistry.map_or((0, 0), |c| (c.points(model.sheet()), c.descriptor().species.len()));
-        let still = mechanical == 0 && !(moves && mechanics.leads());
+        let still = mechanical == 0 && !(moves && mechanics.has_prescribed());
         Self { place, mechanical, points, species, still }
     }
 
@@ -139,7 +139,7 @@ impl Layout {
         let rest = mechanics.sheet().rest();
         state.time = time;
         if !self.still {
-            mechanics.lead(time, &mut state.x);
+            mechanics.set_prescribed(time, &mut state.x);
         }
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
