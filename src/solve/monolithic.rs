@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::Settling;
+use super::chemistry::SteadyChemistry;
 use super::equilibrium::Relaxation;
 use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace};
 use crate::linear::{LinearChoice, Sparse};
@@ -146,7 +146,7 @@ pub(super) struct Monolithic {
     step: Option<f64>,
     course: Option<Course>,
     running: Option<Running>,
-    settling: Settling,
+    steady: SteadyChemistry,
 }
 
 impl Monolithic {
@@ -157,8 +157,8 @@ impl Monolithic {
         (rtol, atol): (f64, f64),
         step: Option<f64>,
     ) -> Self {
-        let (linear, settling) = (LinearChoice::default(), Settling::default());
-        Self { part, method, linear, rtol, atol, step, course: None, running: None, settling }
+        let (linear, steady) = (LinearChoice::default(), SteadyChemistry::default());
+        Self { part, method, linear, rtol, atol, step, course: None, running: None, steady }
     }
 
     /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
@@ -259,7 +259,7 @@ impl Integrator for Monolithic {
         let mut done = workspace.relax(state)?;
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
-            done.factorisations += self.settling.settle(workspace, state, tolerance)?;
+            done.factorisations += self.steady.solve(workspace, state, tolerance)?;
             done.residual = workspace.at(state).residual()?;
         }
         Ok(done)

@@ -22,7 +22,7 @@
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
 //! the shape half way. Under `chemistry-fast` c* is c_n, and a second correction gives the error
 //! estimate. A shape with storage moves by TR-BDF2 under error control (`monolithic`), the
-//! chemistry settles as in `chemistry::steady`.
+//! chemistry is solved for its steady state as in `chemistry::steady`.
 //!
 //! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a tolerance
 //! such that its error is a small share of the coupling tolerance, whatever that is: unless the scene
@@ -42,7 +42,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::{ChemistryMethod, ChemistrySteps, Settling};
+use super::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::{
@@ -145,7 +145,7 @@ impl IntegratorSpec for StaggeredSpec {
             && let Some(chemistry) = self.chemistry
         {
             return Err(SolveError::Pairing(format!(
-                "under this policy the chemistry settles at once and nothing integrates it: leave \
+                "under this policy the chemistry is in steady state at every time and not integrated: leave \
                  out chemistry = \"{}\"",
                 chemistry.name().to_lowercase()
             )));
@@ -160,7 +160,7 @@ impl IntegratorSpec for StaggeredSpec {
             chemistry: ChemistrySteps::new(chemistry),
             step: self.step.get(),
             mover: None,
-            settling: Settling::default(),
+            steady: SteadyChemistry::default(),
             policy,
         }))
     }
@@ -177,8 +177,8 @@ struct Staggered {
     step: f64,
     /// Moves a shape with storage.
     mover: Option<Monolithic>,
-    /// Settles a chemistry without.
-    settling: Settling,
+    /// Solves for the steady state of a chemistry without storage.
+    steady: SteadyChemistry,
     policy: Storage,
 }
 
@@ -187,7 +187,7 @@ impl Integrator for Staggered {
         let mut done = workspace.relax(state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            done.factorisations += self.settling.settle(workspace, state, inner)?;
+            done.factorisations += self.steady.solve(workspace, state, inner)?;
         }
         Ok(done)
     }
@@ -276,7 +276,7 @@ impl Staggered {
         let mut relaxation = self.follow_shape(workspace, state, &mut next)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+            relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         }
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
@@ -342,7 +342,7 @@ impl Staggered {
         next.time = time;
         next.step += 1;
         if self.policy.chemistry == 0.0 {
-            return self.try_settling(workspace, state, next, report);
+            return self.try_steady(workspace, state, next, report);
         }
         let frozen = Course::still(now.clone());
         next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
@@ -376,8 +376,8 @@ impl Staggered {
         workspace.model.shape_error(state, a, b, tolerance, QUIET)
     }
 
-    /// The same where the chemistry settles at once: shape, chemistry, and both once more.
-    fn try_settling(
+    /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
+    fn try_steady(
         &mut self,
         workspace: &mut Workspace,
         state: &State,
@@ -387,10 +387,10 @@ impl Staggered {
         let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
         let inner = self.inner();
         report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        report.relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+        report.relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         let predicted = next.clone();
         report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        report.relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+        report.relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         let model = &workspace.model;
         let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));

@@ -183,7 +183,7 @@ fn settling_asks_whether_to_go_on_and_tells_how_far_it_is() {
     simulation.relax().unwrap();
     let (stopped, reported) = interrupted(&mut simulation, 4, |s| s.prepare().map(drop));
     assert!(stopped);
-    assert!(reported.iter().any(|t| t.contains("settling the chemistry, step 1")), "{reported:?}");
+    assert!(reported.iter().any(|t| t.contains("relaxing the chemistry to steady state, step 1")), "{reported:?}");
 }
 
 /// Errors are proportional to the tolerance over three decades, without space and with diffusion.

@@ -87,7 +87,7 @@ impl Domain for Strip {
         Vec3::new(point.x + turns * self.around, point.y, 0.0)
     }
 
-    fn settle(&self, point: Vec3) -> Vec3 {
+    fn constrain(&self, point: Vec3) -> Vec3 {
         let reach = self.half - BOUNDARY_MARGIN * self.edge;
         let mut x = point.x.rem_euclid(self.around);
         if x >= self.around {

@@ -31,7 +31,7 @@ pub(super) trait Domain {
         point
     }
     /// The allowed place nearest to `point` for a free vertex.
-    fn settle(&self, point: Vec3) -> Vec3;
+    fn constrain(&self, point: Vec3) -> Vec3;
     /// The Delaunay triangles of the points, positively oriented.
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]>;
     /// The position in space.

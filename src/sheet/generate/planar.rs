@@ -138,10 +138,10 @@ impl Domain for Planar {
         let x = low.x + (high.x - low.x) * rng.random::<f64>();
         let y = low.y + (high.y - low.y) * rng.random::<f64>();
         let p = Vec3::new(x, y, 0.0);
-        (self.settle(p) == p).then_some(p)
+        (self.constrain(p) == p).then_some(p)
     }
 
-    fn settle(&self, point: Vec3) -> Vec3 {
+    fn constrain(&self, point: Vec3) -> Vec3 {
         let margin = BOUNDARY_MARGIN * self.edge;
         match self.outline {
             Outline::Ring { inner, outer } => {

@@ -57,7 +57,7 @@ impl Domain for Ball {
         Some(self.radius * Vec3::new(r * longitude.cos(), r * longitude.sin(), z))
     }
 
-    fn settle(&self, point: Vec3) -> Vec3 {
+    fn constrain(&self, point: Vec3) -> Vec3 {
         point * (self.radius / point.norm().max(f64::MIN_POSITIVE))
     }
 

@@ -17,7 +17,7 @@ mod exponential;
 mod krylov;
 mod steady;
 
-pub(super) use steady::Settling;
+pub(super) use steady::SteadyChemistry;
 
 use serde::{Deserialize, Serialize};
 
