@@ -132,7 +132,7 @@
 //! let gravity = Gravity { weight: Finite::ONE };
 //! let report = rumple::kit::examine(&gravity, &sheet, None)?;
 //! assert_eq!(report.faults, Vec::<String>::new());
-//! assert!(!report.blind_to_translation);
+//! assert!(!report.translation_invariant);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

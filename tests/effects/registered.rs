@@ -10,7 +10,7 @@ use rumple::sheet::{Shape, Sheet, generate};
 
 use crate::common::irregular;
 
-/// A table of an effect, on a closed sheet or an open one, and what it is blind to: translation,
+/// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
 const SAMPLES: [(&str, &str, bool, [bool; 3]); 18] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
@@ -77,9 +77,9 @@ fn every_registered_effect_passes_the_kit() {
         }
         let found = report(kind, table, closed);
         assert_eq!(found.faults, Vec::<String>::new(), "{kind} {table}");
-        assert_eq!(found.blind_to_translation, translation, "{kind} {table}");
-        assert_eq!(found.blind_to_rotation, rotation, "{kind} {table}");
-        assert_eq!(found.free_at_rest, rest, "{kind} {table}");
+        assert_eq!(found.translation_invariant, translation, "{kind} {table}");
+        assert_eq!(found.rotation_invariant, rotation, "{kind} {table}");
+        assert_eq!(found.zero_at_rest, rest, "{kind} {table}");
     }
 }
 
