@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::observe::{Frames, LedgerRows, Moment, Observer, StopRules};
+use super::observe::{Frames, LedgerRows, StepInfo, Observer, StopRules};
 use super::reported::Reported;
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, laws, notes};
@@ -189,9 +189,9 @@ pub fn observed(
             let new = shown.replace(state.step) != Some(state.step);
             if new || frame {
                 let wall = began.elapsed().as_secs_f64();
-                let moment = Moment { report: &latest, frame, new, negative, wall };
+                let info = StepInfo { report: &latest, frame, new, negative, wall };
                 for observer in &mut observers {
-                    observer.see(&mut at, &moment)?;
+                    observer.observe(&mut at, &info)?;
                 }
             }
             if frame {

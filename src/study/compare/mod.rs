@@ -19,7 +19,7 @@ use crate::kinetics::Search;
 use crate::model::{Evaluation, State};
 use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
 use crate::run::run::{self, Ending, Summary};
-use crate::run::{Error, Moment, Observer, Result, Simulation};
+use crate::run::{Error, StepInfo, Observer, Result, Simulation};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::SolveError;
@@ -123,8 +123,8 @@ struct Kept {
 }
 
 impl Observer for Kept {
-    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
-        if moment.frame {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if info.frame {
             self.measures.push(measure(at)?);
             self.shown.extend(at.species_at_vertices().into_iter().next());
             self.states.push(at.state().clone());
