@@ -32,10 +32,10 @@ pub enum Ramp {
 /// # Ok::<(), rumple::effects::EffectError>(())
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct Factor(Option<Course>);
+pub struct Factor(Option<Profile>);
 
 #[derive(Debug, Clone)]
-enum Course {
+enum Profile {
     Formula(FieldFormula),
     Points(Vec<[f64; 2]>),
 }
@@ -56,7 +56,7 @@ impl Factor {
                 Ok(formula) if formula.depends_on_position() => {
                     return refuse("a ramp is a formula of the time t alone".into(), None);
                 }
-                Ok(formula) => Some(Course::Formula(formula)),
+                Ok(formula) => Some(Profile::Formula(formula)),
             },
             Some(Ramp::Points(points)) => {
                 let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(Finite::get)).collect();
@@ -65,7 +65,7 @@ impl Factor {
                     let help = "write [[time, factor], …], as in [[0, 0], [2, 1]]";
                     return refuse(message.into(), Some(help.into()));
                 }
-                Some(Course::Points(points))
+                Some(Profile::Points(points))
             }
         }))
     }
@@ -81,10 +81,10 @@ impl Factor {
     pub fn at(&self, time: f64) -> f64 {
         match &self.0 {
             None => 1.0,
-            Some(Course::Formula(formula)) => {
+            Some(Profile::Formula(formula)) => {
                 formula.at(&[Vec3::zeros()], time).first().copied().unwrap_or(1.0)
             }
-            Some(Course::Points(points)) => {
+            Some(Profile::Points(points)) => {
                 let later = points.iter().position(|p| p[0] > time);
                 match later {
                     Some(0) => points[0][1],
@@ -102,7 +102,7 @@ impl Factor {
     #[must_use]
     pub fn largest(&self) -> f64 {
         match &self.0 {
-            Some(Course::Points(points)) => points.iter().fold(0.0, |m, p| m.max(p[1].abs())),
+            Some(Profile::Points(points)) => points.iter().fold(0.0, |m, p| m.max(p[1].abs())),
             _ => 1.0,
         }
     }

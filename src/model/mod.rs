@@ -12,7 +12,7 @@
 
 mod chemistry;
 mod coupled;
-mod course;
+mod time_course;
 mod error;
 mod evaluation;
 mod flagged;
@@ -26,7 +26,7 @@ mod state;
 
 pub use chemistry::{Chemistry, SignalColumns, Surface};
 pub use coupled::{Coupled, CoupledWork, Layout, Part};
-pub use course::Course;
+pub use time_course::TimeCourse;
 pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};
 pub use flagged::Flagged;

@@ -14,7 +14,7 @@ use super::chemistry::SteadyChemistry;
 use super::equilibrium::Relaxation;
 use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, Course, Layout, Part, State, Storage};
+use crate::model::{Coupled, TimeCourse, Layout, Part, State, Storage};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options};
 
@@ -144,7 +144,7 @@ pub(super) struct Monolithic {
     rtol: f64,
     atol: f64,
     step: Option<f64>,
-    course: Option<Course>,
+    course: Option<TimeCourse>,
     running: Option<Running>,
     steady: SteadyChemistry,
 }
@@ -168,7 +168,7 @@ impl Monolithic {
     }
 
     /// Lets the other part go along `course` from now on.
-    pub(super) fn set_course(&mut self, course: Course) {
+    pub(super) fn set_course(&mut self, course: TimeCourse) {
         self.course = Some(course);
         if let Some(running) = &mut self.running {
             running.at = None;

@@ -49,7 +49,7 @@ use super::{
     Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
     under_way,
 };
-use crate::model::{Course, Part, SignalColumns, State, Storage};
+use crate::model::{TimeCourse, Part, SignalColumns, State, Storage};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 
@@ -238,7 +238,7 @@ impl Staggered {
         }
         let mut moving = state.clone();
         let course =
-            Course::new((state.time, state.species.clone()), (next.time, next.species.clone()));
+            TimeCourse::new((state.time, state.species.clone()), (next.time, next.species.clone()));
         let inner = self.inner_of(INNER_OF_SHAPE, ChemistryMethod::TrBdf2.power());
         let mover = self
             .mover
@@ -265,7 +265,7 @@ impl Staggered {
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {
-            let signals = Course::still(workspace.at(state).signals()?.clone());
+            let signals = TimeCourse::still(workspace.at(state).signals()?.clone());
             let inner = self.inner();
             next.species = self.chemistry.advance(workspace, state, time, signals, inner)?;
         }
@@ -344,13 +344,13 @@ impl Staggered {
         if self.policy.chemistry == 0.0 {
             return self.try_steady(workspace, state, next, report);
         }
-        let frozen = Course::still(now.clone());
+        let frozen = TimeCourse::still(now.clone());
         next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
         workspace.model.keep_in_range(&mut next.species, time, tolerance)?;
         report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
         let predicted = next.clone();
         let later = workspace.at(&next).signals()?.clone();
-        let signals = Course::new((state.time, now.clone()), (time, later));
+        let signals = TimeCourse::new((state.time, now.clone()), (time, later));
         let mut on = state.clone();
         if workspace.model.diffuses() {
             on.x.iter_mut().zip(&next.x).for_each(|(a, b)| *a = 0.5 * (*a + b));

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use self::chebyshev::{Chebyshev, Tolerance};
 use super::monolithic::Monolithic;
 use super::{Result, SolveError, Workspace, under_way};
-use crate::model::{Coupled, Course, Part, State};
+use crate::model::{Coupled, TimeCourse, Part, State};
 use crate::ode::OdeMethod;
 
 /// What sub-steps are called where their progress is reported.
@@ -101,7 +101,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: Course,
+        signals: TimeCourse,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         if workspace.model.chemistry().is_none() || until <= state.time {
@@ -131,7 +131,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: Course,
+        signals: TimeCourse,
         (rtol, atol): (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let model = &workspace.model;
@@ -171,7 +171,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: Course,
+        signals: TimeCourse,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let mut moving = state.clone();
