@@ -24,9 +24,9 @@ use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::SolveError;
 
-/// Relative distance of shapes or species beyond which two runs count as parted: on different
+/// Relative distance of shapes or species beyond which two runs count as diverged: on different
 /// branches of a bifurcation, or too far apart for the distance to mean more.
-pub const PARTED: f64 = 0.2;
+pub const DIVERGED: f64 = 0.2;
 
 /// One member of a comparison.
 pub struct Member {
@@ -56,18 +56,18 @@ pub struct Ran {
 
 /// Distance of one run from another over the output times they have in common.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Apart {
+pub struct Deviations {
     /// Time, distance of shapes, distance of species.
     pub course: Vec<(f64, f64, f64)>,
     /// Largest distances before the runs part: of shapes, of species; none if they begin apart.
     pub largest: Option<(f64, f64)>,
-    /// Where a distance is first beyond [`PARTED`].
-    pub parted: Option<Parted>,
+    /// Where a distance is first beyond [`DIVERGED`].
+    pub diverged: Option<Divergence>,
 }
 
-/// Where two runs part.
+/// Where two runs diverge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parted {
+pub struct Divergence {
     /// The time.
     pub time: f64,
     /// The number of the species that differs most; `None` where shapes differ more.
@@ -79,8 +79,8 @@ pub struct Parted {
 impl Ran {
     /// How far this run is from `reference`.
     #[must_use]
-    pub fn apart(&self, reference: &Self) -> Apart {
-        let mut apart = Apart { course: Vec::new(), largest: None, parted: None };
+    pub fn apart(&self, reference: &Self) -> Deviations {
+        let mut apart = Deviations { course: Vec::new(), largest: None, diverged: None };
         for state in &self.states {
             let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
                 continue;
@@ -90,13 +90,13 @@ impl Ran {
             let worst = found.worst_species();
             let species = worst.map_or(0.0, |(_, by)| by.relative());
             apart.course.push((state.time, shape, species));
-            if apart.parted.is_none() {
-                if shape > PARTED || species > PARTED {
+            if apart.diverged.is_none() {
+                if shape > DIVERGED || species > DIVERGED {
                     let (species, by) = match worst {
                         Some((which, by)) if species > shape => (Some(which), by),
                         _ => (None, found.shape),
                     };
-                    apart.parted = Some(Parted { time: state.time, species, by });
+                    apart.diverged = Some(Divergence { time: state.time, species, by });
                 } else {
                     let (a, b) = apart.largest.unwrap_or((0.0, 0.0));
                     apart.largest = Some((a.max(shape), b.max(species)));
