@@ -14,4 +14,4 @@ pub use super::{
 pub use crate::geometry::{Conditions, Shape, lumped_areas};
 pub use crate::num::checked::{Finite, Fraction, NonNegative, Positive};
 pub use crate::sheet::Sheet;
-pub use crate::{Vec3, register_kind};
+pub use crate::Vec3;
