@@ -84,8 +84,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         let motions = model.mechanics().free_motions();
         if motions > 0 {
             say!(
-                "           pins leave {motions} of 6 rigid motions free: positions are found up to \
-                 these, strains and curvatures are not concerned"
+                "           pins leave {motions} of 6 rigid motions free: positions are \
+                 determined up to these; strains and curvatures are unaffected"
             );
         }
     } else {
@@ -99,8 +99,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
     if flat && !model.mechanics().is_empty() {
         say!(
-            "warning    the start is perfectly flat: only forces out of the plane leave it, even where \
-             it is a saddle; give sheet.imperfection or sheet.bump to say how the symmetry is broken"
+            "warning    the initial shape is perfectly flat, and only forces out of the plane \
+             move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \
+             break the symmetry"
         );
     }
     for note in &simulation.notes {

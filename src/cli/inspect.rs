@@ -53,7 +53,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let json = place(args.json.as_ref(), args.force, &inputs)?;
     let vtu = place(args.vtu.as_ref(), args.force, &inputs)?;
     if json.is_some() && json == vtu {
-        let message = "--json and --vtu name the same place".to_owned();
+        let message = "--json and --vtu name the same file".to_owned();
         return Err(Error::Refused(message));
     }
     let mut simulation = Simulation::new(&scene, &search)?;

@@ -196,7 +196,7 @@ fn print(as_json: bool, value: &Value, text: &str) {
 fn mesh_file(path: &Path, force: bool) -> crate::Result<(ResultFile, MeshFormat)> {
     let Some(format) = MeshFormat::of(path) else {
         let message = "a mesh is written as .obj, .vtu, .vtp or .vtk; give the file one of these \
-                       endings";
+            extensions";
         return Err(SheetError::File { path: path.to_owned(), message: message.into() }.into());
     };
     Ok((ResultFile::new(path, force, &Inputs::default())?, format))

@@ -89,7 +89,7 @@ fn work(
 fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
     say!(
-        "{} steps ({} rejected tries), {} iterations, {} factorisations",
+        "{} steps ({} rejected), {} iterations, {} factorisations",
         done.steps,
         done.rejected,
         done.iterations,

@@ -29,7 +29,7 @@ pub(super) fn start(limit: f64) {
 
 /// A thread inside a plugin can be stopped no other way. What a run has written until then is whole.
 fn stop(reason: &str, hint: &str) -> ! {
-    super::warn(&format!("error: {reason}{hint}; what was written until now is whole"));
+    super::warn(&format!("error: {reason}{hint}; files written so far are complete"));
     claim::end_all(Standing::Failed, reason);
     leave(1)
 }

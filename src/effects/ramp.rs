@@ -61,7 +61,7 @@ impl Factor {
             Some(Ramp::Points(points)) => {
                 let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(Finite::get)).collect();
                 if points.is_empty() || !points.windows(2).all(|p| p[0][0] < p[1][0]) {
-                    let message = "the times of a ramp must ascend";
+                    let message = "the times of a ramp must increase";
                     let help = "write [[time, factor], …], as in [[0, 0], [2, 1]]";
                     return refuse(message.into(), Some(help.into()));
                 }

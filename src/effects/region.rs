@@ -170,6 +170,6 @@ fn direction(name: &str, v: &[Finite; 3]) -> Result<(), (String, &'static str)> 
     if length > 0.0 && length.is_finite() {
         Ok(())
     } else {
-        Err((format!("the {name} must be a direction that is not 0"), "for example [0, 0, 1]"))
+        Err((format!("the {name} must be a nonzero vector"), "for example [0, 0, 1]"))
     }
 }

@@ -115,7 +115,7 @@ impl JointKinetics {
             match all.species_index(&name) {
                 Some(number) if number >= before => {
                     let key = format!("rename.{}", one.name);
-                    return Err((key, format!("this law has two species `{name}` then")));
+                    return Err((key, format!("this would give the law two species `{name}`")));
                 }
                 Some(number) if is_shared => {
                     share(&mut all.species[number], one)?;
@@ -214,7 +214,8 @@ fn share(known: &mut Species, other: &Species) -> Result<(), (String, String)> {
     known.lower = known.lower.max(other.lower);
     known.upper = known.upper.min(other.upper);
     if known.lower >= known.upper {
-        let message = format!("no value of `{}` suits this law and an earlier one", known.name);
+        let message = format!("no value of `{}` is valid for both this law and an earlier \
+            one", known.name);
         return Err(("shared".into(), message));
     }
     Ok(())

@@ -70,7 +70,7 @@ impl Claim {
             Err(OutputError::Directory { path: root.to_owned(), message })
         };
         if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
-            return refuse("`.lock` in it is no plain file");
+            return refuse("`.lock` in it is not a regular file");
         }
         let file = OpenOptions::new()
             .create(true)
@@ -81,7 +81,7 @@ impl Claim {
         let lock = match file.try_lock() {
             Ok(()) => Some(file),
             Err(TryLockError::WouldBlock) => {
-                return refuse("another run writes to it; name another with --out");
+                return refuse("another run is writing to it; choose another with --out");
             }
             Err(TryLockError::Error(_)) => None,
         };

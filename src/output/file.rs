@@ -45,7 +45,7 @@ impl ResultFile {
         }
         let there = fs::symlink_metadata(&full).is_ok();
         if there && !force && !atomic::is_device(&full) {
-            return refuse("it exists already; name another, or give --force to replace it");
+            return refuse("it exists already; choose another, or give --force to replace it");
         }
         Ok(Self::File { path: full, force })
     }

@@ -32,7 +32,7 @@ impl Inputs {
             Some((what, file)) => {
                 let file = file.strip_prefix(&full).unwrap_or(file).display();
                 let message = format!(
-                    "`{file}` in it is {what} of this command; name a directory without inputs \
+                    "`{file}` in it is {what} of this command; choose a directory without inputs \
                      with --out"
                 );
                 Err(OutputError::Directory { path: directory.to_owned(), message })

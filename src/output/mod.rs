@@ -108,7 +108,7 @@ pub enum OutputError {
     #[error("cannot draw a picture: {0}")]
     Picture(String),
     /// The handler of Ctrl-C could not be installed.
-    #[error("cannot watch for Ctrl-C: {0}")]
+    #[error("cannot install a handler for Ctrl-C: {0}")]
     Interrupt(String),
 }
 

@@ -100,7 +100,7 @@ impl Observer for Frames<'_> {
     }
 }
 
-/// Ends a run at the scene's time or number of steps, or when nothing changes any more.
+/// Ends a run at the scene's time or number of steps, or when steady: no species changes any more.
 pub(super) struct StopRules {
     until: f64,
     steps: Option<u64>,

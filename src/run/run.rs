@@ -32,7 +32,7 @@ impl std::fmt::Display for Ending {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Reached => "the end time is reached",
-            Self::Steady => "nothing changes any more",
+            Self::Steady => "steady: no species changes any more",
             Self::Steps => "the number of steps is reached",
             Self::Interrupted => "interrupted; the last accepted state is written",
         })
@@ -66,7 +66,8 @@ pub struct Summary {
 
 /// A run that failed, with the last good state on the disk.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in {}", state.display())]
+#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in \
+    {}", state.display())]
 pub struct Failure {
     /// What went wrong.
     pub error: Box<Error>,
@@ -182,7 +183,7 @@ pub fn observed(
             if ending.is_none_or(|ending| ending == Ending::Steady) && interrupt.requested() {
                 ending = Some(Ending::Interrupted);
             }
-            // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
+            // Output times are multiples of `every` counted in integers; steps hit them exactly.
             let frame = state.time >= real(written) * every || ending.is_some();
             let frame = frame && framed != Some(state.step);
             // After an interrupted try the state is the one shown before.

@@ -177,7 +177,7 @@ pub(super) fn from_file(
         Some(a) => {
             let found = a.values.len();
             let message = format!(
-                "array `{}` has {found} numbers; {points} are needed, one a {}",
+                "array `{}` has {found} numbers; {points} are needed, one per {}",
                 a.name,
                 location.noun()
             );

@@ -26,7 +26,7 @@ use crate::solve::stability::{Inertia, Mode, Stability};
 const CHECKED: usize = 200_000;
 
 /// How a saddle is left, for messages.
-const REMEDY: &str = "nothing leaves it by itself: break the symmetry of the start with \
+const REMEDY: &str = "a run does not leave it by itself: break the symmetry of the start with \
                       sheet.imperfection or sheet.bump, or follow the mode with stability.perturb";
 /// The event of a displacement along a mode that came to nothing.
 const FELL_BACK: &str = "not left along the mode";
@@ -37,8 +37,8 @@ const NO_PULL: f64 = 1e-3;
 /// The event of a first equilibrium that is none.
 const AT_START: &str = "saddle at the start";
 /// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
-const LATER: &str = "nothing leaves it by itself, and an imperfection of the start is relaxed away \
-                     before anything grows: follow the mode with stability.perturb";
+const LATER: &str = "a run does not leave it by itself, and an imperfection of the start is \
+    relaxed away before anything grows: follow the mode with stability.perturb";
 
 /// The watch of one run.
 pub(super) struct Watch {
@@ -276,17 +276,18 @@ pub(super) fn warn_of_flat_start(
     let inertia = Stability::new(&mechanics).and_then(|mut s| s.inertia(potential, x));
     progress.message(&match inertia {
         Ok(Inertia { negative: 0, .. }) => {
-            "the start is perfectly flat, and stable as it is; under \
+            "the initial shape is perfectly flat, and stable as it is; under \
              compression it would stay flat on a saddle (list [stability] to have it reported, \
              sheet.imperfection or sheet.bump to leave the plane)"
                 .into()
         }
         Ok(Inertia { negative, .. }) => format!(
-            "warning: the start is perfectly flat and a saddle: {}; {REMEDY}",
+            "warning: the initial shape is perfectly flat and a saddle: {}; {REMEDY}",
             directions(negative)
         ),
         Err(error) => {
-            format!("the start is perfectly flat; whether it is stable is not known: {error}")
+            format!("the initial shape is perfectly flat; whether it is stable is not known: \
+                {error}")
         }
     });
     Ok(())

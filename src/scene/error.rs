@@ -116,7 +116,7 @@ impl Origin {
         let mut first = errors.next()?;
         first.0.others = errors.map(|error| *error.0).collect();
         if let Some(more) = problems.len().checked_sub(MOST).filter(|more| *more > 0) {
-            let message = format!("and {more} more: mend these first");
+            let message = format!("and {more} more; fix these first");
             first.0.others.push(*self.error(&Problem::plain(message)).0);
         }
         Some(first)

@@ -105,7 +105,7 @@ const FORMULAS: [(&str, Value); 22] = [
 #[test]
 fn formulas_mean_what_they_say_and_so_do_their_derivatives() {
     let mut noise = Noise::new(3);
-    // More than a block of points, and not a whole number of blocks.
+    // More than a block of points, and not a multiple of it.
     let points: Vec<(f64, f64)> =
         (0..700).map(|_| (1.05 + 0.9 * noise.number(), 1.1 + 0.9 * noise.number())).collect();
     let columns = |shift: (f64, f64)| {
@@ -156,9 +156,9 @@ fn nothing_is_computed_twice_or_for_nothing() {
 #[test]
 fn errors_point_to_the_place() {
     let cases: [(&str, &str, &str); 16] = [
-        ("u + w", "w", "nothing is called `w`"),
-        ("u + mean_curvatur", "mean_curvatur", "nothing is called `mean_curvatur`"),
-        ("expp(u)", "expp", "no function is called `expp`"),
+        ("u + w", "w", "unknown name `w`"),
+        ("u + mean_curvatur", "mean_curvatur", "unknown name `mean_curvatur`"),
+        ("expp(u)", "expp", "unknown function `expp`"),
         ("2 u", "u", "an operator is missing"),
         ("(u + v", "(", "not closed"),
         ("u + v)", ")", "nothing was opened"),
@@ -183,7 +183,7 @@ fn errors_point_to_the_place() {
     assert!(error.help.unwrap().contains("did you mean `mean_curvature`"));
     let deep = "(".repeat(500) + "u" + &")".repeat(500);
     let error = FormulaKinetics::new(&law(&deep)).unwrap_err().error;
-    assert!(error.message.contains("nested too deep"));
+    assert!(error.message.contains("nested too deeply"));
 }
 
 #[test]
@@ -298,7 +298,7 @@ until = 5.0
         other => panic!("{:?}", other.err()),
     };
     assert_eq!(error.position(), Some((5, 32)), "{error}");
-    assert!(error.message().contains("nothing is called `vv`"), "{error}");
+    assert!(error.message().contains("unknown name `vv`"), "{error}");
     assert!(error.advice().unwrap().contains("did you mean `v`"), "{error}");
     let both = text.replace("rates.u", "plugin = \"brusselator\"\nrates.u");
     let error = Scene::parse(&both, "scene.toml", &[]).unwrap_err();

@@ -135,7 +135,7 @@ fn a_law_that_leads_out_of_its_range_is_told() {
     let out = Command::new(program()).current_dir(folder.path()).args(run).output().unwrap();
     let text = String::from_utf8_lossy(&out.stderr);
     assert!(text.contains("step size repeatedly reduced: species `c` becomes -"), "{text}");
-    assert!(text.contains("or these lead out of the range"), "{text}");
+    assert!(text.contains("or the kinetics leave the range"), "{text}");
 }
 
 /// Held in z alone, a boundary lets the sheet slide and turn in its plane.

@@ -208,7 +208,7 @@ fn inspect_tells_minima_saddles_and_rigid_motions_apart() {
         (String::from_utf8(output.stdout).unwrap(), json["stability"].clone(), names)
     };
     let (text, json, names) = verdict(GROWING, &["--modes", "2"]);
-    assert!(text.contains("stable: every direction costs energy"), "{text}");
+    assert!(text.contains("stable: every direction raises the energy"), "{text}");
     assert_eq!(names, ["mode_1", "mode_2"]);
     assert_eq!(json["negative"], 0);
     let least = json["eigenvalues"][0].as_f64().unwrap();

@@ -55,7 +55,8 @@ fn every_model_and_load_is_accepted() {
         "kind = \"load\"\nwhere = \"all\"\nforce = { per-area = [0, 0, 1] }",
         "kind = \"load\"\nwhere = \"all\"\nforce = { along-normal = 1 }",
         "kind = \"pin\"\naxes = \"xyz\"\nwhere = { half-space = { normal = [1, 0, 0] } }",
-        "kind = \"pin\"\naxes = \"xyz\"\nwhere = { all-of = [\"rim\", { ring = { inner = 0, outer = 9 } }] }",
+        "kind = \"pin\"\naxes = \"xyz\"\nwhere = { all-of = [\"rim\", { ring = { inner = 0, outer \
+         = 9 } }] }",
     ] {
         let mut simulation = build(effect).unwrap_or_else(|e| panic!("{effect}: {e}"));
         assert!(simulation.evaluate().potential().unwrap().force_scale() > 0.0);
@@ -107,7 +108,7 @@ fn regions_that_choose_nothing_or_make_no_sense() {
     let message = format!("effect[1].where: there is no vertex 4000: the sheet has {n}");
     wrong(&load(region), region, &message, "vertices are numbered from 0");
     let region = "{ half-space = { normal = [0, 0, 0] } }";
-    let message = "effect[1].where: the normal must be a direction that is not 0";
+    let message = "effect[1].where: the normal must be a nonzero vector";
     wrong(&load(region), region, message, "for example [0, 0, 1]");
     let region = "{ all-of = [\"rim\", { ring = { inner = 2, outer = 1 } }] }";
     let message = "effect[1].where: the ring's inner = 2 is above outer = 1";

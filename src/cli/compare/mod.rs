@@ -118,11 +118,11 @@ fn work(
     let mut errors = members.into_iter().filter_map(|m| m.outcome.err());
     if let Some(error) = errors.find(|error| !expected(error)) {
         if ran > 0 {
-            say!("{ran} of {all} members came to their end; the first that did not:");
+            say!("{ran} of {all} members finished; the first that did not:");
         }
         return Err(error);
     }
-    Ok(format!("{ran} of {all} members came to their end"))
+    Ok(format!("{ran} of {all} members finished"))
 }
 
 /// Every pairing, read before the first runs: a name that nothing has ends the comparison, a

@@ -221,12 +221,12 @@ fn parent(args: &ValidateArgs) -> Result<()> {
                     let differ = here.iter().zip(&there).position(|(a, b)| a != b).unwrap_or(0);
                     let [one, other] = [here[differ], there[differ]].map(f64::from_bits);
                     let text = format!(
-                        "rates gives {one} after other calls and {other} in a process that calls the \
-                         points in the opposite order: a law may not keep a state of its own"
+                        "rates gives {one} after other calls and {other} in a process that calls \
+                         the points in the opposite order: a law must not keep internal state"
                     );
                     report("FAULT", AFRESH, &text);
                 }
-                None => report("-", AFRESH, "it did not come to that"),
+                None => report("-", AFRESH, "not reached"),
             },
             Ok(Ok(Message::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}
@@ -278,7 +278,7 @@ fn ending(status: ExitStatus) -> String {
         (7, "a bus error"),
         (8, "an arithmetic exception"),
         (9, "killed, perhaps for memory"),
-        (11, "a segmentation fault: it reads or writes where nothing is"),
+        (11, "a segmentation fault: it reads or writes an invalid address"),
     ];
     match status.signal() {
         Some(signal) => match KNOWN.iter().find(|(known, _)| *known == signal) {

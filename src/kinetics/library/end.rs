@@ -88,11 +88,11 @@ mod system {
 
     /// Signals that a fault raises in the thread that has it, and what they mean.
     const FAULTS: [(libc::c_int, &str); 7] = [
-        (libc::SIGSEGV, "a segmentation fault: it reads or writes where nothing is"),
-        (libc::SIGBUS, "a bus error: it reads or writes where nothing is"),
-        (libc::SIGFPE, "an arithmetic exception, as a division of whole numbers by 0"),
+        (libc::SIGSEGV, "a segmentation fault: it reads or writes an invalid address"),
+        (libc::SIGBUS, "a bus error: it reads or writes an invalid address"),
+        (libc::SIGFPE, "an arithmetic exception, as an integer division by 0"),
         (libc::SIGILL, "an illegal instruction"),
-        (libc::SIGABRT, "abort: a failed assertion, or an exception that nobody catches"),
+        (libc::SIGABRT, "abort: a failed assertion, or an uncaught exception"),
         (libc::SIGTRAP, "a trap"),
         (libc::SIGSYS, "a forbidden system call"),
     ];

@@ -112,7 +112,7 @@ impl<'de, const MIN: usize> Deserialize<'de> for AtLeast<MIN> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = i64::deserialize(deserializer)?;
         usize::try_from(value).ok().and_then(Self::new).ok_or_else(|| {
-            let range = format!("a whole number from {MIN}");
+            let range = format!("an integer from {MIN}");
             D::Error::invalid_value(Unexpected::Signed(value), &range.as_str())
         })
     }

@@ -258,7 +258,7 @@ impl Findings<'_> {
         let loose: Vec<_> = (0..points.len()).filter(|&v| !used[v]).collect();
         self.vertices(
             Fault::UnreferencedVertex,
-            "a vertex belongs to no triangle, so nothing would hold it",
+            "a vertex belongs to no triangle, so no force acts on it",
             &loose,
         );
     }
@@ -375,7 +375,7 @@ impl Findings<'_> {
         }
         self.triangles(
             Fault::Orientation,
-            "triangles facing against their neighbours were turned",
+            "triangles oriented against their neighbours were reversed",
             &against,
         );
     }
@@ -398,8 +398,7 @@ impl Findings<'_> {
         }
         if first.len() > 1 {
             let message = format!(
-                "the mesh falls into {} pieces that share no vertex (one sheet is wanted); the \
-                 pieces begin at",
+                "the mesh has {} disconnected parts (one is expected); they begin at",
                 first.len()
             );
             self.triangles(Fault::SeveralComponents, &message, &first);

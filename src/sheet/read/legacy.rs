@@ -230,7 +230,7 @@ fn arrays(
                 elem: ElementType::ColorScalars(_) | ElementType::LookupTable,
                 ..
             }) => {
-                notes.push(format!("the {place} colours \"{}\" were left aside", unescape(&name)))
+                notes.push(format!("the {place} colours \"{}\" were ignored", unescape(&name)))
             }
             Attribute::DataArray(array) => {
                 let components = array.num_comp();
@@ -326,7 +326,7 @@ impl Fault<'_> {
             let place = if self.binary { format!("byte {at}") } else { format!("line {line}") };
             (place, format!("\"{}\"", shown(word)))
         } else {
-            (format!("byte {at}"), "something that is no text".to_owned())
+            (format!("byte {at}"), "something that is not text".to_owned())
         };
         let text = String::from_utf8_lossy(word).to_lowercase();
         let hint = if ["nan", "-nan", "inf", "-inf"].contains(&text.as_str()) {

@@ -222,7 +222,7 @@ fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveErr
         relative = (MARGIN * error).max(LOWER * relative);
     }
     Err(SolveError::Linear(LinearError::new(
-        "the factor of the indefinite Hessian is spoilt by round-off",
+        "the factor of the indefinite Hessian is dominated by round-off",
     )))
 }
 
