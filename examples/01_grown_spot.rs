@@ -22,7 +22,8 @@ pub fn main() -> rumple::Result<()> {
         EnergyTerm::new(BondStretching::new(&material, Stretching::default().weight)),
         EnergyTerm::new(MeyerBending::new(&sheet, &material, bending.weight, bending.area)),
     ];
-    let boundary_fixed_vertically = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
+    let boundary_fixed_vertically =
+        sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     let mut mechanics =
         Potential::new(&Mechanics::new(Arc::clone(&sheet), energies, boundary_fixed_vertically)?);
 

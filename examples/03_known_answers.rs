@@ -69,7 +69,9 @@ fn plate_tables() -> Outcome<()> {
     let sizes = [200, 800, 3200];
     for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
         for boundary in [Boundary::Supported, Boundary::Clamped] {
-            let title = |what: &str| format!("{what}, {boundary:?} boundary, {}", models.name).to_lowercase();
+            let title = |what: &str| {
+                format!("{what}, {boundary:?} boundary, {}", models.name).to_lowercase()
+            };
             let samples = over(&sizes, |n| plates::buckling(n, boundary, &models))?;
             table(&title("B1 critical expansion"), &samples);
             let samples = over(&sizes, |n| plates::deflection(n, boundary, &models))?;

@@ -78,7 +78,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
             scene.equilibrium.name(),
             scene.equilibrium.tolerance()
         );
-        let fixed: usize = model.mechanics().pins().iter().flatten().filter(|fixed| **fixed).count();
+        let fixed: usize =
+            model.mechanics().pins().iter().flatten().filter(|fixed| **fixed).count();
         let free = 3 * model.sheet().vertex_count() - fixed;
         say!("unknowns   {free} positions free, {fixed} fixed");
         let motions = model.mechanics().free_motions();

@@ -109,7 +109,9 @@ impl DeadLoad {
             }
             LoadForce::PerLength(f) => {
                 let boundary = sheet.edges().iter().filter(|edge| edge.is_boundary());
-                for Edge { vertices, .. } in boundary.filter(|edge| edge.vertices.iter().all(inside)) {
+                for Edge { vertices, .. } in
+                    boundary.filter(|edge| edge.vertices.iter().all(inside))
+                {
                     let [a, b] = vertices.map(|v| v as usize);
                     let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
                     on[a] += half * vector(f);

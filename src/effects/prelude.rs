@@ -11,7 +11,7 @@ pub use super::{
     Elements, Energy, Factor, HessianPart, LowRank, Material, Measure, Needs, Ramp, Region,
     Transport,
 };
+pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};
 pub use crate::num::checked::{Finite, Fraction, NonNegative, Positive};
 pub use crate::sheet::Sheet;
-pub use crate::Vec3;

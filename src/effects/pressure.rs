@@ -77,7 +77,14 @@ impl FollowerPressure {
     /// On `sheet`, of the given value.
     #[must_use]
     pub fn new(sheet: &Sheet, pressure: f64) -> Self {
-        let boundary = || sheet.rest().iter().zip(sheet.boundary()).filter(|(_, boundary)| **boundary).map(|(x, _)| x);
+        let boundary = || {
+            sheet
+                .rest()
+                .iter()
+                .zip(sheet.boundary())
+                .filter(|(_, boundary)| **boundary)
+                .map(|(x, _)| x)
+        };
         let apex = match boundary().count() {
             0 => sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1)),
             n => boundary().sum::<Vec3>() / real(n),

@@ -214,8 +214,11 @@ fn share(known: &mut Species, other: &Species) -> Result<(), (String, String)> {
     known.lower = known.lower.max(other.lower);
     known.upper = known.upper.min(other.upper);
     if known.lower >= known.upper {
-        let message = format!("no value of `{}` is valid for both this law and an earlier \
-            one", known.name);
+        let message = format!(
+            "no value of `{}` is valid for both this law and an earlier \
+            one",
+            known.name
+        );
         return Err(("shared".into(), message));
     }
     Ok(())
@@ -263,7 +266,8 @@ impl Kinetics for JointKinetics {
         let mut warning = None;
         for part in &self.members {
             let mut own = Columns::new(part.species.len(), batch.count);
-            let outcome = part.with_inputs(batch, |b| part.kinetics.rates(b, &mut own.slices_mut()))?;
+            let outcome =
+                part.with_inputs(batch, |b| part.kinetics.rates(b, &mut own.slices_mut()))?;
             warning = warning.or(outcome);
             for (row, &species) in part.species.iter().enumerate() {
                 add(rates[species], own.column(row));

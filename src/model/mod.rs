@@ -12,7 +12,6 @@
 
 mod chemistry;
 mod coupled;
-mod time_course;
 mod error;
 mod evaluation;
 mod flagged;
@@ -23,10 +22,10 @@ mod potential;
 mod rigid;
 mod signals;
 mod state;
+mod time_course;
 
 pub use chemistry::{Chemistry, SignalColumns, Surface};
 pub use coupled::{Coupled, CoupledWork, Layout, Part};
-pub use time_course::TimeCourse;
 pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};
 pub use flagged::Flagged;
@@ -37,6 +36,7 @@ pub use potential::Potential;
 pub use rigid::{Motion, free_motions, minimal_pins};
 pub use signals::{Signals, TensionReading};
 pub use state::State;
+pub use time_course::TimeCourse;
 
 pub(crate) use signals::Derivatives;
 

@@ -204,7 +204,9 @@ impl Potential {
     /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
     pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
         let mut share = 1.0f64;
-        self.each(x, |_, term, work, shape| share = share.min(term.largest_step(shape, work, direction)));
+        self.each(x, |_, term, work, shape| {
+            share = share.min(term.largest_step(shape, work, direction))
+        });
         share
     }
 

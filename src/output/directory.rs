@@ -198,8 +198,10 @@ fn check(root: &Path, force: bool) -> Result<(), OutputError> {
         return Ok(());
     }
     if found.is_symlink() {
-        return refuse("is a link, and nothing is removed through a link; give the directory \
-            itself");
+        return refuse(
+            "is a link, and nothing is removed through a link; give the directory \
+            itself",
+        );
     }
     if !force {
         return refuse(

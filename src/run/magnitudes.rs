@@ -49,8 +49,11 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
     let (key, _) = given
         .into_iter()
         .fold(given[0], |most, one| if far(one.1) > far(most.1) { one } else { most });
-    let message = format!("{what} is {} {unit}, outside the range that can be computed \
-        with", short(value));
+    let message = format!(
+        "{what} is {} {unit}, outside the range that can be computed \
+        with",
+        short(value)
+    );
     let help = format!("between {SMALLEST:e} and {LARGEST:e}: choose other units");
     Err(scene.error_at(key, &message, Some(&help)).into())
 }
@@ -70,9 +73,11 @@ pub(super) fn check_load(
     if force == 0.0 || (force / modulus).abs() <= LARGEST && force <= LARGEST {
         return Ok(());
     }
-    let message =
-        format!("a force of {} on a vertex is outside the range that can be computed \
-            with", short(force));
+    let message = format!(
+        "a force of {} on a vertex is outside the range that can be computed \
+            with",
+        short(force)
+    );
     let help = format!("at most {LARGEST:e}: choose other units");
     Err(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
 }
@@ -92,9 +97,11 @@ pub(super) fn check_transport(
     if rate <= LARGEST {
         return Ok(());
     }
-    let message =
-        format!("decay rates up to {} per time are outside the range that can be computed \
-            with", short(rate));
+    let message = format!(
+        "decay rates up to {} per time are outside the range that can be computed \
+            with",
+        short(rate)
+    );
     let help = format!("at most {LARGEST:e}: choose other units");
     Err(scene.error_at(&format!("effect[{number}].coefficient"), &message, Some(&help)).into())
 }

@@ -24,7 +24,7 @@ mod watch;
 
 pub use error::{Error, Result};
 pub use fields::Fields;
-pub use observe::{StepInfo, Observer};
+pub use observe::{Observer, StepInfo};
 pub use prepare::material;
 pub use simulation::Simulation;
 

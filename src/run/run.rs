@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::observe::{Frames, LedgerRows, StepInfo, Observer, StopRules};
+use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::Reported;
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, laws, notes};

@@ -286,8 +286,10 @@ pub(super) fn warn_of_flat_start(
             directions(negative)
         ),
         Err(error) => {
-            format!("the initial shape is perfectly flat; whether it is stable is not known: \
-                {error}")
+            format!(
+                "the initial shape is perfectly flat; whether it is stable is not known: \
+                {error}"
+            )
         }
     });
     Ok(())

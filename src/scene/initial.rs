@@ -154,8 +154,11 @@ impl Initial {
             }
             Value::Table(entries) if entries.len() > 1 => {
                 let keys: Vec<&str> = entries.iter().map(|(key, _)| key.name.as_str()).collect();
-                let message = format!("an initial value has exactly one kind; found \
-                    {}", keys.join(", "));
+                let message = format!(
+                    "an initial value has exactly one kind; found \
+                    {}",
+                    keys.join(", ")
+                );
                 Err(Problem::plain(message).help(
                     "the keys of a kind go inside it: \
                      { gaussian = { width = 5.0, amplitude = 0.2, background = 0.1 } }",

@@ -19,8 +19,10 @@ pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<(), Pr
     };
     let path_place = Place { source, span: 0..path.len() };
     let segments = parse_path(path).map_err(|message| {
-        Problem::at(path_place.clone(), message).help("a path has the form time.until or \
-            effect[0].model")
+        Problem::at(path_place.clone(), message).help(
+            "a path has the form time.until or \
+            effect[0].model",
+        )
     })?;
     if segments.len() > MAX_DEPTH {
         return Err(Problem::at(path_place, format!("a path of more than {MAX_DEPTH} steps")));

@@ -14,7 +14,7 @@ use super::chemistry::SteadyChemistry;
 use super::equilibrium::Relaxation;
 use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, TimeCourse, Layout, Part, State, Storage};
+use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options};
 

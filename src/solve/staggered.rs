@@ -49,7 +49,7 @@ use super::{
     Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
     under_way,
 };
-use crate::model::{TimeCourse, Part, SignalColumns, State, Storage};
+use crate::model::{Part, SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 

@@ -172,7 +172,10 @@ fn long_sub_steps_ask_whether_to_go_on_and_tell_how_far_they_are() {
         simulation.prepare().unwrap();
         let (stopped, reported) = interrupted(&mut simulation, 20, |s| s.step(1.0).map(drop));
         assert!(stopped, "{method}");
-        assert!(reported.iter().any(|t| t.contains("integrating the chemistry")), "{method}: {reported:?}");
+        assert!(
+            reported.iter().any(|t| t.contains("integrating the chemistry")),
+            "{method}: {reported:?}"
+        );
     }
 }
 
@@ -183,7 +186,10 @@ fn settling_asks_whether_to_go_on_and_tells_how_far_it_is() {
     simulation.relax().unwrap();
     let (stopped, reported) = interrupted(&mut simulation, 4, |s| s.prepare().map(drop));
     assert!(stopped);
-    assert!(reported.iter().any(|t| t.contains("relaxing the chemistry to steady state, step 1")), "{reported:?}");
+    assert!(
+        reported.iter().any(|t| t.contains("relaxing the chemistry to steady state, step 1")),
+        "{reported:?}"
+    );
 }
 
 /// Errors are proportional to the tolerance over three decades, without space and with diffusion.

@@ -137,7 +137,8 @@ fn an_irregular_mesh_changes_the_stiffness_somewhat() {
         let radius = 1e3;
         let energy = mechanics.energy(&rolled(&sheet, radius, 0.0));
         // A triangle at the boundary lacks a hinge, so the edge of the sheet is softer.
-        let (boundary, all) = (sheet.edges().iter().filter(|e| e.is_boundary()).count(), sheet.edges().len());
+        let (boundary, all) =
+            (sheet.edges().iter().filter(|e| e.is_boundary()).count(), sheet.edges().len());
         let area = (all - boundary) as f64 / (1.5 * sheet.triangle_count() as f64);
         stiffness.push(energy / area * 2.0 * radius * radius);
     }

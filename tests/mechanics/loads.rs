@@ -104,7 +104,8 @@ fn regions_choose_by_rest_position() {
         outer: rumple::num::checked::NonNegative::new(outer).unwrap(),
     };
     assert_eq!((count(&ring(0.0, 1.1)), count(&ring(0.9, 1.1))), (7, 6));
-    let corner = Region::AllOf(vec![Region::Boundary, right.clone(), Region::Vertices(vec![10, 9, 0])]);
+    let corner =
+        Region::AllOf(vec![Region::Boundary, right.clone(), Region::Vertices(vec![10, 9, 0])]);
     assert_eq!(corner.vertices(&sheet), [10]);
     assert_eq!(count(&Region::AllOf(vec![Region::Boundary, right])), 11);
 }

@@ -156,7 +156,11 @@ fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
         mechanics.set_length_factor(&factor);
         let mut x = crumpled(&sheet, 0.02);
         for (x, (r, boundary)) in x.iter_mut().zip(sheet.rest().iter().zip(sheet.boundary())) {
-            x.z = if *boundary { 0.0 } else { x.z + 0.5 * (-(r - centre).norm_squared() / 9.0).exp() };
+            x.z = if *boundary {
+                0.0
+            } else {
+                x.z + 0.5 * (-(r - centre).norm_squared() / 9.0).exp()
+            };
         }
         let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
         let goal = Goal { tolerance: 1e-6, max_iterations: 5000, interrupted: &|| false };

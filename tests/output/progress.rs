@@ -112,7 +112,10 @@ fn hardly_wrong(reported: &[(f64, f64, f64)]) {
     for (seconds, left, truth) in reported {
         // The last step may be long against what is left.
         let ratio = (left + 1.0) / (truth + 1.0);
-        assert!((0.4..=2.5).contains(&ratio), "after {seconds} s: {left} s reported, {truth} s true");
+        assert!(
+            (0.4..=2.5).contains(&ratio),
+            "after {seconds} s: {left} s reported, {truth} s true"
+        );
     }
 }
 

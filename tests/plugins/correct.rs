@@ -69,7 +69,10 @@ fn a_root_at_the_bound_has_an_infinite_derivative_and_no_fault() {
         let law = law(rate);
         for seed in 0..10 {
             let reported = nothing_wrong(&law, seed, rate);
-            assert!(reported.iter().any(|t| t.contains("infinite at vertex")), "{rate}: {reported:?}");
+            assert!(
+                reported.iter().any(|t| t.contains("infinite at vertex")),
+                "{rate}: {reported:?}"
+            );
         }
     }
 }

@@ -9,6 +9,6 @@ mod made;
 mod models;
 mod parameters;
 mod planted;
-mod search;
 mod reported;
+mod search;
 mod versions;

@@ -39,8 +39,8 @@ fn numbers_are_those_of_the_definitions() {
         let lambda = 0.65 + 0.35 / (1.0 + (20.0 * (mean - 0.1)).exp());
         let rest = (sheet.rest()[a] - sheet.rest()[b]).norm();
         assert!((optimal[e] - rest / lambda).abs() < 1e-12, "{e}");
-        let area =
-            heron(edge.triangles[0]) + if edge.is_boundary() { 0.0 } else { heron(edge.triangles[1]) };
+        let area = heron(edge.triangles[0])
+            + if edge.is_boundary() { 0.0 } else { heron(edge.triangles[1]) };
         stretching += 0.5 * modulus * area * (now / optimal[e] - 1.0).powi(2);
         checked += 1;
     }

@@ -99,7 +99,9 @@ fn a_thick_sheet_is_told() {
 fn a_tolerance_that_calls_any_sheet_at_rest_is_told() {
     let text = reported(&["equilibrium={method=\"lbfgs\", tolerance=1}"]);
     assert!(text.contains("equilibrium.tolerance = 1 "), "{text}");
-    assert!(reported(&["equilibrium={method=\"newton\", tolerance=0.1}"]).contains("strains of 10 %"));
+    assert!(
+        reported(&["equilibrium={method=\"newton\", tolerance=0.1}"]).contains("strains of 10 %")
+    );
     assert_eq!(reported(&["equilibrium={method=\"lbfgs\", tolerance=1e-3}"]), "");
 }
 

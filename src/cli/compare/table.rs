@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::Error;
 use crate::output::plot::label;
-use crate::study::compare::{Member, DIVERGED, Divergence, Ran};
+use crate::study::compare::{DIVERGED, Divergence, Member, Ran};
 
 /// Every member's distance from the first that ran as far as they are on one branch, its last
 /// measures, and its cost.

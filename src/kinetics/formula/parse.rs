@@ -327,9 +327,7 @@ impl Parser {
                 Some(near) => format!("did you mean `{near}`? There are {}", names.join(", ")),
                 None => format!("there are {}", names.join(", ")),
             };
-            return Err(
-                FormulaError::new(span, format!("unknown function `{name}`")).help(help)
-            );
+            return Err(FormulaError::new(span, format!("unknown function `{name}`")).help(help));
         };
         let mut arguments = vec![self.sum()?];
         while self.accept(",").is_some() {

@@ -17,7 +17,7 @@ pub use layout::Layout;
 
 use std::sync::Arc;
 
-use super::{TimeCourse, Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface};
+use super::{Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface, TimeCourse};
 use crate::Vec3;
 use crate::linear::{Displacements, Sparse};
 use jacobian::{Inputs, Jacobian};

@@ -162,7 +162,10 @@ fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
     }
     let on_boundary = sheet.boundary().iter().filter(|&&r| r).count();
     if on_boundary != domain.fixed_boundary() {
-        return Err(format!("{on_boundary} boundary vertices instead of {}", domain.fixed_boundary()));
+        return Err(format!(
+            "{on_boundary} boundary vertices instead of {}",
+            domain.fixed_boundary()
+        ));
     }
     for (t, tri) in sheet.triangles().iter().enumerate() {
         if tri.iter().all(|&v| sheet.boundary()[v as usize]) {

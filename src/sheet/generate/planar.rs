@@ -61,7 +61,13 @@ pub(super) fn disc(radius: f64, vertices: usize) -> Result<Planar, SheetError> {
     }
     let boundary = whole(TAU * radius / edge);
     let fixed = circle(radius, boundary, 0.0).collect();
-    Ok(Planar { outline: Outline::Ring { inner: 0.0, outer: radius }, fixed, boundary, hole: 0, edge })
+    Ok(Planar {
+        outline: Outline::Ring { inner: 0.0, outer: radius },
+        fixed,
+        boundary,
+        hole: 0,
+        edge,
+    })
 }
 
 /// A ring around the origin.
@@ -82,7 +88,13 @@ pub(super) fn annulus(inner: f64, outer: f64, vertices: usize) -> Result<Planar,
     }
     let around = whole(TAU * outer / edge);
     let fixed = circle(outer, around, 0.0).chain(circle(inner, hole, 0.5)).collect();
-    Ok(Planar { outline: Outline::Ring { inner, outer }, fixed, boundary: around + hole, hole, edge })
+    Ok(Planar {
+        outline: Outline::Ring { inner, outer },
+        fixed,
+        boundary: around + hole,
+        hole,
+        edge,
+    })
 }
 
 /// A rectangle around the origin.

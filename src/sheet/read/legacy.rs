@@ -229,9 +229,7 @@ fn arrays(
                 name,
                 elem: ElementType::ColorScalars(_) | ElementType::LookupTable,
                 ..
-            }) => {
-                notes.push(format!("the {place} colours \"{}\" were ignored", unescape(&name)))
-            }
+            }) => notes.push(format!("the {place} colours \"{}\" were ignored", unescape(&name))),
             Attribute::DataArray(array) => {
                 let components = array.num_comp();
                 arrays.push(one(&array.name, components, array.data, place, tuples)?);

@@ -35,9 +35,9 @@ impl Tag<'_> {
     pub(super) fn count(&self, name: &str) -> Result<Option<usize>, String> {
         self.get(name)
             .map(|text| {
-                text.trim().parse().map_err(|_| {
-                    format!("line {}: {name}=\"{text}\" is not an integer", self.line)
-                })
+                text.trim()
+                    .parse()
+                    .map_err(|_| format!("line {}: {name}=\"{text}\" is not an integer", self.line))
             })
             .transpose()
     }

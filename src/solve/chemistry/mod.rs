@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use self::chebyshev::{Chebyshev, Tolerance};
 use super::monolithic::Monolithic;
 use super::{Result, SolveError, Workspace, under_way};
-use crate::model::{Coupled, TimeCourse, Part, State};
+use crate::model::{Coupled, Part, State, TimeCourse};
 use crate::ode::OdeMethod;
 
 /// What sub-steps are called where their progress is reported.

@@ -19,7 +19,7 @@ use crate::kinetics::Search;
 use crate::model::{Evaluation, State};
 use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
 use crate::run::run::{self, Ending, Summary};
-use crate::run::{Error, StepInfo, Observer, Result, Simulation};
+use crate::run::{Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::SolveError;

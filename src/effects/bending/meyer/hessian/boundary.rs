@@ -35,8 +35,10 @@ pub(super) struct Boundary {
 
 impl Boundary {
     pub(super) fn new(sheet: &Sheet) -> Self {
-        let on_boundary = |corners: &[u32; 4]| corners.iter().any(|&v| sheet.boundary()[v as usize]);
-        let corners = hinge::hinges(sheet).map(|(_, corners)| corners).filter(on_boundary).collect();
+        let on_boundary =
+            |corners: &[u32; 4]| corners.iter().any(|&v| sheet.boundary()[v as usize]);
+        let corners =
+            hinge::hinges(sheet).map(|(_, corners)| corners).filter(on_boundary).collect();
         Self { corners, places: LazyStencils::default() }
     }
 
