@@ -65,9 +65,9 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
         }
         Err(error) => (Standing::Failed, error.to_string()),
     };
-    let outcome = claim.end(standing, &reason);
+    let ended = claim.end(standing, &reason);
     outcome?;
-    Ok(outcome?)
+    Ok(ended?)
 }
 
 /// Runs all members; says how many came to their end.
