@@ -1,4 +1,4 @@
-//! Tests for anybody's effect: derivatives against differences, threads, and what it changes under.
+//! Tests for any effect: derivatives against differences, threads, and what it changes under.
 //!
 //! As `rumple plugin validate` does for laws. [`examine`] looks at the energies of an effect on a sheet of
 //! yours, crumpled and unevenly grown; the report lists faults in words, and what the effect is

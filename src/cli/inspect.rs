@@ -59,7 +59,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let mut simulation = Simulation::new(&scene, &search)?;
     let read = super::inputs(&scene, simulation.plugins());
     for file in [&json, &vtu].into_iter().flatten() {
-        file.spares(&read)?;
+        file.check_inputs(&read)?;
     }
     if let Some(surface) = &given {
         inspect::take_state(&mut simulation, surface)?;

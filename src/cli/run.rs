@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory};
-use crate::run::run::{self, Ending, Summary, accounted};
+use crate::run::run::{self, Ending, Summary, with_status};
 use crate::run::{Error, Result, Simulation, inspect, laws};
 use crate::scene::Scene;
 use crate::sheet::read;
@@ -53,7 +53,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
     let done =
-        accounted(&directory, || work(args, &scene, &mut simulation, &directory, interrupt))?;
+        with_status(&directory, || work(args, &scene, &mut simulation, &directory, interrupt))?;
     if !args.quiet {
         print_summary(&done, &directory, scene.output.format);
     }

@@ -4,7 +4,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::kinetics::{ended, guard, leave, overdue};
-use crate::output::{Standing, claim};
+use crate::output::{RunStatus, claim};
 
 /// Between two looks.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -30,6 +30,6 @@ pub(super) fn start(limit: f64) {
 /// A thread inside a plugin can be stopped no other way. What a run has written until then is whole.
 fn stop(reason: &str, hint: &str) -> ! {
     super::warn(&format!("error: {reason}{hint}; files written so far are complete"));
-    claim::end_all(Standing::Failed, reason);
+    claim::end_all(RunStatus::Failed, reason);
     leave(1)
 }

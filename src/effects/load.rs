@@ -46,7 +46,7 @@ pub struct Load {
     pub ramp: Option<Ramp>,
 }
 
-/// What the force of a load is per.
+/// The measure of the force of a load: total, per vertex, length or area.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadForce {

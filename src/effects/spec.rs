@@ -82,7 +82,7 @@ pub struct EffectContext<'a> {
     pub material: Option<&'a Material>,
     /// Species, if the scene has kinetics.
     pub kinetics: Option<(&'a Descriptor, Location)>,
-    /// What the values of species are per.
+    /// Whether species are amounts per current or per rest area.
     pub measure: Measure,
 }
 
@@ -101,7 +101,7 @@ impl<'a> EffectContext<'a> {
     }
 }
 
-/// What a species' value is an amount per.
+/// Whether the value of a species is an amount per current or per rest area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Measure {

@@ -360,7 +360,7 @@ impl Kinetics for JointKinetics {
         Ok(any.then(|| Box::new(Self { descriptor, parameters, members }) as Box<dyn Kinetics>))
     }
 
-    fn culprit(&self, rates: bool, batch: &Batch<'_>) -> String {
+    fn offender(&self, rates: bool, batch: &Batch<'_>) -> String {
         let bad = |part: &&Part| {
             part.with_inputs(batch, |b| {
                 let mut own = Columns::new(if rates { part.species.len() } else { 1 }, b.count);

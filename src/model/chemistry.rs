@@ -94,7 +94,7 @@ impl Chemistry {
         &self.parameters
     }
 
-    /// What the values of species are per.
+    /// Whether species are amounts per current or per rest area.
     #[must_use]
     pub fn measure(&self) -> Measure {
         self.measure

@@ -151,7 +151,7 @@ impl Mechanics {
         self.terms.iter().any(|term| term.coupling().low_rank)
     }
 
-    /// Which vertices second derivatives couple, pairs of the moment and terms of low rank left out:
+    /// Which vertices second derivatives couple, without pairs that depend on the shape and terms of low rank:
     /// as many rings as the furthest-reaching effect of the scene.
     #[must_use]
     pub fn pattern(&self) -> &Arc<BlockPattern> {

@@ -87,7 +87,7 @@ impl ResultDirectory {
         Ok(())
     }
 
-    /// The claim on the directory, through which it is told how the run ends.
+    /// The claim on the directory, through which it is recorded how the run ends.
     #[must_use]
     pub fn claim(&self) -> &Claim {
         &self.claim

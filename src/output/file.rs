@@ -33,7 +33,7 @@ impl ResultFile {
         let refuse = |message: &str| {
             Err(OutputError::Refused { path: path.to_owned(), message: message.to_owned() })
         };
-        inputs.spare(path)?;
+        inputs.check_not_input(path)?;
         let full = std::path::absolute(path).map_err(OutputError::write(path))?;
         if full.is_dir() {
             return refuse("it is a directory, expected the name of a file");
@@ -54,10 +54,10 @@ impl ResultFile {
     ///
     /// # Errors
     /// [`OutputError::Refused`] for one of them.
-    pub fn spares(&self, inputs: &Inputs) -> Result<(), OutputError> {
+    pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), OutputError> {
         match self {
             Self::StandardOutput => Ok(()),
-            Self::File { path, .. } => inputs.spare(path),
+            Self::File { path, .. } => inputs.check_not_input(path),
         }
     }
 

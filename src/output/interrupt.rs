@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use super::{OutputError, Standing, claim};
+use super::{OutputError, RunStatus, claim};
 
 /// The first signal that came, or none.
 static REQUESTED: AtomicI32 = AtomicI32::new(NONE);
@@ -69,7 +69,7 @@ pub fn reason() -> &'static str {
 fn came(signal: i32) -> bool {
     let first = REQUESTED.compare_exchange(NONE, signal, Ordering::SeqCst, Ordering::SeqCst);
     if first.is_err() {
-        claim::end_all(Standing::Interrupted, "ended by a second signal, in the middle of a step");
+        claim::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
     }
     first.is_ok()
 }

@@ -38,7 +38,7 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
-pub use claim::{Claim, Standing};
+pub use claim::{Claim, RunStatus};
 pub use directory::ResultDirectory;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};

@@ -55,7 +55,7 @@ pub struct Remaining {
 }
 
 impl Remaining {
-    /// Takes notice of a step that ended `seconds` after the beginning at the simulated `time`.
+    /// Records a step that ended `seconds` after the beginning at the simulated `time`.
     pub fn step(&mut self, seconds: f64, time: f64) {
         self.last = Step { seconds, time, number: self.last.number + 1 };
         self.since += 1;

@@ -12,7 +12,7 @@ const SMALLEST: f64 = 1e-100;
 /// See [`SMALLEST`].
 const LARGEST: f64 = 1e100;
 
-fn bearable(value: f64) -> bool {
+fn representable(value: f64) -> bool {
     (SMALLEST..=LARGEST).contains(&value)
 }
 
@@ -37,7 +37,7 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
         ("Y times the mean edge length", "force", y * edge),
         ("Y times the square of the mean edge length", "energy", y * edge * edge),
     ];
-    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !bearable(*value)) else {
+    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !representable(*value)) else {
         return Ok(());
     };
     let given = [

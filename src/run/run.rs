@@ -10,7 +10,7 @@ use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, laws, notes};
 use crate::num::real;
 use crate::output::{
-    Compression, Interrupt, Progress, ProgressLine, ResultDirectory, Standing, interrupt, vtu,
+    Compression, Interrupt, Progress, ProgressLine, ResultDirectory, RunStatus, interrupt, vtu,
 };
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
@@ -83,7 +83,7 @@ pub struct Failure {
 ///
 /// # Errors
 /// Those of `work`; a status that cannot be written.
-pub fn accounted(
+pub fn with_status(
     directory: &ResultDirectory,
     work: impl FnOnce() -> Result<Summary>,
 ) -> Result<Summary> {
@@ -91,11 +91,11 @@ pub fn accounted(
     let claim = directory.claim();
     match &outcome {
         Ok(summary) if summary.ending == Ending::Interrupted => {
-            claim.end(Standing::Interrupted, interrupt::reason())?;
+            claim.end(RunStatus::Interrupted, interrupt::reason())?;
         }
-        Ok(summary) => claim.end(Standing::Complete, &summary.ending.to_string())?,
+        Ok(summary) => claim.end(RunStatus::Complete, &summary.ending.to_string())?,
         // The first failure is the one to report.
-        Err(error) => drop(claim.end(Standing::Failed, &error.to_string())),
+        Err(error) => drop(claim.end(RunStatus::Failed, &error.to_string())),
     }
     outcome
 }
@@ -221,7 +221,7 @@ pub fn observed(
         if let Some(watch) = &mut watch {
             negative = Some(look(watch, simulation, &mut latest, progress, directory)?);
         }
-        for fault in reported.news(simulation) {
+        for fault in reported.new_faults(simulation) {
             progress.message(&fault);
             simulation.faults.push(fault);
         }

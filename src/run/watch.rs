@@ -84,7 +84,7 @@ impl Watch {
 
     /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
     ///
-    /// Work of a second relaxation is added to `work`. A factor spoilt by round-off is reported and
+    /// Work of a second relaxation is added to `work`. A factor dominated by round-off is reported and
     /// gives NaN.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! The parts of the contract that no shipped effect uses yet: pairs of the moment, limits of steps; and an
+//! The parts of the contract that no shipped effect uses yet: pairs that depend on the shape, limits of steps; and an
 //! effect that couples what it does not declare.
 
 use std::sync::Arc;

@@ -180,7 +180,7 @@ fn the_cost_plot_has_every_member_and_ticks() {
 fn where_runs_part_is_said_with_what_it_is_measured_against() {
     let (first, other) = (member("first", 1.0, 0.0, 0.1), member("other", 1.0, 0.0, 5.0));
     let (Ok(first), Ok(other)) = (&first.outcome, &other.outcome) else { unreachable!() };
-    let diverged = other.apart(first).diverged.unwrap();
+    let diverged = other.deviations(first).diverged.unwrap();
     assert_eq!((diverged.time, diverged.species), (0.0, Some(0)));
     assert!((diverged.by.distance - 4.9).abs() < 1e-12, "{diverged:?}");
     assert!((diverged.by.relative() - 4.9 / diverged.by.size).abs() < 1e-12, "{diverged:?}");
@@ -191,6 +191,6 @@ fn where_runs_part_is_said_with_what_it_is_measured_against() {
     assert_eq!(found.shape.relative(), 0.0);
     let bent = member("bent", 1.0, 0.5, 0.1);
     let Ok(bent) = &bent.outcome else { unreachable!() };
-    let diverged = first.apart(bent).diverged.unwrap();
+    let diverged = first.deviations(bent).diverged.unwrap();
     assert_eq!((diverged.time, diverged.species), (1.0, None));
 }

@@ -144,7 +144,7 @@ impl Parameter {
         }
     }
 
-    /// Whose default is the value of the earlier parameter `name`.
+    /// CallOwner default is the value of the earlier parameter `name`.
     #[must_use]
     pub const fn default_of(self, name: &'static str) -> Self {
         Self { default_of: Str::new(name), ..self }

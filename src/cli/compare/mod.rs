@@ -11,7 +11,7 @@ use clap::Args;
 use self::table::{csv, table};
 use super::SceneArgs;
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory, Standing, atomic, interrupt};
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory, RunStatus, atomic, interrupt};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
@@ -59,11 +59,11 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
     let (standing, reason) = match &outcome {
-        Ok(reason) => (Standing::Complete, reason.clone()),
+        Ok(reason) => (RunStatus::Complete, reason.clone()),
         Err(Error::Solve(SolveError::Interrupted)) => {
-            (Standing::Interrupted, interrupt::reason().to_owned())
+            (RunStatus::Interrupted, interrupt::reason().to_owned())
         }
-        Err(error) => (Standing::Failed, error.to_string()),
+        Err(error) => (RunStatus::Failed, error.to_string()),
     };
     let ended = claim.end(standing, &reason);
     outcome?;

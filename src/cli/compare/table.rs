@@ -34,12 +34,12 @@ pub(super) fn table(members: &[Member]) -> String {
         match (&member.outcome, reference) {
             (Ok(ran), Some((first, reference))) => {
                 let Some(measures) = ran.measures.last() else { continue };
-                let apart = ran.apart(reference);
-                if let Some(by) = &apart.diverged {
+                let apart = ran.deviations(reference);
+                if let Some(by) = &deviations.diverged {
                     diverged = true;
                     let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
                 }
-                let [shape, species] = match apart.largest {
+                let [shape, species] = match deviations.largest {
                     Some((shape, species)) => [shape, species].map(|d| format!("{d:.2e}")),
                     None => ["-", "-"].map(str::to_owned),
                 };
@@ -48,7 +48,7 @@ pub(super) fn table(members: &[Member]) -> String {
                     member.name.clone(),
                     shape,
                     species,
-                    apart.diverged.map_or("-".into(), text),
+                    deviations.diverged.map_or("-".into(), text),
                     format!("{:.5e}", measures.energy),
                     format!("{:.4}", measures.amplitude),
                     measures.spots.to_string(),
@@ -125,9 +125,9 @@ pub(super) fn csv(members: &[Member]) -> String {
     let reference = reference(members);
     for member in members {
         let (Ok(ran), Some((_, reference))) = (&member.outcome, reference) else { continue };
-        let apart = ran.apart(reference);
+        let apart = ran.deviations(reference);
         for m in &ran.measures {
-            let same = apart.course.iter().find(|c| c.0 == m.time);
+            let same = deviations.course.iter().find(|c| c.0 == m.time);
             let _ = writeln!(
                 text,
                 "\"{}\",{},{},{},{},{},{},{}",

@@ -40,7 +40,7 @@ pub(super) type Check = Result<Verdict, KineticsError>;
 
 /// Runs every check on a law: with its own parameters, or with those of random places of `fields`
 /// (one column a parameter, of one value or one a place; empty for none). `make` makes it with other
-/// parameters. `begin` hears of every check before it starts, `end` what it found: a law may end the
+/// parameters. `begin` is called with every check before it starts, `end` with what it found: a law may end the
 /// process in between.
 pub fn validate(
     kinetics: &dyn Kinetics,

@@ -4,13 +4,13 @@
 //! every exit, look whether a [call](super::watch) is under way; if so they stop there and leave it to
 //! somebody who watches to name plugin and call, and to end the program with a status that is not 0.
 //! A handler has no memory of its own and hardly a stack. If nobody does so in time, because a
-//! plugin has spoilt the memory that all share, they end the program themselves. Where no call is under
+//! plugin has corrupted the memory that all share, they end the program themselves. Where no call is under
 //! way all goes on as it would without them. `_exit`, which calls no hook, and SIGKILL cannot be seen.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
 
-use super::watch::{UnderWay, Whose, under_way};
+use super::watch::{UnderWay, CallOwner, under_way};
 
 /// How a plugin has ended the program: a signal, or one of these.
 static HOW: AtomicI32 = AtomicI32::new(NOT);
@@ -59,10 +59,10 @@ pub fn ended() -> Option<Ended> {
         return None;
     }
     let whose = match THREAD.load(Ordering::Relaxed) {
-        OTHER => Whose::Other,
-        number => Whose::Own(number),
+        OTHER => CallOwner::Other,
+        number => CallOwner::Own(number),
     };
-    Some(Ended { call: under_way(whose)?, own: whose != Whose::Other, how })
+    Some(Ended { call: under_way(whose)?, own: whose != CallOwner::Other, how })
 }
 
 /// Ends the program at once, without the hooks of an exit.
@@ -77,7 +77,7 @@ mod system {
     use std::sync::OnceLock;
     use std::sync::atomic::Ordering;
 
-    use super::super::watch::{Whose, whose};
+    use super::super::watch::{CallOwner, whose};
     use super::{EXIT, HOW, OTHER, SEEN, THREAD};
 
     /// The status with which the program leaves if nobody else ends it.
@@ -133,7 +133,7 @@ mod system {
     }
 
     extern "C" fn on_fault(signal: libc::c_int, about: *mut libc::siginfo_t, _: *mut libc::c_void) {
-        if let Some(whose) = whose() {
+        if let Some(whose) = call_owner() {
             wait_for_the_end(whose, signal);
         }
         let known = FAULTS.iter().position(|(known, _)| *known == signal);
@@ -149,17 +149,17 @@ mod system {
     }
 
     extern "C" fn on_exit() {
-        if let Some(whose) = whose() {
+        if let Some(whose) = call_owner() {
             wait_for_the_end(whose, EXIT);
         }
     }
 
     /// Tells who watches what has happened, once, and waits.
-    fn wait_for_the_end(whose: Whose, how: i32) -> ! {
+    fn wait_for_the_end(whose: CallOwner, how: i32) -> ! {
         let first = !SEEN.swap(true, Ordering::AcqRel);
         if first {
             THREAD.store(
-                if let Whose::Own(number) = whose { number } else { OTHER },
+                if let CallOwner::Own(number) = whose { number } else { OTHER },
                 Ordering::Relaxed,
             );
             HOW.store(how, Ordering::Release);

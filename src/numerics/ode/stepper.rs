@@ -282,7 +282,7 @@ impl<'a> Stepper<'a> {
         for retry in 0.. {
             let (time, start) = (self.time, self.solution());
             let stepped = self.raw_step(until);
-            let spoilt = self.problem.eqn.take_error();
+            let stored_error = self.problem.eqn.take_error();
             let error = match stepped {
                 Ok(()) => {
                     let y = self.solution();
@@ -292,7 +292,7 @@ impl<'a> Stepper<'a> {
                     } else {
                         Err(OdeError::NotFinite)
                     };
-                    match (verdict, spoilt) {
+                    match (verdict, stored_error) {
                         (Ok(()), Some(error)) if !error.is_recoverable() => {
                             return Err(error);
                         }
@@ -303,7 +303,7 @@ impl<'a> Stepper<'a> {
                     }
                 }
                 // What F said is the better reason.
-                Err(error) => return Err(spoilt.unwrap_or(error)),
+                Err(error) => return Err(stored_error.unwrap_or(error)),
             };
             let step = RETRY * (self.time - time);
             let hopeless = retry >= RETRIES || !(step > self.least(until - time));

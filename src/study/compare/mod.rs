@@ -79,8 +79,8 @@ pub struct Divergence {
 impl Ran {
     /// How far this run is from `reference`.
     #[must_use]
-    pub fn apart(&self, reference: &Self) -> Deviations {
-        let mut apart = Deviations { course: Vec::new(), largest: None, diverged: None };
+    pub fn deviations(&self, reference: &Self) -> Deviations {
+        let mut deviations = Deviations { course: Vec::new(), largest: None, diverged: None };
         for state in &self.states {
             let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
                 continue;
@@ -89,21 +89,21 @@ impl Ran {
             let shape = found.shape.relative();
             let worst = found.worst_species();
             let species = worst.map_or(0.0, |(_, by)| by.relative());
-            apart.course.push((state.time, shape, species));
-            if apart.diverged.is_none() {
+            deviations.course.push((state.time, shape, species));
+            if deviations.diverged.is_none() {
                 if shape > DIVERGED || species > DIVERGED {
                     let (species, by) = match worst {
                         Some((which, by)) if species > shape => (Some(which), by),
                         _ => (None, found.shape),
                     };
-                    apart.diverged = Some(Divergence { time: state.time, species, by });
+                    deviations.diverged = Some(Divergence { time: state.time, species, by });
                 } else {
-                    let (a, b) = apart.largest.unwrap_or((0.0, 0.0));
-                    apart.largest = Some((a.max(shape), b.max(species)));
+                    let (a, b) = deviations.largest.unwrap_or((0.0, 0.0));
+                    deviations.largest = Some((a.max(shape), b.max(species)));
                 }
             }
         }
-        apart
+        deviations
     }
 
     /// Wall time of the steps: without the first relaxation and without output.
@@ -153,7 +153,7 @@ pub fn member(
         .map(|c| c.descriptor().species.iter().map(|s| (s.name.clone(), s.typical)).unzip())
         .unwrap_or_default();
     let mut kept = Kept::default();
-    let summary = run::accounted(&directory, || {
+    let summary = run::with_status(&directory, || {
         record(&simulation, &directory)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut kept];
         run::observed(scene, &mut simulation, &directory, progress, interrupt, observers)
