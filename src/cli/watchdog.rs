@@ -9,7 +9,7 @@ use crate::output::{RunStatus, claim};
 /// Between two looks.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Begins to watch, for good; a call may take `limit` seconds, or for ever if that is no time.
+/// Begins to watch, for good; a call may take `limit` seconds, or for ever if that is not a time.
 pub(super) fn start(limit: f64) {
     let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
     let watch = move || loop {

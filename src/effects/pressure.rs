@@ -12,7 +12,7 @@
 //!
 //! **When it is conservative.** Round an interior vertex `∂V/∂x_i = Σ_T A_T n_T/3` whatever O is, so
 //! there f is exactly the gradient of pV. At a boundary vertex i between boundary edges (k, i) and (i, j) the
-//! cone adds `(p/6) [(x_j - O) × (x_i - O) + (x_i - O) × (x_k - O)]`, which is no force of the
+//! cone adds `(p/6) [(x_j - O) × (x_i - O) + (x_i - O) × (x_k - O)]`, which is not a force of the
 //! pressure and left out. So f is conservative, and U its energy, where that term does no work: on closed sheets,
 //! where the boundary is pinned, and where the boundary stays in a plane through O (all boundary vertices at one
 //! height, pinned along z: a lid that slides in its plane). Where the boundary is free, the force is

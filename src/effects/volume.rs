@@ -1,4 +1,4 @@
-//! The volume that a closed sheet encloses, fixed near a given one.
+//! The volume that a closed sheet encloses, kept near a given one.
 //!
 //! ```text
 //! U = κ (V - V*)²/(2 V*),    V = Σ_T ⅙ (x₀ - O)·[(x₁ - O) × (x₂ - O)],    V* = s(t) · target

@@ -74,7 +74,7 @@ impl ResultFile {
             Self::StandardOutput => {
                 let mut out = std::io::stdout().lock();
                 match fill(&mut out).and_then(|()| out.flush()) {
-                    // Nobody may be left to read it, which is no failure.
+                    // Nobody may be left to read it, which is not a failure.
                     Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
                         Err(OutputError::write(Path::new("standard output"))(e))
                     }

@@ -13,7 +13,7 @@ const NONE: i32 = 0;
 /// The signal of Ctrl-C, everywhere.
 const SIGINT: i32 = 2;
 
-/// A handle that tells whether the user asked to stop.
+/// A handle that says whether the user asked to stop.
 ///
 /// The first signal only sets the flag, so that the current step ends and all files are whole;
 /// the second ends the process at once.

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and with the mean cost of a step, which is left out of the halves because clocks are noisy, the time.
-//! Where the two are far apart nobody knows, and nothing is said.
+//! Where the two differ widely no estimate is given.
 
 use std::collections::VecDeque;
 

@@ -37,7 +37,8 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
         ("Y times the mean edge length", "force", y * edge),
         ("Y times the square of the mean edge length", "energy", y * edge * edge),
     ];
-    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !representable(*value)) else {
+    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !representable(*value))
+    else {
         return Ok(());
     };
     let given = [

@@ -1,4 +1,4 @@
-//! What a scene is allowed to say and its author may not have meant: told before a run, and what
+//! What a scene is allowed to say and its author may not have meant: reported before a run, and what
 //! its first relaxation shows.
 
 use crate::geometry::aligned;
@@ -13,7 +13,7 @@ use crate::sheet::Sheet;
 /// Loads this many times the tolerance move a sheet before it counts as at rest.
 const FELT: f64 = 1e3;
 
-/// Forces of this size are those of strains of a hundredth, which is no rest.
+/// Forces of this size are those of strains of a hundredth, which is not rest.
 const LOOSE: f64 = 1e-2;
 
 /// Thickness over radius beyond which a sheet is not thin.

@@ -1,5 +1,5 @@
 //! The watch on stability during a run: counts the directions that lower the energy at every accepted
-//! state, tells of every change between none and some, and leaves saddles if the scene says so.
+//! state, reports every change between none and some, and leaves saddles if the scene says so.
 //!
 //! What is seen are saddles on which a relaxation comes to rest: perfectly flat or symmetric ones. A
 //! sheet with an imperfection grows past its buckling point along a smooth branch of stable shapes,
@@ -256,7 +256,7 @@ fn slashed(path: &Path) -> String {
     path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Tells of a perfectly flat first equilibrium, whether or not the scene has a watch: one
+/// Reports a perfectly flat first equilibrium, whether or not the scene has a watch: one
 /// factorisation, once in a run, and only where all z are the same.
 pub(super) fn warn_of_flat_start(
     simulation: &mut Simulation,

@@ -8,7 +8,7 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, So
 use crate::document::Index;
 use crate::document::{Explanation, Problem};
 
-/// So many problems of one scene are told in full, each with its lines; nobody reads more, and all
+/// So many problems of one scene are reported in full, each with its lines; nobody reads more, and all
 /// of a file of nothing else would take hours.
 const MOST: usize = 20;
 

@@ -34,7 +34,7 @@ pub(super) fn table(members: &[Member]) -> String {
         match (&member.outcome, reference) {
             (Ok(ran), Some((first, reference))) => {
                 let Some(measures) = ran.measures.last() else { continue };
-                let apart = ran.deviations(reference);
+                let deviations = ran.deviations(reference);
                 if let Some(by) = &deviations.diverged {
                     diverged = true;
                     let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
@@ -125,7 +125,7 @@ pub(super) fn csv(members: &[Member]) -> String {
     let reference = reference(members);
     for member in members {
         let (Ok(ran), Some((_, reference))) = (&member.outcome, reference) else { continue };
-        let apart = ran.deviations(reference);
+        let deviations = ran.deviations(reference);
         for m in &ran.measures {
             let same = deviations.course.iter().find(|c| c.0 == m.time);
             let _ = writeln!(

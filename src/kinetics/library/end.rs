@@ -10,7 +10,7 @@
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
 
-use super::watch::{UnderWay, CallOwner, under_way};
+use super::watch::{CallOwner, UnderWay, under_way};
 
 /// How a plugin has ended the program: a signal, or one of these.
 static HOW: AtomicI32 = AtomicI32::new(NOT);
@@ -58,11 +58,11 @@ pub fn ended() -> Option<Ended> {
     if how == NOT {
         return None;
     }
-    let whose = match THREAD.load(Ordering::Relaxed) {
+    let owner = match THREAD.load(Ordering::Relaxed) {
         OTHER => CallOwner::Other,
         number => CallOwner::Own(number),
     };
-    Some(Ended { call: under_way(whose)?, own: whose != CallOwner::Other, how })
+    Some(Ended { call: under_way(owner)?, own: owner != CallOwner::Other, how })
 }
 
 /// Ends the program at once, without the hooks of an exit.
@@ -77,7 +77,7 @@ mod system {
     use std::sync::OnceLock;
     use std::sync::atomic::Ordering;
 
-    use super::super::watch::{CallOwner, whose};
+    use super::super::watch::{CallOwner, call_owner};
     use super::{EXIT, HOW, OTHER, SEEN, THREAD};
 
     /// The status with which the program leaves if nobody else ends it.
@@ -133,8 +133,8 @@ mod system {
     }
 
     extern "C" fn on_fault(signal: libc::c_int, about: *mut libc::siginfo_t, _: *mut libc::c_void) {
-        if let Some(whose) = call_owner() {
-            wait_for_the_end(whose, signal);
+        if let Some(owner) = call_owner() {
+            wait_for_the_end(owner, signal);
         }
         let known = FAULTS.iter().position(|(known, _)| *known == signal);
         let Some(before) = known.and_then(|k| BEFORE[k].get()) else { leave(STATUS) };
@@ -149,17 +149,17 @@ mod system {
     }
 
     extern "C" fn on_exit() {
-        if let Some(whose) = call_owner() {
-            wait_for_the_end(whose, EXIT);
+        if let Some(owner) = call_owner() {
+            wait_for_the_end(owner, EXIT);
         }
     }
 
     /// Tells who watches what has happened, once, and waits.
-    fn wait_for_the_end(whose: CallOwner, how: i32) -> ! {
+    fn wait_for_the_end(owner: CallOwner, how: i32) -> ! {
         let first = !SEEN.swap(true, Ordering::AcqRel);
         if first {
             THREAD.store(
-                if let CallOwner::Own(number) = whose { number } else { OTHER },
+                if let CallOwner::Own(number) = owner { number } else { OTHER },
                 Ordering::Relaxed,
             );
             HOW.store(how, Ordering::Release);

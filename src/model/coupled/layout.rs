@@ -17,7 +17,7 @@ pub struct Layout {
     mechanical: usize,
     points: usize,
     species: usize,
-    /// Whether the shape stays as it is given: it is no unknown, and no position is prescribed.
+    /// Whether the shape stays as it is given: it is not an unknown, and no position is prescribed.
     still: bool,
 }
 

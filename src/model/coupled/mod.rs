@@ -6,7 +6,7 @@
 //! M = diag( w_x · drag,  w_c )
 //! ```
 //!
-//! A policy is the two weights of M and nothing else. Fixed directions are no unknowns, and where the
+//! A policy is the two weights of M and nothing else. Fixed directions are not unknowns, and where the
 //! shape has no storage neither are its rigid motions, so that its rows stay regular. Displacements take the place of positions, so that relative
 //! tolerances do not depend on where the origin is.
 

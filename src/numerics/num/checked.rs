@@ -52,7 +52,7 @@ macro_rules! checked_number {
 /// Reads a number and checks it; the words of `range` complete the sentence "… must be …".
 ///
 /// # Errors
-/// What is read is no number, or `check` gives `None` for it.
+/// What is read is not a number, or `check` gives `None` for it.
 pub fn in_range<'de, D: Deserializer<'de>, T>(
     deserializer: D,
     check: impl FnOnce(f64) -> Option<T>,

@@ -36,7 +36,7 @@ pub(super) fn points(buffer: IOBuffer) -> Vec<Vec3> {
     reals(buffer).chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect()
 }
 
-/// Refuses cells that are no triangles by VTK's numbers for their types.
+/// Refuses cells that are not triangles by VTK's numbers for their types.
 pub(super) fn only_triangles(types: impl IntoIterator<Item = u64>) -> Result<(), String> {
     match types.into_iter().enumerate().find(|&(_, kind)| kind != TRIANGLE) {
         None => Ok(()),

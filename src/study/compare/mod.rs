@@ -1,7 +1,7 @@
 //! One scene under several policies and integrators, from the same start.
 //!
 //! Every member is a run of its own, with frames and ledger. At the output times all have in common they
-//! are measured: before shapes part at a bifurcation by the distance of their fields, after it by what
+//! are measured: before shapes diverge at a bifurcation by the distance of their fields, after it by what
 //! does not hang on which of equal branches was taken (energy, number of spots, separation, amplitude).
 
 mod drawn;
@@ -59,7 +59,7 @@ pub struct Ran {
 pub struct Deviations {
     /// Time, distance of shapes, distance of species.
     pub course: Vec<(f64, f64, f64)>,
-    /// Largest distances before the runs part: of shapes, of species; none if they begin apart.
+    /// Largest distances before the runs diverge: of shapes, of species; none if they begin apart.
     pub largest: Option<(f64, f64)>,
     /// Where a distance is first beyond [`DIVERGED`].
     pub diverged: Option<Divergence>,
