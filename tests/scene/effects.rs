@@ -69,6 +69,15 @@ fn every_model_and_load_is_accepted() {
 }
 
 #[test]
+fn the_boundary_has_two_names() {
+    let resolved = |word: &str| {
+        let text = format!("{HEAD}kind = \"pin\"\naxes = \"z\"\nwhere = \"{word}\"\n");
+        Scene::parse(&text, "s.toml", &[]).unwrap().resolved().unwrap()
+    };
+    assert_eq!(resolved("boundary"), resolved("rim"));
+}
+
+#[test]
 fn options_of_another_model_are_refused() {
     wrong(
         "kind = \"stretching\"\nmodel = \"stvk\"\nweight = \"paper\"",
