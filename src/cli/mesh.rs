@@ -23,7 +23,7 @@ pub struct MeshArgs {
 enum Command {
     /// Make an irregular mesh of a simple shape (or an icosphere).
     Generate(GenerateArgs),
-    /// Say everything that is wrong with a mesh file (.obj, .vtu, .vtp, .vtk); exit code 2 if
+    /// Report all faults of a mesh file (.obj, .vtu, .vtp, .vtk); exit code 2 if it is
     /// unusable.
     Check {
         /// The mesh file.

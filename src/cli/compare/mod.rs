@@ -29,13 +29,13 @@ pub(super) struct CompareArgs {
     /// "tr-bdf2" }`; may be repeated. Without it, that of the scene with its settings.
     #[arg(long = "integrator", value_name = "NAME|TABLE")]
     integrators: Vec<String>,
-    /// Directory for the results, one folder a member; by default the scene's name with the time.
+    /// Directory for the results, one folder per member; by default the scene's name with the time.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the results of an earlier comparison in that directory.
     #[arg(long)]
     force: bool,
-    /// Print the table alone.
+    /// Print only the table.
     #[arg(long)]
     quiet: bool,
 }
