@@ -161,14 +161,14 @@ fn errors_point_to_the_place() {
         ("expp(u)", "expp", "unknown function `expp`"),
         ("2 u", "u", "an operator is missing"),
         ("(u + v", "(", "not closed"),
-        ("u + v)", ")", "nothing was opened"),
+        ("u + v)", ")", "unmatched closing"),
         ("u +", "", "ends too early"),
         ("u * / v", "/", "belongs here, not `/`"),
         ("min(u)", "min(u)", "takes 2 argument(s), not 1"),
-        ("u ? v", "?", "means nothing"),
+        ("u ? v", "?", "unexpected character"),
         ("1.2.3*u", "1.2.3", "not a finite number"),
         ("1e999", "1e999", "not a finite number"),
-        ("u/0", "0", "division by nothing"),
+        ("u/0", "0", "division by zero"),
         ("", "", "an empty formula"),
         ("   ", "   ", "an empty formula"),
         ("v µ", "µ", "an operator is missing"),
@@ -196,7 +196,7 @@ fn parts_come_in_any_order_but_not_in_a_circle() {
     assert_eq!(rates[0][0], 32.0);
     good.lets = vec![part("b", "a + 1"), part("a", "b*v")];
     let error = FormulaKinetics::new(&good).unwrap_err();
-    assert!(error.error.message.contains("made of itself"), "{error:?}");
+    assert!(error.error.message.contains("depends on itself"), "{error:?}");
     good.lets = vec![part("u", "1")];
     let error = FormulaKinetics::new(&good).unwrap_err();
     assert!(error.error.message.contains("species or a parameter already"), "{error:?}");

@@ -65,7 +65,7 @@ fn faulty_tables_and_descriptors_are_refused() {
         ("twice", &["SPECIES_COUNT=2", "SECOND_NAME=\"c\""], "species `c`: is declared twice"),
         ("mixed", &["SPECIES_COUNT=2", "SECOND_LOCATION=1"], "expected one location"),
         ("nowhere", &["SPECIES_COUNT=2", "SECOND_LOCATION=9"], "location is 9"),
-        ("spaces", &["SPECIES_NAME=\"c 1\""], "species `c 1`: is no name"),
+        ("spaces", &["SPECIES_NAME=\"c 1\""], "species `c 1`: is not a valid name"),
         ("signal_name", &["SPECIES_NAME=\"tension\""], "has the name of a signal"),
         ("typical", &["TYPICAL=0.0"], "typical magnitude is 0"),
         ("default", &["DEFAULT=3.0"], "parameter `k`: default is 3; allowed: 0 <= k <= 2"),

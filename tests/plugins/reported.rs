@@ -90,7 +90,7 @@ fn what_is_said_of_one_species_twice_must_agree() {
     let text = refused(&both("unit = \"mol\"", "unit = \"g\""));
     assert!(text.contains("is in g here, and in mol"), "{text}");
     let text = refused(&both("lower = 1.0", "upper = 0.0"));
-    assert!(text.contains("no value of `c` suits"), "{text}");
+    assert!(text.contains("no value of `c` is valid for both"), "{text}");
     assert_eq!(reported(&both("lower = -1.0", "")).unwrap(), Vec::<String>::new());
     let text = refused("[kinetics]\nrates.c = \"-c\"\nspecies.c = { lower = 1.0, upper = 0.0 }");
     assert!(text.contains("range from 1 to 0 is empty"), "{text}");
@@ -103,7 +103,7 @@ fn a_start_of_two_kinds_says_what_is_one() {
     let law = "[kinetics]\nrates.c = \"-c\"\n\
                initial.c = { gaussian = { width = 1.0, amplitude = 1.0 }, background = 1.0 }";
     let text = refused(law);
-    assert!(text.contains("found gaussian, background") && text.contains("within it"), "{text}");
+    assert!(text.contains("found gaussian, background") && text.contains("go inside it"), "{text}");
 }
 
 #[test]

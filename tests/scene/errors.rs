@@ -237,7 +237,7 @@ fn values_out_of_range_or_of_the_wrong_type() {
         "width = 5.0",
         "width = \"x\"",
         "\"x\"",
-        "kinetics.initial.c.gaussian.width must be a number, not the text \"x\"",
+        "kinetics.initial.c.gaussian.width must be a number, not the string \"x\"",
     );
     range(
         "c_star = 0.1",
@@ -342,7 +342,7 @@ fn tables_of_the_wrong_shape() {
         "initial.m = 0.25",
         "initial.m = \"high\"",
         "\"high\"",
-        &format!("kinetics.initial.m must be {expected}, not the text \"high\""),
+        &format!("kinetics.initial.m must be {expected}, not the string \"high\""),
         Some("allowed: gaussian, rectangle, stripe, spots, random, formula, file"),
     );
     wrong(
@@ -434,14 +434,14 @@ fn frames_beyond_number_are_refused_with_their_number() {
         "every = 5.0",
         "every = 1e-300",
         "1e-300",
-        "output: every = 1e-300 to time.until = 500 asks for 5.0e302 frames; 1e6 is the most",
+        "output: every = 1e-300 to time.until = 500 asks for 5.0e302 frames; at most 1e6 are allowed",
         Some("every = 0.0005 or longer"),
     );
     wrong(
         "every = 5.0",
         "every = 4e-4",
         "4e-4",
-        "output: every = 0.0004 to time.until = 500 asks for 1.2e6 frames; 1e6 is the most",
+        "output: every = 0.0004 to time.until = 500 asks for 1.2e6 frames; at most 1e6 are allowed",
         Some("every = 0.0005 or longer"),
     );
     let steps = |every: &str, most: &str| {

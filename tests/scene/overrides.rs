@@ -40,7 +40,7 @@ fn the_last_of_two_overrides_counts() {
 fn wrong_overrides_are_named() {
     for (change, message, help) in [
         ("time.until=-1", "time.until must be a number above 0, not -1.0", ""),
-        ("time.until=abc", "time.until must be a number, not the text \"abc\"", ""),
+        ("time.until=abc", "time.until must be a number, not the string \"abc\"", ""),
         ("time.until=1e999", "this number is too large", "largest"),
         ("effect[1].x=1", "unknown key x in effect[1]", "allowed: kind"),
         ("effect[2].x=1", "effect has 2 elements, numbered from 0", ""),

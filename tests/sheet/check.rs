@@ -70,7 +70,7 @@ fn planted_faults_are_found_with_their_place() {
         s.points.extend([V::new(2.0, 1.0, 0.0), V::new(2.0, -1.0, 0.0)]);
         s.triangles.push([1, 8, 7]);
     });
-    planted(Fault::SeveralComponents, &["2 pieces", "triangle 0; triangle 6"], |s| {
+    planted(Fault::SeveralComponents, &["2 disconnected parts", "triangle 0; triangle 6"], |s| {
         s.points.extend([V::x() * 5.0, V::x() * 6.0, V::new(5.0, 1.0, 0.0)]);
         s.triangles.push([7, 8, 9]);
     });
