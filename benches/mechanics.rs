@@ -24,7 +24,7 @@ fn disc() -> Arc<Sheet> {
     Arc::new(generate(&DISC, 20_000, 1).unwrap())
 }
 
-/// Stretching and bending on `sheet` with the rim held vertically.
+/// Stretching and bending on `sheet` with the boundary fixed vertically.
 fn mechanics(
     sheet: &Arc<Sheet>,
     stretching: StretchingWeight,
@@ -36,7 +36,7 @@ fn mechanics(
         EnergyTerm::new(BondStretching::new(&material, stretching)),
         EnergyTerm::new(MeyerBending::new(sheet, &material, bending, area)),
     ];
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins).unwrap())
 }
 

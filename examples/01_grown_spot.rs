@@ -22,9 +22,10 @@ pub fn main() -> rumple::Result<()> {
         EnergyTerm::new(BondStretching::new(&material, Stretching::default().weight)),
         EnergyTerm::new(MeyerBending::new(&sheet, &material, bending.weight, bending.area)),
     ];
-    let rim_held_vertically = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let boundary_fixed_vertically =
+        sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     let mut mechanics =
-        Potential::new(&Mechanics::new(Arc::clone(&sheet), energies, rim_held_vertically)?);
+        Potential::new(&Mechanics::new(Arc::clone(&sheet), energies, boundary_fixed_vertically)?);
 
     // Active strain: the length factor of every bond.
     let inside = |v: u32| sheet.rest()[v as usize].norm() < 6.0;
@@ -34,8 +35,8 @@ pub fn main() -> rumple::Result<()> {
 
     // A flat sheet is a saddle; a slight dome says which way to buckle.
     let mut x = sheet.rest().to_vec();
-    for (x, rim) in x.iter_mut().zip(sheet.rim()) {
-        x.z = if *rim { 0.0 } else { 0.1 * (-x.norm_squared() / 40.0).exp() };
+    for (x, boundary) in x.iter_mut().zip(sheet.boundary()) {
+        x.z = if *boundary { 0.0 } else { 0.1 * (-x.norm_squared() / 40.0).exp() };
     }
     let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default())?;
     let goal = Goal { tolerance: 1e-8, max_iterations: 1000, interrupted: &|| false };

@@ -7,7 +7,7 @@
 
 mod known_answers;
 
-use known_answers::plates::Rim;
+use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
     BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, growth, membranes, plates,
@@ -68,11 +68,13 @@ fn plate_tables() -> Outcome<()> {
     println!("\n## B1, B5: circular plates");
     let sizes = [200, 800, 3200];
     for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
-        for rim in [Rim::Supported, Rim::Clamped] {
-            let title = |what: &str| format!("{what}, {rim:?} rim, {}", models.name).to_lowercase();
-            let samples = over(&sizes, |n| plates::buckling(n, rim, &models))?;
+        for boundary in [Boundary::Supported, Boundary::Clamped] {
+            let title = |what: &str| {
+                format!("{what}, {boundary:?} boundary, {}", models.name).to_lowercase()
+            };
+            let samples = over(&sizes, |n| plates::buckling(n, boundary, &models))?;
             table(&title("B1 critical expansion"), &samples);
-            let samples = over(&sizes, |n| plates::deflection(n, rim, &models))?;
+            let samples = over(&sizes, |n| plates::deflection(n, boundary, &models))?;
             table(&title("B5 deflection"), &samples);
         }
     }

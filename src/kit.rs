@@ -1,4 +1,4 @@
-//! Tests for anybody's effect: derivatives against differences, threads, and what it changes under.
+//! Tests for any effect: derivatives against differences, threads, and what it changes under.
 //!
 //! As `rumple plugin validate` does for laws. [`examine`] looks at the energies and constraints of an effect on a sheet of
 //! yours, crumpled and unevenly grown; the report lists faults in words, and what the effect is
@@ -15,7 +15,7 @@
 //! let material = Material { young: 10.0, poisson: 0.3, thickness: 0.1 };
 //! let report = examine(&Stretching::default(), &sheet, Some(&material))?;
 //! assert_eq!(report.faults, Vec::<String>::new());
-//! assert!(report.blind_to_translation && report.blind_to_rotation && report.free_at_rest);
+//! assert!(report.translation_invariant && report.rotation_invariant && report.zero_at_rest);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -50,11 +50,11 @@ pub struct Report {
     /// What is wrong, in words; nothing for a correct effect.
     pub faults: Vec<String>,
     /// Whether moving the sheet as a whole changes no energy.
-    pub blind_to_translation: bool,
+    pub translation_invariant: bool,
     /// Whether turning it changes none.
-    pub blind_to_rotation: bool,
+    pub rotation_invariant: bool,
     /// Whether the sheet at rest has neither energy nor forces, and meets the constraints.
-    pub free_at_rest: bool,
+    pub zero_at_rest: bool,
 }
 
 /// Why an effect could not be looked at.
@@ -85,9 +85,9 @@ pub fn examine(
         EffectContext { sheet, material, kinetics: None, measure: Measure::Concentration };
     let built = effect.build(&context)?;
     let mut report = Report {
-        blind_to_translation: true,
-        blind_to_rotation: true,
-        free_at_rest: true,
+        translation_invariant: true,
+        rotation_invariant: true,
+        zero_at_rest: true,
         ..Report::default()
     };
     let declared = effect.needs().out_of_plane.is_some();
@@ -136,14 +136,14 @@ fn of_energy(
     let (energy, force) = energy_and_gradient(&mut potential, &at_rest);
     let (there, there_force) = energy_and_gradient(&mut potential, &x);
     let scale = there.abs().max(largest(&there_force) * edge).max(f64::MIN_POSITIVE);
-    report.free_at_rest &= energy.abs() <= ROUND_OFF * scale
+    report.zero_at_rest &= energy.abs() <= ROUND_OFF * scale
         && (constraint || largest(&force) * edge <= ROUND_OFF * scale);
     let shifted: Vec<Vec3> = x.iter().map(|x| x + edge * Vec3::new(0.3, -0.2, 0.5)).collect();
     let turn = Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7));
     let turned: Vec<Vec3> = x.iter().map(|x| turn * x).collect();
     let same = |other: f64| (other - there).abs() <= ROUND_OFF * scale;
-    report.blind_to_translation &= same(potential.energy(&shifted));
-    report.blind_to_rotation &= same(potential.energy(&turned));
+    report.translation_invariant &= same(potential.energy(&shifted));
+    report.rotation_invariant &= same(potential.energy(&turned));
 
     let plane = at_rest.first().map_or(0.0, |x| x.z);
     let flat = at_rest.iter().all(|x| x.z == plane);
@@ -235,12 +235,12 @@ fn by_lengths(
 ) {
     let reference = potential.metric().reference_length().to_vec();
     // Lengths change in proportion to this.
-    let way: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
+    let change: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.metric_derivatives(x, &mut |i, e, by| exact[i] += way[e] * reference[e] * by);
+    potential.metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
     let step = 1e-6;
     let mut at = |step: f64| {
-        let factor: Vec<f64> = factor.iter().zip(&way).map(|(f, w)| f + step * w).collect();
+        let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
         potential.set_conditions(Some(&factor), time);
         energy_and_gradient(potential, x).1
     };

@@ -8,9 +8,139 @@
 //!        dc/dt = D Δ_x c + R(c, signals(x, c), t)      (chemistry)
 //! ```
 //!
-//! where the energy `U` is the sum of the effects that a scene lists and the kinetics `R` come
-//! from a plugin. Data flows one way: [`scene`] → [`model`] → [`solve`] → trial state → evaluation →
-//! [`effects`] and [`kinetics`] → accepted state → [`output`].
+//! where the energy `U` is the sum of the effects that a scene lists and the kinetics `R` come from a law, as
+//! text or as a plugin. The command line is `rumple` ([`cli`]); below is the same from Rust. Files, keys
+//! and commands are described in `docs/`.
+//!
+//! # Step a scene
+//!
+//! A [`Simulation`] is a [`Scene`](scene::Scene) made ready, to be stepped and asked. The law here is two
+//! formulas: stretch makes c, and c makes the sheet grow.
+//!
+//! ```
+//! use rumple::{Simulation, kinetics::Search, scene::Scene};
+//!
+//! let text = r#"
+//!     sheet = { shape = "disc", radius = 10.0, vertices = 300 }
+//!     material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.5 }
+//!     effect = [
+//!         { kind = "stretching" },
+//!         { kind = "bending" },
+//!         { kind = "pin", where = "rim", axes = "xyz" },
+//!         { kind = "pressure", value = 1.0 },
+//!         { kind = "diffusion", species = "c", coefficient = 0.5 },
+//!     ]
+//!     time = { until = 1.0 }
+//!     [kinetics]
+//!     rates.c = "area_strain - c"
+//!     length_factor = "1 + 0.1*c"
+//! "#;
+//! let scene = Scene::parse(text, "dome.toml", &[])?;      // of a file: Scene::load
+//! let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
+//! simulation.prepare()?;                                  // the first equilibrium
+//! while simulation.state().time < 1.0 {
+//!     let report = simulation.step(1.0)?;                 // not beyond time 1
+//!     println!("Δt = {}, {} iterations", report.step, report.relaxation.iterations);
+//! }
+//! let state = simulation.state();
+//! let height = state.x.iter().map(|x| x.z).fold(0.0, f64::max);
+//! let largest = state.species[0].iter().copied().fold(0.0, f64::max);
+//! assert!(height > 1.0 && largest > 0.0);
+//! for (effect, energy) in simulation.energies()? {
+//!     println!("{effect}: {energy}");
+//! }
+//! # Ok::<(), rumple::Error>(())
+//! ```
+//!
+//! [`Simulation::evaluate`] gives what else is known at a state: forces, curvatures, signals, rates
+//! ([`model::Evaluation`]). A mistake in a scene is an [`Error::Scene`] with its line.
+//!
+//! # Run it into a directory, and read a frame
+//!
+//! [`run::run::run`] does what `rumple run` does; own [`run::Observer`]s see every accepted state.
+//!
+//! ```
+//! use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
+//! # use rumple::{Simulation, kinetics::Search, scene::Scene};
+//! # let text = r#"
+//! #     sheet = { shape = "sphere", radius = 2.0, vertices = 100 }
+//! #     effect = [{ kind = "diffusion", species = "c", coefficient = 0.5 }]
+//! #     time = { until = 1.0 }
+//! #     kinetics = { rates = { c = "1 - c" } }
+//! # "#;
+//! # let scene = Scene::parse(text, "dome.toml", &[])?;
+//! # let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
+//! # let folder = std::env::temp_dir().join(format!("rumple-front-{}", std::process::id()));
+//!
+//! let directory = ResultDirectory::prepare(&folder, false)?;
+//! let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+//! let interrupt = Interrupt::install()?;
+//! rumple::run::run::run(&scene, &mut simulation, &directory, &mut progress, interrupt)?;
+//!
+//! let frame = rumple::sheet::read::surface(folder.join("frames/frame_000001.vtu"))?;
+//! let c = frame.point_arrays.iter().find(|array| array.name.starts_with("c ["));
+//! assert!(c.is_some_and(|c| c.values.iter().all(|c| (c - 0.632).abs() < 0.01)));
+//! # std::fs::remove_dir_all(&folder).ok();
+//! # Ok::<(), rumple::Error>(())
+//! ```
+//!
+//! # An effect of your own
+//!
+//! A struct that a scene can list, and an energy: here a weight. The guide is `docs/effects.md`, a crate with
+//! a program `examples/indenter`; [`kit::examine`] tests derivatives and invariances. (Rates of species are
+//! no effects but [`kinetics`]: formulas as above, or a plugin.)
+//!
+//! ```
+//! use rumple::effects::prelude::*;
+//!
+//! #[derive(Debug, serde::Serialize, serde::Deserialize)]
+//! struct Gravity {
+//!     weight: Finite, // force/area
+//! }
+//!
+//! #[typetag::serialize(name = "gravity")]
+//! impl EffectSpec for Gravity {
+//!     fn name(&self) -> String {
+//!         "gravity".into()
+//!     }
+//!
+//!     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+//!         let (area, weight) = (lumped_areas(context.sheet), self.weight.get());
+//!         let vertices = (0..).take(area.len()).map(|i| [i]).collect();
+//!         let make = move |_: &Conditions<'_>, i| Weight(weight * area[i]);
+//!         Ok(Effect::energy(Elements::new("gravity", context.sheet, vertices, make)))
+//!     }
+//! }
+//!
+//! rumple::register_kind!(dyn EffectSpec, "gravity", Gravity);     // now scenes know it
+//!
+//! /// u = w z.
+//! struct Weight(f64);
+//!
+//! impl Element<1> for Weight {
+//!     fn gradient(&self, [x]: &[Vec3; 1]) -> (f64, [Vec3; 1]) {
+//!         (self.0 * x.z, [self.0 * Vec3::z()])
+//!     }
+//!
+//!     fn hessian(&self, _: &[Vec3; 1], _: HessianPart) -> [[Block; 1]; 1] {
+//!         [[Block::zeros()]]
+//!     }
+//! }
+//!
+//! # use rumple::sheet::{Shape, generate};
+//! let sheet = generate(&Shape::Disc { radius: 3.0 }, 60, 1)?.into();
+//! let gravity = Gravity { weight: Finite::ONE };
+//! let report = rumple::kit::examine(&gravity, &sheet, None)?;
+//! assert_eq!(report.faults, Vec::<String>::new());
+//! assert!(!report.translation_invariant);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Where things are
+//!
+//! Data flows one way: [`scene`] → [`model`] → [`solve`] → trial state → evaluation → [`effects`] and
+//! [`kinetics`] → accepted state → [`output`]. Meshes are in [`sheet`], curvatures and metrics in
+//! [`geometry`], comparisons of policies in [`study`].
 
 pub mod cli;
 mod document;
@@ -36,3 +166,8 @@ pub use rumple_numerics::{Vec3, checked_number, num, tally};
 pub use run::{Error, Result, Simulation};
 
 pub(crate) use rumple_numerics::{linear, ode, parallel};
+
+/// Compiles the code of the guide to effects.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/effects.md")]
+struct Effects;

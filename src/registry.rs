@@ -115,7 +115,7 @@ pub(crate) fn choose<T: ?Sized + Family>(
         Value::Table(_) => match node.take(T::TAG) {
             Some((_, Node { value: Value::String(name), place })) => (name, place),
             Some((_, Node { value, place })) => {
-                let problem = Problem::mismatch("a text in quotes", value.describe());
+                let problem = Problem::mismatch("a string in quotes", value.describe());
                 return Err(problem.placed(&place).under(T::TAG));
             }
             None => match default {

@@ -4,7 +4,7 @@
 //! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
 //! * `effects`: every registered effect by the public kit, and effects in runs.
-//! * `examples`: the numbered examples.
+//! * `examples`: the numbered examples, and the crate with an effect of its own.
 //! * `formula`: laws written as text, their derivatives and errors, the shipped models as text.
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.

@@ -69,8 +69,15 @@ RUMPLE_PYTHON="$PWD/$venv/bin/python" \
 heading "a small run: $scene"
 target/release/rumple run "$scene" --out "$result" --force
 
+heading "an effect of another crate"
+target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet
+target/release/indenter inspect examples/indenter/plate.toml \
+    --state target/check/indenter/frames/frame_000010.vtu --json target/check/indenter.json
+grep -q '"indenter"' target/check/indenter.json
+
 heading "read by VTK"
 "$venv/bin/python" tests/scripts/check_vtk.py "$result"
+"$venv/bin/python" tests/scripts/check_vtk.py target/check/indenter
 
 heading "rendered by ParaView"
 tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique

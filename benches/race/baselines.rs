@@ -120,9 +120,9 @@ impl Baselines {
         let sheet = read_sheet(&mesh)?;
         let mut random = ChaCha8Rng::seed_from_u64(noise);
         let mut x = sheet.rest().to_vec();
-        for (x, rim) in x.iter_mut().zip(sheet.rim()) {
+        for (x, boundary) in x.iter_mut().zip(sheet.boundary()) {
             let height: f64 = random.random_range(-NOISE..=NOISE);
-            x.z = if *rim { 0.0 } else { height };
+            x.z = if *boundary { 0.0 } else { height };
         }
         write_positions(&start, &x)?;
         fs::copy(&mesh, self.root.join(format!("mesh/disc_{name}.txt")))?;

@@ -4,8 +4,8 @@
 //! U = Y/2 Σ_bonds ((l - l̄)/l̄)² + B/2 Σ_{interior i} (4H_i² - 2(1-ν)K_i)     as printed
 //! ```
 //!
-//! with barycentric areas, E = 10⁶, ν = 1/3, h = 1/2, on a disc of radius 100 whose rim is held
-//! vertically. Meshes and positions come in the files of the baselines: text `N T`, then `x y rim`,
+//! with barycentric areas, E = 10⁶, ν = 1/3, h = 1/2, on a disc of radius 100 whose boundary is fixed
+//! vertically. Meshes and positions come in the files of the baselines: text `N T`, then `x y boundary`,
 //! then triangles; positions as raw 64-bit numbers, or the same behind a NumPy header.
 
 use std::fs;
@@ -32,7 +32,7 @@ const GROWN_RADIUS: f64 = 20.0;
 /// Its growth: Λ_max/Λ_min of the paper.
 const GROWTH: f64 = 1.0 / 0.65;
 
-/// Reads a mesh file and checks its rim flags against the topology.
+/// Reads a mesh file and checks its boundary flags against the topology.
 pub fn read_sheet(path: &Path) -> Result<Arc<Sheet>> {
     let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, numbers(line)));
@@ -46,11 +46,11 @@ pub fn read_sheet(path: &Path) -> Result<Arc<Sheet>> {
         }
     };
     let head = next(2)?;
-    let (mut surface, mut rim) = (Surface::default(), Vec::new());
+    let (mut surface, mut boundary) = (Surface::default(), Vec::new());
     for _ in 0..rumple::num::whole(head[0]) {
         let row = next(3)?;
         surface.points.push(Vec3::new(row[0], row[1], 0.0));
-        rim.push(row[2] > 0.0);
+        boundary.push(row[2] > 0.0);
     }
     for _ in 0..rumple::num::whole(head[1]) {
         let row = next(3)?;
@@ -59,8 +59,8 @@ pub fn read_sheet(path: &Path) -> Result<Arc<Sheet>> {
     }
     surface.path = Some(path.to_owned());
     let (sheet, _) = surface.into_sheet()?;
-    if sheet.rim() != rim {
-        return Err(format!("{}: its rim flags are not its rim", path.display()).into());
+    if sheet.boundary() != boundary {
+        return Err(format!("{}: its boundary flags are not its boundary", path.display()).into());
     }
     Ok(Arc::new(sheet))
 }
@@ -98,7 +98,7 @@ pub fn mechanics(sheet: &Arc<Sheet>) -> Result<Potential> {
         EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::Paper)),
         EnergyTerm::new(bending),
     ];
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     Ok(Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins)?))
 }
 

@@ -1,6 +1,6 @@
 //! How time and memory grow with the sheet, from 1 000 to 1 000 000 vertices.
 //!
-//! The load: a disc of radius 100 and thickness 2, its rim held vertically, whose middle grows
+//! The load: a disc of radius 100 and thickness 2, its boundary fixed vertically, whose middle grows
 //! smoothly, Φ = 1 + 0.05 exp(-r²/(2·20²)), from a dome of height 1/2 (default weights). The sheet
 //! and its deformation are the same at every size, so only the mesh gets finer.
 //!

@@ -239,7 +239,7 @@ fn loaded(sheet: &Arc<Sheet>) -> Result<Potential> {
         EnergyTerm::new(BondStretching::new(&material, stretching.weight)),
         EnergyTerm::new(MeyerBending::new(sheet, &material, bending.weight, bending.area)),
     ];
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     let mut mechanics = Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins)?);
     let factor: Vec<f64> = sheet
         .edges()
@@ -255,9 +255,9 @@ fn loaded(sheet: &Arc<Sheet>) -> Result<Potential> {
 
 /// The start: a dome over the part that grows.
 fn dome(sheet: &Sheet) -> Vec<Vec3> {
-    let height = |x: &Vec3, rim: bool| if rim { 0.0 } else { 0.5 * spot(x) };
-    let raised = sheet.rest().iter().zip(sheet.rim());
-    raised.map(|(x, rim)| Vec3::new(x.x, x.y, height(x, *rim))).collect()
+    let height = |x: &Vec3, boundary: bool| if boundary { 0.0 } else { 0.5 * spot(x) };
+    let raised = sheet.rest().iter().zip(sheet.boundary());
+    raised.map(|(x, boundary)| Vec3::new(x.x, x.y, height(x, *boundary))).collect()
 }
 
 fn spot(x: &Vec3) -> f64 {

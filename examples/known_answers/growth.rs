@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The correction is the bending of a spherical shell near its free edge: the spherical metric with
-//! flat rest curvature has the moment `M = B(1+ν)/R_s` everywhere but at the rim, and to take it
-//! away there moves the rim by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)`. ν is that of bending.
+//! flat rest curvature has the moment `M = B(1+ν)/R_s` everywhere but at the boundary, and to take it
+//! away there moves the boundary by `M/(2Bβ²)`, `β⁴ = Y/(4 B R_s²)`. ν is that of bending.
 //!
 //! The numbers of the second are those quoted for bonds and hinges: Seung & Nelson, Phys. Rev. A 38
 //! (1988) 1005, doi:10.1103/PhysRevA.38.1005.
@@ -72,14 +72,14 @@ pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Cap> {
     })
 }
 
-/// Height of the middle over the mean of the rim, along the axis of the rim.
+/// Height of the middle over the mean of the boundary, along the axis of the boundary.
 fn rise(sheet: &Sheet, x: &[Vec3]) -> f64 {
-    let rim: Vec<usize> = (0..x.len()).filter(|&i| sheet.rim()[i]).collect();
-    let mean = rim.iter().map(|&i| x[i]).sum::<Vec3>() / real(rim.len());
+    let boundary: Vec<usize> = (0..x.len()).filter(|&i| sheet.boundary()[i]).collect();
+    let mean = boundary.iter().map(|&i| x[i]).sum::<Vec3>() / real(boundary.len());
     // The middle of the disc is no vertex: the top of the paraboloid through the vertices near it.
     let near: Vec<usize> = (0..x.len()).filter(|&i| sheet.rest()[i].norm() < 0.15 * DISC).collect();
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
-    for &i in &rim {
+    for &i in &boundary {
         let d = x[i] - mean;
         normal += d * d.transpose();
     }

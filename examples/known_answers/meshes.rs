@@ -13,7 +13,7 @@ use super::Outcome;
 ///
 /// `rows` triangles lie across the width in every column; each other column is shifted by half an
 /// edge and closed by right-angled half triangles. The number of columns is even, which keeps three
-/// rim vertices from making a triangle, and `stretch` lengthens the strip by so many columns.
+/// boundary vertices from making a triangle, and `stretch` lengthens the strip by so many columns.
 #[derive(Debug, Clone, Copy)]
 pub struct Strip {
     /// Extent along x, without the added columns.

@@ -51,7 +51,7 @@ pub const BOND_HINGE: Models = Models { name: "bond + hinge", stretching: BOND, 
 pub const STVK_HINGE: Models = Models { name: "stvk + hinge", stretching: STVK, bending: HINGE };
 
 impl Models {
-    /// Poisson's ratio that bending sees at free and supported rims: hinges have their own.
+    /// Poisson's ratio that bending sees at free and supported boundaries: hinges have their own.
     pub fn bending_poisson(&self, material: &Material) -> f64 {
         if self.bending == HINGE { -1.0 / 3.0 } else { material.poisson }
     }
@@ -183,9 +183,9 @@ impl Stiffness {
         if !self.is_positive(mechanics, x) {
             return Err("the shape is not a stable equilibrium".into());
         }
-        for (force, held) in forces.iter_mut().zip(mechanics.pins()) {
+        for (force, fixed) in forces.iter_mut().zip(mechanics.pins()) {
             for a in 0..3 {
-                if held[a] {
+                if fixed[a] {
                     force[a] = 0.0;
                 }
             }

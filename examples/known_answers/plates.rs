@@ -9,8 +9,8 @@
 //! Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959); Timoshenko & Gere,
 //! Theory of Elastic Stability (1961).
 //!
-//! **Rims.** Supported: all of the rim is held. Clamped: the rim and the row of its neighbours are
-//! held. Bending is then felt from the cells of the second row on, which reach half a row to either
+//! **Boundaries.** Supported: all of the boundary is fixed. Clamped: the boundary and the row of its neighbours are
+//! fixed. Bending is then felt from the cells of the second row on, which reach half a row to either
 //! side, so the clamped circle lies midway between the two rows: `a` is the mean of their radii.
 
 use std::sync::Arc;
@@ -24,9 +24,9 @@ use super::{
     Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat,
 };
 
-/// How the rim is held.
+/// How the boundary is fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rim {
+pub enum Boundary {
     /// In place, free to turn.
     Supported,
     /// In place and in direction.
@@ -40,7 +40,7 @@ const K_SUPPORTED_HINGES: f64 = 2.387093841844885;
 /// k: first root of J₁, squared.
 const K_CLAMPED: f64 = 14.681970642123895;
 
-/// A disc of radius 1 with its held vertices and the radius of the circle on which it is held.
+/// A disc of radius 1 with its fixed vertices and the radius of the circle on which it is fixed.
 struct Plate {
     sheet: Arc<Sheet>,
     pins: Pins,
@@ -48,34 +48,34 @@ struct Plate {
     material: Material,
 }
 
-fn plate(vertices: usize, rim: Rim) -> Outcome<Plate> {
+fn plate(vertices: usize, boundary: Boundary) -> Outcome<Plate> {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 1.0 }, vertices, 1)?);
-    let mut held = sheet.rim().to_vec();
+    let mut fixed = sheet.boundary().to_vec();
     let mut radius = 1.0;
-    if rim == Rim::Clamped {
+    if boundary == Boundary::Clamped {
         for edge in sheet.edges() {
             for [a, b] in [[0, 1], [1, 0]] {
-                if sheet.rim()[edge.vertices[a] as usize] {
-                    held[edge.vertices[b] as usize] = true;
+                if sheet.boundary()[edge.vertices[a] as usize] {
+                    fixed[edge.vertices[b] as usize] = true;
                 }
             }
         }
-        let second = (0..vertices).filter(|&i| held[i] && !sheet.rim()[i]);
+        let second = (0..vertices).filter(|&i| fixed[i] && !sheet.boundary()[i]);
         let radii: Vec<f64> = second.map(|i| sheet.rest()[i].norm()).collect();
         radius = 0.5 * (1.0 + radii.iter().sum::<f64>() / real(radii.len()));
     }
-    let pins = held.iter().map(|h| [*h; 3]).collect();
+    let pins = fixed.iter().map(|h| [*h; 3]).collect();
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.03 };
     Ok(Plate { sheet, pins, radius, material })
 }
 
-/// Critical expansion of a disc whose rim cannot move (B1), ν = 1/3.
-pub fn buckling(vertices: usize, rim: Rim, models: &Models) -> Outcome<Sample> {
-    let Plate { sheet, pins, radius, material } = plate(vertices, rim)?;
-    let k = match rim {
-        Rim::Clamped => K_CLAMPED,
-        Rim::Supported if models.bending_poisson(&material) < 0.0 => K_SUPPORTED_HINGES,
-        Rim::Supported => K_SUPPORTED,
+/// Critical expansion of a disc whose boundary cannot move (B1), ν = 1/3.
+pub fn buckling(vertices: usize, boundary: Boundary, models: &Models) -> Outcome<Sample> {
+    let Plate { sheet, pins, radius, material } = plate(vertices, boundary)?;
+    let k = match boundary {
+        Boundary::Clamped => K_CLAMPED,
+        Boundary::Supported if models.bending_poisson(&material) < 0.0 => K_SUPPORTED_HINGES,
+        Boundary::Supported => K_SUPPORTED,
     };
     let ratio = material.bending_rigidity() / material.stretching_modulus();
     let exact = k * (1.0 - material.poisson) * ratio / (radius * radius);
@@ -93,10 +93,10 @@ pub fn buckling(vertices: usize, rim: Rim, models: &Models) -> Outcome<Sample> {
 }
 
 /// Deflection of the middle under a small uniform pressure (B5), ν = 1/3.
-pub fn deflection(vertices: usize, rim: Rim, models: &Models) -> Outcome<Sample> {
-    let Plate { sheet, pins, radius, material } = plate(vertices, rim)?;
+pub fn deflection(vertices: usize, boundary: Boundary, models: &Models) -> Outcome<Sample> {
+    let Plate { sheet, pins, radius, material } = plate(vertices, boundary)?;
     let nu = models.bending_poisson(&material);
-    let support = if rim == Rim::Clamped { 1.0 } else { (5.0 + nu) / (1.0 + nu) };
+    let support = if boundary == Boundary::Clamped { 1.0 } else { (5.0 + nu) / (1.0 + nu) };
     let exact = support * radius.powi(4) / (64.0 * material.bending_rigidity());
     let load = area_load(1.0);
     let effects = [models.stretching, models.bending, &load];

@@ -13,7 +13,7 @@
 //! x these are 14/9 times as stiff as the lattice. They make up 1/(2 rows) of the area, so `N` is
 //! larger by 1 + 5/(18 rows), which the exact values count too.
 //!
-//! **Ends.** Pinned: the last column of vertices is held along x and z. Clamped: the last two are,
+//! **Ends.** Pinned: the last column of vertices is fixed along x and z. Clamped: the last two are,
 //! and the length is measured between the middles of these pairs.
 
 use std::f64::consts::PI;
@@ -31,7 +31,7 @@ use super::{
     BOND, MEYER, Models, Outcome, Sample, Stiffness, critical, mechanics, newton, relax_flat,
 };
 
-/// How the ends are held.
+/// How the ends are fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
     /// In place, free to turn.
@@ -63,7 +63,7 @@ pub fn bending_share(sheet: &Sheet, models: &Models) -> Outcome<f64> {
             let (v, x) = (*v as usize, sheet.rest()[*v as usize].x);
             if x > 1e-9 && x < last - 1e-9 {
                 all += share;
-                inner += if sheet.rim()[v] { 0.0 } else { share };
+                inner += if sheet.boundary()[v] { 0.0 } else { share };
             }
         }
     }
@@ -83,8 +83,8 @@ fn euler(rows: usize, ends: Ends, models: &Models) -> Outcome<Euler> {
     let sheet = Arc::new(strip.mesh()?);
     let (dx, last) = (strip.spacing(), strip.spacing() * real(strip.columns()));
     let reach = (extra + 0.5) * dx;
-    let held = |x: &Vec3| x.x < reach || x.x > last - reach;
-    let mut pins: Pins = sheet.rest().iter().map(|x| [held(x), false, held(x)]).collect();
+    let fixed = |x: &Vec3| x.x < reach || x.x > last - reach;
+    let mut pins: Pins = sheet.rest().iter().map(|x| [fixed(x), false, fixed(x)]).collect();
     pins[rows / 2][1] = true;
     let nu = models.bending_poisson(&MATERIAL);
     let narrow = MATERIAL.bending_rigidity() * (1.0 - nu * nu) * bending_share(&sheet, models)?;
@@ -123,8 +123,8 @@ pub fn height(rows: usize, load: f64, models: &Models) -> Outcome<Sample> {
         x.z = 0.3 * exact * (PI * x.x / LENGTH).sin();
     }
     // The ends' sines are round-off, not zero.
-    for (x, held) in x.iter_mut().zip(mechanics.pins()) {
-        x.z = if held[2] { 0.0 } else { x.z };
+    for (x, fixed) in x.iter_mut().zip(mechanics.pins()) {
+        x.z = if fixed[2] { 0.0 } else { x.z };
     }
     newton(&mut mechanics, &mut x, 1e-10)?;
     let middle = 0.5 * strip.spacing() * real(strip.columns());

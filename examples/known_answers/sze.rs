@@ -4,7 +4,7 @@
 //!
 //! The strip runs along x and moves to +z; `U` and `W` are the displacements of its end along -x
 //! and z. The clamp holds two columns of vertices and lies midway between them (see `strips`). Of
-//! the sides, the cells of the rim carry no bending energy in the cotangent model; the mesh is
+//! the sides, the cells of the boundary carry no bending energy in the cotangent model; the mesh is
 //! wider by them, so that the width that bends is `b`.
 
 use std::f64::consts::PI;
@@ -110,7 +110,7 @@ pub fn shear(rows: usize, models: &Models) -> Outcome<Vec<[Sample; 2]>> {
 /// -U and W of the tip at `steps` moments up to the one that closes the strip to a ring.
 ///
 /// The moment acts on levers between the last two columns that bend, so the strip ends midway
-/// between these; beyond follows the rim, which carries nothing. (On the rim itself a moment finds
+/// between these; beyond follows the boundary, which carries nothing. (On the boundary itself a moment finds
 /// displacements that the cotangent curvature does not see, and pulls triangles apart.)
 pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sample; 2])>> {
     let cantilever = Cantilever::new(ROLL_LENGTH, rows, 2.0, models)?;

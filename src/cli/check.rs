@@ -85,14 +85,14 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         // In a plane z is no unknown that something could hold.
         let (axes, rigid) = if planar { (2, 3) } else { (3, 6) };
         let pins = model.mechanics().pins();
-        let held: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|held| **held).count();
-        let free = axes * pins.len() - held;
-        say!("unknowns   {free} positions free, {held} held");
+        let fixed: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|fixed| **fixed).count();
+        let free = axes * pins.len() - fixed;
+        say!("unknowns   {free} positions free, {fixed} fixed");
         let motions = model.mechanics().free_motions();
         if motions > 0 {
             say!(
-                "           pins leave {motions} of {rigid} rigid motions free: positions are found up to \
-                 these, strains and curvatures are not concerned"
+                "           pins leave {motions} of {rigid} rigid motions free: positions are \
+                 determined up to these; strains and curvatures are unaffected"
             );
         }
     } else {
@@ -106,8 +106,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
     if flat && !planar && !model.mechanics().is_empty() {
         say!(
-            "warning    the start is perfectly flat: only forces out of the plane leave it, even where \
-             it is a saddle; give sheet.imperfection or sheet.bump to say how the symmetry is broken"
+            "warning    the initial shape is perfectly flat, and only forces out of the plane \
+             move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \
+             break the symmetry"
         );
     }
     for note in &simulation.notes {

@@ -19,20 +19,20 @@ pub(super) struct InspectArgs {
     /// The state: points are positions, arrays are species by name; the scene's start if absent.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
-    /// Where to write the numbers, `-` for standard output, which they go to as well if none of
+    /// File for the numbers in JSON, `-` for standard output; standard output is the default if none of
     /// --json, --vtu and --stability is given.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Where to write a frame with the scene's output fields, and the modes if asked for.
+    /// File for a frame with the scene's output fields, and the modes if asked for.
     #[arg(long, visible_alias = "out", value_name = "FILE")]
     vtu: Option<PathBuf>,
-    /// Replace files that are there already, but none that was read.
+    /// Overwrite existing files, but not input files.
     #[arg(long)]
     force: bool,
-    /// Relax the state before looking at it.
+    /// Relax the state first.
     #[arg(long)]
     relax: bool,
-    /// Tell whether the state is a minimum or a saddle, with the smallest eigenvalues of the
+    /// Report whether the state is a minimum or a saddle, with the smallest eigenvalues of the
     /// energy's Hessian; their modes go to the frame as vector fields.
     #[arg(long)]
     stability: bool,
@@ -53,13 +53,13 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let json = place(args.json.as_ref(), args.force, &inputs)?;
     let vtu = place(args.vtu.as_ref(), args.force, &inputs)?;
     if json.is_some() && json == vtu {
-        let message = "--json and --vtu name the same place".to_owned();
+        let message = "--json and --vtu name the same file".to_owned();
         return Err(Error::Refused(message));
     }
     let mut simulation = Simulation::new(&scene, &search)?;
     let read = super::inputs(&scene, simulation.plugins());
     for file in [&json, &vtu].into_iter().flatten() {
-        file.spares(&read)?;
+        file.check_inputs(&read)?;
     }
     if let Some(surface) = &given {
         inspect::take_state(&mut simulation, surface)?;

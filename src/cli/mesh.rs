@@ -23,7 +23,7 @@ pub struct MeshArgs {
 enum Command {
     /// Make an irregular mesh of a simple shape (or an icosphere).
     Generate(GenerateArgs),
-    /// Say everything that is wrong with a mesh file (.obj, .vtu, .vtp, .vtk); exit code 2 if
+    /// Report all faults of a mesh file (.obj, .vtu, .vtp, .vtk); exit code 2 if it is
     /// unusable.
     Check {
         /// The mesh file.
@@ -58,7 +58,7 @@ struct GenerateArgs {
 enum ShapeCommand {
     /// A flat disc.
     Disc {
-        /// Radius of the rim.
+        /// Radius of the boundary.
         #[arg(long)]
         radius: f64,
     },
@@ -76,7 +76,7 @@ enum ShapeCommand {
         /// Radius of the hole.
         #[arg(long)]
         inner: f64,
-        /// Radius of the outer rim.
+        /// Radius of the outer boundary.
         #[arg(long)]
         outer: f64,
     },
@@ -196,7 +196,7 @@ fn print(as_json: bool, value: &Value, text: &str) {
 fn mesh_file(path: &Path, force: bool) -> crate::Result<(ResultFile, MeshFormat)> {
     let Some(format) = MeshFormat::of(path) else {
         let message = "a mesh is written as .obj, .vtu, .vtp or .vtk; give the file one of these \
-                       endings";
+            extensions";
         return Err(SheetError::File { path: path.to_owned(), message: message.into() }.into());
     };
     Ok((ResultFile::new(path, force, &Inputs::default())?, format))

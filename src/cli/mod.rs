@@ -145,7 +145,7 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // The command has told what there was to tell.
+        // The command has reported it.
         Err(Error::Solve(SolveError::Interrupted)) => ExitCode::from(interrupt::exit_status()),
         Err(error) => {
             let text = match &error {

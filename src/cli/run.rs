@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory};
-use crate::run::run::{self, Ending, Summary, accounted};
+use crate::run::run::{self, Ending, Summary, with_status};
 use crate::run::{Error, Result, Simulation, inspect, laws};
 use crate::scene::Scene;
 use crate::sheet::read;
@@ -53,11 +53,11 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     }
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let done = accounted(&directory, || {
+    let done = with_status(&directory, || {
         work(args, &scene, from.as_deref(), &mut simulation, &directory, interrupt)
     })?;
     if !args.quiet {
-        tell(&done, &directory, scene.output.format);
+        print_summary(&done, &directory, scene.output.format);
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
@@ -65,7 +65,7 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     }
 }
 
-/// The run itself, with what is written and told before.
+/// The run itself, with what is written and printed before.
 fn work(
     args: &RunArgs,
     scene: &Scene,
@@ -89,10 +89,10 @@ fn work(
     outcome
 }
 
-fn tell(done: &Summary, directory: &ResultDirectory, format: Format) {
+fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
     say!(
-        "{} steps ({} rejected tries), {} iterations, {} factorisations",
+        "{} steps ({} rejected), {} iterations, {} factorisations",
         done.steps,
         done.rejected,
         done.iterations,

@@ -4,12 +4,12 @@ use std::thread;
 use std::time::Duration;
 
 use crate::kinetics::{ended, guard, leave, overdue};
-use crate::output::{Standing, claim};
+use crate::output::{RunStatus, claim};
 
 /// Between two looks.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Begins to watch, for good; a call may take `limit` seconds, or for ever if that is no time.
+/// Begins to watch, for good; a call may take `limit` seconds, or for ever if that is not a time.
 pub(super) fn start(limit: f64) {
     let limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
     let watch = move || loop {
@@ -29,7 +29,7 @@ pub(super) fn start(limit: f64) {
 
 /// A thread inside a plugin can be stopped no other way. What a run has written until then is whole.
 fn stop(reason: &str, hint: &str) -> ! {
-    super::warn(&format!("error: {reason}{hint}; what was written until now is whole"));
-    claim::end_all(Standing::Failed, reason);
+    super::warn(&format!("error: {reason}{hint}; files written so far are complete"));
+    claim::end_all(RunStatus::Failed, reason);
     leave(1)
 }

@@ -218,7 +218,7 @@ impl Payload {
         match value {
             Some(node) => Ok((name, node)),
             None => {
-                let message = format!("{name} needs values of its own");
+                let message = format!("{name} needs a value");
                 Err(Problem::at(place, message).help(format!("write {{ {name} = … }}")))
             }
         }
@@ -233,7 +233,7 @@ impl<'de> VariantAccess<'de> for Payload {
             None => Ok(()),
             Some(node) => {
                 let name = self.key.name;
-                Err(Problem::at(node.place, format!("{name} takes no values of its own"))
+                Err(Problem::at(node.place, format!("{name} takes no value"))
                     .help(format!("write {name:?} alone")))
             }
         }

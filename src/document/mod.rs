@@ -87,7 +87,7 @@ impl Value {
     /// The value's type in words for messages.
     pub(crate) fn describe(&self) -> String {
         match self {
-            Self::String(s) => format!("the text {s:?}"),
+            Self::String(s) => format!("the string {s:?}"),
             Self::Integer(i) => format!("{i}"),
             Self::Float(x) => format!("{x:?}"),
             Self::Boolean(b) => format!("{b}"),
@@ -206,7 +206,7 @@ fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, Probl
         DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
             Ok(i) => Value::Integer(i),
             Err(_) => {
-                return Err(Problem::at(place, "this whole number needs more than 64 bits")
+                return Err(Problem::at(place, "this integer needs more than 64 bits")
                     .help("write a large real number with a point or exponent, as in 1e20"));
             }
         },

@@ -204,7 +204,7 @@ fn place_in_words(path: &str) -> String {
 /// "did you mean …? allowed: …"; a word counts as meant when it is spelt much the same.
 pub(crate) fn choices(word: &str, allowed: &[String]) -> String {
     if allowed.is_empty() {
-        return "nothing can be named here".to_owned();
+        return "no name is allowed here".to_owned();
     }
     let list = format!("allowed: {}", allowed.join(", "));
     match nearest(word, allowed) {
@@ -239,15 +239,15 @@ fn nearest<'a>(word: &str, allowed: &'a [String]) -> Option<&'a String> {
 }
 
 /// What integers are called.
-const WHOLE: &str = "a whole number";
+const INTEGER: &str = "an integer";
 
 fn expectation(expected: &dyn Expected) -> String {
     let raw = expected.to_string();
     match raw.as_str() {
         "f64" | "f32" => "a number".to_owned(),
-        "usize" | "u64" | "u32" | "u16" | "u8" => format!("{WHOLE} from 0"),
-        "isize" | "i64" | "i32" | "i16" | "i8" => WHOLE.to_owned(),
-        "a string" | "string" => "a text in quotes".to_owned(),
+        "usize" | "u64" | "u32" | "u16" | "u8" => format!("{INTEGER} from 0"),
+        "isize" | "i64" | "i32" | "i16" | "i8" => INTEGER.to_owned(),
+        "a string" | "string" => "a string in quotes".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "a list".to_owned(),
         "a map" => "a table".to_owned(),
@@ -268,8 +268,8 @@ fn finding(found: Unexpected<'_>) -> String {
         Unexpected::Unsigned(i) => i.to_string(),
         Unexpected::Signed(i) => i.to_string(),
         Unexpected::Float(x) => format!("{x:?}"),
-        Unexpected::Char(c) => format!("the text {c:?}"),
-        Unexpected::Str(s) => format!("the text {s:?}"),
+        Unexpected::Char(c) => format!("the string {c:?}"),
+        Unexpected::Str(s) => format!("the string {s:?}"),
         Unexpected::Seq => "a list".to_owned(),
         Unexpected::Map => "a table".to_owned(),
         other => other.to_string(),
@@ -293,7 +293,7 @@ impl serde::de::Error for Problem {
         let expectation = expectation(expected);
         let problem = Self::mismatch(&expectation, finding(found));
         match found {
-            Unexpected::Float(x) if expectation.starts_with(WHOLE) && x.fract() == 0.0 => {
+            Unexpected::Float(x) if expectation.starts_with(INTEGER) && x.fract() == 0.0 => {
                 problem.help(format!("write {x:.0}, without a point or exponent"))
             }
             _ => problem,

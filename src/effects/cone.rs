@@ -4,8 +4,8 @@
 //! u_T = w/6 (x₀ - O)·[(x₁ - O) × (x₂ - O)],     ∂u_T/∂x_k → w/6 N_T,   N_T = (x₁ - x₀) × (x₂ - x₀)
 //! ```
 //!
-//! The derivative is that around interior vertices, where it does not depend on O; a boundary is said more
-//! about in the effect `pressure`. Block (k, m) of the derivative of this gradient is `(w/6) [e_m]×`, e_m
+//! The derivative is that around interior vertices, where it does not depend on O; for boundaries
+//! see the effect `pressure`. Block (k, m) of the derivative of this gradient is `(w/6) [e_m]×`, e_m
 //! the edge opposite corner m; its symmetric part is `(w/12) [e_m - e_k]×`. Summed over the
 //! ring of an interior vertex the two are the same.
 

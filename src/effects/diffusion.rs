@@ -11,7 +11,7 @@
 //! (Δc)_i = (1/A_i) Σ_j w_ij (c_j - c_i),   w_ij = ½ (cot α_ij + cot β_ij),   A_i = ⅓ Σ_{T∋i} A_T
 //! ```
 //!
-//! No flux through the rim comes for free, and `Σ A_i c_i` is conserved because w is symmetric. On
+//! No flux through the boundary comes for free, and `Σ A_i c_i` is conserved because w is symmetric. On
 //! Delaunay meshes w ≥ 0, so c stays ≥ 0. The areas are thirds because that is the lumped mass
 //! matrix of the same elements: any other split would break second order.
 //!

@@ -145,6 +145,8 @@ pub struct Elements<const K: usize, E> {
     make: Box<Make<E>>,
     timed: bool,
     coupling: Coupling,
+    force_scale: f64,
+    applied_force: f64,
 }
 
 /// Makes element number e under given optimal lengths and at a given time.
@@ -176,13 +178,31 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
             Coupling::TWO_RINGS
         };
         let make = Box::new(make);
-        Self { name: name.to_owned(), corners, incident, make, timed: false, coupling }
+        let name = name.to_owned();
+        let (timed, force_scale, applied_force) = (false, 0.0, 0.0);
+        Self { name, corners, incident, make, timed, coupling, force_scale, applied_force }
     }
 
     /// The same, with parameters that depend on time.
     #[must_use]
     pub fn depending_on_time(mut self) -> Self {
         self.timed = true;
+        self
+    }
+
+    /// The same, with a size of the force on a vertex at unit strain ([`Energy::force_scale`]): for
+    /// elements that resist stretching, as a scene without the effect `stretching` needs one that does.
+    #[must_use]
+    pub fn with_force_scale(mut self, force: f64) -> Self {
+        self.force_scale = force;
+        self
+    }
+
+    /// The same, with the largest force that is applied to a vertex of the sheet at rest
+    /// ([`Energy::applied_force`]): for loads, so that a tolerance above it is reported.
+    #[must_use]
+    pub fn with_applied_force(mut self, force: f64) -> Self {
+        self.applied_force = force;
         self
     }
 }
@@ -241,5 +261,13 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         let element = &work.element;
         let mesh = Mesh { corners: &self.corners, incident: &self.incident };
         add_hessian(&mesh, |e| &element[e], shape.x, part, &mut work.places, into);
+    }
+
+    fn force_scale(&self, _: &Conditions<'_>) -> f64 {
+        self.force_scale
+    }
+
+    fn applied_force(&self) -> f64 {
+        self.applied_force
     }
 }

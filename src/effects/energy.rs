@@ -104,9 +104,9 @@ pub trait Energy: Send + Sync + 'static {
     ) {
     }
 
-    /// The largest share of the way from `from` in direction `way` that it allows, up to 1: for energies
+    /// The largest fraction of the step `direction` from `from` that it allows, up to 1: for energies
     /// that are infinite beyond, as those of contact; for [`Coupling::limits_steps`].
-    fn largest_step(&self, _from: &Shape<'_>, _work: &mut Self::Work, _way: &[Vec3]) -> f64 {
+    fn largest_step(&self, _from: &Shape<'_>, _work: &mut Self::Work, _direction: &[Vec3]) -> f64 {
         1.0
     }
 
@@ -186,7 +186,7 @@ pub trait AnyEnergy: Send + Sync {
         part: HessianPart,
         terms: &mut Vec<LowRank>,
     );
-    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, way: &[Vec3]) -> f64;
+    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
     fn metric_derivatives(
         &self,
         shape: &Shape<'_>,
@@ -255,8 +255,8 @@ impl<E: Energy> AnyEnergy for E {
         Energy::low_rank(self, shape, own(work), part, terms);
     }
 
-    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, way: &[Vec3]) -> f64 {
-        Energy::largest_step(self, from, own(work), way)
+    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64 {
+        Energy::largest_step(self, from, own(work), direction)
     }
 
     fn metric_derivatives(

@@ -5,8 +5,8 @@
 //! Laplacian applies the same rule to the vertex averages of the gradient,
 //! `(Δc)_j = (1/A_j) Σ_edges ½ (g_i + g_k)·n l`.
 //!
-//! At the rim the conormal part of the averaged gradient is removed at the vertices (no flux).
-//! Setting the flux of the rim edges to zero instead leaves modes at the rim that grow.
+//! At the boundary the conormal part of the averaged gradient is removed at the vertices (no flux).
+//! Setting the flux of the boundary edges to zero instead leaves modes at the boundary that grow.
 //!
 //! Known faults, kept because this is here for comparison: as many modes as there are more faces
 //! than vertices (half of the faces, about) are never damped; it does not converge on random
@@ -102,7 +102,7 @@ impl GreenGaussOperator {
             [c - b, a - c, b - a].map(|e| e.cross(&face[t].normal) / (2.0 * face[t].area))
         });
         self.conormal.fill(Vec3::zeros());
-        let edges = sheet.edges().iter().enumerate().filter(|(_, edge)| edge.is_rim());
+        let edges = sheet.edges().iter().enumerate().filter(|(_, edge)| edge.is_boundary());
         for (e, edge) in edges {
             let t = edge.triangles[0] as usize;
             let k = sheet.triangle_edges()[t].iter().position(|&o| o as usize == e).unwrap_or(0);

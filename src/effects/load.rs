@@ -8,7 +8,7 @@
 //!
 //! * `{ total = F }`: F, shared equally among the chosen vertices;
 //! * `{ per-vertex = f }`: `f_i = f` at each of them;
-//! * `{ per-length = f }`, force/length: a rim edge whose two ends are chosen gives `f l⁰/2` to each;
+//! * `{ per-length = f }`, force/length: a boundary edge whose two ends are chosen gives `f l⁰/2` to each;
 //! * `{ per-area = f }`, force/length²: a triangle whose three corners are chosen gives `f A⁰/3` to
 //!   each;
 //! * `{ along-normal = p }`, force/length²: the same with `f = p n⁰`, n⁰ the normal of the rest
@@ -47,7 +47,7 @@ pub struct Load {
     pub ramp: Option<Ramp>,
 }
 
-/// What the force of a load is per.
+/// The measure of the force of a load: total, per vertex, length or area.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadForce {
@@ -55,7 +55,7 @@ pub enum LoadForce {
     Total([Finite; 3]),
     /// Force on each chosen vertex.
     PerVertex([Finite; 3]),
-    /// Force per rest length of the rim between chosen vertices.
+    /// Force per rest length of the boundary between chosen vertices.
     PerLength([Finite; 3]),
     /// Force per rest area of the triangles between chosen vertices.
     PerArea([Finite; 3]),
@@ -101,7 +101,7 @@ impl DeadLoad {
     /// Spreads `force` over the vertices of `sheet` that are `chosen`.
     ///
     /// # Errors
-    /// A force per length where no rim edge, or per area where no triangle, lies between chosen
+    /// A force per length where no boundary edge, or per area where no triangle, lies between chosen
     /// vertices.
     pub fn new(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> Result<Self, EffectError> {
         let inside = |v: &u32| chosen[*v as usize];
@@ -120,8 +120,10 @@ impl DeadLoad {
                 }
             }
             LoadForce::PerLength(f) => {
-                let rim = sheet.edges().iter().filter(|edge| edge.is_rim());
-                for Edge { vertices, .. } in rim.filter(|edge| edge.vertices.iter().all(inside)) {
+                let boundary = sheet.edges().iter().filter(|edge| edge.is_boundary());
+                for Edge { vertices, .. } in
+                    boundary.filter(|edge| edge.vertices.iter().all(inside))
+                {
                     let [a, b] = vertices.map(|v| v as usize);
                     let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
                     on[a] += half * vector(f);
@@ -151,8 +153,8 @@ impl DeadLoad {
         }
         let (part, help) = match force {
             LoadForce::PerLength(_) => (
-                "rim edge has both ends",
-                "a force per length acts on the rim; for a force on single vertices use total or \
+                "boundary edge has both ends",
+                "a force per length acts on the boundary; for a force on single vertices use total or \
                  per-vertex",
             ),
             LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => (

@@ -15,6 +15,7 @@ mod green_gauss;
 mod growth;
 mod load;
 mod pin;
+pub mod prelude;
 mod pressure;
 mod ramp;
 mod region;
@@ -34,7 +35,7 @@ pub use growth::{Growth, LengthFactor};
 pub use load::{DeadLoad, Load, LoadForce};
 pub use pin::{Axes, Pin, Prescribed};
 pub use pressure::{FollowerPressure, Pressure};
-pub use ramp::Ramp;
+pub use ramp::{Factor, Ramp};
 pub use region::Region;
 pub use spec::{
     Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, kinds,

@@ -1,4 +1,4 @@
-//! Pins: vertices fixed where they start, or led along, in some or all directions.
+//! Pins: vertices fixed where they start, or moved along a prescribed path, in some or all directions.
 //!
 //! A fixed direction has no equation of motion: its gradient entry is zero and its place in the
 //! Hessian a multiple of the identity. With a `displacement` d the fixed components are those of
@@ -31,7 +31,7 @@ pub struct Pin {
     pub ramp: Option<Ramp>,
 }
 
-/// Fixed directions of vertices that are led along.
+/// Fixed directions of vertices whose positions are prescribed.
 #[derive(Debug, Clone)]
 pub struct Prescribed {
     vertices: Vec<usize>,
@@ -61,10 +61,10 @@ impl TryFrom<String> for Axes {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let mut held = [false; 3];
+        let mut fixed = [false; 3];
         for letter in word.chars() {
             match "xyz".find(letter) {
-                Some(axis) if !held[axis] => held[axis] = true,
+                Some(axis) if !fixed[axis] => fixed[axis] = true,
                 _ => {
                     return Err(format!(
                         "`{word}` is not made of the letters x, y and z, once each"
@@ -72,16 +72,16 @@ impl TryFrom<String> for Axes {
                 }
             }
         }
-        if held == [false; 3] {
+        if fixed == [false; 3] {
             return Err("no axis is named; write \"z\", \"xy\" or \"xyz\", for example".into());
         }
-        Ok(Self(held))
+        Ok(Self(fixed))
     }
 }
 
 impl From<Axes> for String {
     fn from(axes: Axes) -> Self {
-        "xyz".chars().zip(axes.0).filter(|(_, held)| *held).map(|(letter, _)| letter).collect()
+        "xyz".chars().zip(axes.0).filter(|(_, fixed)| *fixed).map(|(letter, _)| letter).collect()
     }
 }
 
@@ -97,8 +97,8 @@ impl EffectSpec for Pin {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "pin")?;
-        let held = |inside: bool| if inside { self.axes.0 } else { [false; 3] };
-        let pins = chosen.iter().map(|chosen| held(*chosen)).collect();
+        let fixed = |inside: bool| if inside { self.axes.0 } else { [false; 3] };
+        let pins = chosen.iter().map(|chosen| fixed(*chosen)).collect();
         let mut effect = Effect::pins(pins);
         match self.displacement {
             Some(by) => effect.prescribed.push(Prescribed {

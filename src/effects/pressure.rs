@@ -7,15 +7,15 @@
 //! p is the pressure on the back of the sheet less that on its front, force/length²: **positive
 //! pushes along the normals** (triangles counter-clockwise seen from the side that the normal points
 //! to), so it inflates a closed sheet whose normals point outwards. V is then the enclosed volume.
-//! On an open sheet V is the volume between the sheet and the cone from its rim to O, the mean of
-//! the rim's rest positions.
+//! On an open sheet V is the volume between the sheet and the cone from its boundary to O, the mean of
+//! the boundary's rest positions.
 //!
 //! **When it is conservative.** Round an interior vertex `∂V/∂x_i = Σ_T A_T n_T/3` whatever O is, so
-//! there f is exactly the gradient of pV. At a rim vertex i between rim edges (k, i) and (i, j) the
-//! cone adds `(p/6) [(x_j - O) × (x_i - O) + (x_i - O) × (x_k - O)]`, which is no force of the
+//! there f is exactly the gradient of pV. At a boundary vertex i between boundary edges (k, i) and (i, j) the
+//! cone adds `(p/6) [(x_j - O) × (x_i - O) + (x_i - O) × (x_k - O)]`, which is not a force of the
 //! pressure and left out. So f is conservative, and U its energy, where that term does no work: on closed sheets,
-//! where the rim is pinned, and where the rim stays in a plane through O (all rim vertices at one
-//! height, pinned along z: a lid that slides in its plane). Where the rim is free, the force is
+//! where the boundary is pinned, and where the boundary stays in a plane through O (all boundary vertices at one
+//! height, pinned along z: a lid that slides in its plane). Where the boundary is free, the force is
 //! still right but has no energy: U is not one, and a solver that trusts it may stop early.
 //!
 //! **Hessian.** See the file `cone.rs`: exact away from the boundary, the symmetric part there; it is
@@ -83,10 +83,17 @@ impl FollowerPressure {
     /// On `sheet`, of the given value.
     #[must_use]
     pub fn new(sheet: &Sheet, pressure: f64) -> Self {
-        let rim = || sheet.rest().iter().zip(sheet.rim()).filter(|(_, rim)| **rim).map(|(x, _)| x);
-        let apex = match rim().count() {
+        let boundary = || {
+            sheet
+                .rest()
+                .iter()
+                .zip(sheet.boundary())
+                .filter(|(_, boundary)| **boundary)
+                .map(|(x, _)| x)
+        };
+        let apex = match boundary().count() {
             0 => sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1)),
-            n => rim().sum::<Vec3>() / real(n),
+            n => boundary().sum::<Vec3>() / real(n),
         };
         let mut force = vec![Vec3::zeros(); sheet.vertex_count()];
         for corners in sheet.triangles() {

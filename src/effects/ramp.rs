@@ -23,18 +23,30 @@ pub enum Ramp {
 }
 
 /// A factor of time, ready to be evaluated; 1 if there is none.
+///
+/// ```
+/// use rumple::effects::{Factor, Ramp};
+///
+/// let ramp = Ramp::Formula("min(t/2, 1)".into());
+/// assert_eq!(Factor::new(Some(&ramp))?.at(1.0), 0.5);
+/// # Ok::<(), rumple::effects::EffectError>(())
+/// ```
 #[derive(Debug, Clone, Default)]
-pub(super) struct Factor(Option<Course>);
+pub struct Factor(Option<Profile>);
 
 #[derive(Debug, Clone)]
-enum Course {
+enum Profile {
     Formula(FieldFormula),
     Points(Vec<[f64; 2]>),
 }
 
 impl Factor {
-    /// Of a scene's ramp.
-    pub(super) fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
+    /// The factor that a scene's ramp gives.
+    ///
+    /// # Errors
+    /// A formula that cannot be read or depends on the position, times that do not ascend; blamed on the
+    /// key `ramp`.
+    pub fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
         let refuse =
             |message: String, help: Option<String>| Err(EffectError { key: "ramp", message, help });
         Ok(Self(match ramp {
@@ -44,33 +56,35 @@ impl Factor {
                 Ok(formula) if formula.depends_on_position() => {
                     return refuse("a ramp is a formula of the time t alone".into(), None);
                 }
-                Ok(formula) => Some(Course::Formula(formula)),
+                Ok(formula) => Some(Profile::Formula(formula)),
             },
             Some(Ramp::Points(points)) => {
                 let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(Finite::get)).collect();
                 if points.is_empty() || !points.windows(2).all(|p| p[0][0] < p[1][0]) {
-                    let message = "the times of a ramp must ascend";
+                    let message = "the times of a ramp must increase";
                     let help = "write [[time, factor], …], as in [[0, 0], [2, 1]]";
                     return refuse(message.into(), Some(help.into()));
                 }
-                Some(Course::Points(points))
+                Some(Profile::Points(points))
             }
         }))
     }
 
-    /// Whether there is one.
-    pub(super) fn changes(&self) -> bool {
+    /// Whether there is a ramp.
+    #[must_use]
+    pub fn changes(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Its value.
-    pub(super) fn at(&self, time: f64) -> f64 {
+    /// The factor at `time`.
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
         match &self.0 {
             None => 1.0,
-            Some(Course::Formula(formula)) => {
+            Some(Profile::Formula(formula)) => {
                 formula.at(&[Vec3::zeros()], time).first().copied().unwrap_or(1.0)
             }
-            Some(Course::Points(points)) => {
+            Some(Profile::Points(points)) => {
                 let later = points.iter().position(|p| p[0] > time);
                 match later {
                     Some(0) => points[0][1],
@@ -85,9 +99,10 @@ impl Factor {
     }
 
     /// Largest factor of points; 1 of a formula, which may have none.
-    pub(super) fn largest(&self) -> f64 {
+    #[must_use]
+    pub fn largest(&self) -> f64 {
         match &self.0 {
-            Some(Course::Points(points)) => points.iter().fold(0.0, |m, p| m.max(p[1].abs())),
+            Some(Profile::Points(points)) => points.iter().fold(0.0, |m, p| m.max(p[1].abs())),
             _ => 1.0,
         }
     }

@@ -11,8 +11,9 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Region {
-    /// All vertices on the rim.
-    Rim,
+    /// All vertices on the boundary.
+    #[serde(rename = "rim", alias = "boundary")]
+    Boundary,
     /// All vertices.
     All,
     /// Vertices inside a box, its faces included.
@@ -71,7 +72,7 @@ impl Region {
     pub fn mask(&self, sheet: &Sheet) -> Vec<bool> {
         let each = |inside: &dyn Fn(&Vec3) -> bool| sheet.rest().iter().map(inside).collect();
         match self {
-            Self::Rim => sheet.rim().to_vec(),
+            Self::Boundary => sheet.boundary().to_vec(),
             Self::All => vec![true; sheet.vertex_count()],
             Self::Cuboid { min, max } => {
                 each(&|x| (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]))
@@ -120,7 +121,7 @@ impl Region {
     /// # Errors
     /// A vertex that does not exist, a direction of length 0, a ring turned inside out, or no
     /// vertex in the region.
-    pub(super) fn choose(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
+    pub fn choose(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
         let refuse = |message: String, help: &str| EffectError {
             key: "where",
             message,
@@ -133,7 +134,7 @@ impl Region {
         } else {
             Err(refuse(
                 format!("no vertex is chosen by this {effect}"),
-                "a closed surface has no rim; regions refer to rest positions",
+                "a closed surface has no boundary; regions refer to rest positions",
             ))
         }
     }
@@ -159,7 +160,7 @@ impl Region {
                 Ok(())
             }
             Self::AllOf(parts) => parts.iter().try_for_each(|part| part.check(sheet)),
-            Self::Rim | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
+            Self::Boundary | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
         }
     }
 }
@@ -169,6 +170,6 @@ fn direction(name: &str, v: &[Finite; 3]) -> Result<(), (String, &'static str)> 
     if length > 0.0 && length.is_finite() {
         Ok(())
     } else {
-        Err((format!("the {name} must be a direction that is not 0"), "for example [0, 0, 1]"))
+        Err((format!("the {name} must be a nonzero vector"), "for example [0, 0, 1]"))
     }
 }

@@ -91,7 +91,7 @@ pub struct EffectContext<'a> {
     pub material: Option<&'a Material>,
     /// Species, if the scene has kinetics.
     pub kinetics: Option<(&'a Descriptor, Location)>,
-    /// What the values of species are per.
+    /// Whether species are amounts per current or per rest area.
     pub measure: Measure,
 }
 
@@ -110,7 +110,7 @@ impl<'a> EffectContext<'a> {
     }
 }
 
-/// What a species' value is an amount per.
+/// Whether the value of a species is an amount per current or per rest area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Measure {
@@ -152,7 +152,7 @@ pub struct Effect {
     pub energies: Vec<EnergyTerm>,
     /// Directions that are fixed.
     pub pins: Option<Pins>,
-    /// Fixed directions that are led along.
+    /// Fixed directions whose positions are prescribed in time.
     pub prescribed: Vec<Prescribed>,
     /// What must be zero at every shape: the value of each, which has no unit (a strain, a share), is
     /// kept below 1e-9 by a force along its gradient.

@@ -65,7 +65,7 @@ impl TransportTerm {
     /// Holds `transport`.
     #[must_use]
     pub fn new(transport: impl Transport) -> Self {
-        Self(Box::new(Held(transport)))
+        Self(Box::new(Boxed(transport)))
     }
 
     /// On the shape `x`.
@@ -108,13 +108,13 @@ pub trait AnyTransport: Send + Sync {
     );
 }
 
-struct Held<T>(T);
+struct Boxed<T>(T);
 
 fn own<O: 'static>(operator: &Operator) -> &O {
     operator.downcast_ref().unwrap_or_else(|| unreachable!("operators stay with their transport"))
 }
 
-impl<T: Transport> AnyTransport for Held<T> {
+impl<T: Transport> AnyTransport for Boxed<T> {
     fn operator(&self) -> Operator {
         Box::new(T::Operator::default())
     }

@@ -89,7 +89,7 @@ impl EffectSpec for Volume {
             let (message, help) = (message.to_owned(), Some(help.to_owned()));
             Err(EffectError { key: "kind", message, help })
         };
-        if sheet.rim().contains(&true) {
+        if sheet.boundary().contains(&true) {
             return refuse(
                 "a sheet with a boundary encloses no volume",
                 "use shape = \"sphere\" or a closed mesh; on an open sheet use the effect pressure",

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! `H_i > 0` where `L_i` points along the area-weighted vertex normal: with triangles
-//! counter-clockwise seen from +z, a bump towards +z has H > 0 at its top. On the rim both are 0.
+//! counter-clockwise seen from +z, a bump towards +z has H > 0 at its top. On the boundary both are 0.
 //!
 //! Reference: Meyer, Desbrun, Schröder & Barr (2003), doi:10.1007/978-3-662-05105-4_2.
 
@@ -21,7 +21,7 @@ use rumple_numerics::parallel;
 /// Curvatures and areas at the vertices.
 #[derive(Debug, Clone, Default)]
 pub struct Curvature {
-    /// Vertex areas `A_i`, length² (rim vertices included).
+    /// Vertex areas `A_i`, length² (boundary vertices included).
     pub area: Vec<f64>,
     /// Signed mean curvature, 1/length.
     pub mean: Vec<f64>,
@@ -57,7 +57,7 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
         normal += face.area * face.normal;
         deficit -= angle_at(shape, t, k);
     }
-    if shape.sheet.rim()[i] {
+    if shape.sheet.boundary()[i] {
         return [area, 0.0, 0.0];
     }
     let mean = (l.norm() / (4.0 * area)).copysign(l.dot(&normal));

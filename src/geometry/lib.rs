@@ -14,7 +14,7 @@ pub use average::FaceVertexAverage;
 pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces};
 pub use rest_metric::{RestMetric, heron_area};
-pub use vertex_area::{AreaRule, VertexArea};
+pub use vertex_area::{AreaRule, VertexArea, lumped_areas};
 
 use rumple_numerics::Vec3;
 use rumple_sheet::Sheet;

@@ -32,6 +32,20 @@ pub enum AreaRule {
     Barycentric,
 }
 
+/// A third of the rest areas of the triangles around every vertex: `Σ_i A⁰_i` is the area of the sheet.
+///
+/// What turns a modulus (force/length³) into the stiffness of a vertex, so that results do not depend
+/// on the mesh.
+#[must_use]
+pub fn lumped_areas(sheet: &Sheet) -> Vec<f64> {
+    let mut area = vec![0.0; sheet.vertex_count()];
+    for corners in sheet.triangles() {
+        let third = Face::of(&corners.map(|v| sheet.rest()[v as usize])).area / 3.0;
+        corners.iter().for_each(|v| area[*v as usize] += third);
+    }
+    area
+}
+
 /// Corner shares for one sheet.
 #[derive(Debug, Clone)]
 pub struct VertexArea {

@@ -11,7 +11,8 @@ use rumple_numerics::num::Short;
 pub enum KineticsError {
     /// No plugin of this name where plugins are looked for.
     #[error(
-        "there is no plugin `{name}`{}\nfound: {}\nlooked in: {}; --plugin-path DIR adds a directory, and ./{name}.so is a path",
+        "there is no plugin `{name}`{}\nfound: {}\nlooked in: {}; --plugin-path DIR adds a \
+         directory, and ./{name}.so is a path",
         hint(nearest.as_deref()),
         list(found),
         list(searched)
@@ -27,7 +28,7 @@ pub enum KineticsError {
         searched: Vec<String>,
     },
     /// No file at the path of a plugin.
-    #[error("plugin file {} does not exist (or is no file)", path.display())]
+    #[error("plugin file {} does not exist (or is not a file)", path.display())]
     MissingFile {
         /// The path.
         path: PathBuf,
@@ -50,7 +51,7 @@ pub enum KineticsError {
     },
     /// A shared library without the entry symbol.
     #[error(
-        "{} is a shared library but no plugin: it does not export `{}`",
+        "{} is a shared library but not a plugin: it does not export `{}`",
         path.display(),
         rumple_plugin_abi::ENTRY_SYMBOL
     )]
@@ -59,7 +60,8 @@ pub enum KineticsError {
         path: PathBuf,
     },
     /// The entry symbol is not a plugin table.
-    #[error("{} is no plugin: its table starts with {found:02x?} instead of {:02x?} (magic)", path.display(), rumple_plugin_abi::MAGIC)]
+    #[error("{} is not a plugin: its table starts with {found:02x?} instead of {:02x?} \
+        (magic)", path.display(), rumple_plugin_abi::MAGIC)]
     WrongMagic {
         /// The path.
         path: PathBuf,
@@ -68,7 +70,8 @@ pub enum KineticsError {
     },
     /// Built for another major version of the boundary.
     #[error(
-        "plugin {} was built for version {major}.{minor} of the plugin boundary; this engine needs {}.x: rebuild it with the matching SDK or header",
+        "plugin {} was built for version {major}.{minor} of the plugin boundary; this engine \
+         needs {}.x: rebuild it with the matching SDK or header",
         path.display(),
         rumple_plugin_abi::ABI_MAJOR
     )]
@@ -93,7 +96,7 @@ pub enum KineticsError {
         size: usize,
     },
     /// The table or the descriptor says something impossible.
-    #[error("plugin {} describes itself wrongly: {place}: {problem}", path.display())]
+    #[error("plugin {} has an invalid descriptor: {place}: {problem}", path.display())]
     BadDescriptor {
         /// The path.
         path: PathBuf,
@@ -166,7 +169,7 @@ pub enum KineticsError {
     /// Two calls with the same inputs gave different results.
     #[error(
         "plugin `{plugin}` gave {} and then {} in rates for {quantity} at {location} {point} from \
-         the same inputs ({how}): a law may not keep a state of its own",
+         the same inputs ({how}): a law must not keep internal state",
         Short(*first),
         Short(*second)
     )]
@@ -188,7 +191,7 @@ pub enum KineticsError {
     },
     /// Parameters that differ from point to point do not do what those of an instance do.
     #[error(
-        "plugin `{plugin}` says that it reads parameters from point to point, but gives {} for \
+        "plugin `{plugin}` declares that it reads parameters point by point, but gives {} for \
          {quantity} at point {point}, where an instance with these parameters gives {}",
         Short(*found),
         Short(*expected)
@@ -228,8 +231,8 @@ pub enum KineticsError {
     },
     /// An output that a law leaves as it was.
     #[error(
-        "{law} leaves output {output} of {columns} of {call} unwritten at {location} {point}: it must \
-         write every output at every point"
+        "{law} leaves output {output} of {columns} of {call} unwritten at {location} {point}: it \
+         must write every output at every point"
     )]
     Unwritten {
         /// The law, as messages call it.
@@ -359,7 +362,8 @@ fn inside(libraries: &[PathBuf]) -> String {
     if libraries.is_empty() {
         let ending = std::env::consts::DLL_SUFFIX;
         return format!(
-            "name the library in it, a file that ends in {ending}; there is none yet, so build it first"
+            "name the library in it, a file that ends in {ending}; there is none yet, so build it \
+             first"
         );
     }
 

@@ -339,7 +339,7 @@ fn check_outputs(
     Err(KineticsError::BadOutput(Box::new(BadValue {
         law: match quantity {
             Quantity::Observables => descriptor.title(),
-            _ => kinetics.culprit(quantity.reads_signals(), batch),
+            _ => kinetics.offender(quantity.reads_signals(), batch),
         },
         call: quantity.call(),
         quantity: quantity.describe(kinetics, partial, column),

@@ -115,7 +115,7 @@ impl JointKinetics {
             match all.species_index(&name) {
                 Some(number) if number >= before => {
                     let key = format!("rename.{}", one.name);
-                    return Err((key, format!("this law has two species `{name}` then")));
+                    return Err((key, format!("this would give the law two species `{name}`")));
                 }
                 Some(number) if is_shared => {
                     share(&mut all.species[number], one)?;
@@ -214,7 +214,11 @@ fn share(known: &mut Species, other: &Species) -> Result<(), (String, String)> {
     known.lower = known.lower.max(other.lower);
     known.upper = known.upper.min(other.upper);
     if known.lower >= known.upper {
-        let message = format!("no value of `{}` suits this law and an earlier one", known.name);
+        let message = format!(
+            "no value of `{}` is valid for both this law and an earlier \
+            one",
+            known.name
+        );
         return Err(("shared".into(), message));
     }
     Ok(())
@@ -222,11 +226,11 @@ fn share(known: &mut Species, other: &Species) -> Result<(), (String, String)> {
 
 impl Part {
     /// Hands this law's view of the inputs to `evaluate`.
-    fn see<R>(&self, batch: &Batch<'_>, evaluate: impl FnOnce(&Batch<'_>) -> R) -> R {
-        self.see_with(&self.signals, batch, evaluate)
+    fn with_inputs<R>(&self, batch: &Batch<'_>, evaluate: impl FnOnce(&Batch<'_>) -> R) -> R {
+        self.with_signals(&self.signals, batch, evaluate)
     }
 
-    fn see_with<R>(
+    fn with_signals<R>(
         &self,
         signals: &[usize],
         batch: &Batch<'_>,
@@ -262,7 +266,8 @@ impl Kinetics for JointKinetics {
         let mut warning = None;
         for part in &self.members {
             let mut own = Columns::new(part.species.len(), batch.count);
-            let outcome = part.see(batch, |b| part.kinetics.rates(b, &mut own.slices_mut()))?;
+            let outcome =
+                part.with_inputs(batch, |b| part.kinetics.rates(b, &mut own.slices_mut()))?;
             warning = warning.or(outcome);
             for (row, &species) in part.species.iter().enumerate() {
                 add(rates[species], own.column(row));
@@ -285,7 +290,7 @@ impl Kinetics for JointKinetics {
             let (n, inputs) = (part.species.len(), part.kinetics.descriptor().inputs());
             let mut own = Columns::new(n, batch.count);
             let mut slopes = Columns::new(n * inputs, batch.count);
-            let outcome = part.see(batch, |b| {
+            let outcome = part.with_inputs(batch, |b| {
                 part.kinetics.rate_partials(b, &mut own.slices_mut(), &mut slopes.slices_mut())
             })?;
             warning = warning.or(outcome);
@@ -306,7 +311,7 @@ impl Kinetics for JointKinetics {
         let mut own = vec![1.0; batch.count];
         let mut warning = None;
         for part in self.members.iter().filter(|p| p.gives_length_factor()) {
-            let outcome = part.see(batch, |b| part.kinetics.length_factor(b, &mut own))?;
+            let outcome = part.with_inputs(batch, |b| part.kinetics.length_factor(b, &mut own))?;
             warning = warning.or(outcome);
             factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
         }
@@ -325,7 +330,7 @@ impl Kinetics for JointKinetics {
         let mut warning = None;
         for part in self.members.iter().filter(|p| p.gives_length_factor()) {
             let mut slopes = Columns::new(part.species.len(), batch.count);
-            let outcome = part.see(batch, |b| {
+            let outcome = part.with_inputs(batch, |b| {
                 part.kinetics.length_factor_partials(b, &mut own, &mut slopes.slices_mut())
             })?;
             warning = warning.or(outcome);
@@ -355,9 +360,9 @@ impl Kinetics for JointKinetics {
         Ok(any.then(|| Box::new(Self { descriptor, parameters, members }) as Box<dyn Kinetics>))
     }
 
-    fn culprit(&self, rates: bool, batch: &Batch<'_>) -> String {
+    fn offender(&self, rates: bool, batch: &Batch<'_>) -> String {
         let bad = |part: &&Part| {
-            part.see(batch, |b| {
+            part.with_inputs(batch, |b| {
                 let mut own = Columns::new(if rates { part.species.len() } else { 1 }, b.count);
                 let columns = &mut own.slices_mut();
                 let least = if rates { f64::MIN } else { f64::MIN_POSITIVE };
@@ -377,7 +382,7 @@ impl Kinetics for JointKinetics {
         for part in self.members.iter().filter(|p| !p.observables.is_empty()) {
             let own = &mut values[part.observables.clone()];
             let outcome =
-                part.see_with(&part.observed, batch, |b| part.kinetics.observe(b, own))?;
+                part.with_signals(&part.observed, batch, |b| part.kinetics.observe(b, own))?;
             warning = warning.or(outcome);
         }
         Ok(warning)

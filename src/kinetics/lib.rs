@@ -127,7 +127,7 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
 
     /// What messages call the law whose rates (else length factors) are bad numbers in this batch.
     /// Provided: this one.
-    fn culprit(&self, _rates: bool, _batch: &Batch<'_>) -> String {
+    fn offender(&self, _rates: bool, _batch: &Batch<'_>) -> String {
         self.descriptor().title()
     }
 }

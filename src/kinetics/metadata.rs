@@ -39,7 +39,8 @@ pub(super) fn check(descriptor: &Descriptor) -> Result<(), Problem> {
             return Err((
                 format!("species `{}`", species.name),
                 format!(
-                    "lives elsewhere than `{}`; expected one location for all species of a plugin",
+                    "has another location than `{}`; expected one location for all species of a \
+                     plugin",
                     descriptor.species[0].name
                 ),
             ));
@@ -87,7 +88,7 @@ fn identifier(name: &str) -> Result<(), String> {
     if starts_well && characters.all(|next| next.is_ascii_alphanumeric() || next == '_') {
         Ok(())
     } else {
-        Err("is no name; expected a letter, then letters, digits or `_`".to_owned())
+        Err("is not a valid name; expected a letter, then letters, digits or `_`".to_owned())
     }
 }
 

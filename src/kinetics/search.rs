@@ -101,7 +101,7 @@ impl Search {
     }
 }
 
-/// What is wrong with the path of a plugin that is no file.
+/// What is wrong with the path of a plugin that is not a file.
 pub(super) fn no_file(path: PathBuf) -> KineticsError {
     if !path.is_dir() {
         return KineticsError::MissingFile { path };

@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// live.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Signal {
-    /// Mean curvature H, 1/length. Positive at the top of a bump towards the normal; 0 on the rim.
+    /// Mean curvature H, 1/length. Positive at the top of a bump towards the normal; 0 on the boundary.
     MeanCurvature,
     /// Gaussian curvature K, 1/length². Positive on a sphere, negative on a saddle.
     GaussianCurvature,

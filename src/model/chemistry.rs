@@ -119,7 +119,7 @@ impl Chemistry {
         &self.parameters
     }
 
-    /// What the values of species are per.
+    /// Whether species are amounts per current or per rest area.
     #[must_use]
     pub fn measure(&self) -> Measure {
         self.measure
@@ -160,7 +160,7 @@ impl Chemistry {
     /// kinetics gives none.
     ///
     /// # Errors
-    /// If the plugin fails or gives a factor that is no positive number.
+    /// If the plugin fails or gives a factor that is not a positive number.
     pub fn length_factor(
         &self,
         sheet: &Sheet,
@@ -211,7 +211,7 @@ impl Chemistry {
     /// Length factor Φ where the species live.
     ///
     /// # Errors
-    /// If the plugin fails or gives a factor that is no positive number.
+    /// If the plugin fails or gives a factor that is not a positive number.
     pub fn point_length_factor(&self, species: &[Vec<f64>]) -> Result<Vec<f64>, KineticsError> {
         self.factor_at(self.location, species)
     }

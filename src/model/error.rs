@@ -32,8 +32,8 @@ pub enum ModelError {
     },
     /// Growth to a length that is not a positive number.
     #[error(
-        "growth gives the edge between vertices {} and {} the length factor {value} at time {time}; \
-         it must be a number > 0",
+        "growth gives the edge between vertices {} and {} the length factor {value} at time \
+         {time}; it must be a number > 0",
         vertices[0], vertices[1]
     )]
     Growth {
@@ -47,7 +47,7 @@ pub enum ModelError {
     /// A species left its valid range by more than the tolerance.
     #[error(
         "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
-         {}: the step is too large for its kinetics, or these lead out of the range",
+         {}: the step is too large for its kinetics, or the kinetics leave the range",
         Short(range.0), Short(range.1)
     )]
     OutOfRange {

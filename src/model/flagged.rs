@@ -42,7 +42,7 @@ impl Flagged {
         ))
     }
 
-    /// The first result that was no usable number. Where the run goes on it was in a try that has
+    /// The first result that was not a usable number. Where the run goes on it was in a try that has
     /// been given up.
     #[must_use]
     pub fn bad(&self) -> Option<&BadValue> {

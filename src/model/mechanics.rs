@@ -148,15 +148,15 @@ impl Mechanics {
         }
     }
 
-    /// Whether fixed directions are led along; what has no energy does not move.
+    /// Whether positions are prescribed in time; what has no energy does not move.
     #[must_use]
-    pub fn leads(&self) -> bool {
+    pub fn has_prescribed(&self) -> bool {
         !self.is_empty() && !self.prescribed.is_empty()
     }
 
-    /// Sets the fixed directions that are led along to where they are at `time`.
-    pub fn lead(&self, time: f64, x: &mut [Vec3]) {
-        for prescribed in self.prescribed.iter().filter(|_| self.leads()) {
+    /// Sets the fixed directions whose positions are prescribed in time to where they are at `time`.
+    pub fn set_prescribed(&self, time: f64, x: &mut [Vec3]) {
+        for prescribed in self.prescribed.iter().filter(|_| self.has_prescribed()) {
             prescribed.set(self.sheet.rest(), time, x);
         }
     }
@@ -231,7 +231,7 @@ impl Mechanics {
         self.terms.iter().any(|term| term.coupling().low_rank)
     }
 
-    /// Which vertices second derivatives couple, pairs of the moment and terms of low rank left out:
+    /// Which vertices second derivatives couple, without pairs that depend on the shape and terms of low rank:
     /// as many rings as the furthest-reaching effect of the scene.
     #[must_use]
     pub fn pattern(&self) -> &Arc<BlockPattern> {

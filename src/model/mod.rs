@@ -13,7 +13,6 @@
 mod chemistry;
 mod constraint;
 mod coupled;
-mod course;
 mod error;
 mod evaluation;
 mod flagged;
@@ -25,10 +24,10 @@ mod potential;
 mod rigid;
 mod signals;
 mod state;
+mod time_course;
 
 pub use chemistry::{Chemistry, SignalColumns, Surface};
 pub use coupled::{Coupled, CoupledWork, Layout, Part};
-pub use course::Course;
 pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};
 pub use flagged::Flagged;
@@ -36,9 +35,10 @@ pub use mechanics::{Mechanics, MechanicsParts};
 pub use parameters::ParameterFields;
 pub use policy::{Policy, Storage};
 pub use potential::Potential;
-pub use rigid::{Motion, free_motions, holding};
+pub use rigid::{Motion, free_motions, minimal_pins};
 pub use signals::{Signals, TensionReading};
 pub use state::State;
+pub use time_course::TimeCourse;
 
 pub(crate) use meters::constraint_meter;
 pub(crate) use signals::Derivatives;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! with x̄ the mean position and R the root mean square distance from it. What is counted is
-//! infinitesimal: a flat sheet held out of its plane along its boundary slides and turns in it, three
+//! infinitesimal: a flat sheet fixed out of its plane along its boundary slides and turns in it, three
 //! motions. Whether an energy changes along such a motion is for others to say.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
@@ -17,7 +17,7 @@ use crate::parallel;
 
 /// Mean square of the fixed components of a motion, relative to its own, that counts as 0: round-off
 /// leaves some 1e-16.
-const HELD: f64 = 1e-13;
+const FREE: f64 = 1e-13;
 /// Smallest square of a component that can stand for a motion.
 const SMALL: f64 = 1e-12;
 
@@ -53,18 +53,18 @@ pub fn free_motions(
         let axis = Vec3::ith(p % 3, 1.0);
         if p < 3 { axis } else { axis.cross(&(x[i] - centre)) / radius }
     };
-    let mut held = Matrix6::zeros();
+    let mut fixed = Matrix6::zeros();
     let mut rows = 0usize;
     for (i, pin) in pins.iter().enumerate() {
         for a in (0..3).filter(|&a| pin[a]) {
             let row = Vector6::from_fn(|p, _| basis(p, i)[a]);
-            held += row * row.transpose();
+            fixed += row * row.transpose();
             rows += 1;
         }
     }
-    let eigen = SymmetricEigen::new(held / real(rows.max(1)));
+    let eigen = SymmetricEigen::new(fixed / real(rows.max(1)));
     let mut all: Vec<Motion> = Vec::new();
-    for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= HELD) {
+    for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FREE) {
         let mut parameters: Vector6<f64> = eigen.eigenvectors.column(k).into();
         let mut shape = vec![Vec3::zeros(); x.len()];
         parallel::fill(&mut shape, |i| {
@@ -88,10 +88,10 @@ pub fn free_motions(
     (all, radius)
 }
 
-/// As many (vertex, axis) pairs as there are `motions`: held there, a sheet has none of them left.
+/// As many (vertex, axis) pairs as there are `motions`: fixed there, a sheet has none of them left.
 /// Which ones does not matter to the shape; those are taken that the motions move most.
 #[must_use]
-pub fn holding(motions: &[Motion], pins: &Pins) -> Vec<(usize, usize)> {
+pub fn minimal_pins(motions: &[Motion], pins: &Pins) -> Vec<(usize, usize)> {
     let count = motions.len();
     // What the motions with all chosen directions at rest still move.
     let mut basis: Vec<Vector6<f64>> = Vec::new();

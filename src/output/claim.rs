@@ -1,4 +1,4 @@
-//! A directory while a run writes to it: nobody else does, and how it ends is told.
+//! A directory while a run writes to it: nobody else does, and how it ends is recorded.
 //!
 //! ```text
 //! DIR/.lock        locked by the process that writes; the system frees it, however that ends
@@ -21,7 +21,7 @@ use rumple_growing::Growing;
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Standing {
+pub enum RunStatus {
     /// It goes on.
     Running,
     /// It came to its end.
@@ -32,7 +32,7 @@ pub enum Standing {
     Failed,
 }
 
-impl fmt::Display for Standing {
+impl fmt::Display for RunStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Running => "running",
@@ -70,7 +70,7 @@ impl Claim {
             Err(OutputError::Directory { path: root.to_owned(), message })
         };
         if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
-            return refuse("`.lock` in it is no plain file");
+            return refuse("`.lock` in it is not a regular file");
         }
         let file = OpenOptions::new()
             .create(true)
@@ -81,7 +81,7 @@ impl Claim {
         let lock = match file.try_lock() {
             Ok(()) => Some(file),
             Err(TryLockError::WouldBlock) => {
-                return refuse("another run writes to it; name another with --out");
+                return refuse("another run is writing to it; choose another with --out");
             }
             Err(TryLockError::Error(_)) => None,
         };
@@ -103,10 +103,10 @@ impl Claim {
             })
             .1
         });
-        status.write(Standing::Running, "")
+        status.write(RunStatus::Running, "")
     }
 
-    /// Takes notice of the time that the run has reached.
+    /// Records the time that the run has reached.
     pub fn reached(&self, time: f64) {
         if let Some(status) = self.status.get() {
             status.time.store(time.to_bits(), Ordering::Relaxed);
@@ -117,7 +117,7 @@ impl Claim {
     ///
     /// # Errors
     /// [`OutputError::Write`] if the status cannot be written.
-    pub fn end(&self, standing: Standing, reason: &str) -> Result<(), OutputError> {
+    pub fn end(&self, standing: RunStatus, reason: &str) -> Result<(), OutputError> {
         match self.status.get() {
             Some(status) if status.open.swap(false, Ordering::AcqRel) => {
                 status.write(standing, reason)
@@ -130,7 +130,7 @@ impl Claim {
 impl Drop for Claim {
     fn drop(&mut self) {
         // Whoever left without a word has reported the reason.
-        let _ = self.end(Standing::Failed, "it was given up");
+        let _ = self.end(RunStatus::Failed, "it was given up");
     }
 }
 
@@ -148,7 +148,7 @@ struct Status {
 static ALL: Growing<Status> = Growing::new();
 
 impl Status {
-    fn text(&self, standing: Standing, reason: &str) -> String {
+    fn text(&self, standing: RunStatus, reason: &str) -> String {
         let about = json!({
             "status": standing.to_string(),
             "reason": reason,
@@ -159,13 +159,13 @@ impl Status {
         format!("{about:#}\n")
     }
 
-    fn write(&self, standing: Standing, reason: &str) -> Result<(), OutputError> {
+    fn write(&self, standing: RunStatus, reason: &str) -> Result<(), OutputError> {
         let text = self.text(standing, reason);
         atomic::replace(&self.path, |writer| writer.write_all(text.as_bytes()))
     }
 
     /// The same without waiting for the disk.
-    fn write_at_once(&self, standing: Standing, reason: &str) {
+    fn write_at_once(&self, standing: RunStatus, reason: &str) {
         let part = atomic::part_of(&self.path);
         // Who ends the program has nobody to tell of a failure.
         let _ = fs::write(&part, self.text(standing, reason))
@@ -174,7 +174,7 @@ impl Status {
 }
 
 /// Says how all runs of this process end that still go on: for those who end the program at once.
-pub fn end_all(standing: Standing, reason: &str) {
+pub fn end_all(standing: RunStatus, reason: &str) {
     for status in ALL.iter() {
         if status.open.swap(false, Ordering::AcqRel) {
             status.write_at_once(standing, reason);

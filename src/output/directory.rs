@@ -88,7 +88,7 @@ impl ResultDirectory {
         Ok(())
     }
 
-    /// The claim on the directory, through which it is told how the run ends.
+    /// The claim on the directory, through which it is recorded how the run ends.
     #[must_use]
     pub fn claim(&self) -> &Claim {
         &self.claim
@@ -195,7 +195,7 @@ fn check(root: &Path, force: bool) -> Result<(), OutputError> {
     };
     let Ok(found) = fs::symlink_metadata(root) else { return Ok(()) };
     if !root.is_dir() {
-        return refuse("is a file, expected a directory or a name that is free");
+        return refuse("is a file, expected a directory or an unused name");
     }
     for name in [ResultDirectory::FRAMES, ResultDirectory::MODES] {
         let what = match fs::symlink_metadata(root.join(name)) {
@@ -211,11 +211,14 @@ fn check(root: &Path, force: bool) -> Result<(), OutputError> {
         return Ok(());
     }
     if found.is_symlink() {
-        return refuse("is a link, through which nothing is removed; name the directory itself");
+        return refuse(
+            "is a link, and nothing is removed through a link; give the directory \
+            itself",
+        );
     }
     if !force {
         return refuse(
-            "is not empty; name another with --out, or give --force to replace the results of an \
+            "is not empty; choose another with --out, or give --force to replace the results of an \
              earlier run in it",
         );
     }

@@ -33,7 +33,7 @@ impl ResultFile {
         let refuse = |message: &str| {
             Err(OutputError::Refused { path: path.to_owned(), message: message.to_owned() })
         };
-        inputs.spare(path)?;
+        inputs.check_not_input(path)?;
         let full = std::path::absolute(path).map_err(OutputError::write(path))?;
         if full.is_dir() {
             return refuse("it is a directory, expected the name of a file");
@@ -45,7 +45,7 @@ impl ResultFile {
         }
         let there = fs::symlink_metadata(&full).is_ok();
         if there && !force && !atomic::is_device(&full) {
-            return refuse("it exists already; name another, or give --force to replace it");
+            return refuse("it exists already; choose another, or give --force to replace it");
         }
         Ok(Self::File { path: full, force })
     }
@@ -54,10 +54,10 @@ impl ResultFile {
     ///
     /// # Errors
     /// [`OutputError::Refused`] for one of them.
-    pub fn spares(&self, inputs: &Inputs) -> Result<(), OutputError> {
+    pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), OutputError> {
         match self {
             Self::StandardOutput => Ok(()),
-            Self::File { path, .. } => inputs.spare(path),
+            Self::File { path, .. } => inputs.check_not_input(path),
         }
     }
 
@@ -74,7 +74,7 @@ impl ResultFile {
             Self::StandardOutput => {
                 let mut out = std::io::stdout().lock();
                 match fill(&mut out).and_then(|()| out.flush()) {
-                    // Nobody may be left to read it, which is no failure.
+                    // Nobody may be left to read it, which is not a failure.
                     Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
                         Err(OutputError::write(Path::new("standard output"))(e))
                     }

@@ -32,7 +32,7 @@ impl Inputs {
             Some((what, file)) => {
                 let file = file.strip_prefix(&full).unwrap_or(file).display();
                 let message = format!(
-                    "`{file}` in it is {what} of this command; name a directory without inputs \
+                    "`{file}` in it is {what} of this command; choose a directory without inputs \
                      with --out"
                 );
                 Err(OutputError::Directory { path: directory.to_owned(), message })
@@ -44,7 +44,7 @@ impl Inputs {
     ///
     /// # Errors
     /// [`OutputError::Refused`] with the file and what it is.
-    pub fn spare(&self, path: &Path) -> Result<(), OutputError> {
+    pub fn check_not_input(&self, path: &Path) -> Result<(), OutputError> {
         let Ok(full) = fs::canonicalize(path) else { return Ok(()) };
         match self.files.iter().find(|(_, file)| *file == full) {
             None => Ok(()),

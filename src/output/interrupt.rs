@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use super::{OutputError, Standing, claim};
+use super::{OutputError, RunStatus, claim};
 
 /// The first signal that came, or none.
 static REQUESTED: AtomicI32 = AtomicI32::new(NONE);
@@ -13,7 +13,7 @@ const NONE: i32 = 0;
 /// The signal of Ctrl-C, everywhere.
 const SIGINT: i32 = 2;
 
-/// A handle that tells whether the user asked to stop.
+/// A handle that says whether the user asked to stop.
 ///
 /// The first signal only sets the flag, so that the current step ends and all files are whole;
 /// the second ends the process at once.
@@ -69,7 +69,7 @@ pub fn reason() -> &'static str {
 fn came(signal: i32) -> bool {
     let first = REQUESTED.compare_exchange(NONE, signal, Ordering::SeqCst, Ordering::SeqCst);
     if first.is_err() {
-        claim::end_all(Standing::Interrupted, "ended by a second signal, in the middle of a step");
+        claim::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
     }
     first.is_ok()
 }

@@ -38,7 +38,7 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
-pub use claim::{Claim, Standing};
+pub use claim::{Claim, RunStatus};
 pub use directory::ResultDirectory;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};
@@ -108,7 +108,7 @@ pub enum OutputError {
     #[error("cannot draw a picture: {0}")]
     Picture(String),
     /// The handler of Ctrl-C could not be installed.
-    #[error("cannot watch for Ctrl-C: {0}")]
+    #[error("cannot install a handler for Ctrl-C: {0}")]
     Interrupt(String),
 }
 

@@ -135,10 +135,10 @@ impl Progress {
         self.last = Some(line.clone());
     }
 
-    /// What tells of work within a step while it is under way.
+    /// Reports work within a step while it is under way.
     #[must_use]
     pub fn aside(&self) -> Aside {
-        Aside { sink: Arc::clone(&self.sink), told: Mutex::new(Instant::now()) }
+        Aside { sink: Arc::clone(&self.sink), reported: Mutex::new(Instant::now()) }
     }
 
     /// Shows `text` once, above the bar if there is one.
@@ -186,27 +186,27 @@ impl Progress {
 /// Tells of work within a step: on the bar, or as a line where none was shown for long.
 pub struct Aside {
     sink: Arc<Mutex<Sink>>,
-    told: Mutex<Instant>,
+    reported: Mutex<Instant>,
 }
 
 impl Aside {
     /// Shows `text` if it is time to; cheap enough to be asked again and again.
-    pub fn tell(&self, text: &dyn Fn() -> String) {
-        let mut told = lock(&self.told);
+    pub fn report(&self, text: &dyn Fn() -> String) {
+        let mut reported = lock(&self.reported);
         let mut sink = lock(&self.sink);
         let due = match &*sink {
             Sink::Silent => false,
-            Sink::Bar(_) => told.elapsed() >= REDRAW,
-            Sink::Lines { every, shown, .. } => shown.unwrap_or(*told).elapsed() >= *every,
+            Sink::Bar(_) => reported.elapsed() >= REDRAW,
+            Sink::Lines { every, shown, .. } => shown.unwrap_or(*reported).elapsed() >= *every,
         };
         if due {
-            *told = Instant::now();
+            *reported = Instant::now();
             match &mut *sink {
                 Sink::Silent => {}
                 Sink::Bar(bar) => bar.set_message(text()),
                 Sink::Lines { writer, shown, .. } => {
                     say(writer, &text());
-                    *shown = Some(*told);
+                    *shown = Some(*reported);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! How much longer a run takes, or nothing where that cannot be told.
+//! How much longer a run takes, or nothing where it cannot be estimated.
 //!
 //! Steps under error control begin tiny and grow, so the share of the way that is behind says little
 //! about the rest. What is read is the length h of steps over the latest part of the run, in two
@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and with the mean cost of a step, which is left out of the halves because clocks are noisy, the time.
-//! Where the two are far apart nobody knows, and nothing is said.
+//! Where the two differ widely no estimate is given.
 
 use std::collections::VecDeque;
 
@@ -55,7 +55,7 @@ pub struct Remaining {
 }
 
 impl Remaining {
-    /// Takes notice of a step that ended `seconds` after the beginning at the simulated `time`.
+    /// Records a step that ended `seconds` after the beginning at the simulated `time`.
     pub fn step(&mut self, seconds: f64, time: f64) {
         self.last = Step { seconds, time, number: self.last.number + 1 };
         self.since += 1;
@@ -93,10 +93,10 @@ impl Remaining {
         let (earlier, later) = (length(first, middle), length(middle, last));
         // Lengths are those of the middles of their halves.
         let change = (later / earlier).ln() / (0.5 * count(first, last));
-        let way = end - last.time;
-        let stays = way / later;
+        let left = end - last.time;
+        let stays = left / later;
         let goes_on = if change == 0.0 { stays } else { (change * stays).ln_1p() / change };
-        let agree = (1.0 / AGREE..=AGREE).contains(&(stays / goes_on)) && way > 0.0;
+        let agree = (1.0 / AGREE..=AGREE).contains(&(stays / goes_on)) && left > 0.0;
         let cost = (last.seconds - first.seconds) / count(first, last);
         let forecast = cost * (stays * goes_on).sqrt();
         (agree && forecast <= REACH * latest).then_some(forecast)
@@ -107,17 +107,17 @@ impl Remaining {
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)];
-    let mut told = String::new();
+    let mut text = String::new();
     for (number, (unit, size)) in UNITS.into_iter().enumerate() {
         let value = two_figures(seconds / size);
         // Fractions of a second are of no use.
         let value = if number == 0 { value.ceil() } else { value };
-        told = format!("{value} {unit}");
+        text = format!("{value} {unit}");
         if value < UNITS.get(number + 1).map_or(f64::INFINITY, |next| 1.5 * next.1 / size) {
             break;
         }
     }
-    told
+    text
 }
 
 /// `value` rounded to two significant figures.

@@ -242,7 +242,7 @@ fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
          later of the two tables says shared = [\"{unknown}\"]"
     );
     let product = format!("`{unknown}` is a value of this law: to multiply, write {unknown}*(…)");
-    let called = message.starts_with("no function") && law.has(unknown);
+    let called = message.starts_with("unknown function") && law.has(unknown);
     let help = match (called, foreign) {
         (true, _) => Some(product.as_str()),
         (_, true) => Some(hint.as_str()),

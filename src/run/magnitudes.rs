@@ -12,7 +12,7 @@ const SMALLEST: f64 = 1e-100;
 /// See [`SMALLEST`].
 const LARGEST: f64 = 1e100;
 
-fn bearable(value: f64) -> bool {
+fn representable(value: f64) -> bool {
     (SMALLEST..=LARGEST).contains(&value)
 }
 
@@ -37,7 +37,8 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
         ("Y times the mean edge length", "force", y * edge),
         ("Y times the square of the mean edge length", "energy", y * edge * edge),
     ];
-    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !bearable(*value)) else {
+    let Some((what, unit, value)) = made.into_iter().find(|(.., value)| !representable(*value))
+    else {
         return Ok(());
     };
     let given = [
@@ -49,7 +50,11 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
     let (key, _) = given
         .into_iter()
         .fold(given[0], |most, one| if far(one.1) > far(most.1) { one } else { most });
-    let message = format!("{what} is {} {unit}, beyond what can be computed with", short(value));
+    let message = format!(
+        "{what} is {} {unit}, outside the range that can be computed \
+        with",
+        short(value)
+    );
     let help = format!("between {SMALLEST:e} and {LARGEST:e}: choose other units");
     Err(scene.error_at(key, &message, Some(&help)).into())
 }
@@ -69,8 +74,11 @@ pub(super) fn check_load(
     if force == 0.0 || (force / modulus).abs() <= LARGEST && force <= LARGEST {
         return Ok(());
     }
-    let message =
-        format!("a force of {} on a vertex is beyond what can be computed with", short(force));
+    let message = format!(
+        "a force of {} on a vertex is outside the range that can be computed \
+            with",
+        short(force)
+    );
     let help = format!("at most {LARGEST:e}: choose other units");
     Err(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
 }
@@ -90,8 +98,11 @@ pub(super) fn check_transport(
     if rate <= LARGEST {
         return Ok(());
     }
-    let message =
-        format!("decay rates up to {} per time are beyond what can be computed with", short(rate));
+    let message = format!(
+        "decay rates up to {} per time are outside the range that can be computed \
+            with",
+        short(rate)
+    );
     let help = format!("at most {LARGEST:e}: choose other units");
     Err(scene.error_at(&format!("effect[{number}].coefficient"), &message, Some(&help)).into())
 }

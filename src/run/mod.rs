@@ -30,7 +30,7 @@ pub use costs::Costs;
 pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;
-pub use observe::{Moment, Observer};
+pub use observe::{Observer, StepInfo};
 pub use prepare::material;
 pub use simulation::Simulation;
 

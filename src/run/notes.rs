@@ -1,4 +1,4 @@
-//! What a scene is allowed to say and its author may not have meant: told before a run, and what
+//! What a scene is allowed to say and its author may not have meant: reported before a run, and what
 //! its first relaxation shows.
 
 use crate::geometry::aligned;
@@ -13,7 +13,7 @@ use crate::sheet::Sheet;
 /// Loads this many times the tolerance move a sheet before it counts as at rest.
 const FELT: f64 = 1e3;
 
-/// Forces of this size are those of strains of a hundredth, which is no rest.
+/// Forces of this size are those of strains of a hundredth, which is not rest.
 const LOOSE: f64 = 1e-2;
 
 /// Thickness over radius beyond which a sheet is not thin.
@@ -44,8 +44,8 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
     let tolerance = scene.equilibrium.tolerance();
     if tolerance >= LOOSE {
         notes.push(format!(
-            "equilibrium.tolerance = {} calls a sheet at rest under forces of strains of {} %: the \
-             unit is Y times the edge length, and 1e-6 is usual",
+            "equilibrium.tolerance = {} accepts residual forces that correspond to strains of {} \
+             %: its unit is Y times the edge length, and 1e-6 is usual",
             Short(tolerance),
             Short((100.0 * tolerance).min(100.0))
         ));
@@ -56,7 +56,7 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
     {
         notes.push(format!(
             "material.thickness = {} is {:.2} of the sheet's radius {radius:.4} (of a disc of its \
-             area): the theory is one of thin sheets, below a tenth",
+             area): the theory is for thin sheets, below a tenth",
             Short(thickness),
             thickness / radius
         ));
@@ -88,9 +88,9 @@ pub(super) fn on_loads(potential: &mut Potential, tolerance: f64, notes: &mut Ve
     for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
         let force = potential.force_of(which, rest);
         let mut felt = force.iter().zip(mechanics.pins());
-        if !felt.any(|(f, held)| (0..3).any(|a| f[a] != 0.0 && !held[a])) {
+        if !felt.any(|(f, fixed)| (0..3).any(|a| f[a] != 0.0 && !fixed[a])) {
             notes.push(format!(
-                "effect {} ({}) acts only where pins hold the sheet, and moves nothing",
+                "effect {} ({}) acts only on fixed vertices and moves nothing",
                 which + 1,
                 names[which]
             ));
@@ -99,9 +99,9 @@ pub(super) fn on_loads(potential: &mut Potential, tolerance: f64, notes: &mut Ve
     let load = loads.into_iter().fold(0.0, f64::max);
     if load > 0.0 && load < FELT * tolerance {
         notes.push(format!(
-            "the largest load on a vertex is {load:.1e} Y times the edge length, and a sheet counts \
-             as at rest below equilibrium.tolerance = {tolerance:e}: its answer to the load is \
-             found badly or not at all; {:.0e} would do",
+            "the largest load on a vertex is {load:.1e} Y times the edge length, and equilibrium \
+             is accepted below equilibrium.tolerance = {tolerance:e}: the response to the load \
+             will be inaccurate; use {:.0e}",
             1e-4 * load
         ));
     }
@@ -134,9 +134,9 @@ pub(super) fn on_start(
     let share = (left / asked).sqrt();
     (share < LEFT).then(|| {
         format!(
-            "{what} relaxed away: {:.1} % is left in the first equilibrium. A start shape is no rest \
-             shape and does not decide what grows later; [stability] with perturb leaves the saddles \
-             that growth makes",
+            "{what} relaxed away: {:.1} % is left in the first equilibrium. The initial shape is \
+             not a rest shape and does not select what grows later; [stability] with perturb \
+             leaves the saddles that growth creates",
             100.0 * share
         )
     })

@@ -9,7 +9,7 @@ use crate::scene::{OutputSpec, Scene};
 use crate::solve::StepReport;
 
 /// What is known of an accepted state besides itself.
-pub struct Moment<'a> {
+pub struct StepInfo<'a> {
     /// The step that led to it; at the start, the work of the first relaxation.
     pub report: &'a StepReport,
     /// Whether it is one of the output times, or the last state; once for every state.
@@ -29,9 +29,9 @@ pub trait Observer {
     ///
     /// # Errors
     /// A result that cannot be written, or a law that fails; the run ends.
-    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()>;
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()>;
 
-    /// Whether the run ends with this state, and why; asked before [`Observer::see`].
+    /// Whether the run ends with this state, and why; asked before [`Observer::observe`].
     ///
     /// # Errors
     /// A law that fails.
@@ -54,10 +54,10 @@ impl LedgerRows {
 }
 
 impl Observer for LedgerRows {
-    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
-        if moment.new {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
-            let row = report::row(at, moment.report, moment.negative, moment.wall)?;
+            let row = report::row(at, info.report, info.negative, info.wall)?;
             self.0.append(&row)?;
         }
         Ok(())
@@ -92,8 +92,8 @@ impl<'a> Frames<'a> {
 }
 
 impl Observer for Frames<'_> {
-    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
-        if moment.frame && self.series.times().last() != Some(&at.state().time) {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if info.frame && self.series.times().last() != Some(&at.state().time) {
             let _scope = at.model().tally().meter("output", "frames", &["frames"]).scope(0);
             let frame = self.fields.frame(at)?;
             self.series.push(&frame)?;
@@ -102,7 +102,7 @@ impl Observer for Frames<'_> {
     }
 }
 
-/// Ends a run at the scene's time or number of steps, or when nothing changes any more.
+/// Ends a run at the scene's time or number of steps, or when steady: no species changes any more.
 pub(super) struct StopRules {
     until: f64,
     steps: Option<u64>,
@@ -122,7 +122,7 @@ impl StopRules {
 }
 
 impl Observer for StopRules {
-    fn see(&mut self, _: &mut Evaluation<'_>, _: &Moment<'_>) -> Result<()> {
+    fn observe(&mut self, _: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
         Ok(())
     }
 

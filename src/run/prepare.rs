@@ -44,7 +44,7 @@ fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
             return Err(scene.error_at("kinetics", &message, Some(help)).into());
         }
         if kinetics.is_none() {
-            let help = "a point has nothing but its chemistry";
+            let help = "a point has only chemistry";
             return Err(scene.missing_table("kinetics", help).into());
         }
     }
@@ -151,9 +151,9 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     if (mechanics.has_low_rank() || mechanics.couples_pairs())
         && scene.time.integrator.needs_sparse_motion(storage)
     {
-        let message = "this integrator moves the shape by derivatives that couple neighbours only, but an \
-                       effect of the scene (volume, say) couples all vertices";
-        let help = "policy = \"quasi-static\" with integrator = \"staggered\" takes all effects";
+        let message = "this integrator needs derivatives that couple neighbours only, but an \
+            effect of the scene (such as volume) couples all vertices";
+        let help = "policy = \"quasi-static\" with integrator = \"staggered\" supports all effects";
         return Err(scene.error_at("time.integrator", message, Some(help)).into());
     }
     if mechanics.is_constrained() && !scene.time.integrator.keeps_constraints(storage) {
@@ -192,7 +192,7 @@ fn relaxer(
     }
     let mut potential = crate::model::Potential::new(mechanics);
     if !(potential.force_scale() > 0.0) {
-        let message = "a sheet that bends must also resist stretching";
+        let message = "no effect of the scene resists stretching";
         let help = "add [[effect]] kind = \"stretching\"";
         return Err(scene.error_at("effect", message, Some(help)).into());
     }

@@ -66,7 +66,7 @@ pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
     all
 }
 
-/// The row of `state` after the step that `report` tells about; `negative` directions only where
+/// The row of `state` after the step that `report` describes; `negative` directions only where
 /// the run watches them.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ pub(super) struct Reported {
 
 impl Reported {
     /// What is new after a step that was accepted, in words.
-    pub(super) fn news(&mut self, simulation: &Simulation) -> Vec<String> {
+    pub(super) fn new_faults(&mut self, simulation: &Simulation) -> Vec<String> {
         let Some(chemistry) = simulation.model().chemistry() else { return Vec::new() };
         let flagged = chemistry.flagged();
         let mut news = Vec::new();

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::costs::Costs;
-use super::observe::{Frames, LedgerRows, Moment, Observer, StopRules};
+use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::Reported;
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, laws, notes};
 use crate::num::real;
 use crate::output::{
-    Compression, Interrupt, Progress, ProgressLine, ResultDirectory, Standing, interrupt, vtu,
+    Compression, Interrupt, Progress, ProgressLine, ResultDirectory, RunStatus, interrupt, vtu,
 };
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
@@ -33,7 +33,7 @@ impl std::fmt::Display for Ending {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Reached => "the end time is reached",
-            Self::Steady => "nothing changes any more",
+            Self::Steady => "steady: no species changes any more",
             Self::Steps => "the number of steps is reached",
             Self::Interrupted => "interrupted; the last accepted state is written",
         })
@@ -67,7 +67,8 @@ pub struct Summary {
 
 /// A run that failed, with the last good state on the disk.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in {}", state.display())]
+#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in \
+    {}", state.display())]
 pub struct Failure {
     /// What went wrong.
     pub error: Box<Error>,
@@ -83,7 +84,7 @@ pub struct Failure {
 ///
 /// # Errors
 /// Those of `work`; a status that cannot be written.
-pub fn accounted(
+pub fn with_status(
     directory: &ResultDirectory,
     work: impl FnOnce() -> Result<Summary>,
 ) -> Result<Summary> {
@@ -91,11 +92,11 @@ pub fn accounted(
     let claim = directory.claim();
     match &outcome {
         Ok(summary) if summary.ending == Ending::Interrupted => {
-            claim.end(Standing::Interrupted, interrupt::reason())?;
+            claim.end(RunStatus::Interrupted, interrupt::reason())?;
         }
-        Ok(summary) => claim.end(Standing::Complete, &summary.ending.to_string())?,
+        Ok(summary) => claim.end(RunStatus::Complete, &summary.ending.to_string())?,
         // The first failure is the one to report.
-        Err(error) => drop(claim.end(Standing::Failed, &error.to_string())),
+        Err(error) => drop(claim.end(RunStatus::Failed, &error.to_string())),
     }
     outcome
 }
@@ -148,7 +149,7 @@ fn stepped(
 ) -> Result<Summary> {
     let began = Instant::now();
     let aside = progress.aside();
-    simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.tell(t)));
+    simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let compression = scene.output.compression;
     let fields = simulation.fields.clone();
     let model = simulation.model().clone();
@@ -200,16 +201,16 @@ fn stepped(
             if ending.is_none_or(|ending| ending == Ending::Steady) && interrupt.requested() {
                 ending = Some(Ending::Interrupted);
             }
-            // Output times are multiples of `every` counted in whole numbers; steps hit them exactly.
+            // Output times are multiples of `every` counted in integers; steps hit them exactly.
             let frame = state.time >= real(written) * every || ending.is_some();
             let frame = frame && framed != Some(state.step);
             // After an interrupted try the state is the one shown before.
             let new = shown.replace(state.step) != Some(state.step);
             if new || frame {
                 let wall = began.elapsed().as_secs_f64();
-                let moment = Moment { report: &latest, frame, new, negative, wall };
+                let info = StepInfo { report: &latest, frame, new, negative, wall };
                 for observer in &mut observers {
-                    observer.see(&mut at, &moment)?;
+                    observer.observe(&mut at, &info)?;
                 }
             }
             if frame {
@@ -238,7 +239,7 @@ fn stepped(
         if let Some(watch) = &mut watch {
             negative = Some(look(watch, simulation, &mut latest, progress, directory)?);
         }
-        for fault in reported.news(simulation) {
+        for fault in reported.new_faults(simulation) {
             progress.message(&fault);
             simulation.faults.push(fault);
         }

@@ -105,7 +105,7 @@ impl Simulation {
         self.workspace.force_tolerance()
     }
 
-    /// Who may interrupt long work and is told how far it is.
+    /// Who may interrupt long work and receives reports of its progress.
     pub fn set_control(&mut self, control: Control) {
         self.workspace.control = control;
     }

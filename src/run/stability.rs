@@ -57,16 +57,17 @@ impl StabilityReport {
         match (inertia.negative, inertia.rigid) {
             (n @ 1.., _) => format!("saddle: {}", directions(n)),
             _ if self.spectrum.is_marginal() => {
-                "marginal: no direction lowers the energy, but one that is no rigid motion costs none"
+                "marginal: no direction lowers the energy, but one that is not a rigid motion \
+                 leaves it unchanged"
                     .into()
             }
-            (_, 0) => "stable: every direction costs energy".into(),
-            (_, 1) => "stable, but marginal: every direction costs energy except 1 rigid motion, \
-                       which nothing hinders"
+            (_, 0) => "stable: every direction raises the energy".into(),
+            (_, 1) => "stable, but marginal: every direction raises the energy except 1 free \
+                rigid motion"
                 .into(),
             (_, n) => format!(
-                "stable, but marginal: every direction costs energy except {n} rigid motions, \
-                 which nothing hinders"
+                "stable, but marginal: every direction raises the energy except {n} free rigid \
+                 motions"
             ),
         }
     }

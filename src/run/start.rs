@@ -57,7 +57,7 @@ fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
         Direction::Z => Vec3::z(),
         Direction::Normal => normals[i],
     };
-    let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.rim()[i]).collect();
+    let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.boundary()[i]).collect();
     if let Some(imperfection) = &scene.sheet.imperfection {
         let mut random = ChaCha8Rng::seed_from_u64(imperfection.seed);
         for &i in &interior {
@@ -177,7 +177,7 @@ pub(super) fn from_file(
         Some(a) => {
             let found = a.values.len();
             let message = format!(
-                "array `{}` has {found} numbers; {points} are needed, one a {}",
+                "array `{}` has {found} numbers; {points} are needed, one per {}",
                 a.name,
                 location.noun()
             );

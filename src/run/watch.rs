@@ -1,5 +1,5 @@
 //! The watch on stability during a run: counts the directions that lower the energy at every accepted
-//! state, tells of every change between none and some, and leaves saddles if the scene says so.
+//! state, reports every change between none and some, and leaves saddles if the scene says so.
 //!
 //! What is seen are saddles on which a relaxation comes to rest: perfectly flat or symmetric ones. A
 //! sheet with an imperfection grows past its buckling point along a smooth branch of stable shapes,
@@ -26,7 +26,7 @@ use crate::solve::stability::{Inertia, Mode, Stability};
 const CHECKED: usize = 200_000;
 
 /// How a saddle is left, for messages.
-const REMEDY: &str = "nothing leaves it by itself: break the symmetry of the start with \
+const REMEDY: &str = "a run does not leave it by itself: break the symmetry of the start with \
                       sheet.imperfection or sheet.bump, or follow the mode with stability.perturb";
 /// The event of a displacement along a mode that came to nothing.
 const FELL_BACK: &str = "not left along the mode";
@@ -37,8 +37,8 @@ const NO_PULL: f64 = 1e-3;
 /// The event of a first equilibrium that is none.
 const AT_START: &str = "saddle at the start";
 /// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
-const LATER: &str = "nothing leaves it by itself, and an imperfection of the start is relaxed away \
-                     before anything grows: follow the mode with stability.perturb";
+const LATER: &str = "a run does not leave it by itself, and an imperfection of the start is \
+    relaxed away before anything grows: follow the mode with stability.perturb";
 
 /// The watch of one run.
 pub(super) struct Watch {
@@ -84,7 +84,7 @@ impl Watch {
 
     /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
     ///
-    /// Work of a second relaxation is added to `work`. A factor spoilt by round-off is told and
+    /// Work of a second relaxation is added to `work`. A factor dominated by round-off is reported and
     /// gives NaN.
     ///
     /// # Errors
@@ -112,7 +112,7 @@ impl Watch {
         }
         let modes = self.modes(simulation, progress)?;
         if !kind.is_empty() {
-            self.tell(simulation, kind, inertia.negative, &modes, progress)?;
+            self.report(simulation, kind, inertia.negative, &modes, progress)?;
         }
         match (self.perturb, modes.first()) {
             (Some(by), Some(mode)) if leaves && !self.moving => {
@@ -121,7 +121,7 @@ impl Watch {
             (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
                 displace(simulation, mode, by)?;
                 work.residual = simulation.evaluate().residual()?;
-                self.tell(simulation, DISPLACED, inertia.negative, &modes, progress)?;
+                self.report(simulation, DISPLACED, inertia.negative, &modes, progress)?;
                 Ok(crate::num::real(inertia.negative))
             }
             _ => Ok(crate::num::real(inertia.negative)),
@@ -190,12 +190,12 @@ impl Watch {
         self.unstable = Some(inertia.negative > 0);
         let modes = self.modes(simulation, progress)?;
         let kind = if inertia.negative == 0 { "left along the mode" } else { FELL_BACK };
-        self.tell(simulation, kind, inertia.negative, &modes, progress)?;
+        self.report(simulation, kind, inertia.negative, &modes, progress)?;
         Ok(crate::num::real(inertia.negative))
     }
 
     /// Writes the modes and the event, and says it.
-    fn tell(
+    fn report(
         &mut self,
         simulation: &mut Simulation,
         kind: &str,
@@ -256,7 +256,7 @@ fn slashed(path: &Path) -> String {
     path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Tells of a perfectly flat first equilibrium, whether or not the scene has a watch: one
+/// Reports a perfectly flat first equilibrium, whether or not the scene has a watch: one
 /// factorisation, once in a run, and only where all z are the same.
 pub(super) fn warn_of_flat_start(
     simulation: &mut Simulation,
@@ -266,8 +266,8 @@ pub(super) fn warn_of_flat_start(
     let x: &[Vec3] = &simulation.state.x;
     let flat = x.iter().all(|v| v.z == x[0].z);
     // With all z fixed there is no way out of the plane to warn of.
-    let held = mechanics.pins().iter().all(|p| p[2]);
-    if !flat || held || mechanics.is_empty() || x.len() > CHECKED {
+    let fixed = mechanics.pins().iter().all(|p| p[2]);
+    if !flat || fixed || mechanics.is_empty() || x.len() > CHECKED {
         return Ok(());
     }
     let mut at = simulation.evaluate();
@@ -276,17 +276,20 @@ pub(super) fn warn_of_flat_start(
     let inertia = Stability::new(&mechanics).and_then(|mut s| s.inertia(potential, x));
     progress.message(&match inertia {
         Ok(Inertia { negative: 0, .. }) => {
-            "the start is perfectly flat, and stable as it is; under \
-             compression it would stay flat on a saddle (list [stability] to be told, \
+            "the initial shape is perfectly flat, and stable as it is; under \
+             compression it would stay flat on a saddle (list [stability] to have it reported, \
              sheet.imperfection or sheet.bump to leave the plane)"
                 .into()
         }
         Ok(Inertia { negative, .. }) => format!(
-            "warning: the start is perfectly flat and a saddle: {}; {REMEDY}",
+            "warning: the initial shape is perfectly flat and a saddle: {}; {REMEDY}",
             directions(negative)
         ),
         Err(error) => {
-            format!("the start is perfectly flat; whether it is stable is not known: {error}")
+            format!(
+                "the initial shape is perfectly flat; whether it is stable is not known: \
+                {error}"
+            )
         }
     });
     Ok(())

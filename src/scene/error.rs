@@ -8,7 +8,7 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, So
 use crate::document::Index;
 use crate::document::{Explanation, Problem};
 
-/// So many problems of one scene are told in full, each with its lines; nobody reads more, and all
+/// So many problems of one scene are reported in full, each with its lines; nobody reads more, and all
 /// of a file of nothing else would take hours.
 const MOST: usize = 20;
 
@@ -116,7 +116,7 @@ impl Origin {
         let mut first = errors.next()?;
         first.0.others = errors.map(|error| *error.0).collect();
         if let Some(more) = problems.len().checked_sub(MOST).filter(|more| *more > 0) {
-            let message = format!("and {more} more: mend these first");
+            let message = format!("and {more} more; fix these first");
             first.0.others.push(*self.error(&Problem::plain(message)).0);
         }
         Some(first)

@@ -154,9 +154,13 @@ impl Initial {
             }
             Value::Table(entries) if entries.len() > 1 => {
                 let keys: Vec<&str> = entries.iter().map(|(key, _)| key.name.as_str()).collect();
-                let message = format!("a start has one of its kinds; found {}", keys.join(", "));
+                let message = format!(
+                    "an initial value has exactly one kind; found \
+                    {}",
+                    keys.join(", ")
+                );
                 Err(Problem::plain(message).help(
-                    "what belongs to a kind stands within it: \
+                    "the keys of a kind go inside it: \
                      { gaussian = { width = 5.0, amplitude = 0.2, background = 0.1 } }",
                 ))
             }
@@ -171,7 +175,7 @@ impl Initial {
     fn checked(pattern: Pattern) -> Result<Self, Problem> {
         match &pattern {
             Pattern::Stripe(stripe) if vector(&stripe.normal).norm() == 0.0 => {
-                let problem = Problem::mismatch("a direction that is not 0", "0".to_owned());
+                let problem = Problem::mismatch("a nonzero vector", "0".to_owned());
                 Err(problem.under("normal").under("stripe"))
             }
             _ => Ok(Self::Pattern(pattern)),

@@ -214,7 +214,7 @@ fn read_one(mut node: Node) -> Result<KineticsSpec, Problem> {
             }
         }
         (None, true) if !kinetics.rename.is_empty() => {
-            let message = "a law written as text has the names that it is written with";
+            let message = "this is for plugins: a law written as text uses its own names";
             return Err(Problem::plain(message).under("rename"));
         }
         (None, true) => {}

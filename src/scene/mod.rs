@@ -88,7 +88,7 @@ impl Scene {
     /// in the result they are absolute.
     ///
     /// # Errors
-    /// The file cannot be read, or is no right scene; all that was found wrong, with places.
+    /// The file cannot be read, or is not a valid scene; all that was found wrong, with places.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let text = source::read(path)?;
         let mut scene = Self::parse(&text, &path.display().to_string(), overrides)?;
@@ -103,7 +103,7 @@ impl Scene {
     /// in messages. Paths in it stay as they are.
     ///
     /// # Errors
-    /// `text` is no right scene; all that was found wrong, with places.
+    /// `text` is not a valid scene; all that was found wrong, with places.
     pub fn parse(text: &str, name: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let mut origin = Origin {
             name: name.to_owned(),
@@ -256,7 +256,7 @@ impl Scene {
 }
 
 /// The key path of the entry `key` of the table at `table`, for [`Scene::error_at`]; a key that
-/// is no bare word gets quotes.
+/// is not a bare word gets quotes.
 #[must_use]
 pub fn path_to(table: &str, key: &str) -> String {
     format!("{table}.{}", crate::document::key_path(&[Segment::Key(key.to_owned())]))

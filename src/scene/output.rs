@@ -40,8 +40,8 @@ impl OutputSpec {
         let every = Short(every.get());
         if frames > MOST_FRAMES {
             let message = format!(
-                "every = {every} to time.until = {} asks for {frames:.1e} frames; {MOST_FRAMES:e} is \
-                 the most",
+                "every = {every} to time.until = {} asks for {frames:.1e} frames; at most \
+                 {MOST_FRAMES:e} are allowed",
                 Short(until)
             );
             let least = Short(until / MOST_FRAMES);

@@ -15,11 +15,14 @@ use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<(), Problem> {
     let all = Place { source, span: 0..text.len() };
     let Some((path, value)) = text.split_once('=') else {
-        return Err(Problem::at(all, "an override reads key.path=value"));
+        return Err(Problem::at(all, "an override has the form key.path=value"));
     };
     let path_place = Place { source, span: 0..path.len() };
     let segments = parse_path(path).map_err(|message| {
-        Problem::at(path_place.clone(), message).help("a path reads time.until or effect[0].model")
+        Problem::at(path_place.clone(), message).help(
+            "a path has the form time.until or \
+            effect[0].model",
+        )
     })?;
     if segments.len() > MAX_DEPTH {
         return Err(Problem::at(path_place, format!("a path of more than {MAX_DEPTH} steps")));
@@ -48,7 +51,7 @@ fn parse_path(path: &str) -> Result<Vec<Segment>, String> {
         while let Some(after) = rest.strip_prefix('[') {
             let (number, after) = after.split_once(']').ok_or("a bracket is not closed")?;
             let index = number.trim().parse();
-            let index = index.map_err(|_| format!("{number:?} is no element number"))?;
+            let index = index.map_err(|_| format!("{number:?} is not an element number"))?;
             segments.push(Segment::Index(index));
             rest = after;
         }
@@ -71,7 +74,7 @@ fn parse_value(raw: &str, source: usize, offset: usize, path: &[Segment]) -> Res
             _ => None,
         };
         return Err(problem.help(home.map_or_else(
-            || "an empty text is written \"\"".to_owned(),
+            || "an empty string is written \"\"".to_owned(),
             |home| format!("did you mean {home}?"),
         )));
     }

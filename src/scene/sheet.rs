@@ -275,7 +275,7 @@ fn read_point(rest: &Node) -> Result<SheetSource, Problem> {
             let key = &entries[0].0;
             Err(Problem::unknown_key(&key.name, &["shape"])
                 .placed(&key.place)
-                .help("a point has no sizes and no shape"))
+                .help("a point has no dimensions"))
         }
         _ => Ok(SheetSource::Point { shape: Point::Point }),
     }

@@ -13,7 +13,7 @@ use crate::document::{Index, Place};
 /// read in a second.
 const LARGEST: u64 = 1 << 24;
 
-/// Reads the file of a scene. What is no plain file is not even opened: a pipe would wait for
+/// Reads the file of a scene. What is not a plain file is not even opened: a pipe would wait for
 /// somebody to write, and some devices never end.
 pub(super) fn read(path: &Path) -> Result<String, SceneError> {
     let unreadable = |error| SceneError::unreadable(path, &error);
@@ -26,7 +26,7 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
         return refuse("it is a device or a pipe, expected a file in TOML");
     }
     let mut bytes = Vec::new();
-    // The size that the system tells may be out of date, or 0 where it is not known.
+    // the size that the system reports may be out of date, or 0 where it is not known.
     let file = File::open(path).map_err(unreadable)?;
     file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > LARGEST {

@@ -72,9 +72,9 @@ pub struct MeshReport {
     pub triangles: usize,
     /// Number of edges (bonds).
     pub edges: usize,
-    /// Number of vertices on the rim.
-    pub rim_vertices: usize,
-    /// Vertices off the rim that have other than six neighbours.
+    /// Number of vertices on the boundary.
+    pub boundary_vertices: usize,
+    /// Vertices off the boundary that have other than six neighbours.
     pub irregular_vertices: usize,
     /// χ = vertices - edges + triangles: 1 for a disc, 0 for a ring or tube, 2 for a sphere.
     pub euler_characteristic: i64,
@@ -88,8 +88,8 @@ pub struct MeshReport {
     pub min_angle: f64,
     /// Number of triangles with an angle above 90°.
     pub obtuse_triangles: usize,
-    /// Number of triangles whose three vertices all lie on the rim (they flap at no cost).
-    pub all_rim_triangles: usize,
+    /// Number of triangles whose three vertices all lie on the boundary (they flap at no cost).
+    pub all_boundary_triangles: usize,
     /// Mean |i - j| over the edges (i, j): small when neighbours are near in memory.
     pub mean_index_distance: f64,
 }
@@ -101,15 +101,15 @@ impl MeshReport {
         let x = sheet.rest();
         let corners = || sheet.triangles().iter().map(|t| t.map(|v| x[v as usize]));
         let angles = || corners().map(triangle_angles);
-        let rim = sheet.rim();
+        let boundary = sheet.boundary();
         let ends = || sheet.edges().iter().map(|e| e.vertices);
         Self {
             vertices: sheet.vertex_count(),
             triangles: sheet.triangle_count(),
             edges: sheet.edges().len(),
-            rim_vertices: rim.iter().filter(|&&r| r).count(),
+            boundary_vertices: boundary.iter().filter(|&&r| r).count(),
             irregular_vertices: (0..sheet.vertex_count())
-                .filter(|&v| !rim[v] && sheet.vertex_edges().of(v).len() != 6)
+                .filter(|&v| !boundary[v] && sheet.vertex_edges().of(v).len() != 6)
                 .count(),
             euler_characteristic: sheet.euler_characteristic(),
             area: corners().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum(),
@@ -119,10 +119,10 @@ impl MeshReport {
             obtuse_triangles: angles()
                 .filter(|a| a.iter().any(|&angle| angle > std::f64::consts::FRAC_PI_2))
                 .count(),
-            all_rim_triangles: sheet
+            all_boundary_triangles: sheet
                 .triangles()
                 .iter()
-                .filter(|t| t.iter().all(|&v| rim[v as usize]))
+                .filter(|t| t.iter().all(|&v| boundary[v as usize]))
                 .count(),
             mean_index_distance: Spread::of(ends().map(|[a, b]| f64::from(b - a))).mean,
         }
@@ -134,13 +134,13 @@ impl fmt::Display for MeshReport {
         let Self { quality: q, edge_length: l, .. } = self;
         writeln!(
             f,
-            "vertices         {} ({} on the rim, {} inside without six neighbours)",
-            self.vertices, self.rim_vertices, self.irregular_vertices
+            "vertices         {} ({} on the boundary, {} inside without six neighbours)",
+            self.vertices, self.boundary_vertices, self.irregular_vertices
         )?;
         writeln!(
             f,
-            "triangles        {} ({} obtuse, {} with all vertices on the rim)",
-            self.triangles, self.obtuse_triangles, self.all_rim_triangles
+            "triangles        {} ({} obtuse, {} with all vertices on the boundary)",
+            self.triangles, self.obtuse_triangles, self.all_boundary_triangles
         )?;
         writeln!(
             f,

@@ -59,7 +59,7 @@ pub enum SheetError {
 pub struct Edge {
     /// End vertices, the smaller number first.
     pub vertices: [u32; 2],
-    /// Sharing triangles; the second is [`Edge::NONE`] on the rim.
+    /// Sharing triangles; the second is [`Edge::NONE`] on the boundary.
     pub triangles: [u32; 2],
 }
 
@@ -70,7 +70,7 @@ impl Edge {
     /// Whether only one triangle has this edge.
     #[must_use]
     #[inline]
-    pub fn is_rim(&self) -> bool {
+    pub fn is_boundary(&self) -> bool {
         self.triangles[1] == Self::NONE
     }
 }
@@ -110,7 +110,7 @@ impl Incidence {
     }
 }
 
-/// A triangulated sheet in its rest state: an oriented manifold with or without a rim.
+/// A triangulated sheet in its rest state: an oriented manifold with or without a boundary.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sheet {
     rest: Vec<Vec3>,
@@ -119,7 +119,7 @@ pub struct Sheet {
     triangle_edges: Vec<[u32; 3]>,
     vertex_triangles: Incidence,
     vertex_edges: Incidence,
-    rim: Vec<bool>,
+    boundary: Vec<bool>,
     // Only the effects that need them have them made.
     edge_patches: OnceLock<Patches<2>>,
     triangle_patches: OnceLock<Patches<3>>,
@@ -170,10 +170,10 @@ impl Sheet {
                 [(a, index(e), b), (b, index(e), a)]
             }),
         );
-        let mut rim = vec![false; n];
-        for edge in edges.iter().filter(|e| e.is_rim()) {
-            rim[edge.vertices[0] as usize] = true;
-            rim[edge.vertices[1] as usize] = true;
+        let mut boundary = vec![false; n];
+        for edge in edges.iter().filter(|e| e.is_boundary()) {
+            boundary[edge.vertices[0] as usize] = true;
+            boundary[edge.vertices[1] as usize] = true;
         }
         Ok(Self {
             rest,
@@ -182,7 +182,7 @@ impl Sheet {
             triangle_edges,
             vertex_triangles,
             vertex_edges,
-            rim,
+            boundary,
             edge_patches: OnceLock::new(),
             triangle_patches: OnceLock::new(),
         })
@@ -244,11 +244,11 @@ impl Sheet {
         &self.vertex_edges
     }
 
-    /// For every vertex whether it lies on the rim.
+    /// For every vertex whether it lies on the boundary.
     #[must_use]
     #[inline]
-    pub fn rim(&self) -> &[bool] {
-        &self.rim
+    pub fn boundary(&self) -> &[bool] {
+        &self.boundary
     }
 
     /// The edges, for sums over edges that end up at vertices.

@@ -9,8 +9,8 @@ pub type Result<T, E = SolveError> = std::result::Result<T, E>;
 
 /// What to try when a relaxation comes to no end.
 const OTHER_WAYS: &str = "try another equilibrium.method (\"lbfgs\", \"newton\", \"fire\"), \
-     equilibrium.preconditioner = \"multigrid\", a larger equilibrium.tolerance if that force is small \
-     enough, or smaller changes a step (time.integrator.rtol or step)";
+     equilibrium.preconditioner = \"multigrid\", a larger equilibrium.tolerance if that force is \
+     small enough, or smaller changes per step (time.integrator.rtol or step)";
 
 /// Why a solver stopped without a result.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +24,8 @@ pub enum SolveError {
     Linear(#[from] LinearError),
     /// Energy or force is not a number.
     #[error(
-        "energy or force is not a finite number: a triangle has no area, or positions are not finite"
+        "energy or force is not a finite number: a triangle has no area, or positions are not \
+         finite"
     )]
     NotFinite,
     /// The force tolerance was not reached.
@@ -42,7 +43,7 @@ pub enum SolveError {
     },
     /// No step goes downhill without collapsing a triangle.
     #[error(
-        "relaxation can go no further after {iterations} iterations: no step lowers the energy \
+        "relaxation stalled after {iterations} iterations: no step lowers the energy \
          without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e}); \
          {OTHER_WAYS}"
     )]
@@ -59,8 +60,8 @@ pub enum SolveError {
         "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
          area is nearly zero, and no step lowers the energy further (largest force \
          {residual:.3e}); its optimal lengths are {optimal:?}. Use a finer mesh or a smoother \
-         length factor, or go on with equilibrium = {{ method = \"lbfgs\", collapse = \"hold\" }}, which \
-         holds its vertices"
+         length factor, or go on with equilibrium = {{ method = \"lbfgs\", collapse = \"hold\" \
+         }}, which holds its vertices"
     )]
     Collapsed {
         /// The triangle.
@@ -122,7 +123,7 @@ pub enum SolveError {
     },
     /// The chemistry comes to no rest while the shape does not move.
     #[error(
-        "the chemistry has no steady state that it runs into at time {time} (it still changes by \
+        "the chemistry reaches no steady state at time {time} (it still changes by \
          {rate:.1e} of its size per unit of time): the policy `chemistry-fast` needs one"
     )]
     NotSteady {

@@ -78,9 +78,9 @@ impl IntegratorSpec for ExplicitSpec {
         if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
             let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };
             return Err(SolveError::Pairing(format!(
-                "an explicit integrator moves everything by its own rate, but under this policy the \
-                 {row} has none: choose policy = \"simultaneous\", or an integrator that solves for \
-                 the {row}: staggered, monolithic"
+                "an explicit integrator needs a rate for every unknown, but under this policy the \
+                 {row} has none: choose policy = \"simultaneous\", or an integrator that solves \
+                 for the {row}: staggered, monolithic"
             )));
         }
         let step = self.step.map(Positive::get);

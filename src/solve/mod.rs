@@ -39,7 +39,7 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     fn name(&self) -> String;
 
     /// Whether it solves for a moving shape by the sparse derivatives of its motion, which terms of low
-    /// rank and pairs of the moment are not part of.
+    /// rank and pairs that depend on the shape are not part of.
     fn needs_sparse_motion(&self, _policy: Storage) -> bool {
         false
     }

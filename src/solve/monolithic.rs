@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::Settling;
+use super::chemistry::SteadyChemistry;
 use super::equilibrium::Relaxation;
 use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, Course, Layout, Part, State, Storage};
+use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options};
 
@@ -164,9 +164,9 @@ pub(super) struct Monolithic {
     rtol: f64,
     atol: f64,
     step: Option<f64>,
-    course: Option<Course>,
+    course: Option<TimeCourse>,
     running: Option<Running>,
-    settling: Settling,
+    steady: SteadyChemistry,
 }
 
 impl Monolithic {
@@ -177,8 +177,8 @@ impl Monolithic {
         (rtol, atol): (f64, f64),
         step: Option<f64>,
     ) -> Self {
-        let (linear, settling) = (LinearChoice::default(), Settling::default());
-        Self { part, method, linear, rtol, atol, step, course: None, running: None, settling }
+        let (linear, steady) = (LinearChoice::default(), SteadyChemistry::default());
+        Self { part, method, linear, rtol, atol, step, course: None, running: None, steady }
     }
 
     /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
@@ -188,7 +188,7 @@ impl Monolithic {
     }
 
     /// Lets the other part go along `course` from now on.
-    pub(super) fn set_course(&mut self, course: Course) {
+    pub(super) fn set_course(&mut self, course: TimeCourse) {
         self.course = Some(course);
         if let Some(running) = &mut self.running {
             running.at = None;
@@ -281,7 +281,7 @@ impl Integrator for Monolithic {
         let mut done = workspace.relax(state)?;
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
-            done.factorisations += self.settling.settle(workspace, state, tolerance)?;
+            done.factorisations += self.steady.solve(workspace, state, tolerance)?;
             done.residual = workspace.at(state).residual()?;
         }
         Ok(done)

@@ -22,7 +22,7 @@
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
 //! the shape half way. Under `chemistry-fast` c* is c_n, and a second correction gives the error
 //! estimate. A shape with storage moves by TR-BDF2 under error control (`monolithic`), the
-//! chemistry settles as in `chemistry::steady`.
+//! chemistry is solved for its steady state as in `chemistry::steady`.
 //!
 //! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a tolerance
 //! such that its error is a small share of the coupling tolerance, whatever that is: unless the scene
@@ -44,11 +44,11 @@ mod spec;
 
 pub use spec::{Method, StaggeredSpec};
 
-use super::chemistry::{ChemistryMethod, ChemistrySteps, Settling};
+use super::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::{Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, under_way};
-use crate::model::{Course, Part, SignalColumns, State, Storage};
+use crate::model::{Part, SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 
@@ -83,8 +83,8 @@ struct Staggered {
     step: f64,
     /// Moves a shape with storage.
     mover: Option<Monolithic>,
-    /// Settles a chemistry without.
-    settling: Settling,
+    /// Solves for the steady state of a chemistry without storage.
+    steady: SteadyChemistry,
     policy: Storage,
 }
 
@@ -93,7 +93,7 @@ impl Integrator for Staggered {
         let mut done = workspace.relax(state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            done.factorisations += self.settling.settle(workspace, state, inner)?;
+            done.factorisations += self.steady.solve(workspace, state, inner)?;
         }
         Ok(done)
     }
@@ -144,7 +144,7 @@ impl Staggered {
         }
         let mut moving = state.clone();
         let course =
-            Course::new((state.time, state.species.clone()), (next.time, next.species.clone()));
+            TimeCourse::new((state.time, state.species.clone()), (next.time, next.species.clone()));
         let inner = self.inner_of(INNER_OF_SHAPE, ChemistryMethod::TrBdf2.power());
         let mover = self
             .mover
@@ -152,8 +152,8 @@ impl Staggered {
         mover.set_course(course);
         let mut done = Relaxation::default();
         while moving.time < next.time {
-            let way = (state.time, moving.time, next.time);
-            workspace.control.tell(|| under_way("moving the shape", way));
+            let span = (state.time, moving.time, next.time);
+            workspace.control.report(|| under_way("moving the shape", span));
             done.add(&mover.step(workspace, &mut moving, next.time)?.relaxation);
         }
         next.x = moving.x;
@@ -171,7 +171,7 @@ impl Staggered {
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {
-            let signals = Course::still(workspace.at(state).signals()?.clone());
+            let signals = TimeCourse::still(workspace.at(state).signals()?.clone());
             let inner = self.inner();
             next.species = self.chemistry.advance(workspace, state, time, signals, inner)?;
         }
@@ -182,7 +182,7 @@ impl Staggered {
         let mut relaxation = self.follow_shape(workspace, state, &mut next)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+            relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         }
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
@@ -248,15 +248,15 @@ impl Staggered {
         next.time = time;
         next.step += 1;
         if self.policy.chemistry == 0.0 {
-            return self.try_settling(workspace, state, next, report);
+            return self.try_steady(workspace, state, next, report);
         }
-        let frozen = Course::still(now.clone());
+        let frozen = TimeCourse::still(now.clone());
         next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
         workspace.model.keep_in_range(&mut next.species, time, tolerance)?;
         report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
         let predicted = next.clone();
         let later = workspace.at(&next).signals()?.clone();
-        let signals = Course::new((state.time, now.clone()), (time, later));
+        let signals = TimeCourse::new((state.time, now.clone()), (time, later));
         let mut on = state.clone();
         if workspace.model.diffuses() {
             on.x.iter_mut().zip(&next.x).for_each(|(a, b)| *a = 0.5 * (*a + b));
@@ -282,8 +282,8 @@ impl Staggered {
         workspace.model.shape_error(state, a, b, tolerance, QUIET)
     }
 
-    /// The same where the chemistry settles at once: shape, chemistry, and both once more.
-    fn try_settling(
+    /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
+    fn try_steady(
         &mut self,
         workspace: &mut Workspace,
         state: &State,
@@ -293,10 +293,10 @@ impl Staggered {
         let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
         let inner = self.inner();
         report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        report.relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+        report.relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         let predicted = next.clone();
         report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        report.relaxation.factorisations += self.settling.settle(workspace, &mut next, inner)?;
+        report.relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         let model = &workspace.model;
         let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));

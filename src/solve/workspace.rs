@@ -48,7 +48,7 @@ impl Control {
     }
 
     /// Reports what is being done, and how far it is.
-    pub fn tell(&self, text: impl Fn() -> String) {
+    pub fn report(&self, text: impl Fn() -> String) {
         (self.listener)(&text);
     }
 }
@@ -115,7 +115,7 @@ impl Workspace {
     pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer } = self;
         let _scope = part(model.tally(), part::RELAXATION);
-        model.mechanics().lead(state.time, &mut state.x);
+        model.mechanics().set_prescribed(state.time, &mut state.x);
         let mut x = state.x.clone();
         let mut at = model.at(state, memory);
         let potential = at.potential()?;

@@ -66,10 +66,10 @@ pub fn lattice(columns: usize, rows: usize) -> Sheet {
 pub fn irregular(columns: usize, rows: usize, jitter: f64) -> Sheet {
     let sheet = lattice(columns, rows);
     let mut noise = Noise::new(5);
-    let rest = sheet.rest().iter().zip(sheet.rim());
-    let rest = rest.map(|(x, rim)| {
+    let rest = sheet.rest().iter().zip(sheet.boundary());
+    let rest = rest.map(|(x, boundary)| {
         let v = noise.vector();
-        if *rim { *x } else { x + jitter * Vec3::new(v.x, v.y, 0.0) }
+        if *boundary { *x } else { x + jitter * Vec3::new(v.x, v.y, 0.0) }
     });
     Sheet::new(rest.collect(), sheet.triangles().to_vec()).unwrap()
 }

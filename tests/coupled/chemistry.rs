@@ -149,15 +149,15 @@ fn interrupted(
     work: impl FnOnce(&mut Simulation) -> rumple::Result<()>,
 ) -> (bool, Vec<String>) {
     let asked = AtomicUsize::new(0);
-    let told = Arc::new(Mutex::new(Vec::new()));
-    let heard = Arc::clone(&told);
+    let reported = Arc::new(Mutex::new(Vec::new()));
+    let seen = Arc::clone(&reported);
     simulation.set_control(Control::new(
         move || asked.fetch_add(1, Ordering::SeqCst) >= questions,
-        move |text| heard.lock().unwrap().push(text()),
+        move |text| seen.lock().unwrap().push(text()),
     ));
     let stopped = matches!(work(simulation), Err(Error::Solve(SolveError::Interrupted)));
-    let told = told.lock().unwrap().clone();
-    (stopped, told)
+    let reported = reported.lock().unwrap().clone();
+    (stopped, reported)
 }
 
 /// Diffusion so fast that a step of the coupling takes millions of sub-steps.
@@ -170,9 +170,12 @@ fn long_sub_steps_ask_whether_to_go_on_and_tell_how_far_they_are() {
         let keys = [policy, &integrator, "effect[4].coefficient=1e12"];
         let (_, mut simulation) = crate::common::prepare(DOME, &keys);
         simulation.prepare().unwrap();
-        let (stopped, told) = interrupted(&mut simulation, 20, |s| s.step(1.0).map(drop));
+        let (stopped, reported) = interrupted(&mut simulation, 20, |s| s.step(1.0).map(drop));
         assert!(stopped, "{method}");
-        assert!(told.iter().any(|t| t.contains("integrating the chemistry")), "{method}: {told:?}");
+        assert!(
+            reported.iter().any(|t| t.contains("integrating the chemistry")),
+            "{method}: {reported:?}"
+        );
     }
 }
 
@@ -181,9 +184,12 @@ fn settling_asks_whether_to_go_on_and_tells_how_far_it_is() {
     let (_, mut simulation) = crate::common::prepare(DOME, &SETTLING);
     // Nothing is left to relax then.
     simulation.relax().unwrap();
-    let (stopped, told) = interrupted(&mut simulation, 4, |s| s.prepare().map(drop));
+    let (stopped, reported) = interrupted(&mut simulation, 4, |s| s.prepare().map(drop));
     assert!(stopped);
-    assert!(told.iter().any(|t| t.contains("settling the chemistry, step 1")), "{told:?}");
+    assert!(
+        reported.iter().any(|t| t.contains("relaxing the chemistry to steady state, step 1")),
+        "{reported:?}"
+    );
 }
 
 /// Errors are proportional to the tolerance over three decades, without space and with diffusion.

@@ -125,7 +125,7 @@ impl Kinetics for Everything {
     }
 }
 
-/// A sheet with that kinetics, the transports, and a pinned corner and rim direction.
+/// A sheet with that kinetics, the transports, and a pinned corner and boundary direction.
 fn model(
     sheet: &Arc<Sheet>,
     location: Location,
@@ -147,7 +147,8 @@ fn with_areas(
 ) -> Arc<Model> {
     let weight = rumple::effects::BendingWeight::Area;
     let bending = MeyerBending::new(sheet, &MATERIAL, weight, rule);
-    let mut pins: Vec<[bool; 3]> = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let mut pins: Vec<[bool; 3]> =
+        sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     pins[0] = [true; 3];
     let energies: Vec<EnergyTerm> = vec![stretching, EnergyTerm::new(bending)];
     let mechanics = Mechanics::new(Arc::clone(sheet), energies, pins).unwrap();

@@ -102,14 +102,14 @@ fn polynomials_have_their_laplacian() {
     let sheet = irregular(14, 12, 0.3);
     let linear: Vec<f64> = sheet.rest().iter().map(|x| 2.0 - 3.0 * x.x + x.y).collect();
     let out = rate(&cotan(&sheet, 1.0), &linear);
-    let inside = |i: &usize| !sheet.rim()[*i];
+    let inside = |i: &usize| !sheet.boundary()[*i];
     let worst = (0..out.len()).filter(inside).map(|i| out[i].abs()).fold(0.0, f64::max);
     assert!(worst < 1e-12, "{worst}");
 
     let sheet = lattice(12, 12);
     let square: Vec<f64> = sheet.rest().iter().map(|x| x.x * x.x + x.y * x.y).collect();
     let out = rate(&cotan(&sheet, 1.0), &square);
-    for i in (0..out.len()).filter(|i| !sheet.rim()[*i]) {
+    for i in (0..out.len()).filter(|i| !sheet.boundary()[*i]) {
         assert!((out[i] - 4.0).abs() < 1e-11, "{}", out[i]);
     }
 }

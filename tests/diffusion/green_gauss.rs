@@ -41,7 +41,7 @@ fn smooth_disc_modes_decay() {
     }
 }
 
-/// On flat sheets the total is conserved to round-off, rim and corners included; on curved ones
+/// On flat sheets the total is conserved to round-off, boundary and corners included; on curved ones
 /// it is not.
 #[test]
 fn totals_are_conserved_on_flat_sheets_only() {
@@ -83,7 +83,7 @@ fn modes(sheet: &Sheet, x: &[Vec3]) -> (Vec<(f64, f64)>, f64) {
 }
 
 /// Values reach the scheme through the vertices only, so as many modes as there are more faces
-/// than vertices are never damped. On generated meshes no mode grows, at the rim or elsewhere, and
+/// than vertices are never damped. On generated meshes no mode grows, at the boundary or elsewhere, and
 /// all eigenvalues lie within the bound.
 #[test]
 fn undamped_modes_and_no_growing_ones() {

@@ -11,7 +11,7 @@ use rumple::solve::Result;
 use rumple::solve::chemistry::chebyshev::{Chebyshev, Tolerance};
 
 /// First zero of J_1', and the first two zeros of J_2' and J_0' in the order of their size:
-/// modes cos θ, cos 2θ and the axisymmetric one of a disc without flux through its rim.
+/// modes cos θ, cos 2θ and the axisymmetric one of a disc without flux through its boundary.
 pub const DISC_ZEROS: [(i32, f64); 3] =
     [(1, 1.841_183_781_340_659_5), (2, 3.054_236_928_227_140_4), (0, 3.831_705_970_207_512_5)];
 

@@ -1,4 +1,4 @@
-//! The parts of the contract that no shipped effect uses yet: pairs of the moment, limits of steps; and an
+//! The parts of the contract that no shipped effect uses yet: pairs that depend on the shape, limits of steps; and an
 //! effect that couples what it does not declare.
 
 use std::sync::Arc;
@@ -98,7 +98,7 @@ impl Energy for Adhesion {
         pairs.extend(self.near(shape.x));
     }
 
-    fn largest_step(&self, from: &Shape<'_>, (): &mut (), way: &[Vec3]) -> f64 {
+    fn largest_step(&self, from: &Shape<'_>, (): &mut (), direction: &[Vec3]) -> f64 {
         let share = |(x, d): (&Vec3, &Vec3)| {
             if x.z + d.z > self.ceiling {
                 ((self.ceiling - x.z) / d.z).clamp(0.0, 1.0)
@@ -106,7 +106,7 @@ impl Energy for Adhesion {
                 1.0
             }
         };
-        from.x.iter().zip(way).map(share).fold(1.0, f64::min)
+        from.x.iter().zip(direction).map(share).fold(1.0, f64::min)
     }
 }
 

@@ -274,7 +274,7 @@ fn an_effect_allocates_and_keeps_the_same_in_every_scene() {
                 .find(|part| scene.contains(&part.0) && part.2.contains(&name.as_str()));
             let part = part.map_or("", |part| part.0);
             let both = [first[name].clone(), shown.clone()];
-            // Whether they allocate at all is told by the first round; later ones keep nothing more.
+            // Whether they allocate at all is reported by the first round; later ones keep nothing more.
             assert_eq!(both[0].bytes, both[1].bytes, "{scene:?}: {name} keeps more and more");
             match known.get(&(name.clone(), part, grows)) {
                 Some((before, where_)) => {

@@ -148,7 +148,7 @@ fn an_enclosed_volume_inflates_a_sphere() {
     }
 }
 
-/// Pins that move give the same shape whichever integrator leads them along, under drag too.
+/// Pins that move give the same shape whichever integrator moves them, under drag too.
 #[test]
 fn pins_that_move_do_so_under_every_integrator() {
     let text = |policy: &str, integrator: &str| {

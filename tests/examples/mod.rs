@@ -1,9 +1,22 @@
-//! Every numbered example runs (03 prints tables of what `answers` tests).
+//! Every numbered example runs (03 prints tables of what `answers` tests); the effect of the crate
+//! `examples/indenter` gives a known answer.
 
 #[path = "../../examples/01_grown_spot.rs"]
 mod grown_spot;
 #[path = "../../examples/02_scene_from_code.rs"]
 mod scene_from_code;
+
+// A crate of its own, whose effect this program knows as well.
+#[path = "../../examples/indenter/src/main.rs"]
+#[allow(dead_code)]
+mod indenter;
+
+use rumple::scene::Scene;
+
+use crate::common::prepare;
+
+const INDENTER: &str = include_str!("../../examples/indenter/src/main.rs");
+const PLATE: &str = include_str!("../../examples/indenter/plate.toml");
 
 #[test]
 fn grown_spot_buckles() {
@@ -13,4 +26,58 @@ fn grown_spot_buckles() {
 #[test]
 fn scene_from_code_is_checked() {
     scene_from_code::main().unwrap();
+}
+
+/// The plate follows the ball down: its lowest point is that of the ball, less what a penalty gives way.
+#[test]
+fn an_effect_of_another_crate_indents_a_plate() {
+    let (_, mut simulation) = prepare(PLATE, &["sheet.vertices=800"]);
+    simulation.prepare().unwrap();
+    while simulation.state().time < 1.0 {
+        simulation.step(1.0).unwrap();
+    }
+    let lowest = simulation.state().x.iter().map(|x| x.z).fold(0.0, f64::min);
+    assert!((-3.0..-2.8).contains(&lowest), "{lowest}");
+    let energies = simulation.energies().unwrap();
+    let of = |name: &str| energies.iter().find(|(other, _)| other == name).unwrap().1;
+    assert!(of("indenter") > 0.0 && of("stretching") > 10.0 * of("indenter"), "{energies:?}");
+}
+
+#[test]
+fn its_parameters_are_checked_where_they_are_written() {
+    for (from, to, key, place) in [
+        ("radius = 5.0", "radius = -5.0", "effect[3].radius", "-5.0"),
+        ("stiffness =", "stifness =", "effect[3]", "stifness"),
+        ("points = [[0, 0], [1, 1]]", "formula = 'x'", "effect[3].ramp", "{ formula"),
+    ] {
+        let text = PLATE.replacen(from, to, 1);
+        let error = match Scene::parse(&text, "plate.toml", &[]) {
+            Err(error) => error,
+            Ok(scene) => {
+                let search = rumple::kinetics::Search::in_directories(Vec::new());
+                match rumple::Simulation::new(&scene, &search) {
+                    Err(rumple::Error::Scene(error)) => error,
+                    _ => panic!("accepted: {to}"),
+                }
+            }
+        };
+        assert!(error.message().contains(key), "{error}");
+        assert_eq!(error.position(), Some(crate::scene::position(&text, place)), "{error}");
+    }
+}
+
+/// The guide shows the example as it is, and both promise that it is short.
+#[test]
+fn the_guide_shows_the_example() {
+    let guide = include_str!("../../docs/effects.md");
+    let code = &INDENTER[INDENTER.find("use rumple::effects").unwrap()..];
+    let (effect, test) = code.split_at(code.find("#[test]").unwrap());
+    assert!(guide.contains(effect.trim_end()) && guide.contains(test.trim_end()));
+    let table = &PLATE[PLATE.find("radius = 5.0").unwrap()..];
+    for line in table.lines().take(5) {
+        let setting = line.split('#').next().unwrap().trim_end();
+        assert!(guide.contains(setting), "{setting}");
+    }
+    let lines = INDENTER.lines().count();
+    assert!(lines < 80 && guide.contains(&format!("one file of {lines} lines")), "{lines}");
 }

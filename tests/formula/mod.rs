@@ -105,7 +105,7 @@ const FORMULAS: [(&str, Value); 22] = [
 #[test]
 fn formulas_mean_what_they_say_and_so_do_their_derivatives() {
     let mut noise = Noise::new(3);
-    // More than a block of points, and not a whole number of blocks.
+    // More than a block of points, and not a multiple of it.
     let points: Vec<(f64, f64)> =
         (0..700).map(|_| (1.05 + 0.9 * noise.number(), 1.1 + 0.9 * noise.number())).collect();
     let columns = |shift: (f64, f64)| {
@@ -156,19 +156,19 @@ fn nothing_is_computed_twice_or_for_nothing() {
 #[test]
 fn errors_point_to_the_place() {
     let cases: [(&str, &str, &str); 16] = [
-        ("u + w", "w", "nothing is called `w`"),
-        ("u + mean_curvatur", "mean_curvatur", "nothing is called `mean_curvatur`"),
-        ("expp(u)", "expp", "no function is called `expp`"),
+        ("u + w", "w", "unknown name `w`"),
+        ("u + mean_curvatur", "mean_curvatur", "unknown name `mean_curvatur`"),
+        ("expp(u)", "expp", "unknown function `expp`"),
         ("2 u", "u", "an operator is missing"),
         ("(u + v", "(", "not closed"),
-        ("u + v)", ")", "nothing was opened"),
+        ("u + v)", ")", "unmatched closing"),
         ("u +", "", "ends too early"),
         ("u * / v", "/", "belongs here, not `/`"),
         ("min(u)", "min(u)", "takes 2 argument(s), not 1"),
-        ("u ? v", "?", "means nothing"),
+        ("u ? v", "?", "unexpected character"),
         ("1.2.3*u", "1.2.3", "not a finite number"),
         ("1e999", "1e999", "not a finite number"),
-        ("u/0", "0", "division by nothing"),
+        ("u/0", "0", "division by zero"),
         ("", "", "an empty formula"),
         ("   ", "   ", "an empty formula"),
         ("v µ", "µ", "an operator is missing"),
@@ -183,7 +183,7 @@ fn errors_point_to_the_place() {
     assert!(error.help.unwrap().contains("did you mean `mean_curvature`"));
     let deep = "(".repeat(500) + "u" + &")".repeat(500);
     let error = FormulaKinetics::new(&law(&deep)).unwrap_err().error;
-    assert!(error.message.contains("nested too deep"));
+    assert!(error.message.contains("nested too deeply"));
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn parts_come_in_any_order_but_not_in_a_circle() {
     assert_eq!(rates[0][0], 32.0);
     good.lets = vec![part("b", "a + 1"), part("a", "b*v")];
     let error = FormulaKinetics::new(&good).unwrap_err();
-    assert!(error.error.message.contains("made of itself"), "{error:?}");
+    assert!(error.error.message.contains("depends on itself"), "{error:?}");
     good.lets = vec![part("u", "1")];
     let error = FormulaKinetics::new(&good).unwrap_err();
     assert!(error.error.message.contains("species or a parameter already"), "{error:?}");
@@ -298,7 +298,7 @@ until = 5.0
         other => panic!("{:?}", other.err()),
     };
     assert_eq!(error.position(), Some((5, 32)), "{error}");
-    assert!(error.message().contains("nothing is called `vv`"), "{error}");
+    assert!(error.message().contains("unknown name `vv`"), "{error}");
     assert!(error.advice().unwrap().contains("did you mean `v`"), "{error}");
     let both = text.replace("rates.u", "plugin = \"brusselator\"\nrates.u");
     let error = Scene::parse(&both, "scene.toml", &[]).unwrap_err();

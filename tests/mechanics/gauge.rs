@@ -32,12 +32,12 @@ fn motion(a: &[Vec3], b: &[Vec3]) -> (Vec3, f64, f64) {
     (centre_b - centre_a, angle, worst)
 }
 
-/// A disc whose middle grows violently, out of the plane by noise, with z held along the rim or no
+/// A disc whose middle grows violently, out of the plane by noise, with z fixed along the boundary or no
 /// pins at all.
 fn grown(free: bool) -> (Potential, Vec<Vec3>) {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 16.0 }, 500, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim && !free]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary && !free]).collect();
     let mut mechanics = both(&sheet, &material, pins);
     let inside = |v: u32| (sheet.rest()[v as usize] - Vec3::new(3.0, 1.0, 0.0)).norm() < 5.0;
     let grown = |e: &rumple::sheet::Edge| e.vertices.iter().all(|v| inside(*v));
@@ -90,7 +90,7 @@ fn a_sheet_that_pins_leave_free_does_not_drift_while_it_relaxes() {
             let mut x = start.clone();
             let done = relax(&mut mechanics, &mut x, &mut *method, tolerance);
             let (moved, turned, shape) = motion(&start, &x);
-            // Where z is held along the rim only motions in the plane are free.
+            // Where z is fixed along the boundary only motions in the plane are free.
             let moved = if free { moved.norm() } else { moved.xy().norm() };
             println!("free {free} {name}: {moved:.2e} {turned:.2e} {shape:.2e} {done:?}");
             assert!(shape > 0.5, "{name}: nothing happens");

@@ -44,7 +44,7 @@ fn rolled(sheet: &Sheet, radius: f64, angle: f64) -> Vec<Vec3> {
 
 /// Area of the hinges: a third of a lattice's vertex area each.
 fn area_of_hinges(sheet: &Sheet) -> f64 {
-    let inner = sheet.edges().iter().filter(|e| !e.is_rim()).count();
+    let inner = sheet.edges().iter().filter(|e| !e.is_boundary()).count();
     inner as f64 * 0.75f64.sqrt() / 3.0
 }
 
@@ -58,7 +58,7 @@ fn a_cylinder_costs_half_b_kappa_squared_per_area_in_any_direction() {
             let density = |mechanics: &mut Potential, radius: f64| {
                 mechanics.energy(&rolled(&sheet, radius, angle)) / area * 2.0 * radius * radius
             };
-            // The three kinds of hinge are not quite equally many because of the rim.
+            // The three kinds of hinge are not quite equally many because of the boundary.
             let (coarse, fine) = (density(&mut mechanics, 5.0), density(&mut mechanics, 1e3));
             assert!((fine - 1.0).abs() < 0.02, "{angle}: {fine}");
             assert!((coarse / fine - 1.0).abs() < 0.02, "{angle}: {coarse} {fine}");
@@ -91,7 +91,7 @@ fn the_lattice_has_a_gaussian_modulus_of_its_own() {
     }
 }
 
-/// A smooth bump away from the rim: both models give (B/2)∫(Δw)² for any ν, and their
+/// A smooth bump away from the boundary: both models give (B/2)∫(Δw)² for any ν, and their
 /// difference falls with the square of the edge length.
 #[test]
 fn all_bending_models_agree_for_smooth_shapes_inside_the_flat_sheet() {
@@ -136,9 +136,10 @@ fn an_irregular_mesh_changes_the_stiffness_somewhat() {
         let mut mechanics = hinge(&sheet, 0.3);
         let radius = 1e3;
         let energy = mechanics.energy(&rolled(&sheet, radius, 0.0));
-        // A triangle at the rim lacks a hinge, so the edge of the sheet is softer.
-        let (rim, all) = (sheet.edges().iter().filter(|e| e.is_rim()).count(), sheet.edges().len());
-        let area = (all - rim) as f64 / (1.5 * sheet.triangle_count() as f64);
+        // A triangle at the boundary lacks a hinge, so the edge of the sheet is softer.
+        let (boundary, all) =
+            (sheet.edges().iter().filter(|e| e.is_boundary()).count(), sheet.edges().len());
+        let area = (all - boundary) as f64 / (1.5 * sheet.triangle_count() as f64);
         stiffness.push(energy / area * 2.0 * radius * radius);
     }
     assert!(stiffness.iter().all(|s| (0.98..1.03).contains(s)), "{stiffness:?}");

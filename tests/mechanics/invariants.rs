@@ -72,7 +72,7 @@ fn angle_sums_obey_gauss_bonnet_on_any_shape() {
         let shape = mechanics.shape(&x);
         let mut total = 0.0;
         for i in 0..x.len() {
-            total += if sheet.rim()[i] { PI } else { 2.0 * PI };
+            total += if sheet.boundary()[i] { PI } else { 2.0 * PI };
             for &(t, k) in sheet.vertex_triangles().of(i) {
                 total -= angle_at(&shape, t as usize, k as usize);
             }

@@ -93,7 +93,7 @@ fn cylinder_costs_half_b_kappa_squared_per_area() {
             })
             .collect();
         let c = curvature(&sheet, AreaRule::FrozenVoronoi, &x);
-        let inner = |i: usize| !sheet.rim()[i];
+        let inner = |i: usize| !sheet.boundary()[i];
         let (mut energy, mut area) = (0.0, 0.0);
         for i in (0..x.len()).filter(|&i| inner(i)) {
             assert!((c.mean[i] * 2.0 * radius - 1.0).abs() < 0.02, "H {}", c.mean[i]);

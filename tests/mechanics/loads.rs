@@ -65,7 +65,7 @@ fn dead_loads_have_the_resultant_that_is_asked_for() {
     assert!(out.force().iter().zip(sphere.rest()).all(|(f, x)| f.dot(x) > 0.9 * f.norm()));
     // A region in which nothing can carry the load.
     let none = DeadLoad::new(&sphere, &all, LoadForce::PerLength(finite(f))).unwrap_err();
-    assert_eq!(none.to_string(), "no rim edge has both ends in the region of this load");
+    assert_eq!(none.to_string(), "no boundary edge has both ends in the region of this load");
     let one = Region::Vertices(vec![7]).mask(&sphere);
     let none = DeadLoad::new(&sphere, &one, LoadForce::PerArea(finite(f))).unwrap_err();
     assert_eq!(none.to_string(), "no triangle has all corners in the region of this load");
@@ -104,9 +104,10 @@ fn regions_choose_by_rest_position() {
         outer: rumple::num::checked::NonNegative::new(outer).unwrap(),
     };
     assert_eq!((count(&ring(0.0, 1.1)), count(&ring(0.9, 1.1))), (7, 6));
-    let corner = Region::AllOf(vec![Region::Rim, right.clone(), Region::Vertices(vec![10, 9, 0])]);
+    let corner =
+        Region::AllOf(vec![Region::Boundary, right.clone(), Region::Vertices(vec![10, 9, 0])]);
     assert_eq!(corner.vertices(&sheet), [10]);
-    assert_eq!(count(&Region::AllOf(vec![Region::Rim, right])), 11);
+    assert_eq!(count(&Region::AllOf(vec![Region::Boundary, right])), 11);
 }
 
 /// Energy, gradient and Hessian against one another along random admissible directions.
@@ -118,9 +119,9 @@ fn check_derivatives(mechanics: &mut Potential, x: &[Vec3]) {
     for _ in 0..4 {
         let d: Vec<Vec3> = pins
             .iter()
-            .map(|held| {
+            .map(|fixed| {
                 let v = noise.vector();
-                Vec3::from_fn(|a, _| if held[a] { 0.0 } else { v[a] })
+                Vec3::from_fn(|a, _| if fixed[a] { 0.0 } else { v[a] })
             })
             .collect();
         let at = |h: f64| -> Vec<Vec3> { x.iter().zip(&d).map(|(x, d)| x + h * d).collect() };
@@ -186,24 +187,24 @@ fn pressure_in_a_closed_sheet_has_the_energy_minus_p_v() {
 }
 
 #[test]
-fn pressure_on_an_open_sheet_has_an_energy_where_the_rim_is_held() {
+fn pressure_on_an_open_sheet_has_an_energy_where_the_boundary_is_fixed() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
     let mut x = crumpled(&sheet, 0.2);
-    let pinned: Pins = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
+    let pinned: Pins = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
     check_derivatives(&mut mechanics(&sheet, FollowerPressure::new(&sheet, -1.3), pinned), &x);
-    // A rim that slides in the plane z = 0.
-    for (x, rim) in x.iter_mut().zip(sheet.rim()) {
-        if *rim {
+    // A boundary that slides in the plane z = 0.
+    for (x, boundary) in x.iter_mut().zip(sheet.boundary()) {
+        if *boundary {
             x.z = 0.0;
         }
     }
-    let sliding: Pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let sliding: Pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     check_derivatives(&mut mechanics(&sheet, FollowerPressure::new(&sheet, -1.3), sliding), &x);
 }
 
-/// With a free rim there is no energy; the force is p ∫ n dA and the Hessian the symmetric part.
+/// With a free boundary there is no energy; the force is p ∫ n dA and the Hessian the symmetric part.
 #[test]
-fn pressure_with_a_free_rim_has_the_symmetric_part() {
+fn pressure_with_a_free_boundary_has_the_symmetric_part() {
     let sheet = Arc::new(irregular(5, 4, 0.2));
     let x = crumpled(&sheet, 0.2);
     let p = 0.8;
@@ -234,5 +235,5 @@ fn pressure_with_a_free_rim_has_the_symmetric_part() {
     let mut hessian = BlockMatrix::zeros(Arc::new(two_rings(&sheet)));
     one.hessian(&x, HessianPart::Full, &mut hessian).unwrap();
     assert!((dense(&hessian) - &symmetric).amax() < 1e-9);
-    assert!((jacobian - symmetric).amax() > 0.01, "a free rim should show");
+    assert!((jacobian - symmetric).amax() > 0.01, "a free boundary should show");
 }

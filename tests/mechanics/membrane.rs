@@ -57,7 +57,7 @@ fn patch_test_for_large_affine_maps_of_any_mesh() {
                 let error = (energy / (area * density) - 1.0).abs();
                 assert!(error < 1e-12, "{name} ν = {poisson}: {error:e}");
                 let force = mechanics.force_of(0, &x);
-                let inside = (0..x.len()).filter(|&i| !sheet.rim()[i]);
+                let inside = (0..x.len()).filter(|&i| !sheet.boundary()[i]);
                 let largest = inside.map(|i| force[i].norm()).fold(0.0, f64::max);
                 assert!(largest < 1e-12 * y, "{name} ν = {poisson}: {largest:e}");
             }
@@ -103,7 +103,7 @@ fn difference(a: &BlockMatrix, b: &BlockMatrix, factor: f64) -> f64 {
     blocks.map(|(a, b)| (a - factor * b).norm()).fold(0.0, f64::max) / a.mean_diagonal()
 }
 
-/// Every entry, rim included, with and without growth. On an irregular mesh bonds are another
+/// Every entry, boundary included, with and without growth. On an irregular mesh bonds are another
 /// material, so the test would notice.
 #[test]
 fn all_stretching_models_agree_at_the_flat_rest_state_of_a_lattice() {
@@ -152,7 +152,7 @@ fn the_shape_of_the_optimal_lengths_is_free_of_stress() {
 #[test]
 fn optimal_lengths_that_make_no_triangle_are_tamed() {
     let sheet = Arc::new(lattice(4, 4));
-    let inner = sheet.edges().iter().position(|e| !e.is_rim()).unwrap();
+    let inner = sheet.edges().iter().position(|e| !e.is_boundary()).unwrap();
     let (mut mechanics, y) = stvk(&sheet, 0.3);
     let x = crumpled(&sheet, 0.1);
     let mut energy_at = |grow: f64| {

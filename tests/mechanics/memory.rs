@@ -27,7 +27,7 @@ fn evaluation_assembly_and_factorisation_allocate_nothing() {
         meyer(BendingWeight::Area, AreaRule::FrozenVoronoi),
         meyer(BendingWeight::Paper, AreaRule::Barycentric),
     ];
-    let pins = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
     let mut mechanics = potential(Arc::clone(&sheet), energies, pins);
     let pattern = Arc::new(two_rings(&sheet));
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));

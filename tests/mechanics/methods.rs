@@ -27,7 +27,7 @@ fn method(name: &str, mechanics: &Mechanics) -> Box<dyn Equilibrium> {
 fn mild() -> (Potential, Vec<Vec3>) {
     let sheet = Arc::new(irregular(12, 12, 0.2));
     let material = Material { young: 50.0, poisson: 1.0 / 3.0, thickness: 1.0 };
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     let mut mechanics = both(&sheet, &material, pins);
     let centre = Vec3::new(6.0, 5.0, 0.0);
     let factor: Vec<f64> = sheet
@@ -41,9 +41,9 @@ fn mild() -> (Potential, Vec<Vec3>) {
         .collect();
     mechanics.set_length_factor(&factor);
     let mut noise = Noise::new(3);
-    let x = sheet.rest().iter().zip(sheet.rim()).map(|(x, rim)| {
+    let x = sheet.rest().iter().zip(sheet.boundary()).map(|(x, boundary)| {
         let z = 0.3 + 0.05 * noise.number();
-        if *rim { *x } else { x + z * Vec3::z() }
+        if *boundary { *x } else { x + z * Vec3::z() }
     });
     let x = x.collect();
     (mechanics, x)

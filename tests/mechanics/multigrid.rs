@@ -14,11 +14,11 @@ use crate::common::Noise;
 
 const RADIUS: f64 = 100.0;
 
-/// A disc whose middle has grown and stands up; its rim is held vertically if `held`.
-fn dome(vertices: usize, held: bool) -> (Potential, Vec<Vec3>) {
+/// A disc whose middle has grown and stands up; its boundary is fixed vertically if `fixed`.
+fn dome(vertices: usize, fixed: bool) -> (Potential, Vec<Vec3>) {
     let sheet = Arc::new(generate(&Shape::Disc { radius: RADIUS }, vertices, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 2.0 };
-    let pins = sheet.rim().iter().map(|rim| [false, false, held && *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, fixed && *boundary]).collect();
     let mut mechanics = both(&sheet, &material, pins);
     let spot = |x: &Vec3| (-(x.x * x.x + x.y * x.y) / 800.0).exp();
     let rest = |v: u32| sheet.rest()[v as usize];
@@ -26,8 +26,8 @@ fn dome(vertices: usize, held: bool) -> (Potential, Vec<Vec3>) {
     let factor: Vec<f64> =
         sheet.edges().iter().map(|e| 1.0 + 0.05 * spot(&middle(e.vertices))).collect();
     mechanics.set_length_factor(&factor);
-    let raised = sheet.rest().iter().zip(sheet.rim());
-    let x = raised.map(|(x, rim)| x + if *rim { 0.0 } else { 5.0 } * spot(x) * Vec3::z());
+    let raised = sheet.rest().iter().zip(sheet.boundary());
+    let x = raised.map(|(x, boundary)| x + if *boundary { 0.0 } else { 5.0 } * spot(x) * Vec3::z());
     let x = x.collect();
     (mechanics, x)
 }

@@ -17,12 +17,12 @@ fn goal(tolerance: f64) -> Goal<'static> {
     Goal { tolerance, max_iterations: 2000, interrupted: &|| false }
 }
 
-/// B2 of the truths: with z held at the rim and free in the plane, uniform growth has no stress.
+/// B2 of the truths: with z fixed at the boundary and free in the plane, uniform growth has no stress.
 #[test]
-fn uniform_growth_with_a_free_rim_is_free_of_stress() {
+fn uniform_growth_with_a_free_boundary_is_free_of_stress() {
     let sheet = Arc::new(irregular(14, 13, 0.2));
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     let mut mechanics = both(&sheet, &material, pins);
     mechanics.set_length_factor(&vec![1.0 / 0.65; sheet.edges().len()]);
     let mut x = sheet.rest().to_vec();
@@ -37,7 +37,7 @@ fn uniform_growth_with_a_free_rim_is_free_of_stress() {
 fn a_grown_spot_buckles_and_comes_to_rest() {
     let sheet = Arc::new(irregular(30, 34, 0.2));
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
-    let pins = sheet.rim().iter().map(|rim| [false, false, *rim]).collect();
+    let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary]).collect();
     let mut mechanics = both(&sheet, &material, pins);
     let centre = Vec3::new(15.0, 15.0, 0.0);
     let inside = |v: u32| (sheet.rest()[v as usize] - centre).norm() < 6.0;
@@ -49,9 +49,9 @@ fn a_grown_spot_buckles_and_comes_to_rest() {
     mechanics.set_length_factor(&factor);
     let mut noise = Noise::new(3);
     let mut x: Vec<Vec3> = sheet.rest().to_vec();
-    for (x, rim) in x.iter_mut().zip(sheet.rim()) {
+    for (x, boundary) in x.iter_mut().zip(sheet.boundary()) {
         let z = noise.number();
-        x.z = if *rim { 0.0 } else { 1e-3 * z };
+        x.z = if *boundary { 0.0 } else { 1e-3 * z };
     }
     let flat = mechanics.energy(&x);
     let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
@@ -91,7 +91,7 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
     let sheet = Arc::new(irregular(9, 9, 0.1));
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.05 };
     let vertex = 40;
-    assert!(!sheet.rim()[vertex]);
+    assert!(!sheet.boundary()[vertex]);
     let mut pins = vec![[true; 3]; sheet.vertex_count()];
     pins[vertex] = [false, false, true];
     let mut mechanics = both(&sheet, &material, pins);
@@ -116,7 +116,7 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
 }
 
 #[test]
-fn a_triangle_driven_flat_is_named_or_held() {
+fn a_triangle_driven_flat_is_named_or_fixed() {
     let (sheet, driven, result) = driven_flat(Collapse::Stop);
     let error = result.unwrap_err();
     let SolveError::Collapsed { triangle, vertices, .. } = &error else { panic!("{error}") };
@@ -134,13 +134,13 @@ fn a_triangle_driven_flat_is_named_or_held() {
 fn round_off_near_buckling_does_not_stop_a_relaxation() {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 10.0 }, 1000, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
-    let held = sheet.rim().iter().map(|rim| [*rim; 3]).collect();
-    let mut mechanics = both(&sheet, &material, held);
+    let fixed = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
+    let mut mechanics = both(&sheet, &material, fixed);
     for seed in [1, 2, 3, 7] {
         let mut noise = Noise::new(seed);
-        let start = sheet.rest().iter().zip(sheet.rim());
+        let start = sheet.rest().iter().zip(sheet.boundary());
         let mut x: Vec<Vec3> = start
-            .map(|(x, rim)| if *rim { *x } else { x + 1e-3 * noise.number() * Vec3::z() })
+            .map(|(x, boundary)| if *boundary { *x } else { x + 1e-3 * noise.number() * Vec3::z() })
             .collect();
         for growth in [0.0, 5e-5, 1e-4, 1.5e-4, 1.8e-4, 1.9e-4, 2.0e-4] {
             mechanics.set_length_factor(&vec![1.0 + growth; sheet.edges().len()]);
@@ -153,7 +153,7 @@ fn round_off_near_buckling_does_not_stop_a_relaxation() {
     }
 }
 
-/// Whatever the method, what came to no end at a collapsed triangle is told as that.
+/// Whatever the method, what came to no end at a collapsed triangle is reported as that.
 #[test]
 fn a_collapsed_triangle_explains_why_a_relaxation_stopped() {
     let sheet = Arc::new(irregular(8, 8, 0.2));

@@ -18,8 +18,8 @@ use crate::common::{icosphere, irregular};
 
 const MATERIAL: Material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
 
-fn rim(sheet: &Sheet, axes: [bool; 3]) -> Pins {
-    sheet.rim().iter().map(|rim| axes.map(|a| a && *rim)).collect()
+fn boundary(sheet: &Sheet, axes: [bool; 3]) -> Pins {
+    sheet.boundary().iter().map(|boundary| axes.map(|a| a && *boundary)).collect()
 }
 
 fn relax(mechanics: &mut Potential, x: &mut [Vec3]) {
@@ -28,7 +28,7 @@ fn relax(mechanics: &mut Potential, x: &mut [Vec3]) {
     solver.relax(mechanics, x, &goal).unwrap();
 }
 
-/// All eigenvalues by a dense method, without the held directions.
+/// All eigenvalues by a dense method, without the fixed directions.
 fn dense(mechanics: &mut Potential, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
     let pattern = Arc::new(two_rings(mechanics.sheet()));
     let mut matrix = BlockMatrix::zeros(Arc::clone(&pattern));
@@ -72,7 +72,7 @@ fn spectrum(mechanics: &mut Potential, x: &[Vec3], count: usize) -> Spectrum {
 fn saddles_of_every_order_agree_with_dense_eigenvalues() {
     let sheet = Arc::new(irregular(7, 6, 0.2));
     for (growth, amplitude) in [(1.0, 0.0), (1.0, 0.1), (1.1, 0.05), (1.4, 0.2), (0.8, 0.3)] {
-        let mut mechanics = both(&sheet, &MATERIAL, rim(&sheet, [true; 3]));
+        let mut mechanics = both(&sheet, &MATERIAL, boundary(&sheet, [true; 3]));
         mechanics.set_length_factor(&vec![growth; sheet.edges().len()]);
         let x = crumpled(&sheet, amplitude);
         let mut stability = Stability::new(mechanics.mechanics()).unwrap();
@@ -112,20 +112,20 @@ fn multiple_eigenvalues_are_all_found() {
 
 #[test]
 fn rigid_motions_are_counted_as_pins_leave_them() {
-    // Generated meshes have no triangle with three vertices on the rim, which could flap at no cost.
+    // Generated meshes have no triangle with three vertices on the boundary, which could flap at no cost.
     let sheet = Arc::new(generate(&Shape::Rectangle { width: 8.0, height: 7.0 }, 70, 1).unwrap());
     let some = |vertices: &[usize]| -> Pins {
         (0..sheet.vertex_count()).map(|i| [vertices.contains(&i); 3]).collect()
     };
     let cases: [(&str, Pins, usize); 7] = [
         ("free", some(&[]), 6),
-        ("z held at the rim", rim(&sheet, [false, false, true]), 3),
+        ("z fixed at the boundary", boundary(&sheet, [false, false, true]), 3),
         // Lifting, and tilting to first order.
-        ("x and y held at the rim", rim(&sheet, [true, true, false]), 3),
+        ("x and y fixed at the boundary", boundary(&sheet, [true, true, false]), 3),
         ("one vertex", some(&[30]), 3),
         ("two vertices", some(&[30, 41]), 1),
         ("three vertices", some(&[30, 41, 38]), 0),
-        ("the rim", rim(&sheet, [true; 3]), 0),
+        ("the boundary", boundary(&sheet, [true; 3]), 0),
     ];
     for (name, pins, rigid) in cases {
         let mut mechanics = both(&sheet, &MATERIAL, pins);
@@ -137,14 +137,14 @@ fn rigid_motions_are_counted_as_pins_leave_them() {
     }
 }
 
-/// After a relaxation to a usual tolerance turns are still told from soft modes.
+/// After a relaxation to a usual tolerance turns are still reported from soft modes.
 #[test]
 fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
     let shape = Shape::Rectangle { width: 14.0, height: 12.0 };
     let sheet = Arc::new(generate(&shape, 200, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.4 };
     for (axes, rigid) in [([false; 3], 6), ([false, false, true], 3)] {
-        let mut mechanics = both(&sheet, &material, rim(&sheet, axes));
+        let mut mechanics = both(&sheet, &material, boundary(&sheet, axes));
         let centre = sheet.rest().iter().sum::<Vec3>() / sheet.vertex_count() as f64;
         let factor: Vec<f64> = sheet
             .edges()
@@ -155,8 +155,12 @@ fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
             .collect();
         mechanics.set_length_factor(&factor);
         let mut x = crumpled(&sheet, 0.02);
-        for (x, (r, rim)) in x.iter_mut().zip(sheet.rest().iter().zip(sheet.rim())) {
-            x.z = if *rim { 0.0 } else { x.z + 0.5 * (-(r - centre).norm_squared() / 9.0).exp() };
+        for (x, (r, boundary)) in x.iter_mut().zip(sheet.rest().iter().zip(sheet.boundary())) {
+            x.z = if *boundary {
+                0.0
+            } else {
+                x.z + 0.5 * (-(r - centre).norm_squared() / 9.0).exp()
+            };
         }
         let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
         let goal = Goal { tolerance: 1e-6, max_iterations: 5000, interrupted: &|| false };
@@ -188,7 +192,7 @@ fn bending_modes_of_a_rectangle_converge_to_plate_theory() {
     for vertices in [300, 1200] {
         let sheet =
             Arc::new(generate(&Shape::Rectangle { width: a, height: b }, vertices, 1).unwrap());
-        let mut mechanics = both(&sheet, &material, rim(&sheet, [true; 3]));
+        let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
         let found = spectrum(&mut mechanics, sheet.rest(), 4);
         let errors: Vec<f64> =
             found.modes.iter().zip(&exact).map(|(m, e)| m.eigenvalue / (scale * e) - 1.0).collect();
@@ -198,7 +202,7 @@ fn bending_modes_of_a_rectangle_converge_to_plate_theory() {
     assert!(worst[0] < 0.25 && worst[1] < 0.12 && worst[1] < 0.7 * worst[0], "{worst:?}");
 }
 
-/// B1: a disc with an immovable, simply supported rim buckles into a dome at
+/// B1: a disc with an immovable, simply supported boundary buckles into a dome at
 /// `ε = k (1-ν) B/(Y R²)`, k = 4.28241 at ν = 1/3: the smallest eigenvalue crosses 0 there.
 #[test]
 fn a_grown_disc_loses_its_stability_at_the_buckling_strain() {
@@ -209,7 +213,7 @@ fn a_grown_disc_loses_its_stability_at_the_buckling_strain() {
     let mut errors = Vec::new();
     for vertices in [150, 400, 800] {
         let sheet = Arc::new(generate(&Shape::Disc { radius }, vertices, 1).unwrap());
-        let mut mechanics = both(&sheet, &material, rim(&sheet, [true; 3]));
+        let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
         let mut stability = Stability::new(mechanics.mechanics()).unwrap();
         let mut at = |share: f64| {
             mechanics.set_length_factor(&vec![1.0 + share * critical; sheet.edges().len()]);
@@ -241,7 +245,7 @@ fn a_grown_disc_loses_its_stability_at_the_buckling_strain() {
 fn far_beyond_buckling_there_are_many_directions_down() {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 5.0 }, 120, 1).unwrap());
     let material = Material { young: 1e3, poisson: 1.0 / 3.0, thickness: 0.1 };
-    let mut mechanics = both(&sheet, &material, rim(&sheet, [true; 3]));
+    let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
     mechanics.set_length_factor(&vec![1.02; sheet.edges().len()]);
     let mut x = sheet.rest().to_vec();
     relax(&mut mechanics, &mut x);
@@ -267,7 +271,7 @@ fn counts_hold_a_thousand_times_beyond_buckling() {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 14.0 }, 500, 3).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.05 };
     for growth in [1.0001, 1.003, 1.03] {
-        let mut mechanics = both(&sheet, &material, rim(&sheet, [true; 3]));
+        let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
         mechanics.set_length_factor(&vec![growth; sheet.edges().len()]);
         let mut x = sheet.rest().to_vec();
         relax(&mut mechanics, &mut x);
@@ -284,7 +288,7 @@ fn counts_hold_a_thousand_times_beyond_buckling() {
 #[test]
 fn what_cannot_be_factorised_is_an_error() {
     let sheet = Arc::new(irregular(5, 5, 0.1));
-    let mut mechanics = both(&sheet, &MATERIAL, rim(&sheet, [true; 3]));
+    let mut mechanics = both(&sheet, &MATERIAL, boundary(&sheet, [true; 3]));
     let mut x = sheet.rest().to_vec();
     x[12].x = f64::NAN;
     let mut stability = Stability::new(mechanics.mechanics()).unwrap();

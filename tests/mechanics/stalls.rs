@@ -15,7 +15,7 @@ use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation
 use super::potential;
 use crate::common::prepare;
 
-/// A strip whose upper edge grows: discrete harmonic waves of the free rim have no mean curvature.
+/// A strip whose upper edge grows: discrete harmonic waves of the free boundary have no mean curvature.
 fn ruffle(method: &str) -> Vec<Relaxation> {
     let mut text = String::from(
         r#"
@@ -58,7 +58,7 @@ fn ruffle(method: &str) -> Vec<Relaxation> {
 }
 
 #[test]
-fn a_ruffled_strip_with_a_free_rim_does_not_stall() {
+fn a_ruffled_strip_with_a_free_boundary_does_not_stall() {
     for method in ["", "precision = \"single\"", "preconditioner = \"multigrid\""] {
         let done = ruffle(method);
         let evaluations: Vec<usize> = done.iter().map(|d| d.evaluations).collect();
@@ -67,7 +67,7 @@ fn a_ruffled_strip_with_a_free_rim_does_not_stall() {
     }
 }
 
-/// A grid whose diagonals leave triangles with three rim vertices in two corners; these flap without
+/// A grid whose diagonals leave triangles with three boundary vertices in two corners; these flap without
 /// any bending energy.
 fn flapping(direction: Vec3) -> Potential {
     let (columns, rows) = (21u32, 7u32);
@@ -97,7 +97,7 @@ fn flapping(direction: Vec3) -> Potential {
 }
 
 #[test]
-fn triangles_with_three_rim_vertices_do_not_stall_a_load() {
+fn triangles_with_three_boundary_vertices_do_not_stall_a_load() {
     for load in [1.0, 20.0, 200.0] {
         let mut mechanics = flapping(load * -Vec3::z());
         let mut x = mechanics.sheet().rest().to_vec();

@@ -180,17 +180,17 @@ fn the_cost_plot_has_every_member_and_ticks() {
 fn where_runs_part_is_said_with_what_it_is_measured_against() {
     let (first, other) = (member("first", 1.0, 0.0, 0.1), member("other", 1.0, 0.0, 5.0));
     let (Ok(first), Ok(other)) = (&first.outcome, &other.outcome) else { unreachable!() };
-    let parted = other.apart(first).parted.unwrap();
-    assert_eq!((parted.time, parted.species), (0.0, Some(0)));
-    assert!((parted.by.distance - 4.9).abs() < 1e-12, "{parted:?}");
-    assert!((parted.by.relative() - 4.9 / parted.by.size).abs() < 1e-12, "{parted:?}");
+    let diverged = other.deviations(first).diverged.unwrap();
+    assert_eq!((diverged.time, diverged.species), (0.0, Some(0)));
+    assert!((diverged.by.distance - 4.9).abs() < 1e-12, "{diverged:?}");
+    assert!((diverged.by.relative() - 4.9 / diverged.by.size).abs() < 1e-12, "{diverged:?}");
     // The c of the first is between 0.1 and 0.2.
-    assert!(parted.by.size > 0.1 && parted.by.size < 0.2, "{parted:?}");
+    assert!(diverged.by.size > 0.1 && diverged.by.size < 0.2, "{diverged:?}");
     let found = differences(&first.states[1], &first.states[2], first.sheet.rest(), &[1.0]);
     assert_eq!(found.species[0].relative(), 0.0);
     assert_eq!(found.shape.relative(), 0.0);
     let bent = member("bent", 1.0, 0.5, 0.1);
     let Ok(bent) = &bent.outcome else { unreachable!() };
-    let parted = first.apart(bent).parted.unwrap();
-    assert_eq!((parted.time, parted.species), (1.0, None));
+    let diverged = first.deviations(bent).diverged.unwrap();
+    assert_eq!((diverged.time, diverged.species), (1.0, None));
 }

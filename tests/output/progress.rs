@@ -78,9 +78,9 @@ fn every_mode_takes_odd_times() {
     }
 }
 
-/// Every time left that is told during a run of these steps (length, seconds): seconds so far, what
-/// is told, what is true.
-fn told(steps: &[(f64, f64)]) -> Vec<(f64, f64, f64)> {
+/// Every time left that is reported during a run of these steps (length, seconds): seconds so far, what
+/// is reported, what is true.
+fn reported(steps: &[(f64, f64)]) -> Vec<(f64, f64, f64)> {
     let end: f64 = steps.iter().map(|s| s.0).sum();
     let total: f64 = steps.iter().map(|s| s.1).sum();
     let (mut time, mut seconds) = (0.0, 0.0);
@@ -108,11 +108,14 @@ fn growing(first: f64, factor: f64, largest: f64, cost: f64) -> Vec<(f64, f64)> 
     all
 }
 
-fn hardly_wrong(told: &[(f64, f64, f64)]) {
-    for (seconds, left, truth) in told {
+fn hardly_wrong(reported: &[(f64, f64, f64)]) {
+    for (seconds, left, truth) in reported {
         // The last step may be long against what is left.
         let ratio = (left + 1.0) / (truth + 1.0);
-        assert!((0.4..=2.5).contains(&ratio), "after {seconds} s: {left} s told, {truth} s true");
+        assert!(
+            (0.4..=2.5).contains(&ratio),
+            "after {seconds} s: {left} s reported, {truth} s true"
+        );
     }
 }
 
@@ -122,7 +125,7 @@ fn short_runs_with_growing_steps_are_not_announced_to_be_long() {
     for (first, factor) in [(1e-9, 1.5), (1e-12, 2.0), (1e-5, 1.05), (1e-3, 1.2), (1e-7, 5.0)] {
         for largest in [0.05, 0.5, f64::INFINITY] {
             for cost in [1e-3, 1e-2, 0.1] {
-                hardly_wrong(&told(&growing(first, factor, largest, cost)));
+                hardly_wrong(&reported(&growing(first, factor, largest, cost)));
             }
         }
     }
@@ -131,15 +134,15 @@ fn short_runs_with_growing_steps_are_not_announced_to_be_long() {
 #[test]
 fn the_time_left_of_a_long_run_is_told_once_there_is_a_basis() {
     for steps in [growing(1e-9, 1.5, 0.02, 0.1), growing(0.02, 1.0, 0.02, 1e-3 * 20.0)] {
-        let all = told(&steps);
+        let all = reported(&steps);
         hardly_wrong(&all);
         let total: f64 = steps.iter().map(|s| s.1).sum();
         let first = all.first().unwrap().0;
-        assert!(first >= 2.0 && first < 0.25 * total, "first told after {first} of {total} s");
+        assert!(first >= 2.0 && first < 0.25 * total, "first reported after {first} of {total} s");
         assert!(all.len() * 10 > 7 * steps.len(), "{} of {}", all.len(), steps.len());
     }
     // Thousands of steps are remembered as well as a few, and hours as well as seconds.
-    let all = told(&growing(1e-4, 1.0, 1e-4, 0.5));
+    let all = reported(&growing(1e-4, 1.0, 1e-4, 0.5));
     hardly_wrong(&all);
     assert!(all.len() > 100_000);
 }
@@ -185,7 +188,7 @@ fn durations_have_two_figures_at_most() {
     }
 }
 
-/// Work within a step is told where nothing was shown for long, and not more often.
+/// Work within a step is reported where nothing was shown for long, and not more often.
 #[test]
 fn an_aside_waits_for_its_turn() {
     let hour = Duration::from_secs(3600);
@@ -193,8 +196,8 @@ fn an_aside_waits_for_its_turn() {
         let page = Page::default();
         let progress = Progress::lines_to(Box::new(page.clone()), every, 0.0, 2.0);
         let aside = progress.aside();
-        aside.tell(&|| "half way".into());
-        aside.tell(&|| "nearly there".into());
+        aside.report(&|| "half way".into());
+        aside.report(&|| "nearly there".into());
         assert_eq!(page.lines().len(), expected);
     }
 }

@@ -70,7 +70,7 @@ fn a_point_has_no_plane_and_needs_none() {
     assert_eq!(simulation.state().time, 1.0);
 }
 
-/// Curvatures are 0 exactly, and the author is told that a law which reads them gets nothing.
+/// Curvatures are 0 exactly, and the author is reported that a law which reads them gets nothing.
 #[test]
 fn a_law_that_reads_curvature_gets_zeros_and_its_author_a_note() {
     let law = "[kinetics]\nrates.m = \"1 + H + K - m\"\nobservables.bent = \"H\"\n";

@@ -21,12 +21,12 @@ fn law(rate: &str) -> formula::FormulaKinetics {
 }
 
 fn nothing_wrong(kinetics: &dyn Kinetics, seed: u64, what: &str) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     examine::validate(kinetics, &[], None, seed, &mut |_| (), &mut |found| match found.verdict {
         Verdict::Fault(text) => panic!("{what}, seed {seed}, {}: {text}", found.check),
-        Verdict::Good(text) | Verdict::Skipped(text) => told.push(text),
+        Verdict::Good(text) | Verdict::Skipped(text) => reported.push(text),
     });
-    told
+    reported
 }
 
 /// At a = 0 the derivative of a² is 0, and a difference towards the one side that there is is not.
@@ -62,14 +62,17 @@ fn roots_powers_kinks_and_jumps_have_no_wrong_derivatives() {
     }
 }
 
-/// The derivative is infinite there, in truth: told, and no fault of the law.
+/// The derivative is infinite there, in truth: reported, and no fault of the law.
 #[test]
 fn a_root_at_the_bound_has_an_infinite_derivative_and_no_fault() {
     for rate in ["sqrt(a) - h", "a^0.5 - h", "1 - 2*a^0.3", "sqrt(h) - sqrt(2 - h)"] {
         let law = law(rate);
         for seed in 0..10 {
-            let told = nothing_wrong(&law, seed, rate);
-            assert!(told.iter().any(|t| t.contains("infinite at vertex")), "{rate}: {told:?}");
+            let reported = nothing_wrong(&law, seed, rate);
+            assert!(
+                reported.iter().any(|t| t.contains("infinite at vertex")),
+                "{rate}: {reported:?}"
+            );
         }
     }
 }

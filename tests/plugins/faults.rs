@@ -31,7 +31,7 @@ fn what_is_no_plugin_is_refused() {
     fs::write(&plain, "int answer(void) { return 42; }").unwrap();
     let library = c_library(plain.to_str().unwrap(), "plain", &[]);
     let message = refusal(&library);
-    assert!(message.contains("is a shared library but no plugin"), "{message}");
+    assert!(message.contains("is a shared library but not a plugin"), "{message}");
     assert!(message.contains("rumple_plugin_entry"), "{message}");
 }
 
@@ -65,13 +65,13 @@ fn faulty_tables_and_descriptors_are_refused() {
         ("twice", &["SPECIES_COUNT=2", "SECOND_NAME=\"c\""], "species `c`: is declared twice"),
         ("mixed", &["SPECIES_COUNT=2", "SECOND_LOCATION=1"], "expected one location"),
         ("nowhere", &["SPECIES_COUNT=2", "SECOND_LOCATION=9"], "location is 9"),
-        ("spaces", &["SPECIES_NAME=\"c 1\""], "species `c 1`: is no name"),
+        ("spaces", &["SPECIES_NAME=\"c 1\""], "species `c 1`: is not a valid name"),
         ("signal_name", &["SPECIES_NAME=\"tension\""], "has the name of a signal"),
         ("typical", &["TYPICAL=0.0"], "typical magnitude is 0"),
         ("default", &["DEFAULT=3.0"], "parameter `k`: default is 3; allowed: 0 <= k <= 2"),
         ("nan", &["DEFAULT=NAN"], "parameter `k`: default is NaN"),
         ("bounds", &["UPPER=-1.0"], "valid range is 0 to -1"),
-        ("default_of", &["DEFAULT_OF=\"j\""], "defaults to `j`, which is no earlier parameter"),
+        ("default_of", &["DEFAULT_OF=\"j\""], "defaults to `j`, which is not an earlier parameter"),
         ("signal", &["SIGNAL=\"shear\""], "there is no signal `shear`; there are mean_curvature"),
         ("nothing", &["CAPABILITIES=0"], "do not include rates"),
         ("unknown", &["CAPABILITIES=1|((uint64_t)1<<40)"], "cannot do"),

@@ -146,7 +146,7 @@ fn fields_that_cannot_be_are_refused_with_place_and_point() {
     assert!(text.contains("kinetics.parameters.beta") && text.contains("at vertex"), "{text}");
     assert!(text.contains("beta") && text.contains("0 <= beta"), "{text}");
     let text = of("beta = { formula = \"1 + t\" }");
-    assert!(text.contains("nothing is called `t`") && text.contains("x, y, z"), "{text}");
+    assert!(text.contains("unknown name `t`") && text.contains("x, y, z"), "{text}");
     let text = of("betta = { formula = \"1\" }");
     assert!(text.contains("did you mean `beta`"), "{text}");
     let text = of("beta = { formel = \"1\" }");

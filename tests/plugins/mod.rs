@@ -9,6 +9,6 @@ mod made;
 mod models;
 mod parameters;
 mod planted;
+mod reported;
 mod search;
-mod told;
 mod versions;

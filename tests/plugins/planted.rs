@@ -46,7 +46,7 @@ fn validate_finds_every_planted_fault() {
         (planted("WRONG_DERIVATIVE"), "derivatives", "gives -2 in rate_partials"),
         (planted("WRONG_FACTOR_DERIVATIVE"), "derivatives", "gives 0.2 in length_factor_partials"),
         (planted("NEGATIVE_FACTOR"), "positive length factor", "returned -1 in length_factor"),
-        (planted("HIDDEN_STATE"), "same outputs", "may not keep a state of its own"),
+        (planted("HIDDEN_STATE"), "same outputs", "must not keep internal state"),
         (planted("MUTATED_INPUT"), "finite rates", "changed its input c at vertex"),
         (planted("NOT_THREAD_SAFE"), "several threads", "from several at once"),
         (planted("ENDLESS"), "finite rates", "does not return within 3 s"),
@@ -89,7 +89,7 @@ fn validate_finds_nothing_in_what_is_shipped() {
 fn validate_finds_a_memory_that_no_longer_changes() {
     let (text, code) = validate(&planted("MAXIMUM_KEPT"), "7");
     assert_eq!(code, 2, "{text}");
-    let found = text.lines().any(|l| l.contains("FAULT") && l.contains("a state of its own"));
+    let found = text.lines().any(|l| l.contains("FAULT") && l.contains("internal state"));
     assert!(found, "{text}");
 }
 
@@ -185,9 +185,9 @@ fn a_run_tells_of_results_that_the_law_itself_flags_as_unreliable() {
     let out = rumple(folder.path(), &["run", "scene.toml"]);
     let text = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success(), "{text}");
-    let told =
+    let reported =
         text.lines().filter(|line| line.contains("flags its result as unreliable at vertex"));
-    assert_eq!(told.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
+    assert_eq!(reported.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
 }
 
 #[test]

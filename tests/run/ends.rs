@@ -137,9 +137,9 @@ fn a_comparison_with_a_member_that_died_is_no_success() {
     let bdf = r#"{ kind = "monolithic", method = "bdf" }"#;
     let args = ["compare", "scene.toml", "--out", "c", "--integrator", euler, "--integrator", bdf];
     let out = rumple(folder.path(), &args);
-    let (told, message) = (text(&out.stdout), text(&out.stderr));
-    assert_eq!(out.status.code(), Some(1), "{told}\n{message}");
-    assert!(told.contains("1 of 2 members"), "{told}\n{message}");
+    let (reported, message) = (text(&out.stdout), text(&out.stderr));
+    assert_eq!(out.status.code(), Some(1), "{reported}\n{message}");
+    assert!(reported.contains("1 of 2 members"), "{reported}\n{message}");
     let result = folder.path().join("c");
     assert_eq!(status(&result)["status"], "failed");
     assert!(result.join("compare.csv").exists());
@@ -275,12 +275,12 @@ fn a_bad_number_in_a_try_that_is_made_shorter_is_told_once() {
         let done = rumple(folder.path(), &args);
         let message = text(&done.stderr);
         assert!(done.status.success(), "{message}");
-        let told = message.lines().filter(|line| line.contains("returned NaN in rates for"));
-        let told: Vec<&str> = told.collect();
-        assert_eq!(told.len(), 1, "{message}");
+        let reported = message.lines().filter(|line| line.contains("returned NaN in rates for"));
+        let reported: Vec<&str> = reported.collect();
+        assert_eq!(reported.len(), 1, "{message}");
         for part in ["plugin `planted`", "species c at vertex", "position (", "in a rejected step"]
         {
-            assert!(told[0].contains(part), "no {part} in {}", told[0]);
+            assert!(reported[0].contains(part), "no {part} in {}", reported[0]);
         }
     }
 }

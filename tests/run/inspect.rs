@@ -39,17 +39,17 @@ fn numbers_are_those_of_the_definitions() {
         let lambda = 0.65 + 0.35 / (1.0 + (20.0 * (mean - 0.1)).exp());
         let rest = (sheet.rest()[a] - sheet.rest()[b]).norm();
         assert!((optimal[e] - rest / lambda).abs() < 1e-12, "{e}");
-        let area =
-            heron(edge.triangles[0]) + if edge.is_rim() { 0.0 } else { heron(edge.triangles[1]) };
+        let area = heron(edge.triangles[0])
+            + if edge.is_boundary() { 0.0 } else { heron(edge.triangles[1]) };
         stretching += 0.5 * modulus * area * (now / optimal[e] - 1.0).powi(2);
         checked += 1;
     }
     assert_eq!(checked, sheet.edges().len());
-    let told = result["energy"]["stretching"].as_f64().unwrap();
-    assert!((told / stretching - 1.0).abs() < 1e-9, "{told} {stretching}");
+    let reported = result["energy"]["stretching"].as_f64().unwrap();
+    assert!((reported / stretching - 1.0).abs() < 1e-9, "{reported} {stretching}");
     let total = result["energy"]["total"].as_f64().unwrap();
     let bending = result["energy"]["bending"].as_f64().unwrap();
-    assert!((total - told - bending).abs() < 1e-9 * total.abs());
+    assert!((total - reported - bending).abs() < 1e-9 * total.abs());
 
     // Reaction of Model I from the mean curvature; curvature as signal and at vertices agree.
     let h = numbers(&result["mean_curvature"]);
@@ -74,12 +74,12 @@ fn numbers_are_those_of_the_definitions() {
     let size: f64 = diffusion.iter().zip(&third).map(|(d, a)| (d * a).abs()).sum();
     assert!(size > 0.0 && sum.abs() < 1e-12 * size, "{sum:e} of {size:e}");
 
-    // Forces: in equilibrium what is left is held by the pins (z on the rim).
+    // Forces: in equilibrium what is left is fixed by the pins (z on the boundary).
     let force = result["force"]["total"].as_array().unwrap();
     let unit = modulus * simulation.model().mechanics().reference().mean_edge();
     for (i, f) in force.iter().enumerate() {
         let f = numbers(f);
-        let free = if simulation.sheet().rim()[i] { 2 } else { 3 };
+        let free = if simulation.sheet().boundary()[i] { 2 } else { 3 };
         assert!(f[..free].iter().all(|f| f.abs() < 2e-6 * unit), "vertex {i}: {f:?}");
     }
 }
@@ -107,8 +107,8 @@ fn signals_and_rates_go_by_the_areas_of_the_bending_energy() {
             area[*v as usize] += (b - a).cross(&(c - a)).norm() / 6.0;
         }
     }
-    for (told, area) in numbers(&thirds["vertex_area"]).iter().zip(&area) {
-        assert!((told / area - 1.0).abs() < 1e-12, "{told} {area}");
+    for (reported, area) in numbers(&thirds["vertex_area"]).iter().zip(&area) {
+        assert!((reported / area - 1.0).abs() < 1e-12, "{reported} {area}");
     }
     let (_, frozen) = at("frozen-voronoi");
     let [a, b] = [&thirds, &frozen].map(|r| numbers(&r["reaction"]["c"]));

@@ -1,4 +1,4 @@
-//! What is told before a run, and that shipped scenes need no telling.
+//! What is reported before a run, and that nothing is reported about shipped scenes.
 
 use std::fs;
 
@@ -32,14 +32,14 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
 
 #[test]
 fn what_the_author_may_not_have_meant_is_told() {
-    let on_the_rim = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
-    let (_, simulation) = prepare(&[&format!("{on_the_rim}[0.0, 0.0, 1e5] }}")]);
+    let on_the_boundary = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
+    let (_, simulation) = prepare(&[&format!("{on_the_boundary}[0.0, 0.0, 1e5] }}")]);
     assert!(
-        simulation.notes()[0].contains("(load) acts only where pins hold"),
+        simulation.notes()[0].contains("(load) acts only on fixed vertices"),
         "{:?}",
         simulation.notes()
     );
-    let (_, simulation) = prepare(&[&format!("{on_the_rim}[1e5, 0.0, 0.0] }}")]);
+    let (_, simulation) = prepare(&[&format!("{on_the_boundary}[1e5, 0.0, 0.0] }}")]);
     assert!(simulation.notes().is_empty(), "{:?}", simulation.notes());
     let (_, simulation) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
     assert!(simulation.notes()[0].contains("bending more than once"), "{:?}", simulation.notes());
@@ -67,47 +67,49 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
     assert!(count >= 5, "{count} scenes");
 }
 
-/// What a scene is told, in one text.
-fn told(overrides: &[&str]) -> String {
+/// What is reported about a scene, in one text.
+fn reported(overrides: &[&str]) -> String {
     prepare(overrides).1.notes().join("\n")
 }
 
 #[test]
 fn a_poisson_ratio_that_bonds_do_not_have_is_told() {
-    let text = told(&["material.poisson=0.3"]);
+    let text = reported(&["material.poisson=0.3"]);
     assert!(text.contains("effect 1 (stretching)"), "{text}");
     assert!(text.contains("material.poisson = 0.3") && text.contains("stvk"), "{text}");
-    assert_eq!(told(&["material.poisson=0.33"]), "");
-    assert_eq!(told(&["material.poisson=0.3", "effect.stretching.model=stvk"]), "");
+    assert_eq!(reported(&["material.poisson=0.33"]), "");
+    assert_eq!(reported(&["material.poisson=0.3", "effect.stretching.model=stvk"]), "");
 }
 
 #[test]
 fn a_thick_sheet_is_told() {
-    let text = told(&["material.thickness=2.5"]);
+    let text = reported(&["material.thickness=2.5"]);
     assert!(text.contains("material.thickness = 2.5 is 0.18 of"), "{text}");
     // A tenth of the radius is the limit.
-    assert_eq!(told(&["material.thickness=1.39"]), "");
+    assert_eq!(reported(&["material.thickness=1.39"]), "");
     let strip = "sheet={shape=\"rectangle\", width=60, height=12, vertices=600}";
-    assert!(told(&[strip, "material.thickness=1.7"]).contains("the sheet's radius 15.1"));
-    assert_eq!(told(&[strip, "material.thickness=1.5"]), "");
+    assert!(reported(&[strip, "material.thickness=1.7"]).contains("the sheet's radius 15.1"));
+    assert_eq!(reported(&[strip, "material.thickness=1.5"]), "");
     let sphere = "sheet={shape=\"sphere\", radius=10, vertices=642}";
-    let text = told(&[sphere, "effect.pin.where=all", "material.thickness=1.2"]);
+    let text = reported(&[sphere, "effect.pin.where=all", "material.thickness=1.2"]);
     assert!(text.contains("the sheet's radius 10"), "{text}");
 }
 
 #[test]
 fn a_tolerance_that_calls_any_sheet_at_rest_is_told() {
-    let text = told(&["equilibrium={method=\"lbfgs\", tolerance=1}"]);
+    let text = reported(&["equilibrium={method=\"lbfgs\", tolerance=1}"]);
     assert!(text.contains("equilibrium.tolerance = 1 "), "{text}");
-    assert!(told(&["equilibrium={method=\"newton\", tolerance=0.1}"]).contains("strains of 10 %"));
-    assert_eq!(told(&["equilibrium={method=\"lbfgs\", tolerance=1e-3}"]), "");
+    assert!(
+        reported(&["equilibrium={method=\"newton\", tolerance=0.1}"]).contains("strains of 10 %")
+    );
+    assert_eq!(reported(&["equilibrium={method=\"lbfgs\", tolerance=1e-3}"]), "");
 }
 
 #[test]
 fn a_species_that_diffuses_twice_is_told() {
     let diffusion = "[[effect]]\nkind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1.0";
-    assert_eq!(told(&[diffusion]), "");
-    let text = told(&[diffusion, diffusion]);
+    assert_eq!(reported(&[diffusion]), "");
+    let text = reported(&[diffusion, diffusion]);
     assert!(text.contains("diffusion of c more than once (effects 4 and 5)"), "{text}");
     assert!(text.contains("coefficients add up"), "{text}");
 }

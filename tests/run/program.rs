@@ -69,8 +69,8 @@ fn a_run_writes_what_it_promises() {
     let last: Vec<f64> =
         ledger.lines().last().unwrap().split(',').map(|v| v.parse().unwrap()).collect();
     let total = columns.iter().position(|c| *c == "total energy [energy]").unwrap();
-    let told = json["energy"]["total"].as_f64().unwrap();
-    assert!((told / last[total] - 1.0).abs() < 1e-12, "{told} {}", last[total]);
+    let reported = json["energy"]["total"].as_f64().unwrap();
+    assert!((reported / last[total] - 1.0).abs() < 1e-12, "{reported} {}", last[total]);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use rumple::sheet::read;
 use super::program;
 use crate::plugins::build;
 
-/// A perfectly flat disc with an immovable rim whose lengths grow slowly: c decays from 1 as
+/// A perfectly flat disc with an immovable boundary whose lengths grow slowly: c decays from 1 as
 /// dc/dt = -c, and Φ = Λ(1)/Λ(c) grows from 1.
 const GROWING: &str = r#"
 [sheet]
@@ -208,7 +208,7 @@ fn inspect_tells_minima_saddles_and_rigid_motions_apart() {
         (String::from_utf8(output.stdout).unwrap(), json["stability"].clone(), names)
     };
     let (text, json, names) = verdict(GROWING, &["--modes", "2"]);
-    assert!(text.contains("stable: every direction costs energy"), "{text}");
+    assert!(text.contains("stable: every direction raises the energy"), "{text}");
     assert_eq!(names, ["mode_1", "mode_2"]);
     assert_eq!(json["negative"], 0);
     let least = json["eigenvalues"][0].as_f64().unwrap();
@@ -224,9 +224,9 @@ fn inspect_tells_minima_saddles_and_rigid_motions_apart() {
     assert!(negative > 1 && text.contains(&format!("saddle: {negative} directions")), "{text}");
     assert!(!text.contains("not an equilibrium"), "{text}");
 
-    let held = GROWING.replace("axes = \"xyz\"", "axes = \"z\"");
-    let (text, json, _) = verdict(&held, &["--relax"]);
-    assert!(text.contains("except 3 rigid motions"), "{text}");
+    let fixed = GROWING.replace("axes = \"xyz\"", "axes = \"z\"");
+    let (text, json, _) = verdict(&fixed, &["--relax"]);
+    assert!(text.contains("except 3 free rigid motions"), "{text}");
     assert_eq!((json["negative"].as_u64(), json["rigid"].as_u64()), (Some(0), Some(3)));
 }
 

@@ -55,7 +55,8 @@ fn every_model_and_load_is_accepted() {
         "kind = \"load\"\nwhere = \"all\"\nforce = { per-area = [0, 0, 1] }",
         "kind = \"load\"\nwhere = \"all\"\nforce = { along-normal = 1 }",
         "kind = \"pin\"\naxes = \"xyz\"\nwhere = { half-space = { normal = [1, 0, 0] } }",
-        "kind = \"pin\"\naxes = \"xyz\"\nwhere = { all-of = [\"rim\", { ring = { inner = 0, outer = 9 } }] }",
+        "kind = \"pin\"\naxes = \"xyz\"\nwhere = { all-of = [\"rim\", { ring = { inner = 0, outer \
+         = 9 } }] }",
     ] {
         let mut simulation = build(effect).unwrap_or_else(|e| panic!("{effect}: {e}"));
         assert!(simulation.evaluate().potential().unwrap().force_scale() > 0.0);
@@ -65,6 +66,15 @@ fn every_model_and_load_is_accepted() {
         assert_eq!(again.resolved().unwrap(), resolved, "{effect}");
         assert_eq!(format!("{:?}", again.effects), format!("{:?}", scene.effects), "{effect}");
     }
+}
+
+#[test]
+fn the_boundary_has_two_names() {
+    let resolved = |word: &str| {
+        let text = format!("{HEAD}kind = \"pin\"\naxes = \"z\"\nwhere = \"{word}\"\n");
+        Scene::parse(&text, "s.toml", &[]).unwrap().resolved().unwrap()
+    };
+    assert_eq!(resolved("boundary"), resolved("rim"));
 }
 
 #[test]
@@ -99,7 +109,7 @@ fn options_of_another_model_are_refused() {
 fn regions_that_choose_nothing_or_make_no_sense() {
     let force = "force = { total = [0, 0, 1] }";
     let load = |region: &str| format!("kind = \"load\"\n{force}\nwhere = {region}");
-    let empty = "a closed surface has no rim; regions refer to rest positions";
+    let empty = "a closed surface has no boundary; regions refer to rest positions";
     let region = "{ ball = { centre = [99, 0, 0], radius = 1 } }";
     wrong(&load(region), region, "effect[1].where: no vertex is chosen by this load", empty);
     let region = "{ vertices = [0, 4000] }";
@@ -107,7 +117,7 @@ fn regions_that_choose_nothing_or_make_no_sense() {
     let message = format!("effect[1].where: there is no vertex 4000: the sheet has {n}");
     wrong(&load(region), region, &message, "vertices are numbered from 0");
     let region = "{ half-space = { normal = [0, 0, 0] } }";
-    let message = "effect[1].where: the normal must be a direction that is not 0";
+    let message = "effect[1].where: the normal must be a nonzero vector";
     wrong(&load(region), region, message, "for example [0, 0, 1]");
     let region = "{ all-of = [\"rim\", { ring = { inner = 2, outer = 1 } }] }";
     let message = "effect[1].where: the ring's inner = 2 is above outer = 1";
@@ -115,8 +125,8 @@ fn regions_that_choose_nothing_or_make_no_sense() {
     wrong(
         "kind = \"load\"\nforce = { per-length = [0, 0, 1] }\nwhere = { vertices = [0] }",
         "{ vertices",
-        "effect[1].where: no rim edge has both ends in the region of this load",
-        "a force per length acts on the rim; for a force on single vertices use total or \
+        "effect[1].where: no boundary edge has both ends in the region of this load",
+        "a force per length acts on the boundary; for a force on single vertices use total or \
          per-vertex",
     );
 }

@@ -120,7 +120,8 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
         "gausian",
         "kinetics.initial.c: unknown name \"gausian\"",
         Some(
-            "did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, formula",
+            "did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, \
+             formula",
         ),
     );
 }
@@ -200,13 +201,13 @@ fn values_out_of_range_or_of_the_wrong_type() {
         "vertices = 20000",
         "vertices = 3",
         "3\nimp",
-        "sheet.vertices must be a whole number from 4, not 3",
+        "sheet.vertices must be an integer from 4, not 3",
     );
     range(
         "seed = 7",
         "seed = -7",
         "-7",
-        "sheet.imperfection.seed must be a whole number from 0, not -7",
+        "sheet.imperfection.seed must be an integer from 0, not -7",
     );
     range(
         "amplitude = 1e-3",
@@ -236,7 +237,7 @@ fn values_out_of_range_or_of_the_wrong_type() {
         "width = 5.0",
         "width = \"x\"",
         "\"x\"",
-        "kinetics.initial.c.gaussian.width must be a number, not the text \"x\"",
+        "kinetics.initial.c.gaussian.width must be a number, not the string \"x\"",
     );
     range(
         "c_star = 0.1",
@@ -244,7 +245,7 @@ fn values_out_of_range_or_of_the_wrong_type() {
         "-inf",
         "kinetics.parameters.c_star must be a finite number, not -inf",
     );
-    range("\"c\", ", "3, ", "3, \"mean", "output.fields[0] must be a text in quotes, not 3");
+    range("\"c\", ", "3, ", "3, \"mean", "output.fields[0] must be a string in quotes, not 3");
     range(
         "stiffness = 2",
         "stiffness = []",
@@ -285,7 +286,7 @@ fn numbers_that_no_float_holds() {
         "until = 500.0",
         "until = 99999999999999999999",
         "99999999999999999999",
-        "this whole number needs more than 64 bits",
+        "this integer needs more than 64 bits",
         Some("write a large real number with a point or exponent, as in 1e20"),
     );
 }
@@ -341,14 +342,14 @@ fn tables_of_the_wrong_shape() {
         "initial.m = 0.25",
         "initial.m = \"high\"",
         "\"high\"",
-        &format!("kinetics.initial.m must be {expected}, not the text \"high\""),
+        &format!("kinetics.initial.m must be {expected}, not the string \"high\""),
         Some("allowed: gaussian, rectangle, stripe, spots, random, formula, file"),
     );
     wrong(
         "initial.m = 0.25",
         "initial.m = { stripe = { width = 1, value = 1, normal = [0, 0, 0] } }",
         "{ stripe",
-        "kinetics.initial.m.stripe.normal must be a direction that is not 0, not 0",
+        "kinetics.initial.m.stripe.normal must be a nonzero vector, not 0",
         None,
     );
 }
@@ -407,21 +408,21 @@ fn an_integer_with_a_point_is_told_how_to_write_it() {
         "vertices = 20000",
         "vertices = 2e4",
         "2e4",
-        "sheet.vertices must be a whole number, not 20000.0",
+        "sheet.vertices must be an integer, not 20000.0",
         Some("write 20000, without a point or exponent"),
     );
     wrong(
         "seed = 7",
         "seed = 7e0",
         "7e0",
-        "sheet.imperfection.seed must be a whole number from 0, not 7.0",
+        "sheet.imperfection.seed must be an integer from 0, not 7.0",
         Some("write 7, without a point or exponent"),
     );
     wrong(
         "vertices = 20000",
         "vertices = 20000.5",
         "20000.5",
-        "sheet.vertices must be a whole number, not 20000.5",
+        "sheet.vertices must be an integer, not 20000.5",
         None,
     );
 }
@@ -433,14 +434,14 @@ fn frames_beyond_number_are_refused_with_their_number() {
         "every = 5.0",
         "every = 1e-300",
         "1e-300",
-        "output: every = 1e-300 to time.until = 500 asks for 5.0e302 frames; 1e6 is the most",
+        "output: every = 1e-300 to time.until = 500 asks for 5.0e302 frames; at most 1e6 are allowed",
         Some("every = 0.0005 or longer"),
     );
     wrong(
         "every = 5.0",
         "every = 4e-4",
         "4e-4",
-        "output: every = 0.0004 to time.until = 500 asks for 1.2e6 frames; 1e6 is the most",
+        "output: every = 0.0004 to time.until = 500 asks for 1.2e6 frames; at most 1e6 are allowed",
         Some("every = 0.0005 or longer"),
     );
     let steps = |every: &str, most: &str| {

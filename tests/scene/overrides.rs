@@ -40,7 +40,7 @@ fn the_last_of_two_overrides_counts() {
 fn wrong_overrides_are_named() {
     for (change, message, help) in [
         ("time.until=-1", "time.until must be a number above 0, not -1.0", ""),
-        ("time.until=abc", "time.until must be a number, not the text \"abc\"", ""),
+        ("time.until=abc", "time.until must be a number, not the string \"abc\"", ""),
         ("time.until=1e999", "this number is too large", "largest"),
         ("effect[1].x=1", "unknown key x in effect[1]", "allowed: kind"),
         ("effect[2].x=1", "effect has 2 elements, numbered from 0", ""),
@@ -51,11 +51,11 @@ fn wrong_overrides_are_named() {
         ),
         ("time.until.x=3", "time.until is 500.0, nothing is inside", ""),
         ("sheet[0]=1", "sheet is a table, not a list", ""),
-        ("x", "an override reads key.path=value", ""),
+        ("x", "an override has the form key.path=value", ""),
         ("=3", "a key is missing in the path", "time.until"),
         ("a..b=3", "a key is missing in the path", "time.until"),
         ("effect[0=3", "a bracket is not closed", "time.until"),
-        ("effect[-1].x=3", "\"-1\" is no element number", "time.until"),
+        ("effect[-1].x=3", "\"-1\" is not an element number", "time.until"),
         ("time.until=", "an override needs a value after the =", "\"\""),
         ("sheet.bump={amplitude=1", "not valid TOML: unclosed inline table, expected `}`", ""),
         ("kinetics.initial.m=inf", "kinetics.initial.m must be a finite number, not inf", ""),

@@ -70,7 +70,7 @@ fn planted_faults_are_found_with_their_place() {
         s.points.extend([V::new(2.0, 1.0, 0.0), V::new(2.0, -1.0, 0.0)]);
         s.triangles.push([1, 8, 7]);
     });
-    planted(Fault::SeveralComponents, &["2 pieces", "triangle 0; triangle 6"], |s| {
+    planted(Fault::SeveralComponents, &["2 disconnected parts", "triangle 0; triangle 6"], |s| {
         s.points.extend([V::x() * 5.0, V::x() * 6.0, V::new(5.0, 1.0, 0.0)]);
         s.triangles.push([7, 8, 9]);
     });
@@ -78,7 +78,7 @@ fn planted_faults_are_found_with_their_place() {
 
 #[test]
 fn two_closed_fans_in_one_vertex_are_a_bow_tie() {
-    // Two tetrahedra that share their tip: no rim edge gives the tip away.
+    // Two tetrahedra that share their tip: no boundary edge gives the tip away.
     let mut points = vec![V::zeros()];
     let mut triangles = Vec::new();
     for (side, first) in [(1.0, 1u32), (-1.0, 4)] {

@@ -16,10 +16,10 @@ fn made(shape: &Shape, vertices: usize, seed: u64) -> Sheet {
     generate(shape, vertices, seed).unwrap_or_else(|e| panic!("{shape:?} {vertices} {seed}: {e}"))
 }
 
-/// Sum of the curvature of all vertices: 2π (or π on the rim) less the angles there.
+/// Sum of the curvature of all vertices: 2π (or π on the boundary) less the angles there.
 fn total_curvature(sheet: &Sheet) -> f64 {
     let mut defect: Vec<f64> =
-        sheet.rim().iter().map(|&on_rim| if on_rim { PI } else { TAU }).collect();
+        sheet.boundary().iter().map(|&on_boundary| if on_boundary { PI } else { TAU }).collect();
     for t in sheet.triangles() {
         let angles = triangle_angles(t.map(|v| sheet.rest()[v as usize]));
         for (&v, angle) in t.iter().zip(angles) {
@@ -36,7 +36,7 @@ fn promises(shape: &Shape, vertices: usize, seed: u64, chi: i64) {
     println!("{what}\n{report}");
     assert_eq!(report.vertices, vertices, "{what}");
     assert_eq!(report.euler_characteristic, chi, "{what}");
-    assert_eq!(report.all_rim_triangles, 0, "{what}");
+    assert_eq!(report.all_boundary_triangles, 0, "{what}");
     assert!(report.quality.min >= 0.6, "{what}: {:?}", report.quality);
     assert!(report.quality.mean > 0.97, "{what}: {:?}", report.quality);
     assert!(report.irregular_vertices * 50 > vertices, "{what}: nearly a lattice");
@@ -69,10 +69,10 @@ fn other_shapes_keep_the_promises() {
 }
 
 #[test]
-fn rims_are_evenly_spaced_at_the_edge_length_of_the_interior() {
+fn boundaries_are_evenly_spaced_at_the_edge_length_of_the_interior() {
     let sheet = made(&DISC, 5_000, 3);
     let report = MeshReport::new(&sheet);
-    for edge in sheet.edges().iter().filter(|e| e.is_rim()) {
+    for edge in sheet.edges().iter().filter(|e| e.is_boundary()) {
         let [a, b] = edge.vertices.map(|v| sheet.rest()[v as usize]);
         assert!((a.norm() - 100.0).abs() < 1e-12 && a.z == 0.0, "{a}");
         let spacing = (a - b).norm() / report.edge_length.mean;
@@ -168,7 +168,7 @@ fn impossible_wishes_are_refused_with_a_reason() {
     refused(&Shape::Disc { radius: f64::NAN }, 500, "radius = NaN");
     refused(&Shape::Cylinder { radius: 1.0, height: f64::INFINITY }, 500, "height = inf");
     refused(&Shape::Annulus { inner: 2.0, outer: 2.0 }, 500, "inner = 2");
-    refused(&Shape::Annulus { inner: 1e-3, outer: 2.0 }, 500, "inner rim");
+    refused(&Shape::Annulus { inner: 1e-3, outer: 2.0 }, 500, "inner boundary");
     refused(&Shape::Rectangle { width: 1.0, height: 1e-3 }, 500, "shorter side");
     refused(&DISC, 0, "more vertices");
     refused(&DISC, 10, "more vertices");

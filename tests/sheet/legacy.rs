@@ -37,7 +37,7 @@ fn old_files_of_vtk_are_read() {
             for (name, components) in [("N", 3), ("T", 9), ("a b% [µ]", 1), ("named", 2)] {
                 names.push((name.into(), components));
             }
-            assert_eq!(surface.notes, ["the cell colours \"rgb\" were left aside"], "{name}");
+            assert_eq!(surface.notes, ["the cell colours \"rgb\" were ignored"], "{name}");
         }
         assert_eq!(all(&surface.point_arrays), names, "{name}");
         assert_eq!(all(&surface.cell_arrays), [("m".into(), 1)], "{name}");
@@ -48,7 +48,8 @@ fn old_files_of_vtk_are_read() {
 
 #[test]
 fn what_the_format_leaves_free_is_read() {
-    let text = "# vtk DataFile Version 2.0\r\n\r\nASCII\r\n\r\ndataset polydata\r\nfield whole 2\r\n\
+    let text = "# vtk DataFile Version 2.0\r\n\r\nASCII\r\n\r\ndataset polydata\r\nfield whole \
+        2\r\n\
                 TimeValue 1 1 double\r\n3.25\r\nmore 2 2 int\r\n1 2 3 4\r\npoints 3 float\r\n\
                 0 0 0  1 0 0\r\n0 1e-1 0.5\r\npolygons 1 4\r\n3 0 1 2\r\nPOINT_DATA 3\r\n\
                 SCALARS c unsigned_char\r\nLOOKUP_TABLE default\r\n1 2 255\r\n";

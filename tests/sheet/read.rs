@@ -179,9 +179,9 @@ fn faults_of_vtu_files_are_reported_with_their_place() {
 fn other_files_are_refused_by_name() {
     for (name, word) in [
         ("nothing-here.obj", "cannot be read"),
-        ("make_fixtures.py", "unknown ending \"py\""),
+        ("make_fixtures.py", "unknown extension \"py\""),
         ("nothing-here.vtk", "cannot be read"),
-        ("", "unknown ending"),
+        ("", "unknown extension"),
     ] {
         let message = read::surface(data(name)).unwrap_err().to_string();
         assert!(message.contains(word) && message.contains("tests/data"), "{message}");

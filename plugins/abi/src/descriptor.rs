@@ -144,7 +144,7 @@ impl Parameter {
         }
     }
 
-    /// Whose default is the value of the earlier parameter `name`.
+    /// CallOwner default is the value of the earlier parameter `name`.
     #[must_use]
     pub const fn default_of(self, name: &'static str) -> Self {
         Self { default_of: Str::new(name), ..self }
@@ -189,7 +189,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// Mean curvature H, 1/length; > 0 at the top of a bump towards the normal; 0 on the rim.
+    /// Mean curvature H, 1/length; > 0 at the top of a bump towards the normal; 0 on the boundary.
     pub const MEAN_CURVATURE: Self = Self::named("mean_curvature");
     /// Gaussian curvature K, 1/length²; > 0 on a sphere.
     pub const GAUSSIAN_CURVATURE: Self = Self::named("gaussian_curvature");

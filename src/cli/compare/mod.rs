@@ -11,7 +11,7 @@ use clap::Args;
 use self::table::{csv, table};
 use super::SceneArgs;
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory, Standing, atomic, interrupt};
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory, RunStatus, atomic, interrupt};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
@@ -29,13 +29,13 @@ pub(super) struct CompareArgs {
     /// "tr-bdf2" }`; may be repeated. Without it, that of the scene with its settings.
     #[arg(long = "integrator", value_name = "NAME|TABLE")]
     integrators: Vec<String>,
-    /// Directory for the results, one folder a member; by default the scene's name with the time.
+    /// Directory for the results, one folder per member; by default the scene's name with the time.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the results of an earlier comparison in that directory.
     #[arg(long)]
     force: bool,
-    /// Print the table alone.
+    /// Print only the table.
     #[arg(long)]
     quiet: bool,
 }
@@ -59,15 +59,15 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
     let (standing, reason) = match &outcome {
-        Ok(reason) => (Standing::Complete, reason.clone()),
+        Ok(reason) => (RunStatus::Complete, reason.clone()),
         Err(Error::Solve(SolveError::Interrupted)) => {
-            (Standing::Interrupted, interrupt::reason().to_owned())
+            (RunStatus::Interrupted, interrupt::reason().to_owned())
         }
-        Err(error) => (Standing::Failed, error.to_string()),
+        Err(error) => (RunStatus::Failed, error.to_string()),
     };
-    let told = claim.end(standing, &reason);
+    let ended = claim.end(standing, &reason);
     outcome?;
-    Ok(told?)
+    Ok(ended?)
 }
 
 /// Runs all members; says how many came to their end.
@@ -118,11 +118,11 @@ fn work(
     let mut errors = members.into_iter().filter_map(|m| m.outcome.err());
     if let Some(error) = errors.find(|error| !expected(error)) {
         if ran > 0 {
-            say!("{ran} of {all} members came to their end; the first that did not:");
+            say!("{ran} of {all} members finished; the first that did not:");
         }
         return Err(error);
     }
-    Ok(format!("{ran} of {all} members came to their end"))
+    Ok(format!("{ran} of {all} members finished"))
 }
 
 /// Every pairing, read before the first runs: a name that nothing has ends the comparison, a

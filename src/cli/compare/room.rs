@@ -39,7 +39,7 @@ fn check(root: &Path, force: bool) -> Result<Vec<String>, OutputError> {
     let refuse = |message: String| Err(OutputError::Directory { path: root.to_owned(), message });
     let Ok(found) = fs::symlink_metadata(root) else { return Ok(Vec::new()) };
     if !root.is_dir() {
-        return refuse("is a file, expected a directory or a name that is free".into());
+        return refuse("is a file, expected a directory or an unused name".into());
     }
     let read = |source| OutputError::Read { path: root.to_owned(), source };
     let mut ours = Vec::new();
@@ -62,7 +62,7 @@ fn check(root: &Path, force: bool) -> Result<Vec<String>, OutputError> {
     }
     if found.is_symlink() {
         return refuse(
-            "is a link, through which nothing is removed; name the directory itself".into(),
+            "is a link, and nothing is removed through a link; give the directory itself".into(),
         );
     }
     let link = |name: &&String| is_member(&root.join(name)) && root.join(name).is_symlink();

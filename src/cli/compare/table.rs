@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::Error;
 use crate::output::plot::label;
-use crate::study::compare::{Member, PARTED, Parted, Ran};
+use crate::study::compare::{DIVERGED, Divergence, Member, Ran};
 
 /// Every member's distance from the first that ran as far as they are on one branch, its last
 /// measures, and its cost.
@@ -29,26 +29,26 @@ pub(super) fn table(members: &[Member]) -> String {
     let mut rows: Vec<[String; 12]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
     let reference = reference(members);
     let mut notes = String::new();
-    let mut parted = false;
+    let mut diverged = false;
     for member in members {
         match (&member.outcome, reference) {
             (Ok(ran), Some((first, reference))) => {
                 let Some(measures) = ran.measures.last() else { continue };
-                let apart = ran.apart(reference);
-                if let Some(by) = &apart.parted {
-                    parted = true;
+                let deviations = ran.deviations(reference);
+                if let Some(by) = &deviations.diverged {
+                    diverged = true;
                     let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
                 }
-                let [shape, species] = match apart.largest {
+                let [shape, species] = match deviations.largest {
                     Some((shape, species)) => [shape, species].map(|d| format!("{d:.2e}")),
                     None => ["-", "-"].map(str::to_owned),
                 };
-                let parts = |by: Parted| format!("t = {}", label(by.time));
+                let text = |by: Divergence| format!("t = {}", label(by.time));
                 rows.push([
                     member.name.clone(),
                     shape,
                     species,
-                    apart.parted.map_or("-".into(), parts),
+                    deviations.diverged.map_or("-".into(), text),
                     format!("{:.5e}", measures.energy),
                     format!("{:.4}", measures.amplitude),
                     measures.spots.to_string(),
@@ -65,10 +65,10 @@ pub(super) fn table(members: &[Member]) -> String {
             (Ok(_), None) => {}
         }
     }
-    if parted {
+    if diverged {
         let _ = writeln!(
             notes,
-            "distances are the largest before two runs part, that is differ by more than {PARTED} of \
+            "distances are the largest before two runs diverge, that is differ by more than {DIVERGED} of \
              their size; after that compare energy, amplitude, spots and separation"
         );
     }
@@ -92,21 +92,21 @@ fn reference(members: &[Member]) -> Option<(&str, &Ran)> {
 }
 
 /// Where two runs part, by what, and what that is measured against.
-fn in_words(parted: &Parted, ran: &Ran, first: &str) -> String {
-    let share = match parted.by.relative() {
+fn in_words(diverged: &Divergence, ran: &Ran, first: &str) -> String {
+    let share = match diverged.by.relative() {
         share if share < 10.0 => format!("{:.0} %", 100.0 * share),
         share => format!("{} times", label(share.round())),
     };
     let named = |species: usize| ran.species.get(species).map_or("species", String::as_str);
-    let (what, against) = match parted.species {
+    let (what, against) = match diverged.species {
         Some(species) => (named(species), format!("the {} there", named(species))),
         None => ("shape", "the displacement there".to_owned()),
     };
-    let [distance, size] = [parted.by.distance, parted.by.size].map(label);
+    let [distance, size] = [diverged.by.distance, diverged.by.size].map(label);
     format!(
         "at t = {} its {what} is {distance} away from that of {first}, {share} of {against} \
          ({size}), root mean squares",
-        label(parted.time)
+        label(diverged.time)
     )
 }
 
@@ -125,9 +125,9 @@ pub(super) fn csv(members: &[Member]) -> String {
     let reference = reference(members);
     for member in members {
         let (Ok(ran), Some((_, reference))) = (&member.outcome, reference) else { continue };
-        let apart = ran.apart(reference);
+        let deviations = ran.deviations(reference);
         for m in &ran.measures {
-            let same = apart.course.iter().find(|c| c.0 == m.time);
+            let same = deviations.course.iter().find(|c| c.0 == m.time);
             let _ = writeln!(
                 text,
                 "\"{}\",{},{},{},{},{},{},{}",

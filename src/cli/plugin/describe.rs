@@ -119,6 +119,6 @@ fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
         say!("gives       observable {} [{}] {}", o.name, o.unit, o.doc);
     }
     if !d.capabilities.parameter_fields && !d.parameters.is_empty() {
-        say!("fields      parameters that differ from place to place cost an instance each");
+        say!("fields      non-uniform parameters need an instance for each value");
     }
 }

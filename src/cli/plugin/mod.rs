@@ -28,9 +28,9 @@ pub(super) struct PluginArgs {
 enum Command {
     /// Write a plugin that builds and runs as it is: a crate, or a C file with its header.
     New(new::NewArgs),
-    /// List the plugins that scenes can name.
+    /// List the available plugins.
     List(SearchArgs),
-    /// Say what a plugin, or the law of a scene, reads and gives.
+    /// Describe what a plugin, or the law of a scene, reads and provides.
     Describe(describe::DescribeArgs),
     /// Look for faults, in a process of its own: bad numbers, wrong derivatives, hidden state, …
     Validate(validate::ValidateArgs),

@@ -148,8 +148,8 @@ fn check_name(name: &str) -> Result<()> {
         .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
         .collect();
     Err(refuse(format!(
-        "`{name}` is no name for a plugin; expected a lower-case letter, then lower-case letters, \
-         digits or `-`, for example `{}`",
+        "`{name}` is not a valid plugin name; expected a lower-case letter, then lower-case \
+         letters, digits or `-`, for example `{}`",
         near.trim_matches(|c: char| !c.is_ascii_lowercase())
     )))
 }

@@ -42,9 +42,9 @@ const LOADING: &str = "table, description, instance";
 /// The check after all others, of two processes.
 const AFRESH: &str = "the same in a fresh process";
 
-/// What the child tells; one line of standard output each, after [`MARK`].
+/// What the child reports; one line of standard output each, after [`MARK`].
 #[derive(Debug, Serialize, Deserialize)]
-enum Told {
+enum Message {
     Begin(String),
     Good(String, String),
     Skipped(String, String),
@@ -57,8 +57,8 @@ enum Told {
 /// Before every line of the child: a plugin may print what it likes.
 const MARK: &str = "\u{1}rumple ";
 
-fn tell(told: &Told) {
-    let text = serde_json::to_string(told).unwrap_or_default();
+fn emit(message: &Message) {
+    let text = serde_json::to_string(message).unwrap_or_default();
     let mut out = std::io::stdout().lock();
     // Nobody is left to hear of a broken pipe.
     let _ = writeln!(out, "\n{MARK}{text}").and_then(|()| out.flush());
@@ -69,7 +69,7 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 }
 
 fn child(args: &ValidateArgs) -> Result<()> {
-    tell(&Told::Begin(LOADING.to_owned()));
+    emit(&Message::Begin(LOADING.to_owned()));
     let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {
         let library = match &found {
@@ -90,10 +90,10 @@ fn child(args: &ValidateArgs) -> Result<()> {
         if !args.backwards {
             try_out(&*law, &fields, make.as_ref().map(|make| make as &Make<'_>), seed);
         }
-        tell(&Told::Begin(AFRESH.to_owned()));
+        emit(&Message::Begin(AFRESH.to_owned()));
         // A law that fails was found by the other checks.
         if let Ok(rates) = examine::rates_in_order(&*law, &fields, seed, args.backwards) {
-            tell(&Told::Rates(rates));
+            emit(&Message::Rates(rates));
         }
         Ok(())
     });
@@ -102,13 +102,13 @@ fn child(args: &ValidateArgs) -> Result<()> {
             Error::Scene(scene) => scene.rendered(false),
             other => other.to_string(),
         };
-        tell(&Told::Fault(LOADING.to_owned(), text));
+        emit(&Message::Fault(LOADING.to_owned(), text));
     }
-    tell(&Told::Done);
+    emit(&Message::Done);
     Ok(())
 }
 
-/// Runs all checks and tells what they find.
+/// Runs all checks and reports what they find.
 fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, seed: u64) {
     let d = law.descriptor();
     let read: Vec<&str> = d.signals.iter().map(|s| s.signal.name()).collect();
@@ -119,19 +119,19 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
         d.parameters.len(),
         if read.is_empty() { "nothing".to_owned() } else { read.join(", ") }
     );
-    tell(&Told::Good(LOADING.to_owned(), text));
+    emit(&Message::Good(LOADING.to_owned(), text));
     examine::validate(
         law,
         fields,
         make,
         seed,
-        &mut |check| tell(&Told::Begin(check.to_owned())),
+        &mut |check| emit(&Message::Begin(check.to_owned())),
         &mut |Finding { check, verdict }| {
             let check = check.to_owned();
-            tell(&match verdict {
-                Verdict::Good(text) => Told::Good(check, text),
-                Verdict::Skipped(text) => Told::Skipped(check, text),
-                Verdict::Fault(text) => Told::Fault(check, text),
+            emit(&match verdict {
+                Verdict::Good(text) => Message::Good(check, text),
+                Verdict::Skipped(text) => Message::Skipped(check, text),
+                Verdict::Fault(text) => Message::Fault(check, text),
             });
         },
     );
@@ -143,7 +143,7 @@ fn begin(
     args: &ValidateArgs,
     seed: u64,
     backwards: bool,
-) -> Result<(Child, Receiver<std::result::Result<Told, String>>)> {
+) -> Result<(Child, Receiver<std::result::Result<Message, String>>)> {
     let program: PathBuf = std::env::current_exe().map_err(|e| no_child(&e))?;
     let mut command = Command::new(program);
     command.args(["plugin", "validate", "--in-child", "--seed", &seed.to_string()]);
@@ -161,8 +161,8 @@ fn begin(
         thread::spawn(move || {
             for line in BufReader::new(out).split(b'\n').map_while(std::result::Result::ok) {
                 let line = String::from_utf8_lossy(&line).into_owned();
-                let told = line.strip_prefix(MARK).and_then(|t| serde_json::from_str(t).ok());
-                if send.send(told.ok_or(line)).is_err() {
+                let message = line.strip_prefix(MARK).and_then(|t| serde_json::from_str(t).ok());
+                if send.send(message.ok_or(line)).is_err() {
                     return;
                 }
             }
@@ -177,8 +177,8 @@ fn afresh(args: &ValidateArgs, seed: u64, limit: Duration) -> Result<Option<Vec<
     let (mut child, receive) = begin(args, seed, true)?;
     let rates = loop {
         match receive.recv_timeout(limit) {
-            Ok(Ok(Told::Rates(rates))) => break Some(rates),
-            Ok(Ok(Told::Done)) | Err(_) => break None,
+            Ok(Ok(Message::Rates(rates))) => break Some(rates),
+            Ok(Ok(Message::Done)) | Err(_) => break None,
             Ok(_) => {}
         }
     };
@@ -209,11 +209,11 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     };
     loop {
         match receive.recv_timeout(limit) {
-            Ok(Ok(Told::Begin(check))) => current = check,
-            Ok(Ok(Told::Good(check, text))) => report("ok", &check, &text),
-            Ok(Ok(Told::Skipped(check, text))) => report("-", &check, &text),
-            Ok(Ok(Told::Fault(check, text))) => report("FAULT", &check, &text),
-            Ok(Ok(Told::Rates(here))) => match afresh(args, seed, limit)? {
+            Ok(Ok(Message::Begin(check))) => current = check,
+            Ok(Ok(Message::Good(check, text))) => report("ok", &check, &text),
+            Ok(Ok(Message::Skipped(check, text))) => report("-", &check, &text),
+            Ok(Ok(Message::Fault(check, text))) => report("FAULT", &check, &text),
+            Ok(Ok(Message::Rates(here))) => match afresh(args, seed, limit)? {
                 Some(there) if there == here => {
                     report("ok", AFRESH, "points called in the opposite order");
                 }
@@ -221,14 +221,14 @@ fn parent(args: &ValidateArgs) -> Result<()> {
                     let differ = here.iter().zip(&there).position(|(a, b)| a != b).unwrap_or(0);
                     let [one, other] = [here[differ], there[differ]].map(f64::from_bits);
                     let text = format!(
-                        "rates gives {one} after other calls and {other} in a process that calls the \
-                         points in the opposite order: a law may not keep a state of its own"
+                        "rates gives {one} after other calls and {other} in a process that calls \
+                         the points in the opposite order: a law must not keep internal state"
                     );
                     report("FAULT", AFRESH, &text);
                 }
-                None => report("-", AFRESH, "it did not come to that"),
+                None => report("-", AFRESH, "not reached"),
             },
-            Ok(Ok(Told::Done)) => break,
+            Ok(Ok(Message::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}
             Ok(Err(line)) => say!("  it prints: {line}"),
             Err(RecvTimeoutError::Timeout) => {
@@ -278,7 +278,7 @@ fn ending(status: ExitStatus) -> String {
         (7, "a bus error"),
         (8, "an arithmetic exception"),
         (9, "killed, perhaps for memory"),
-        (11, "a segmentation fault: it reads or writes where nothing is"),
+        (11, "a segmentation fault: it reads or writes an invalid address"),
     ];
     match status.signal() {
         Some(signal) => match KNOWN.iter().find(|(known, _)| *known == signal) {

@@ -19,9 +19,9 @@
 //! per area, m and d half the sum and difference of the principal curvatures. So a cylinder costs
 //! B κ²/2 exactly as in the continuum, but the Gaussian curvature has a modulus of its own
 //! (`-4B/3`) that no choice of ν changes; ν enters through B alone. The Gaussian part is a
-//! boundary term: away from the rim this model and Meyer's agree for smooth shapes at any ν, with
+//! boundary term: away from the boundary this model and Meyer's agree for smooth shapes at any ν, with
 //! a difference of second order in the edge length. They are not the same matrix (Meyer's reaches
-//! two edges far along a line of the lattice, a hinge does not), and free or simply supported rims
+//! two edges far along a line of the lattice, a hinge does not), and free or simply supported boundaries
 //! see ν_h. On irregular meshes the stiffness depends on the mesh and does not converge to B: a
 //! cylinder costs 2.5 % too much on generated meshes of any fineness, and 11 % on a lattice whose
 //! vertices are moved at random by a quarter of the edge length.
@@ -170,7 +170,7 @@ pub(super) fn hinges(sheet: &Sheet) -> impl Iterator<Item = (u32, [u32; 4])> + '
         let corner = sheet.triangles()[t];
         [corner[(k + 1) % 3], corner[(k + 2) % 3], corner[k]]
     };
-    let inside = sheet.edges().iter().enumerate().filter(|(_, edge)| !edge.is_rim());
+    let inside = sheet.edges().iter().enumerate().filter(|(_, edge)| !edge.is_boundary());
     inside.map(move |(e, Edge { triangles: [first, second], .. })| {
         let e = index(e);
         let [start, end, left] = opposite(*first, e);

@@ -9,7 +9,7 @@
 //! sum of densities). So `U_b = Σ_i B|L_i|²/(8 A_i^p) + Gaussian part`, p = 1 or 2.
 //!
 //! With `W = A` the Gaussian part is, by Gauss-Bonnet, a boundary term that only the triangles at
-//! the rim feel: `-B(1-ν) Σ_interior (2π - Σθ) = -B(1-ν) [2πχ - Σ_rim (π - Σθ)]`.
+//! the boundary feel: `-B(1-ν) Σ_interior (2π - Σθ) = -B(1-ν) [2πχ - Σ_boundary (π - Σθ)]`.
 //!
 //! **Gradient.** Let `g_i = ∂U/∂L_i`, `a_i = ∂U/∂A_i`, `s_i = ∂U/∂(Σθ)_i`. One triangle contributes
 //! `n·V` with `V = Σ_k e_k × g_k`, and because `∂n·V = (P V)·∂N/(2A) + n·∂V`,
@@ -22,7 +22,7 @@
 //! `u = x_{k+1} - x_k`, and so on round the corner. No cotangent is needed, so right angles and
 //! obtuse triangles are nothing special.
 //!
-//! Rim vertices carry no bending energy. Source: Zakharov & Dasbiswas (2021), eq. for U_b; Meyer
+//! Boundary vertices carry no bending energy. Source: Zakharov & Dasbiswas (2021), eq. for U_b; Meyer
 //! et al. (2003), doi:10.1007/978-3-662-05105-4_2. Not covered: spontaneous curvature.
 
 mod hessian;
@@ -62,7 +62,7 @@ pub struct MeyerBending {
     gaussian: f64,
     weight: BendingWeight,
     area: VertexArea,
-    has_rim: bool,
+    has_boundary: bool,
 }
 
 /// Memory of evaluations.
@@ -84,7 +84,7 @@ impl MeyerBending {
             gaussian: rigidity * (1.0 - material.poisson),
             weight,
             area: VertexArea::new(sheet, area),
-            has_rim: sheet.rim().contains(&true),
+            has_boundary: sheet.boundary().contains(&true),
         }
     }
 
@@ -114,10 +114,10 @@ impl MeyerBending {
         gathered: &[[f64; 5]],
         i: usize,
     ) -> (VertexDerivatives, f64) {
-        let rim = shape.sheet.rim()[i];
+        let boundary = shape.sheet.boundary()[i];
         let [x, y, z, area, angles] = gathered[i];
         let l = Vec3::new(x, y, z);
-        match (self.weight, rim) {
+        match (self.weight, boundary) {
             (BendingWeight::Area, true) => {
                 let incident = shape.sheet.vertex_triangles().of(i);
                 let angles: f64 =
@@ -192,7 +192,7 @@ impl Energy for MeyerBending {
             let patches = shape.sheet.triangle_patches();
             let write =
                 |g: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *g += Vec3::new(*x, *y, *z);
-            if self.weight == BendingWeight::Paper || self.has_rim {
+            if self.weight == BendingWeight::Paper || self.has_boundary {
                 let kernel = Gradient::<true> { bending: self, vertex, shape: *shape };
                 patches.accumulate(&kernel, gradient, write);
             } else {

@@ -96,8 +96,8 @@ impl EffectSpec for Stretching {
             return Vec::new();
         }
         vec![format!(
-            "bonds stretch with ν = 1/3 whatever material.poisson = {poisson} says, which enters Y and B \
-             alone; model = \"stvk\" has any ν"
+            "bonds stretch with ν = 1/3 whatever material.poisson = {poisson} says, which enters \
+             only Y and B; model = \"stvk\" has any ν"
         )]
     }
 }

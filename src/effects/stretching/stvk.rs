@@ -12,7 +12,7 @@
 //! strip with free sides. The paper writes `U_s` of the bonds with `Y = E h/(1-ν²)`, and a lattice
 //! of bonds has that as its two-dimensional Young's modulus, with ν = 1/3. So `modulus = "paper"`
 //! (default) takes `Y₂ = Y`, and at ν = 1/3 all stretching models have the same second derivatives
-//! in the flat rest state of an equilateral lattice, rim included. A plate cut from a block has
+//! in the flat rest state of an equilateral lattice, boundary included. A plate cut from a block has
 //! `Y₂ = E h` instead (at ν = 1/3 smaller by 8/9): `modulus = "plate"`, for comparison with
 //! plates of the literature. At ν = 0 they are the same.
 //!

@@ -71,7 +71,7 @@ pub(super) fn over_the_sheet(
         return Ok(Verdict::Skipped("there are none".into()));
     }
     if !descriptor.capabilities.parameter_fields {
-        return Ok(Verdict::Skipped("by an instance for every stretch of equal values".into()));
+        return Ok(Verdict::Skipped("one instance for every run of equal values".into()));
     }
     let Some(make) = make else { return given_by_a_scene(kinetics, samples) };
     let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -40,7 +40,7 @@ pub(super) type Check = Result<Verdict, KineticsError>;
 
 /// Runs every check on a law: with its own parameters, or with those of random places of `fields`
 /// (one column a parameter, of one value or one a place; empty for none). `make` makes it with other
-/// parameters. `begin` hears of every check before it starts, `end` what it found: a law may end the
+/// parameters. `begin` is called with every check before it starts, `end` with what it found: a law may end the
 /// process in between.
 pub fn validate(
     kinetics: &dyn Kinetics,
@@ -142,14 +142,14 @@ fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
         (given.length_factor_partials, "length factor", derivatives::length_factor),
     ];
     for (number, (_, name, compare)) in parts.iter().enumerate().filter(|(_, part)| part.0) {
-        let told = samples.with(number == 0, |batch| {
+        let outcome = samples.with(number == 0, |batch| {
             let found = compare(kinetics, batch)?;
             let wrong = found.wrong.map(|w| w.describe(kinetics, batch, w.point));
             let read = if number == 0 { &kinetics.descriptor().signals[..] } else { &[] };
             let place = |point| Site::of(batch, kinetics.descriptor(), read, point).to_string();
             Ok::<_, KineticsError>((wrong, found.unbounded.map(place)))
         })?;
-        match told {
+        match outcome {
             (Some(wrong), _) => return Ok(Verdict::Fault(wrong)),
             (None, Some(place)) => {
                 unbounded = format!(

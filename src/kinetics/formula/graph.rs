@@ -20,7 +20,7 @@ pub(super) enum Op {
     Subtract(Id, Id),
     Multiply(Id, Id),
     Divide(Id, Id),
-    /// Base to a whole number.
+    /// Base to an integer.
     PowerI(Id, i32),
     Power(Id, Id),
     Negative(Id),
@@ -251,7 +251,7 @@ impl Graph {
         match &tree.kind {
             Kind::Number(value) => Ok(self.constant(*value)),
             Kind::Name(name) => names(self, name).map_err(|help| {
-                let message = format!("nothing is called `{name}`");
+                let message = format!("unknown name `{name}`");
                 FormulaError::new(tree.span.clone(), message).help(help)
             }),
             Kind::Negative(inner) => {
@@ -261,7 +261,7 @@ impl Graph {
             Kind::Binary(operation, left, right) => {
                 let (a, b) = (self.insert(left, names)?, self.insert(right, names)?);
                 if *operation == Operation::Divide && self.value(b) == Some(0.0) {
-                    return Err(FormulaError::new(right.span.clone(), "a division by nothing"));
+                    return Err(FormulaError::new(right.span.clone(), "division by zero"));
                 }
                 Ok(self.add(match operation {
                     Operation::Add => Op::Add(a, b),

@@ -130,7 +130,8 @@ impl FormulaKinetics {
             let id = insert(&mut graph, &names, text).map_err(wrong)?;
             if let Some(column) = first_signal(&graph, id, law.species.len(), names.columns.len()) {
                 let message = format!(
-                    "the length factor reads the signal {}; it is of species and parameters alone",
+                    "the length factor reads the signal {}; it may depend on species and \
+                     parameters only",
                     names.columns[column]
                 );
                 return Err(wrong(FormulaError::new(0..text.len(), message)));

@@ -134,7 +134,7 @@ impl<'a> Names<'a> {
             None => Ok(()),
             Some(k) => {
                 let part = &law.lets[k];
-                let message = format!("`{}` is made of itself", part.name);
+                let message = format!("`{}` depends on itself", part.name);
                 Err(wrong(k)(FormulaError::new(0..part.text.len(), message)))
             }
         }

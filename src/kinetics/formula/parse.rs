@@ -150,11 +150,11 @@ pub(super) fn parse(text: &str) -> Result<Tree, FormulaError> {
     match parser.peek() {
         None => Ok(tree),
         Some((Token::Symbol(')'), span)) => {
-            Err(FormulaError::new(span.clone(), "nothing was opened that this would close"))
+            Err(FormulaError::new(span.clone(), "unmatched closing parenthesis"))
         }
         Some((_, span)) => {
             Err(FormulaError::new(span.clone(), "an operator is missing before this")
-                .help("a product needs its sign: 2*x"))
+                .help("a product needs an operator: 2*x"))
         }
     }
 }
@@ -198,7 +198,7 @@ fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaError> {
             found.push((Token::Symbol(if power { '^' } else { character }), start..at));
         } else {
             at += character.len_utf8();
-            let message = format!("`{character}` means nothing in a formula");
+            let message = format!("unexpected character `{character}` in a formula");
             let help = "numbers, names, + - * / ^, parentheses and functions";
             return Err(FormulaError::new(start..at, message).help(help));
         }
@@ -260,7 +260,7 @@ impl Parser {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
             let span = self.peek().map_or(self.end..self.end, |(_, span)| span.clone());
-            return Err(FormulaError::new(span, "nested too deep"));
+            return Err(FormulaError::new(span, "nested too deeply"));
         }
         let tree = match self.accept("+-") {
             Some(('-', span)) => {
@@ -327,9 +327,7 @@ impl Parser {
                 Some(near) => format!("did you mean `{near}`? There are {}", names.join(", ")),
                 None => format!("there are {}", names.join(", ")),
             };
-            return Err(
-                FormulaError::new(span, format!("no function is called `{name}`")).help(help)
-            );
+            return Err(FormulaError::new(span, format!("unknown function `{name}`")).help(help));
         };
         let mut arguments = vec![self.sum()?];
         while self.accept(",").is_some() {

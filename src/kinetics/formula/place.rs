@@ -22,7 +22,7 @@ impl FieldFormula {
     /// Reads it; `t` is a name if it is `timed`.
     ///
     /// # Errors
-    /// If the text is no formula, or mentions anything else.
+    /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, timed: bool) -> Result<Self, FormulaError> {
         let names = &NAMES[..if timed { 4 } else { 3 }];
         let mut graph = Graph::default();
@@ -80,7 +80,7 @@ impl FieldFormula {
 /// The values of a formula of `x`, `y` and `z` at all points.
 ///
 /// # Errors
-/// If the text is no formula, or mentions anything else.
+/// If the text is not a formula, or mentions anything else.
 pub fn over_positions(text: &str, points: &[Vec3]) -> Result<Vec<f64>, FormulaError> {
     Ok(FieldFormula::new(text, false)?.at(points, 0.0))
 }

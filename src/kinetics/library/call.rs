@@ -46,7 +46,7 @@ impl Call<'_> {
         }
 
         let text = String::from_utf8_lossy(&buffer[..length.min(buffer.len())]).trim().to_owned();
-        let message = if text.is_empty() { "it gives no reason".to_owned() } else { text };
+        let message = if text.is_empty() { "no reason is given".to_owned() } else { text };
         let number = (point != abi::NO_POINT).then(|| self.first.saturating_add(point));
         let plugin = self.plugin.to_owned();
         let point = number.map(|point| {

@@ -4,13 +4,13 @@
 //! every exit, look whether a [call](super::watch) is under way; if so they stop there and leave it to
 //! somebody who watches to name plugin and call, and to end the program with a status that is not 0.
 //! A handler has no memory of its own and hardly a stack. If nobody does so in time, because a
-//! plugin has spoilt the memory that all share, they end the program themselves. Where no call is under
+//! plugin has corrupted the memory that all share, they end the program themselves. Where no call is under
 //! way all goes on as it would without them. `_exit`, which calls no hook, and SIGKILL cannot be seen.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
 
-use super::watch::{UnderWay, Whose, under_way};
+use super::watch::{CallOwner, UnderWay, under_way};
 
 /// How a plugin has ended the program: a signal, or one of these.
 static HOW: AtomicI32 = AtomicI32::new(NOT);
@@ -58,11 +58,11 @@ pub fn ended() -> Option<Ended> {
     if how == NOT {
         return None;
     }
-    let whose = match THREAD.load(Ordering::Relaxed) {
-        OTHER => Whose::Other,
-        number => Whose::Own(number),
+    let owner = match THREAD.load(Ordering::Relaxed) {
+        OTHER => CallOwner::Other,
+        number => CallOwner::Own(number),
     };
-    Some(Ended { call: under_way(whose)?, own: whose != Whose::Other, how })
+    Some(Ended { call: under_way(owner)?, own: owner != CallOwner::Other, how })
 }
 
 /// Ends the program at once, without the hooks of an exit.
@@ -77,7 +77,7 @@ mod system {
     use std::sync::OnceLock;
     use std::sync::atomic::Ordering;
 
-    use super::super::watch::{Whose, whose};
+    use super::super::watch::{CallOwner, call_owner};
     use super::{EXIT, HOW, OTHER, SEEN, THREAD};
 
     /// The status with which the program leaves if nobody else ends it.
@@ -88,11 +88,11 @@ mod system {
 
     /// Signals that a fault raises in the thread that has it, and what they mean.
     const FAULTS: [(libc::c_int, &str); 7] = [
-        (libc::SIGSEGV, "a segmentation fault: it reads or writes where nothing is"),
-        (libc::SIGBUS, "a bus error: it reads or writes where nothing is"),
-        (libc::SIGFPE, "an arithmetic exception, as a division of whole numbers by 0"),
+        (libc::SIGSEGV, "a segmentation fault: it reads or writes an invalid address"),
+        (libc::SIGBUS, "a bus error: it reads or writes an invalid address"),
+        (libc::SIGFPE, "an arithmetic exception, as an integer division by 0"),
         (libc::SIGILL, "an illegal instruction"),
-        (libc::SIGABRT, "abort: a failed assertion, or an exception that nobody catches"),
+        (libc::SIGABRT, "abort: a failed assertion, or an uncaught exception"),
         (libc::SIGTRAP, "a trap"),
         (libc::SIGSYS, "a forbidden system call"),
     ];
@@ -133,8 +133,8 @@ mod system {
     }
 
     extern "C" fn on_fault(signal: libc::c_int, about: *mut libc::siginfo_t, _: *mut libc::c_void) {
-        if let Some(whose) = whose() {
-            wait_for_the_end(whose, signal);
+        if let Some(owner) = call_owner() {
+            wait_for_the_end(owner, signal);
         }
         let known = FAULTS.iter().position(|(known, _)| *known == signal);
         let Some(before) = known.and_then(|k| BEFORE[k].get()) else { leave(STATUS) };
@@ -149,17 +149,17 @@ mod system {
     }
 
     extern "C" fn on_exit() {
-        if let Some(whose) = whose() {
-            wait_for_the_end(whose, EXIT);
+        if let Some(owner) = call_owner() {
+            wait_for_the_end(owner, EXIT);
         }
     }
 
     /// Tells who watches what has happened, once, and waits.
-    fn wait_for_the_end(whose: Whose, how: i32) -> ! {
+    fn wait_for_the_end(owner: CallOwner, how: i32) -> ! {
         let first = !SEEN.swap(true, Ordering::AcqRel);
         if first {
             THREAD.store(
-                if let Whose::Own(number) = whose { number } else { OTHER },
+                if let CallOwner::Own(number) = owner { number } else { OTHER },
                 Ordering::Relaxed,
             );
             HOW.store(how, Ordering::Release);

@@ -1,4 +1,4 @@
-//! The inputs of a call as the boundary takes them: copies that are watched, or lent columns.
+//! The inputs of a call as the boundary takes them: copies that are watched, or borrowed columns.
 
 use std::cell::Cell;
 use std::ptr;
@@ -68,15 +68,15 @@ impl Inputs {
     }
 
     /// The caller's own columns, for a call that is not watched.
-    pub(super) fn lent(batch: &Batch<'_>) -> Self {
-        let lent = |column: &Column<'_>| {
+    pub(super) fn borrowed(batch: &Batch<'_>) -> Self {
+        let borrow = |column: &Column<'_>| {
             let (data, stride) = column.parts();
             abi::Column { data: data.as_ptr(), stride }
         };
         Self {
             count: batch.count,
             data: Vec::new(),
-            columns: batch.inputs().chain(batch.parameters).map(lent).collect(),
+            columns: batch.inputs().chain(batch.parameters).map(borrow).collect(),
             species: batch.species.len(),
             signals: batch.signals.len(),
             parameters: batch.parameters.len(),

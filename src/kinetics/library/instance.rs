@@ -1,7 +1,7 @@
 //! A loaded law with its parameters, and the calls to it.
 //!
 //! The first calls, and later some, are watched: they get copies of their inputs, and what a plugin
-//! writes to these is found. The others are lent the caller's own columns, which costs nothing.
+//! writes to these is found. The others borrow the caller's own columns, which costs nothing.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -182,7 +182,7 @@ impl PluginKinetics {
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
         let watched = calls < WATCHED || calls.is_multiple_of(EVERY);
-        let inputs = if watched { Inputs::new(batch) } else { Inputs::lent(batch) };
+        let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
         let raw = |columns: &mut [&mut [f64]]| -> SmallVec<[abi::ColumnMut; 8]> {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
             columns.iter_mut().map(raw).collect()

@@ -229,7 +229,7 @@ unsafe fn read_parameter(
     } else {
         let earlier = names[..position].iter().position(|known| *known == default_of);
         Default::SameAs(earlier.ok_or_else(|| {
-            let problem = format!("defaults to `{default_of}`, which is no earlier parameter");
+            let problem = format!("defaults to `{default_of}`, which is not an earlier parameter");
             (format!("parameter `{name}`"), problem)
         })?)
     };

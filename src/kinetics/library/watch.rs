@@ -142,7 +142,7 @@ impl Slot {
 
 /// Where a call is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Whose {
+pub(super) enum CallOwner {
     /// In the thread that asks, which has this number.
     Own(usize),
     /// In some other thread alone.
@@ -150,18 +150,18 @@ pub(super) enum Whose {
 }
 
 /// Whether and where a call is under way. A signal handler may ask.
-pub(super) fn whose() -> Option<Whose> {
+pub(super) fn call_owner() -> Option<CallOwner> {
     match SLOT.get() {
-        Some((number, slot)) if slot.is_busy() => Some(Whose::Own(number)),
-        _ => SLOTS.iter().any(Slot::is_busy).then_some(Whose::Other),
+        Some((number, slot)) if slot.is_busy() => Some(CallOwner::Own(number)),
+        _ => SLOTS.iter().any(Slot::is_busy).then_some(CallOwner::Other),
     }
 }
 
 /// The call that is under way there.
-pub(super) fn under_way(whose: Whose) -> Option<UnderWay> {
+pub(super) fn under_way(whose: CallOwner) -> Option<UnderWay> {
     match whose {
-        Whose::Own(number) => SLOTS.iter().nth(number)?.call(),
-        Whose::Other => SLOTS.iter().find_map(Slot::call),
+        CallOwner::Own(number) => SLOTS.iter().nth(number)?.call(),
+        CallOwner::Other => SLOTS.iter().find_map(Slot::call),
     }
 }
 

@@ -1,29 +1,29 @@
 //! Which unknown of the coupled system is what.
 
-use super::super::rigid::{free_motions, holding};
+use super::super::rigid::{free_motions, minimal_pins};
 use super::super::{Mechanics, Model, State};
 use super::Part;
 use crate::Vec3;
 use crate::num::index;
 
-/// Stands for a direction that is held.
-const HELD: u32 = u32::MAX;
+/// Stands for a direction that is fixed.
+const FIXED: u32 = u32::MAX;
 
 /// Places of displacements and species among the unknowns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// For every vertex and axis its place, or [`HELD`].
+    /// For every vertex and axis its place, or [`FIXED`].
     place: Vec<[u32; 3]>,
     mechanical: usize,
     points: usize,
     species: usize,
-    /// Whether the shape stays as it is given: it is no unknown, and no direction is led along.
+    /// Whether the shape stays as it is given: it is not an unknown, and no position is prescribed.
     still: bool,
 }
 
 impl Layout {
     /// Of the unknowns of `part`: free directions first (none if the shape never moves), then species
-    /// point by point. If the shape is `still`, without storage, rigid motions are held too.
+    /// point by point. If the shape is `still`, without storage, rigid motions are fixed too.
     pub(super) fn new(model: &Model, part: Part, still: bool) -> Self {
         let moves = model.moves() && part != Part::Chemistry;
         let mechanics = model.mechanics();
@@ -31,17 +31,17 @@ impl Layout {
         if moves && still {
             // Without storage the rows of forces say nothing about rigid motions.
             let (motions, _) = free_motions(mechanics.sheet().rest(), &pins, |_| 1.0);
-            for (vertex, axis) in holding(&motions, &pins) {
+            for (vertex, axis) in minimal_pins(&motions, &pins) {
                 pins[vertex][axis] = true;
             }
         }
         let mut mechanical = 0;
         let place = pins
             .iter()
-            .map(|held| {
-                held.map(|held| {
-                    if held || !moves {
-                        HELD
+            .map(|fixed| {
+                fixed.map(|fixed| {
+                    if fixed || !moves {
+                        FIXED
                     } else {
                         mechanical += 1;
                         index(mechanical - 1)
@@ -52,7 +52,7 @@ impl Layout {
         let chemistry = model.chemistry().filter(|_| part != Part::Shape);
         let (points, species) =
             chemistry.map_or((0, 0), |c| (c.points(model.sheet()), c.descriptor().species.len()));
-        let still = mechanical == 0 && !(moves && mechanics.leads());
+        let still = mechanical == 0 && !(moves && mechanics.has_prescribed());
         Self { place, mechanical, points, species, still }
     }
 
@@ -86,11 +86,11 @@ impl Layout {
         self.still
     }
 
-    /// Place of a displacement; none if it is held.
+    /// Place of a displacement; none if it is fixed.
     #[must_use]
     pub fn displacement(&self, vertex: usize, axis: usize) -> Option<usize> {
         let place = self.place[vertex][axis];
-        (place != HELD).then_some(place as usize)
+        (place != FIXED).then_some(place as usize)
     }
 
     /// Places of the displacements of every vertex.
@@ -107,7 +107,7 @@ impl Layout {
     pub(super) fn pack(&self, rest: &[Vec3], state: &State, y: &mut [f64]) {
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
-                if place[axis] != HELD {
+                if place[axis] != FIXED {
                     y[place[axis] as usize] = state.x[i][axis] - rest[i][axis];
                 }
             }
@@ -118,7 +118,7 @@ impl Layout {
     pub(super) fn pack_forces(&self, gradient: &[Vec3], out: &mut [f64]) {
         for (g, place) in gradient.iter().zip(&self.place) {
             for axis in 0..3 {
-                if place[axis] != HELD {
+                if place[axis] != FIXED {
                     out[place[axis] as usize] = -g[axis];
                 }
             }
@@ -139,11 +139,11 @@ impl Layout {
         let rest = mechanics.sheet().rest();
         state.time = time;
         if !self.still {
-            mechanics.lead(time, &mut state.x);
+            mechanics.set_prescribed(time, &mut state.x);
         }
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
-                if place[axis] != HELD {
+                if place[axis] != FIXED {
                     state.x[i][axis] = rest[i][axis] + y[place[axis] as usize];
                 }
             }

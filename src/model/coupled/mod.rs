@@ -6,7 +6,7 @@
 //! M = diag( w_x · drag,  w_c )
 //! ```
 //!
-//! A policy is the two weights of M and nothing else. Held directions are no unknowns, and where the
+//! A policy is the two weights of M and nothing else. Fixed directions are not unknowns, and where the
 //! shape has no storage neither are its rigid motions, so that its rows stay regular. Displacements take the place of positions, so that relative
 //! tolerances do not depend on where the origin is.
 
@@ -17,7 +17,7 @@ pub use layout::Layout;
 
 use std::sync::Arc;
 
-use super::{Course, Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface};
+use super::{Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface, TimeCourse};
 use crate::Vec3;
 use crate::linear::{Displacements, Sparse};
 use jacobian::{Inputs, Jacobian};
@@ -52,7 +52,7 @@ pub struct Coupled {
     gradient: Vec<Vec3>,
     rates: Vec<Vec<f64>>,
     jacobian: Jacobian,
-    course: Option<Course>,
+    course: Option<TimeCourse>,
     work: CoupledWork,
 }
 
@@ -144,7 +144,7 @@ impl Coupled {
 
     /// Lets what no unknown stands for go along `course`: the species of [`Part::Shape`], the signals of
     /// [`Part::Chemistry`].
-    pub fn set_course(&mut self, course: Course) {
+    pub fn set_course(&mut self, course: TimeCourse) {
         self.course = Some(course);
     }
 

@@ -99,9 +99,9 @@ impl Signals {
         column: usize,
         into: &mut impl Derivatives,
     ) {
-        let rim = shape.sheet.rim();
+        let boundary = shape.sheet.boundary();
         self.at_vertices(shape, |point, i, share| {
-            if rim[i] {
+            if boundary[i] {
                 return;
             }
             let direction = if mean { leaning(shape, i) } else { Vec3::zeros() };

@@ -59,7 +59,7 @@ impl Factor {
         })
     }
 
-    /// Takes notice of a matrix of the pattern.
+    /// Records a matrix of the pattern.
     ///
     /// # Errors
     /// [`LinearError`] if it is singular.

@@ -21,7 +21,7 @@ use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky};
 use crate::Vec3;
 use crate::num::index;
 
-/// Stands for a direction that is no unknown.
+/// Stands for a direction that is not an unknown.
 const HELD: u32 = u32::MAX;
 
 /// Which unknowns are displacements of which vertices.

@@ -52,7 +52,7 @@ macro_rules! checked_number {
 /// Reads a number and checks it; the words of `range` complete the sentence "… must be …".
 ///
 /// # Errors
-/// What is read is no number, or `check` gives `None` for it.
+/// What is read is not a number, or `check` gives `None` for it.
 pub fn in_range<'de, D: Deserializer<'de>, T>(
     deserializer: D,
     check: impl FnOnce(f64) -> Option<T>,
@@ -112,7 +112,7 @@ impl<'de, const MIN: usize> Deserialize<'de> for AtLeast<MIN> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = i64::deserialize(deserializer)?;
         usize::try_from(value).ok().and_then(Self::new).ok_or_else(|| {
-            let range = format!("a whole number from {MIN}");
+            let range = format!("an integer from {MIN}");
             D::Error::invalid_value(Unexpected::Signed(value), &range.as_str())
         })
     }

@@ -286,7 +286,7 @@ impl<'a> Stepper<'a> {
         for retry in 0.. {
             let (time, start) = (self.time, self.solution());
             let stepped = self.raw_step(until);
-            let spoilt = self.problem.eqn.take_error();
+            let stored_error = self.problem.eqn.take_error();
             let error = match stepped {
                 Ok(()) => {
                     let y = self.solution();
@@ -296,7 +296,7 @@ impl<'a> Stepper<'a> {
                     } else {
                         Err(OdeError::NotFinite)
                     };
-                    match (verdict, spoilt) {
+                    match (verdict, stored_error) {
                         (Ok(()), Some(error)) if !error.is_recoverable() => {
                             return Err(error);
                         }
@@ -307,7 +307,7 @@ impl<'a> Stepper<'a> {
                     }
                 }
                 // What F said is the better reason.
-                Err(error) => return Err(spoilt.unwrap_or(error)),
+                Err(error) => return Err(stored_error.unwrap_or(error)),
             };
             let step = RETRY * (self.time - time);
             let hopeless = retry >= RETRIES || !(step > self.least(until - time));
@@ -333,9 +333,9 @@ impl<'a> Stepper<'a> {
         }, none => false)
     }
 
-    /// The least step on a way of that length.
-    fn least(&self, way: f64) -> f64 {
-        self.shortest.min(SHORTEST_OF_REST * way)
+    /// The least step over that length of time.
+    fn least(&self, length: f64) -> f64 {
+        self.shortest.min(SHORTEST_OF_REST * length)
     }
 
     fn raw_step(&mut self, until: f64) -> Result<()> {

@@ -102,7 +102,7 @@ pub fn reduce<T: Send>(
     (n > 0).then(|| tree(0, n, f, combine))
 }
 
-/// Half of `n`, up to a whole number of blocks.
+/// Half of `n`, up to a multiple of the block size.
 fn halfway(n: usize) -> usize {
     n.div_ceil(BLOCK).div_ceil(2) * BLOCK
 }

@@ -116,7 +116,7 @@ impl Findings<'_> {
         }
         self.triangles(
             Fault::Orientation,
-            "triangles facing against their neighbours were turned",
+            "triangles oriented against their neighbours were reversed",
             &against,
         );
     }
@@ -139,8 +139,7 @@ impl Findings<'_> {
         }
         if first.len() > 1 {
             let message = format!(
-                "the mesh falls into {} pieces that share no vertex (one sheet is wanted); the \
-                 pieces begin at",
+                "the mesh has {} disconnected parts (one is expected); they begin at",
                 first.len()
             );
             self.triangles(Fault::SeveralComponents, &message, &first);

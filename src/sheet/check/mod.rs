@@ -259,7 +259,7 @@ impl Findings<'_> {
         let loose: Vec<_> = (0..points.len()).filter(|&v| !used[v]).collect();
         self.vertices(
             Fault::UnreferencedVertex,
-            "a vertex belongs to no triangle, so nothing would hold it",
+            "a vertex belongs to no triangle, so no force acts on it",
             &loose,
         );
     }

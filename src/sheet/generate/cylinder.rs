@@ -18,8 +18,8 @@ const FEWEST_AROUND: usize = 8;
 /// Fewest edges along the axis.
 const FEWEST_ACROSS: usize = 4;
 
-/// Least distance of free vertices from the rim in edge lengths, as for flat outlines.
-const RIM_MARGIN: f64 = 0.5;
+/// Least distance of free vertices from the boundary in edge lengths, as for flat outlines.
+const BOUNDARY_MARGIN: f64 = 0.5;
 
 /// Width of the copies on both sides of the strip in edge lengths; a Delaunay circle of the random
 /// start is at most a few edges wide.
@@ -46,10 +46,10 @@ impl Strip {
         if height < real(FEWEST_ACROSS) * edge {
             return Err(too_narrow("the height", height / edge, FEWEST_ACROSS, vertices));
         }
-        let rim = |turn: f64, y: f64| {
+        let boundary = |turn: f64, y: f64| {
             (0..count).map(move |i| Vec3::new(around * (real(i) + turn) / real(count), y, 0.0))
         };
-        let fixed = rim(0.0, -half).chain(rim(0.5, half)).collect();
+        let fixed = boundary(0.0, -half).chain(boundary(0.5, half)).collect();
         Ok(Self { radius, around, half, fixed, edge })
     }
 }
@@ -72,7 +72,7 @@ impl Domain for Strip {
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
-        let reach = self.half - RIM_MARGIN * self.edge;
+        let reach = self.half - BOUNDARY_MARGIN * self.edge;
         let y = reach * (2.0 * rng.random::<f64>() - 1.0);
         Some(Vec3::new(self.around * rng.random::<f64>(), y, 0.0))
     }
@@ -87,8 +87,8 @@ impl Domain for Strip {
         Vec3::new(point.x + turns * self.around, point.y, 0.0)
     }
 
-    fn settle(&self, point: Vec3) -> Vec3 {
-        let reach = self.half - RIM_MARGIN * self.edge;
+    fn constrain(&self, point: Vec3) -> Vec3 {
+        let reach = self.half - BOUNDARY_MARGIN * self.edge;
         let mut x = point.x.rem_euclid(self.around);
         if x >= self.around {
             x = 0.0;

@@ -1,8 +1,8 @@
 //! Edge length from a number of vertices.
 //!
-//! Euler: a triangulation with N vertices, N_r of them on the rim, has F = 2N - N_r - 2χ
+//! Euler: a triangulation with N vertices, N_r of them on the boundary, has F = 2N - N_r - 2χ
 //! triangles. With equilateral triangles of edge l, F·(√3/4)l² = A and N_r = P/l for area A and
-//! length P of the rim, so
+//! length P of the boundary, so
 //!
 //! ```text
 //! (2N - 2χ) s l² - s P l - A = 0,      s = √3/4.
@@ -10,7 +10,7 @@
 
 use rumple_numerics::num::real;
 
-/// The edge length (unit of length) at which `vertices` vertices fill `area` inside a rim of length
+/// The edge length (unit of length) at which `vertices` vertices fill `area` inside a boundary of length
 /// `perimeter`; `twice_chi` is 2χ: 2 for a disc, 0 for a ring or tube, 4 for a sphere.
 pub(super) fn edge_length(area: f64, perimeter: f64, twice_chi: f64, vertices: usize) -> f64 {
     let s = 3f64.sqrt() / 4.0;

@@ -6,12 +6,12 @@ use rumple_numerics::Vec3;
 
 /// A surface to be filled with vertices, in coordinates where distances are true.
 ///
-/// The first vertices are fixed ones: those of the rim, then others that the shape needs.
+/// The first vertices are fixed ones: those of the boundary, then others that the shape needs.
 pub(super) trait Domain {
-    /// Vertices that do not move: first all of the rim, then any others.
+    /// Vertices that do not move: first all of the boundary, then any others.
     fn fixed(&self) -> &[Vec3];
-    /// How many of the fixed vertices lie on the rim.
-    fn fixed_rim(&self) -> usize {
+    /// How many of the fixed vertices lie on the boundary.
+    fn fixed_boundary(&self) -> usize {
         self.fixed().len()
     }
     /// Edge length aimed at.
@@ -31,7 +31,7 @@ pub(super) trait Domain {
         point
     }
     /// The allowed place nearest to `point` for a free vertex.
-    fn settle(&self, point: Vec3) -> Vec3;
+    fn constrain(&self, point: Vec3) -> Vec3;
     /// The Delaunay triangles of the points, positively oriented.
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]>;
     /// The position in space.

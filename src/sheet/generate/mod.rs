@@ -2,7 +2,7 @@
 //!
 //! Irregular meshes start from blue noise (random points that keep their distance), so defects of
 //! the lattice lie anywhere and no direction is preferred, and are then relaxed until the edges
-//! push equally from all sides (`relax`). Rims carry evenly spaced vertices at the edge length of
+//! push equally from all sides (`relax`). Boundaries carry evenly spaced vertices at the edge length of
 //! the interior. Vertices are numbered along a Hilbert curve and triangles follow them, so
 //! neighbours are near one another in memory.
 
@@ -38,7 +38,7 @@ const MAX_VERTICES: usize = 20_000_000;
 pub enum Shape {
     /// A flat disc around the origin in the plane z = 0, normal +z.
     Disc {
-        /// Radius of the rim; rim vertices lie on the circle.
+        /// Radius of the boundary; boundary vertices lie on the circle.
         radius: f64,
     },
     /// A flat rectangle around the origin in the plane z = 0, normal +z.
@@ -52,7 +52,7 @@ pub enum Shape {
     Annulus {
         /// Radius of the hole.
         inner: f64,
-        /// Radius of the outer rim.
+        /// Radius of the outer boundary.
         outer: f64,
     },
     /// A closed sphere around the origin, normals outward.
@@ -160,13 +160,16 @@ fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
             sheet.euler_characteristic()
         ));
     }
-    let on_rim = sheet.rim().iter().filter(|&&r| r).count();
-    if on_rim != domain.fixed_rim() {
-        return Err(format!("{on_rim} rim vertices instead of {}", domain.fixed_rim()));
+    let on_boundary = sheet.boundary().iter().filter(|&&r| r).count();
+    if on_boundary != domain.fixed_boundary() {
+        return Err(format!(
+            "{on_boundary} boundary vertices instead of {}",
+            domain.fixed_boundary()
+        ));
     }
     for (t, tri) in sheet.triangles().iter().enumerate() {
-        if tri.iter().all(|&v| sheet.rim()[v as usize]) {
-            return Err(format!("triangle {t} has all its vertices on the rim"));
+        if tri.iter().all(|&v| sheet.boundary()[v as usize]) {
+            return Err(format!("triangle {t} has all its vertices on the boundary"));
         }
         let q = super::quality::triangle_quality(tri.map(|v| sheet.rest()[v as usize]));
         if q < MIN_QUALITY {

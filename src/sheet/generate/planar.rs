@@ -12,13 +12,13 @@ use crate::SheetError;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{real, whole};
 
-/// Least distance of free vertices from the rim in edge lengths.
+/// Least distance of free vertices from the boundary in edge lengths.
 ///
-/// Half an edge keeps them out of the circles around rim edges, so these stay Delaunay; balance
+/// Half an edge keeps them out of the circles around boundary edges, so these stay Delaunay; balance
 /// puts the first row at 0.87.
-const RIM_MARGIN: f64 = 0.5;
+const BOUNDARY_MARGIN: f64 = 0.5;
 
-/// Fewest edges across the narrowest place: below, triangles would span from rim to rim.
+/// Fewest edges across the narrowest place: below, triangles would span from boundary to boundary.
 const FEWEST_ACROSS: usize = 4;
 
 /// Fewest edges around a hole.
@@ -26,7 +26,7 @@ const FEWEST_AROUND: usize = 6;
 
 /// Where the vertex inside a rectangle's corner sits, in edges along both sides.
 ///
-/// It keeps the corner's two edges from closing a triangle of three rim vertices; the two triangles
+/// It keeps the corner's two edges from closing a triangle of three boundary vertices; the two triangles
 /// at the corner have quality 0.92 with it.
 const CORNER: f64 = 0.85;
 
@@ -34,8 +34,8 @@ const CORNER: f64 = 0.85;
 pub(super) struct Planar {
     outline: Outline,
     fixed: Vec<Vec3>,
-    rim: usize,
-    /// The last `hole` vertices of the rim go around the hole.
+    boundary: usize,
+    /// The last `hole` vertices of the boundary go around the hole.
     hole: usize,
     edge: f64,
 }
@@ -59,9 +59,15 @@ pub(super) fn disc(radius: f64, vertices: usize) -> Result<Planar, SheetError> {
     if 2.0 * radius < real(FEWEST_ACROSS) * edge {
         return Err(too_narrow("the diameter", 2.0 * radius / edge, FEWEST_ACROSS, vertices));
     }
-    let rim = whole(TAU * radius / edge);
-    let fixed = circle(radius, rim, 0.0).collect();
-    Ok(Planar { outline: Outline::Ring { inner: 0.0, outer: radius }, fixed, rim, hole: 0, edge })
+    let boundary = whole(TAU * radius / edge);
+    let fixed = circle(radius, boundary, 0.0).collect();
+    Ok(Planar {
+        outline: Outline::Ring { inner: 0.0, outer: radius },
+        fixed,
+        boundary,
+        hole: 0,
+        edge,
+    })
 }
 
 /// A ring around the origin.
@@ -78,11 +84,17 @@ pub(super) fn annulus(inner: f64, outer: f64, vertices: usize) -> Result<Planar,
     }
     let hole = whole(TAU * inner / edge);
     if hole < FEWEST_AROUND {
-        return Err(too_narrow("the inner rim", TAU * inner / edge, FEWEST_AROUND, vertices));
+        return Err(too_narrow("the inner boundary", TAU * inner / edge, FEWEST_AROUND, vertices));
     }
     let around = whole(TAU * outer / edge);
     let fixed = circle(outer, around, 0.0).chain(circle(inner, hole, 0.5)).collect();
-    Ok(Planar { outline: Outline::Ring { inner, outer }, fixed, rim: around + hole, hole, edge })
+    Ok(Planar {
+        outline: Outline::Ring { inner, outer },
+        fixed,
+        boundary: around + hole,
+        hole,
+        edge,
+    })
 }
 
 /// A rectangle around the origin.
@@ -102,10 +114,10 @@ pub(super) fn rectangle(width: f64, height: f64, vertices: usize) -> Result<Plan
     fixed.extend((0..n).map(|i| Vec3::new(a, along(i, n, b), 0.0)));
     fixed.extend((0..m).map(|i| Vec3::new(-along(i, m, a), b, 0.0)));
     fixed.extend((0..n).map(|i| Vec3::new(-a, -along(i, n, b), 0.0)));
-    let rim = fixed.len();
+    let boundary = fixed.len();
     let [x, y] = [a - CORNER * width / real(m), b - CORNER * height / real(n)];
     fixed.extend([(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)));
-    Ok(Planar { outline: Outline::Rectangle { half: [a, b] }, fixed, rim, hole: 0, edge })
+    Ok(Planar { outline: Outline::Rectangle { half: [a, b] }, fixed, boundary, hole: 0, edge })
 }
 
 impl Domain for Planar {
@@ -113,8 +125,8 @@ impl Domain for Planar {
         &self.fixed
     }
 
-    fn fixed_rim(&self) -> usize {
-        self.rim
+    fn fixed_boundary(&self) -> usize {
+        self.boundary
     }
 
     fn edge(&self) -> f64 {
@@ -138,11 +150,11 @@ impl Domain for Planar {
         let x = low.x + (high.x - low.x) * rng.random::<f64>();
         let y = low.y + (high.y - low.y) * rng.random::<f64>();
         let p = Vec3::new(x, y, 0.0);
-        (self.settle(p) == p).then_some(p)
+        (self.constrain(p) == p).then_some(p)
     }
 
-    fn settle(&self, point: Vec3) -> Vec3 {
-        let margin = RIM_MARGIN * self.edge;
+    fn constrain(&self, point: Vec3) -> Vec3 {
+        let margin = BOUNDARY_MARGIN * self.edge;
         match self.outline {
             Outline::Ring { inner, outer } => {
                 let radius = point.norm();
@@ -166,7 +178,7 @@ impl Domain for Planar {
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
         let mut triangles = delaunay(points);
         // Three vertices of a convex hole span no material.
-        let hole = self.rim - self.hole..self.rim;
+        let hole = self.boundary - self.hole..self.boundary;
         triangles.retain(|t| !t.iter().all(|&v| hole.contains(&(v as usize))));
         triangles
     }

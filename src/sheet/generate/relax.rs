@@ -58,7 +58,7 @@ pub(super) fn relax(domain: &impl Domain, mut points: Vec<Vec3>) -> (Vec<Vec3>, 
                 step *= limit / length;
             }
             last[i] = step;
-            points[i] = domain.settle(points[i] + step);
+            points[i] = domain.constrain(points[i] + step);
         }
     }
     let triangles = domain.triangles(&points);

@@ -57,7 +57,7 @@ impl Domain for Ball {
         Some(self.radius * Vec3::new(r * longitude.cos(), r * longitude.sin(), z))
     }
 
-    fn settle(&self, point: Vec3) -> Vec3 {
+    fn constrain(&self, point: Vec3) -> Vec3 {
         point * (self.radius / point.norm().max(f64::MIN_POSITIVE))
     }
 
@@ -78,7 +78,7 @@ impl Domain for Ball {
             })
             .collect();
         let mut triangles = delaunay(&flat);
-        // Rim edges of the flat triangles are the half-edges without a partner.
+        // Boundary edges of the flat triangles are the half-edges without a partner.
         let mut half: Vec<(u32, u32, u32, u32)> = triangles
             .iter()
             .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])

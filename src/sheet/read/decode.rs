@@ -105,7 +105,7 @@ fn words<T: std::str::FromStr>(text: &str, scalar: ScalarType) -> Result<Vec<T>,
         .map(|word| {
             word.parse().map_err(|_| {
                 let short: String = word.chars().take(20).collect();
-                format!("holds \"{short}\", which is no {scalar}")
+                format!("holds \"{short}\", which is not a {scalar}")
             })
         })
         .collect()
@@ -206,7 +206,7 @@ fn stretch(source: Source, bytes: usize) -> Result<(Vec<u8>, Source), String> {
             let letters = bytes.div_ceil(3).checked_mul(4).ok_or_else(short)?;
             let (taken, after) = text.split_at_checked(letters).ok_or_else(short)?;
             let mut data =
-                BASE64.decode(taken).map_err(|e| format!("holds what is no base64: {e}"))?;
+                BASE64.decode(taken).map_err(|e| format!("holds invalid base64: {e}"))?;
             data.truncate(bytes);
             if data.len() < bytes {
                 return Err(short());

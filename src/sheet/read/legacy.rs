@@ -229,9 +229,7 @@ fn arrays(
                 name,
                 elem: ElementType::ColorScalars(_) | ElementType::LookupTable,
                 ..
-            }) => {
-                notes.push(format!("the {place} colours \"{}\" were left aside", unescape(&name)))
-            }
+            }) => notes.push(format!("the {place} colours \"{}\" were ignored", unescape(&name))),
             Attribute::DataArray(array) => {
                 let components = array.num_comp();
                 arrays.push(one(&array.name, components, array.data, place, tuples)?);
@@ -326,7 +324,7 @@ impl Fault<'_> {
             let place = if self.binary { format!("byte {at}") } else { format!("line {line}") };
             (place, format!("\"{}\"", shown(word)))
         } else {
-            (format!("byte {at}"), "something that is no text".to_owned())
+            (format!("byte {at}"), "something that is not text".to_owned())
         };
         let text = String::from_utf8_lossy(word).to_lowercase();
         let hint = if ["nan", "-nan", "inf", "-inf"].contains(&text.as_str()) {

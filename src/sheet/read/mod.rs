@@ -33,7 +33,7 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
         "vtk" => legacy::parse,
         _ => {
             return Err(wrong(format!(
-                "unknown ending \"{ending}\" of a mesh file; .obj, .vtu, .vtp and .vtk are read"
+                "unknown extension \"{ending}\" of a mesh file; .obj, .vtu, .vtp and .vtk are read"
             )));
         }
     };

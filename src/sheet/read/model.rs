@@ -19,14 +19,14 @@ pub(super) fn reals(buffer: IOBuffer) -> Vec<f64> {
 /// A buffer of whole numbers from 0, the array `name`.
 pub(super) fn positions(buffer: IOBuffer, name: &str) -> Result<Vec<u64>, String> {
     if matches!(buffer.scalar_type(), ScalarType::F32 | ScalarType::F64) {
-        return Err(format!("{name} holds reals, which are no positions in an array"));
+        return Err(format!("{name} holds real numbers, which are not array indices"));
     }
     let numbers = match buffer {
         IOBuffer::U64(numbers) => return Ok(numbers),
         other => other.cast_into::<i64>().unwrap_or_default(),
     };
     let position = |(i, n): (usize, i64)| {
-        u64::try_from(n).map_err(|_| format!("entry {i} of {name} is {n}, no position in an array"))
+        u64::try_from(n).map_err(|_| format!("entry {i} of {name} is {n}, not an array index"))
     };
     numbers.into_iter().enumerate().map(position).collect()
 }
@@ -36,7 +36,7 @@ pub(super) fn points(buffer: IOBuffer) -> Vec<Vec3> {
     reals(buffer).chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect()
 }
 
-/// Refuses cells that are no triangles by VTK's numbers for their types.
+/// Refuses cells that are not triangles by VTK's numbers for their types.
 pub(super) fn only_triangles(types: impl IntoIterator<Item = u64>) -> Result<(), String> {
     match types.into_iter().enumerate().find(|&(_, kind)| kind != TRIANGLE) {
         None => Ok(()),

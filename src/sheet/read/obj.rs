@@ -20,7 +20,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
         let number = number + 1;
         let text = std::str::from_utf8(line)
-            .map_err(|_| format!("line {number} is not text: this is no OBJ file"))?;
+            .map_err(|_| format!("line {number} is not text: this is not an OBJ file"))?;
         let mut words = text.split('#').next().unwrap_or_default().split_ascii_whitespace();
         match words.next() {
             None => {}
@@ -40,7 +40,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 None => {
                     let short: String = word.chars().take(20).collect();
                     return Err(format!(
-                        "line {number}: \"{short}\" is no statement of an OBJ file (v, f, {}, \
+                        "line {number}: \"{short}\" is not a statement of an OBJ file (v, f, {}, \
                          or # are known)",
                         LEFT_ASIDE.join(", ")
                     ));
@@ -49,7 +49,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
         }
     }
     for (word, count) in aside {
-        surface.notes.push(format!("{count} lines \"{word}\" were left aside"));
+        surface.notes.push(format!("{count} lines \"{word}\" were ignored"));
     }
     Ok(surface)
 }
@@ -60,7 +60,7 @@ fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<Vec3, String> {
     for (x, axis) in point.iter_mut().zip(["x", "y", "z"]) {
         let word =
             words.next().ok_or_else(|| format!("a vertex needs x y z; {axis} is missing"))?;
-        *x = word.parse().map_err(|_| format!("\"{word}\" is no number for {axis}"))?;
+        *x = word.parse().map_err(|_| format!("\"{word}\" is not a number for {axis}"))?;
     }
     Ok(point)
 }
@@ -72,7 +72,7 @@ fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<[u32;
         // v, v/vt, v//vn and v/vt/vn
         let first = word.split('/').next().unwrap_or_default();
         let given: i64 =
-            first.parse().map_err(|_| format!("\"{word}\" is no vertex number of a face"))?;
+            first.parse().map_err(|_| format!("\"{word}\" is not a vertex number of a face"))?;
         let last = i64::try_from(points).unwrap_or(i64::MAX);
         let vertex = match given {
             1.. => given - 1,

@@ -31,13 +31,13 @@ impl Tag<'_> {
         self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
     }
 
-    /// An attribute that holds a whole number.
+    /// An attribute that holds an integer.
     pub(super) fn count(&self, name: &str) -> Result<Option<usize>, String> {
         self.get(name)
             .map(|text| {
-                text.trim().parse().map_err(|_| {
-                    format!("line {}: {name}=\"{text}\" is no whole number", self.line)
-                })
+                text.trim()
+                    .parse()
+                    .map_err(|_| format!("line {}: {name}=\"{text}\" is not an integer", self.line))
             })
             .transpose()
     }

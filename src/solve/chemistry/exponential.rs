@@ -40,7 +40,7 @@ pub(super) fn integrate(
     let n = y.len();
     let mut start = vec![0.0; n];
     for _ in 0..MOST_STEPS {
-        control.tell(|| under_way(CHEMISTRY, (from, t, until)));
+        control.report(|| under_way(CHEMISTRY, (from, t, until)));
         control.check()?;
         coupled.residual(t, y, &mut start)?;
         let jacobian = coupled.jacobian(t, y)?.clone();

@@ -17,17 +17,17 @@ mod exponential;
 mod krylov;
 mod steady;
 
-pub(super) use steady::Settling;
+pub(super) use steady::SteadyChemistry;
 
 use serde::{Deserialize, Serialize};
 
 use self::chebyshev::{Chebyshev, Tolerance};
 use super::monolithic::Monolithic;
 use super::{Result, SolveError, Workspace, part, under_way};
-use crate::model::{Coupled, Course, Part, State};
+use crate::model::{Coupled, Part, State, TimeCourse};
 use crate::ode::OdeMethod;
 
-/// What sub-steps are called where their progress is told.
+/// What sub-steps are called where their progress is reported.
 const CHEMISTRY: &str = "integrating the chemistry";
 
 /// How the chemistry is integrated within a step of the coupling.
@@ -101,7 +101,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: Course,
+        signals: TimeCourse,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         if workspace.model.chemistry().is_none() || until <= state.time {
@@ -132,7 +132,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: Course,
+        signals: TimeCourse,
         (rtol, atol): (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let model = &workspace.model;
@@ -153,12 +153,12 @@ impl ChemistrySteps {
                 let times = if still { vec![until] } else { vec![state.time, until] };
                 let bound = coupled.spectral_bound(&times)?;
                 let rate = |t: f64, y: &[f64], out: &mut [f64]| {
-                    control.tell(|| under_way(CHEMISTRY, (state.time, t, until)));
+                    control.report(|| under_way(CHEMISTRY, (state.time, t, until)));
                     control.check()?;
                     Ok(coupled.residual(t, y, out)?)
                 };
-                let way = (state.time, until);
-                self.chebyshev.integrate(way.0, way.1, &mut y, &tolerance, bound, rate)?;
+                let span = (state.time, until);
+                self.chebyshev.integrate(span.0, span.1, &mut y, &tolerance, bound, rate)?;
             }
         }
         let mut next = state.clone();
@@ -172,7 +172,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: Course,
+        signals: TimeCourse,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let mut moving = state.clone();
@@ -181,8 +181,8 @@ impl ChemistrySteps {
             .get_or_insert_with(|| Monolithic::of_part(Part::Chemistry, method, tolerance));
         steps.set_course(signals);
         while moving.time < until {
-            let way = (state.time, moving.time, until);
-            workspace.control.tell(|| under_way(CHEMISTRY, way));
+            let span = (state.time, moving.time, until);
+            workspace.control.report(|| under_way(CHEMISTRY, span));
             steps.step(workspace, &mut moving, until)?;
         }
         if moving.species.iter().flatten().all(|c| c.is_finite()) {

@@ -22,20 +22,20 @@ const MOST_FAILURES: usize = 30;
 /// magnitude.
 const SLACK: f64 = 0.1;
 
-/// Settles the chemistry, with what it keeps from one time to the next.
+/// Solves for the steady state of the chemistry, with what it keeps from one time to the next.
 #[derive(Default)]
-pub(in crate::solve) struct Settling {
+pub(in crate::solve) struct SteadyChemistry {
     alone: Option<Coupled>,
     newton: Option<Shifted>,
 }
 
-impl Settling {
+impl SteadyChemistry {
     /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests;
     /// returns the factorisations.
     ///
     /// # Errors
     /// [`SolveError::NotSteady`] if it comes to no rest; errors of the plugin.
-    pub(in crate::solve) fn settle(
+    pub(in crate::solve) fn solve(
         &mut self,
         workspace: &mut Workspace,
         state: &mut State,
@@ -64,10 +64,10 @@ impl Settling {
                 return Ok(step);
             }
             control.check()?;
-            control.tell(|| {
+            control.report(|| {
             let time = state.time;
             format!(
-                "time {time:.6}: settling the chemistry, step {step} of at most {MOST}; it still changes by \
+                "time {time:.6}: relaxing the chemistry to steady state, step {step} of at most {MOST}; it still changes by \
                  {speed:.1e} of its size per unit of time"
             )
         });

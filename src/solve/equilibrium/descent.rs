@@ -40,7 +40,7 @@ pub struct DescentSpec {
     pub tolerance: Positive,
     /// Iterations after which a relaxation has failed.
     pub max_iterations: AtLeast<1>,
-    /// A relaxation stops after this many steps, at rest or not, and that is no failure: the bounded
+    /// A relaxation stops after this many steps, at rest or not, and that is not a failure: the bounded
     /// relaxation of the paper. Without it the shape comes to rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<AtLeast<1>>,

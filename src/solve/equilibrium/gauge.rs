@@ -19,7 +19,7 @@ use nalgebra::DVector;
 
 use crate::Vec3;
 use crate::linear::BlockMatrix;
-use crate::model::{Motion, Potential, free_motions, holding};
+use crate::model::{Motion, Potential, free_motions, minimal_pins};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
 
@@ -46,7 +46,7 @@ impl Gauge {
         let pins = potential.pins();
         let (mut motions, _) = free_motions(x, pins, |_| 1.0);
         remove_hindered(&mut motions, gradient, HINDERED * tolerance * potential.force_scale());
-        let springs = holding(&motions, pins);
+        let springs = minimal_pins(&motions, pins);
         Self { motions: motions.into_iter().map(|motion| motion.shape).collect(), springs }
     }
 

@@ -3,7 +3,7 @@
 //!
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
-//! serves, across calls too. Rigid motions are held by a gauge. Where the metric turns out too soft it is
+//! serves, across calls too. Rigid motions are fixed by a gauge. Where the metric turns out too soft it is
 //! stiffened, and where the iteration gets nowhere Newton's method takes over. Steps are limited so that no
 //! triangle collapses: the energy of the cotangent curvature jumps there, and a long memory would not
 //! survive it.
@@ -50,7 +50,7 @@ const REFRESH: (usize, usize) = (5, 15);
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
-/// which the positive part has no stiffness (waves of a free rim) are why it may be needed.
+/// which the positive part has no stiffness (waves of a free boundary) are why it may be needed.
 const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
 const MOST_SHIFT: f64 = 1.0;
@@ -77,8 +77,8 @@ pub struct Lbfgs {
     shift: f64,
     try_full_below: f64,
     history: History,
-    /// Vertices of collapsed triangles, held.
-    held: Vec<usize>,
+    /// Vertices of collapsed triangles, fixed.
+    fixed: Vec<usize>,
 }
 
 impl Lbfgs {
@@ -106,7 +106,7 @@ impl Lbfgs {
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             history: History::new(mechanics.is_planar(), options.memory.get()),
-            held: Vec::new(),
+            fixed: Vec::new(),
         })
     }
 
@@ -164,21 +164,21 @@ impl Lbfgs {
     fn direction(&mut self, gradient: &[Vec3], d: &mut Vec<Vec3>) {
         d.clear();
         d.extend(gradient.iter().map(|g| -g));
-        let Self { history, gauge, inverse, held, .. } = self;
+        let Self { history, gauge, inverse, fixed, .. } = self;
         history.apply(d, |d| {
             gauge.project(d);
             inverse.solve(d);
             gauge.project(d);
-            for &i in held.iter() {
+            for &i in fixed.iter() {
                 d[i] = Vec3::zeros();
             }
         });
     }
 
-    /// Energy and gradient, without what acts on held vertices.
+    /// Energy and gradient, without what acts on fixed vertices.
     fn evaluate(&self, potential: &mut Potential, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
         let energy = potential.energy_gradient(x, gradient);
-        for &i in &self.held {
+        for &i in &self.fixed {
             gradient[i] = Vec3::zeros();
         }
         energy
@@ -204,7 +204,7 @@ impl Lbfgs {
             .chain(around)
             .flat_map(|i| sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t as usize))
             .filter(|&t| triangle_quality(sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
-            .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.held.contains(&(*v as usize))))
+            .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.fixed.contains(&(*v as usize))))
             .collect();
         collapsed.sort_unstable();
         collapsed.dedup();
@@ -215,14 +215,14 @@ impl Lbfgs {
         for &t in &collapsed {
             for v in sheet.triangles()[t] {
                 let around = sheet.vertex_edges().of(v as usize).iter().map(|&(_, j)| j as usize);
-                self.held.extend(std::iter::once(v as usize).chain(around));
+                self.fixed.extend(std::iter::once(v as usize).chain(around));
             }
         }
-        self.held.sort_unstable();
-        self.held.dedup();
+        self.fixed.sort_unstable();
+        self.fixed.dedup();
         done.collapsed += collapsed.len();
         self.history.clear();
-        // What is held now takes up forces and hinders every motion.
+        // What is fixed now takes up forces and hinders every motion.
         self.gauge.release();
         Ok(true)
     }
@@ -234,7 +234,7 @@ impl Lbfgs {
 
     /// Whether Newton's method can take over: its factor is affordable, and it holds no vertices.
     fn may_hand_over(&self) -> bool {
-        self.held.is_empty() && self.matrix.pattern().rows() <= LARGE
+        self.fixed.is_empty() && self.matrix.pattern().rows() <= LARGE
     }
 
     fn iterate(
@@ -247,7 +247,7 @@ impl Lbfgs {
         let small = n <= SMALL;
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
-        self.held.clear();
+        self.fixed.clear();
         let mut energy = self.evaluate(potential, x, &mut gradient);
         done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =

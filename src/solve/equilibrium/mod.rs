@@ -50,7 +50,7 @@ pub struct Relaxation {
     pub residual: f64,
     /// Energy reached.
     pub energy: f64,
-    /// Triangles that collapsed and were held.
+    /// Triangles that collapsed and were fixed.
     pub collapsed: usize,
 }
 

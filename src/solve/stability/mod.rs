@@ -1,7 +1,7 @@
 //! Stability of an equilibrium: how many directions lower the energy, which, and how fast.
 //!
 //! ```text
-//! H v = λ M v        H = ∂²U/∂x² with the held directions taken out
+//! H v = λ M v        H = ∂²U/∂x² with the fixed directions taken out
 //!                    M = diag(A⁰_i), a third of the rest area of the triangles around vertex i
 //! ```
 //!
@@ -13,8 +13,8 @@
 //! * **Inertia.** The signs of D in `H + s M = L D Lᵀ` count the λ below -s (Sylvester). s is the
 //!   *resolution*, 10⁻¹² of the mean diagonal of H over M: what round-off leaves of a zero. Where the
 //!   factor is worse, as measured by a solve, the resolution is made coarser until it covers that.
-//! * **Rigid motions** that no pin hinders have λ = 0: six of a free sheet, three where only z is held.
-//!   A motion `v = t + ω × x` is one if it moves no vertex in a held direction and `|H v|` is not
+//! * **Rigid motions** that no pin hinders have λ = 0: six of a free sheet, three where only z is fixed.
+//!   A motion `v = t + ω × x` is one if it moves no vertex in a fixed direction and `|H v|` is not
 //!   above what the force left by the relaxation explains: turning turns forces, `H v = ω × ∂U/∂x`.
 //!   They are counted and taken out: inertia and modes are those of H on their complement.
 //! * **Modes.** The smallest λ by Lanczos' method for `(H - σ M)⁻¹ M`, σ below all of them, found by
@@ -222,7 +222,7 @@ fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveErr
         relative = (MARGIN * error).max(LOWER * relative);
     }
     Err(SolveError::Linear(LinearError::new(
-        "the factor of the indefinite Hessian is spoilt by round-off",
+        "the factor of the indefinite Hessian is dominated by round-off",
     )))
 }
 

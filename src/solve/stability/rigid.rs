@@ -4,10 +4,10 @@
 //! v_i = t + ω × (x_i - x̄)      H v = ω × ∂U/∂x  where U does not change under motions
 //! ```
 //!
-//! Of the six parameters those remain for which every held component of v vanishes. Among them a
+//! Of the six parameters those remain for which every fixed component of v vanishes. Among them a
 //! direction is a zero mode if `|H v| ≤ 2 |ω| |∂U/∂x|` (free components) but for round-off: a reaction
 //! at a pin that turns with the sheet would make |H v| larger. What is counted is infinitesimal: a
-//! stress-free flat sheet held in its plane only may be lifted and tilted, three motions, though a
+//! stress-free flat sheet fixed in its plane only may be lifted and tilted, three motions, though a
 //! finite tilt stretches it.
 
 use nalgebra::{DMatrix, SymmetricEigen, Vector6};

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Staggered, USUAL};
 use crate::model::Storage;
 use crate::num::checked::Positive;
-use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, Settling};
+use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError};
 
 /// Parameters of the staggered integrator in a scene.
@@ -94,8 +94,8 @@ impl IntegratorSpec for StaggeredSpec {
             && let Some(chemistry) = self.chemistry
         {
             return Err(SolveError::Pairing(format!(
-                "under this policy the chemistry settles at once and nothing integrates it: leave \
-                 out chemistry = \"{}\"",
+                "under this policy the chemistry is in steady state at every time and not integrated: \
+                 leave out chemistry = \"{}\"",
                 chemistry.name().to_lowercase()
             )));
         }
@@ -106,7 +106,7 @@ impl IntegratorSpec for StaggeredSpec {
             chemistry: ChemistrySteps::new(chemistry),
             step: self.step.get(),
             mover: None,
-            settling: Settling::default(),
+            steady: SteadyChemistry::default(),
             policy,
         }))
     }

@@ -39,10 +39,10 @@ pub fn figure(members: &[Member]) -> Figure {
         let names = members.iter().map(name).collect();
         return Figure { names, panels, columns: 1 };
     };
-    let apart: Vec<_> = ran.iter().map(|(k, r)| (*k, r.apart(reference))).collect();
+    let apart: Vec<_> = ran.iter().map(|(k, r)| (*k, r.deviations(reference))).collect();
     let others = || apart.iter().filter(|(k, _)| *k != ran[0].0);
     let over_time = |of: fn(&(f64, f64, f64)) -> f64| -> Vec<Curve> {
-        let points = |a: &super::Apart| {
+        let points = |a: &super::Deviations| {
             a.course.iter().map(|c| (c.0, of(c))).filter(|p| p.1 > 0.0).collect()
         };
         others().map(|(k, a)| Curve { name: *k, points: points(a) }).collect()
@@ -53,7 +53,7 @@ pub fn figure(members: &[Member]) -> Figure {
     }
     panel("distance of species from the first", "time", (false, true), over_time(|c| c.2));
     panel(
-        "largest distance before parting, by cost",
+        "largest distance before divergence, by cost",
         "seconds (▼ none, ▲ apart from the start, × failed)",
         (true, true),
         cost(members, reference),
@@ -84,7 +84,7 @@ fn cost(members: &[Member], reference: &Ran) -> Vec<Curve> {
     let mark = |(name, member): (usize, &Member)| {
         let at = match &member.outcome {
             Ok(ran) => {
-                let largest = ran.apart(reference).largest;
+                let largest = ran.deviations(reference).largest;
                 let distance = largest.map_or(f64::INFINITY, |(shape, species)| shape.max(species));
                 (ran.seconds(), distance)
             }

@@ -25,7 +25,7 @@ pub struct Measures {
 
 /// Displacements below this share of the sheet's size are none.
 const STILL: f64 = 1e-6;
-/// What round-off of the alignment leaves, of the sheet's size, is no distance.
+/// What round-off of the alignment leaves, of the sheet's size, is not a distance.
 const ROUND_OFF: f64 = 1e-13;
 
 /// How far a field of one state is from that of another, each a root mean square.

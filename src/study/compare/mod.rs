@@ -1,7 +1,7 @@
 //! One scene under several policies and integrators, from the same start.
 //!
 //! Every member is a run of its own, with frames and ledger. At the output times all have in common they
-//! are measured: before shapes part at a bifurcation by the distance of their fields, after it by what
+//! are measured: before shapes diverge at a bifurcation by the distance of their fields, after it by what
 //! does not hang on which of equal branches was taken (energy, number of spots, separation, amplitude).
 
 mod drawn;
@@ -19,14 +19,14 @@ use crate::kinetics::Search;
 use crate::model::{Evaluation, State};
 use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
 use crate::run::run::{self, Ending, Summary};
-use crate::run::{Error, Moment, Observer, Result, Simulation};
+use crate::run::{Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::SolveError;
 
-/// Relative distance of shapes or species beyond which two runs count as parted: on different
+/// Relative distance of shapes or species beyond which two runs count as diverged: on different
 /// branches of a bifurcation, or too far apart for the distance to mean more.
-pub const PARTED: f64 = 0.2;
+pub const DIVERGED: f64 = 0.2;
 
 /// One member of a comparison.
 pub struct Member {
@@ -56,18 +56,18 @@ pub struct Ran {
 
 /// Distance of one run from another over the output times they have in common.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Apart {
+pub struct Deviations {
     /// Time, distance of shapes, distance of species.
     pub course: Vec<(f64, f64, f64)>,
-    /// Largest distances before the runs part: of shapes, of species; none if they begin apart.
+    /// Largest distances before the runs diverge: of shapes, of species; none if they begin apart.
     pub largest: Option<(f64, f64)>,
-    /// Where a distance is first beyond [`PARTED`].
-    pub parted: Option<Parted>,
+    /// Where a distance is first beyond [`DIVERGED`].
+    pub diverged: Option<Divergence>,
 }
 
-/// Where two runs part.
+/// Where two runs diverge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parted {
+pub struct Divergence {
     /// The time.
     pub time: f64,
     /// The number of the species that differs most; `None` where shapes differ more.
@@ -79,8 +79,8 @@ pub struct Parted {
 impl Ran {
     /// How far this run is from `reference`.
     #[must_use]
-    pub fn apart(&self, reference: &Self) -> Apart {
-        let mut apart = Apart { course: Vec::new(), largest: None, parted: None };
+    pub fn deviations(&self, reference: &Self) -> Deviations {
+        let mut deviations = Deviations { course: Vec::new(), largest: None, diverged: None };
         for state in &self.states {
             let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
                 continue;
@@ -89,21 +89,21 @@ impl Ran {
             let shape = found.shape.relative();
             let worst = found.worst_species();
             let species = worst.map_or(0.0, |(_, by)| by.relative());
-            apart.course.push((state.time, shape, species));
-            if apart.parted.is_none() {
-                if shape > PARTED || species > PARTED {
+            deviations.course.push((state.time, shape, species));
+            if deviations.diverged.is_none() {
+                if shape > DIVERGED || species > DIVERGED {
                     let (species, by) = match worst {
                         Some((which, by)) if species > shape => (Some(which), by),
                         _ => (None, found.shape),
                     };
-                    apart.parted = Some(Parted { time: state.time, species, by });
+                    deviations.diverged = Some(Divergence { time: state.time, species, by });
                 } else {
-                    let (a, b) = apart.largest.unwrap_or((0.0, 0.0));
-                    apart.largest = Some((a.max(shape), b.max(species)));
+                    let (a, b) = deviations.largest.unwrap_or((0.0, 0.0));
+                    deviations.largest = Some((a.max(shape), b.max(species)));
                 }
             }
         }
-        apart
+        deviations
     }
 
     /// Wall time of the steps: without the first relaxation and without output.
@@ -123,8 +123,8 @@ struct Kept {
 }
 
 impl Observer for Kept {
-    fn see(&mut self, at: &mut Evaluation<'_>, moment: &Moment<'_>) -> Result<()> {
-        if moment.frame {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if info.frame {
             self.measures.push(measure(at)?);
             self.shown.extend(at.species_at_vertices().into_iter().next());
             self.states.push(at.state().clone());
@@ -153,7 +153,7 @@ pub fn member(
         .map(|c| c.descriptor().species.iter().map(|s| (s.name.clone(), s.typical)).unzip())
         .unwrap_or_default();
     let mut kept = Kept::default();
-    let summary = run::accounted(&directory, || {
+    let summary = run::with_status(&directory, || {
         record(&simulation, &directory)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut kept];
         run::observed(scene, &mut simulation, &directory, progress, interrupt, observers)

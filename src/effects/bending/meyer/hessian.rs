@@ -20,14 +20,14 @@
 //! Derivatives by angles, `Σ_k w_k ∂θ_k`, add `γ_k e_k` to `g_k` in `h` (not in `V`), with
 //! `γ_k = (w_{k+1} - w_{k+2})/|e_k|²`, whose own change is `∂(γ e) = γ (1 - 2 e eᵀ/|e|²) ∂e`.
 //!
-//! **At the rim.** Rim vertices have no mean curvature, so the first term knows no stiffness for shapes
-//! whose curvature vanishes inside, one for every rim vertex. The file `rim.rs` gives the positive part
+//! **At the boundary.** Boundary vertices have no mean curvature, so the first term knows no stiffness for shapes
+//! whose curvature vanishes inside, one for every boundary vertex. The file `boundary.rs` gives the positive part
 //! what the Gaussian curvature has for them.
 //!
 //! Exact for frozen-Voronoi and barycentric areas; for `area = "mixed-voronoi"` the second
 //! derivatives of the area fractions are left out.
 
-mod rim;
+mod boundary;
 mod rings;
 mod triangles;
 
@@ -38,7 +38,7 @@ use crate::linear::{BlockMatrix, LazyStencils, Stencils};
 use crate::num::index;
 use crate::sheet::Sheet;
 
-use rim::Rim;
+use boundary::Boundary;
 use rings::Outer;
 use triangles::Inner;
 
@@ -48,7 +48,7 @@ pub(super) struct Places {
     rings: LazyStencils,
     local: Option<Local>,
     triangles: LazyStencils,
-    rim: Option<Rim>,
+    boundary: Option<Boundary>,
 }
 
 /// For every interior vertex and each of its triangles, which members of the ring its corners are.
@@ -83,10 +83,10 @@ impl Local {
     }
 }
 
-/// A vertex and its neighbours, ascending; none on the rim, where there is no outer part.
+/// A vertex and its neighbours, ascending; none on the boundary, where there is no outer part.
 fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
     vertices.clear();
-    if !sheet.rim()[i] {
+    if !sheet.boundary()[i] {
         vertices.push(index(i));
         vertices.extend(sheet.vertex_edges().of(i).iter().map(|&(_, j)| j));
         vertices.sort_unstable();
@@ -134,8 +134,8 @@ pub(super) fn add(
         })
     });
     Stencils::assemble_wide(into, (rings, &outer), triangles.map(|places| (places, &inner)));
-    if part == HessianPart::Positive && bending.has_rim {
-        let rim = places.rim.get_or_insert_with(|| Rim::new(sheet));
-        rim.add(bending.gaussian, bending.weight, shape, into);
+    if part == HessianPart::Positive && bending.has_boundary {
+        let boundary = places.boundary.get_or_insert_with(|| Boundary::new(sheet));
+        boundary.add(bending.gaussian, bending.weight, shape, into);
     }
 }

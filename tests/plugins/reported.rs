@@ -1,4 +1,4 @@
-//! What is told of laws that a scene writes out: mistakes, and what their author may not have meant.
+//! What is reported of laws that a scene writes out: mistakes, and what their author may not have meant.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -28,7 +28,7 @@ every = 0.1
 "#;
 
 /// The notes of a scene, or what is wrong with it.
-fn told(laws: &str) -> Result<Vec<String>, String> {
+fn reported(laws: &str) -> Result<Vec<String>, String> {
     let text = SCENE.replace("LAWS", laws);
     let scene = Scene::parse(&text, "scene.toml", &[]).map_err(|e| e.rendered(false))?;
     match Simulation::new(&scene, &Search::in_directories(Vec::new())) {
@@ -39,7 +39,7 @@ fn told(laws: &str) -> Result<Vec<String>, String> {
 }
 
 fn refused(laws: &str) -> String {
-    told(laws).unwrap_err()
+    reported(laws).unwrap_err()
 }
 
 #[test]
@@ -59,11 +59,11 @@ fn names_that_frames_use_themselves_are_refused() {
 
 #[test]
 fn a_species_without_a_rate_is_told() {
-    let notes = told("[kinetics]\nrates.c = \"-c*v\"\nspecies.v = {}").unwrap();
+    let notes = reported("[kinetics]\nrates.c = \"-c*v\"\nspecies.v = {}").unwrap();
     assert!(notes.iter().any(|n| n.contains("`v` of kinetics has no rate")), "{notes:?}");
     let both = "[[kinetics]]\nrates.v = \"-v\"\n[[kinetics]]\nrates.c = \"-c*v\"\n\
                 species.v = {}\nshared = [\"v\"]";
-    assert_eq!(told(both).unwrap(), Vec::<String>::new());
+    assert_eq!(reported(both).unwrap(), Vec::<String>::new());
 }
 
 #[test]
@@ -90,8 +90,8 @@ fn what_is_said_of_one_species_twice_must_agree() {
     let text = refused(&both("unit = \"mol\"", "unit = \"g\""));
     assert!(text.contains("is in g here, and in mol"), "{text}");
     let text = refused(&both("lower = 1.0", "upper = 0.0"));
-    assert!(text.contains("no value of `c` suits"), "{text}");
-    assert_eq!(told(&both("lower = -1.0", "")).unwrap(), Vec::<String>::new());
+    assert!(text.contains("no value of `c` is valid for both"), "{text}");
+    assert_eq!(reported(&both("lower = -1.0", "")).unwrap(), Vec::<String>::new());
     let text = refused("[kinetics]\nrates.c = \"-c\"\nspecies.c = { lower = 1.0, upper = 0.0 }");
     assert!(text.contains("range from 1 to 0 is empty"), "{text}");
     let text = refused("[[kinetics]]\nrates.c = \"-c\"\n[[kinetics]]\nrates.c = \"-c\"");
@@ -103,7 +103,7 @@ fn a_start_of_two_kinds_says_what_is_one() {
     let law = "[kinetics]\nrates.c = \"-c\"\n\
                initial.c = { gaussian = { width = 1.0, amplitude = 1.0 }, background = 1.0 }";
     let text = refused(law);
-    assert!(text.contains("found gaussian, background") && text.contains("within it"), "{text}");
+    assert!(text.contains("found gaussian, background") && text.contains("go inside it"), "{text}");
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_bad_number_says_which_law_and_where() {
     assert!(text.contains("v = 0") && text.contains("position ("), "{text}");
 }
 
-/// dc/dt = -1 at the lower end of the range: held there, and said so.
+/// dc/dt = -1 at the lower end of the range: fixed there, and said so.
 #[test]
 fn a_law_that_leads_out_of_its_range_is_told() {
     let law = "[kinetics]\nrates.c = \"-1\"\nspecies.c = { lower = 0.0 }\ninitial.c = 0.05";
@@ -135,10 +135,10 @@ fn a_law_that_leads_out_of_its_range_is_told() {
     let out = Command::new(program()).current_dir(folder.path()).args(run).output().unwrap();
     let text = String::from_utf8_lossy(&out.stderr);
     assert!(text.contains("step size repeatedly reduced: species `c` becomes -"), "{text}");
-    assert!(text.contains("or these lead out of the range"), "{text}");
+    assert!(text.contains("or the kinetics leave the range"), "{text}");
 }
 
-/// Held in z alone, a rim lets the sheet slide and turn in its plane.
+/// Held in z alone, a boundary lets the sheet slide and turn in its plane.
 #[test]
 fn the_rigid_motions_that_pins_leave_free_are_counted() {
     let law = "[kinetics]\nrates.c = \"-c\"\n\

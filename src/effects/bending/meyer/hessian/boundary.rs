@@ -1,4 +1,4 @@
-//! What the positive part of the second derivatives has at the rim.
+//! What the positive part of the second derivatives has at the boundary.
 //!
 //! ```text
 //! (B/2) [ (2H)² - 2(1-ν) K ] = (B/2) [ ν (2H)² + (1-ν) (κ₁² + κ₂²) ]
@@ -6,11 +6,11 @@
 //!
 //! is positive, but its two parts on the left are not: the Gaussian curvature is indefinite, and `|J|²`
 //! alone vanishes for discrete harmonic displacements, whose L_i is zero at every interior vertex. There
-//! are as many of these as rim vertices: waves along the rim that fade within one wavelength. Their
+//! are as many of these as boundary vertices: waves along the boundary that fade within one wavelength. Their
 //! stiffness is that of the Gaussian term, about `B(1-ν) k⁴` in the strip where they live. A metric
-//! without it moves the rim wildly.
+//! without it moves the boundary wildly.
 //!
-//! So the hinges with a corner on the rim get `¾ B(1-ν) l²/(A₁+A₂) ∂θ ⊗ ∂θ`: on an equilateral
+//! So the hinges with a corner on the boundary get `¾ B(1-ν) l²/(A₁+A₂) ∂θ ⊗ ∂θ`: on an equilateral
 //! lattice hinges cost `(B/2)[(2H)² - (8/3) K]` (see the hinge model), so this share of them has the
 //! modulus of the Gaussian term. It is right for the shortest waves, and too soft in proportion to
 //! the wavelength for longer ones, which reach beyond these hinges. It is a metric only: forces
@@ -26,17 +26,19 @@ use crate::sheet::Sheet;
 /// Share of the hinge energy whose Gaussian modulus is that of a plate, by 1 - ν.
 const SHARE: f64 = 0.75;
 
-/// The hinges with a corner on the rim.
+/// The hinges with a corner on the boundary.
 #[derive(Debug)]
-pub(super) struct Rim {
+pub(super) struct Boundary {
     corners: Vec<[u32; 4]>,
     places: LazyStencils,
 }
 
-impl Rim {
+impl Boundary {
     pub(super) fn new(sheet: &Sheet) -> Self {
-        let on_rim = |corners: &[u32; 4]| corners.iter().any(|&v| sheet.rim()[v as usize]);
-        let corners = hinge::hinges(sheet).map(|(_, corners)| corners).filter(on_rim).collect();
+        let on_boundary =
+            |corners: &[u32; 4]| corners.iter().any(|&v| sheet.boundary()[v as usize]);
+        let corners =
+            hinge::hinges(sheet).map(|(_, corners)| corners).filter(on_boundary).collect();
         Self { corners, places: LazyStencils::default() }
     }
 

@@ -3,7 +3,7 @@
 /// Columns of values that go along a straight line in time: signals while the chemistry moves
 /// alone, species while the shape does.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct TimeCourse {
     start: f64,
     end: f64,
     from: Vec<Vec<f64>>,
@@ -11,7 +11,7 @@ pub struct Course {
     to: Option<Vec<Vec<f64>>>,
 }
 
-impl Course {
+impl TimeCourse {
     /// Values that do not change.
     #[must_use]
     pub fn still(values: Vec<Vec<f64>>) -> Self {

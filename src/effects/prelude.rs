@@ -1,0 +1,17 @@
+//! All that an effect of one's own needs: `use rumple::effects::prelude::*;`.
+//!
+//! `typetag` is part of it, so that its version is the one of the trait [`EffectSpec`]. The guide is
+//! `docs/effects.md`, a whole crate `examples/indenter`.
+
+pub use nalgebra;
+pub use typetag;
+
+pub use super::{
+    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
+    Elements, Energy, Factor, HessianPart, LowRank, Material, Measure, Needs, Ramp, Region,
+    Transport,
+};
+pub use crate::Vec3;
+pub use crate::geometry::{Conditions, Shape, lumped_areas};
+pub use crate::num::checked::{Finite, Fraction, NonNegative, Positive};
+pub use crate::sheet::Sheet;
