@@ -122,7 +122,7 @@ fn child(options: &Options, case: &str, small: bool) -> Result<()> {
     let steps = simulation.state().step;
     let energy: f64 = simulation.energies()?.iter().map(|e| e.1).sum();
     let amount: f64 = simulation.state().species[0].iter().sum();
-    for value in kernels.into_iter().chain([run, peak, rumple::num::real(steps), energy, amount]) {
+    for value in kernels.into_iter().chain([run, peak, rumple::num::real(usize::try_from(steps)?), energy, amount]) {
         println!("{value:e}");
     }
     Ok(())

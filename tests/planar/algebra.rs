@@ -78,8 +78,9 @@ fn factors_have_two_unknowns_a_vertex_and_solve_the_same() {
     let ((plane, _), (space, _)) = (matrix(&sheet, true), matrix(&sheet, false));
     let mut small = <BlockCholesky>::new(Arc::clone(plane.pattern())).unwrap();
     let mut large = <BlockCholesky>::new(Arc::clone(space.pattern())).unwrap();
+    // 4/9, and less where the small factor is stored without supernodes.
     let ratio = small.factor_size() as f64 / large.factor_size() as f64;
-    assert!((0.4..0.5).contains(&ratio), "{ratio}");
+    assert!(ratio < 0.5, "{ratio}");
     small.factorise(&plane).unwrap();
     large.factorise(&space).unwrap();
     let rhs = free(&sheet, loads(n));

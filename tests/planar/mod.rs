@@ -26,7 +26,7 @@ vertices = 120
 [material]
 young = 1e3
 poisson = 0.3333333333333333
-thickness = 0.5
+thickness = 0.4
 drag = 20.0
 
 [[effect]]

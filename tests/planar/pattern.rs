@@ -84,7 +84,7 @@ fn measured(vertices: usize, s: f64, diffusion: f64) -> f64 {
 
 #[test]
 fn a_planar_spot_grows_and_decays_as_theory_says() {
-    for (s, diffusion, grows) in [(8.0, 1.0, true), (2.0, 10.0, false)] {
+    for (s, diffusion, grows) in [(8.0, 1.0, true), (2.0, 1.0, false)] {
         let reaction = (-1.0 + (1.0 - M0) * s * 0.5 * (1.0 - POISSON)) / M0;
         let rate = reaction - diffusion * (ROOT / RADIUS).powi(2);
         assert_eq!(rate > 0.0, grows);

@@ -101,7 +101,7 @@ fn effects_that_act_along_z_are_refused_at_their_key() {
     }
     let normal = "{ plane = { normal = [1, 1, 0] } }";
     for effect in [
-        "kind = \"pin\"\nwhere = \"rim\"\naxes = \"xy\"",
+        "kind = \"pin\"\nwhere = { vertices = [0] }\naxes = \"xy\"",
         &format!("kind = \"foundation\"\nwhere = \"all\"\nstiffness = 1\nto = {normal}"),
         "kind = \"growth\"\nfactor = \"1 + 0.1*x*t\"",
     ] {

@@ -33,7 +33,7 @@ fn compare(overrides: &[&str], (shape, species): (f64, f64)) {
 #[test]
 fn integrators_agree_under_every_policy() {
     let tight = "rtol=1e-7,atol=1e-7";
-    let staggered = format!("time.integrator={{kind=\"staggered\",{tight}}}");
+    let staggered = "time.integrator={kind=\"staggered\",rtol=1e-4,atol=1e-4}".to_owned();
     let euler = "time.integrator={kind=\"staggered\",method=\"euler\",step=0.1}".to_owned();
     let implicit = |method: &str, linear: &str| {
         format!(
@@ -57,14 +57,14 @@ fn integrators_agree_under_every_policy() {
         }
         let policy = format!("time.policy=\"{policy}\"");
         for integrator in all {
-            compare(&[&policy, &integrator], (1e-7, 1e-7));
+            compare(&[&policy, &integrator], (1e-6, 1e-6));
         }
     }
 }
 
 #[test]
 fn equilibrium_methods_agree() {
-    let step = "time.integrator={kind=\"staggered\",method=\"euler\",step=0.25}";
+    let step = "time.integrator={kind=\"staggered\",method=\"euler\",step=0.1}";
     for (method, tolerance) in [
         ("method=\"lbfgs\",preconditioner=\"factor\",precision=\"double\"", 1e-11),
         ("method=\"lbfgs\",preconditioner=\"factor\",precision=\"single\"", 1e-11),

@@ -39,7 +39,7 @@ fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
         "vertices = 20000\nheight = 3",
         "height",
         "unknown key height in [sheet]",
-        Some("allowed: shape, file, imperfection, bump, radius, vertices, seed"),
+        Some("allowed: shape, file, planar, imperfection, bump, radius, vertices, seed"),
     );
     wrong(
         "amplitude = 0.5",
@@ -78,7 +78,7 @@ fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
         "shap",
         "unknown key shap in [sheet]",
         Some(
-            "did you mean shape? allowed: shape, file, imperfection, bump, vertices, seed, \
+            "did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, \
              radius, width, height, inner, outer, irregular",
         ),
     );
@@ -87,7 +87,7 @@ fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
         "file = \"disc.obj\"",
         "radius",
         "unknown key radius in [sheet]",
-        Some("allowed: file, imperfection, bump"),
+        Some("allowed: file, planar, imperfection, bump"),
     );
 }
 

@@ -1,8 +1,9 @@
-//! Sparse symmetric matrices of 3×3 blocks, their factors, and multigrid.
+//! Sparse symmetric matrices of 3×3 blocks (of 2×2 in a plane), their factors, and multigrid.
 
 mod aggregates;
 mod analysis;
 mod block_matrix;
+mod block_pattern;
 mod cholesky;
 mod factor;
 mod full_rows;
@@ -18,7 +19,8 @@ mod stencils;
 mod two_fields;
 
 pub use analysis::Precision;
-pub use block_matrix::{Block, BlockMatrix, BlockPattern, Neighbours, RowMut};
+pub use block_matrix::{Block, BlockMatrix, RowMut};
+pub use block_pattern::{BlockPattern, Neighbours};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use factor::{Factor, LinearChoice};
 pub use gmres::{dot, norm};
