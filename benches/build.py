@@ -5,7 +5,7 @@
     python3 benches/build.py --clean [--least 3]
 
 The first form builds the program, then adds a line to the file, builds again and prints processor and
-wall seconds of every round and their medians; the file is put back whatever happens. The second builds
+wall seconds of every round and their medians; the file is put back, also after Ctrl-C or SIGTERM. The second builds
 into a folder of its own, from nothing (some minutes), and adds a table: every direct dependency with
 the processor seconds of all crates that nothing else needs, if they are at least `--least`. Processor
 seconds are those of all processes together. They hardly depend on the number of cores, but grow by up to
@@ -19,6 +19,7 @@ import json
 import os
 import resource
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
@@ -45,9 +46,10 @@ def after_a_line(file, rounds, flags, environment):
     command = [*BUILD, "--quiet", *flags]
     print(f"first, what is missing: {measured(command, environment)[0]:.0f} s wall", flush=True)
     results = []
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         for number in range(rounds):
-            file.write_text(f"{text}\n#[doc(hidden)]\npub const ROUND_{number}: u8 = 0; // of build.py\n")
+            file.write_text(f"{text}\nconst _: u8 = {number % 256}; // a round of build.py\n")
             results.append(measured(command, environment))
             wall, processor = results[-1]
             print(f"{file.relative_to(ROOT)}: {processor:.1f} s processor, {wall:.1f} s wall", flush=True)
