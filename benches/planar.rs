@@ -10,6 +10,7 @@
 #![allow(missing_docs)]
 
 #[path = "common/mod.rs"]
+#[allow(dead_code, reason = "other benches use the rest")]
 mod common;
 
 use std::process::{Command, ExitCode, Stdio};
@@ -119,10 +120,10 @@ fn child(options: &Options, case: &str, small: bool) -> Result<()> {
     let run = cpu_seconds()? - start;
     let peak = 1024.0 * gibibytes("/proc/self/status", "VmHWM:")?;
     let kernels = if case == "frozen" { [f64::NAN; 6] } else { kernels(&mut simulation)? };
-    let steps = simulation.state().step;
+    let steps = rumple::num::real(usize::try_from(simulation.state().step)?);
     let energy: f64 = simulation.energies()?.iter().map(|e| e.1).sum();
     let amount: f64 = simulation.state().species[0].iter().sum();
-    for value in kernels.into_iter().chain([run, peak, rumple::num::real(usize::try_from(steps)?), energy, amount]) {
+    for value in kernels.into_iter().chain([run, peak, steps, energy, amount]) {
         println!("{value:e}");
     }
     Ok(())

@@ -33,7 +33,7 @@ fn a_planar_scene_goes_through_every_command() {
     assert!(!said.contains("flat"), "{said}");
     let ledger = fs::read_to_string(path.join("result/ledger.csv")).unwrap();
     assert!(!ledger.contains("NaN") && ledger.lines().count() > 2, "{ledger}");
-    let frame = read::surface(&path.join("result/frames/frame_000002.vtu")).unwrap();
+    let frame = read::surface(path.join("result/frames/frame_000002.vtu")).unwrap();
     assert!(frame.points.iter().all(|x| x.z.to_bits() == 0));
     assert!(frame.points.len() * 2 > free && free > frame.points.len());
     let curvature =
@@ -87,7 +87,7 @@ fn a_state_that_leaves_the_plane_is_refused_with_its_vertex() {
     let path = folder.path();
     let out = rumple(path, &["run", "scene.toml", "--out", "result"]);
     assert!(out.status.success(), "{}", text(&out.stderr));
-    let frame = read::surface(&path.join("result/frames/frame_000000.vtu")).unwrap();
+    let frame = read::surface(path.join("result/frames/frame_000000.vtu")).unwrap();
     let mut bent = String::from("# vtk DataFile Version 3.0\nbent\nASCII\nDATASET POLYDATA\n");
     bent += &format!("POINTS {} double\n", frame.points.len());
     for (v, x) in frame.points.iter().enumerate() {
