@@ -66,6 +66,7 @@
 //! #     sheet = { shape = "sphere", radius = 2.0, vertices = 100 }
 //! #     effect = [{ kind = "diffusion", species = "c", coefficient = 0.5 }]
 //! #     time = { until = 1.0 }
+//! #     output = { fields = ["c"] }
 //! #     kinetics = { rates = { c = "1 - c" } }
 //! # "#;
 //! # let scene = Scene::parse(text, "dome.toml", &[])?;
@@ -78,7 +79,7 @@
 //! rumple::run::run::run(&scene, &mut simulation, &directory, &mut progress, interrupt)?;
 //!
 //! let frame = rumple::sheet::read::surface(folder.join("frames/frame_000001.vtu"))?;
-//! let c = frame.point_arrays.iter().find(|array| array.name.starts_with("c ["));
+//! let c = frame.point_array("c"); // as the scene has output.fields = ["c"]
 //! assert!(c.is_some_and(|c| c.values.iter().all(|c| (c - 0.632).abs() < 0.01)));
 //! # std::fs::remove_dir_all(&folder).ok();
 //! # Ok::<(), rumple::Error>(())
