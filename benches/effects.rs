@@ -9,6 +9,7 @@
 
 #![allow(missing_docs)]
 
+#[expect(dead_code, reason = "the races use the rest")]
 mod common;
 
 use std::alloc::System;
