@@ -261,16 +261,15 @@ fn every_listed_effect_is_evaluated_as_often_as_asked_and_no_more() {
     }
 }
 
-/// Once its memory is there, an effect allocates nothing more, and it has allocated as often and keeps as many
-/// bytes in every scene that lists it and whose matrix reaches as far: its places in there are tables.
+/// Once its memory is there, an effect is evaluated as often, allocates as often and keeps nothing more, the
+/// same in every scene that lists it. (What it keeps from the first evaluation on, its tables of places in the
+/// matrix above all, can differ by some per cent between scenes: the bench `effects` shows by how much.)
 #[test]
-fn an_effect_allocates_and_keeps_the_same_in_every_scene() {
+fn an_effect_allocates_the_same_in_every_scene() {
     let sheet = sheet();
-    type Key<'a> = (String, &'a str, bool, usize);
-    let mut known: BTreeMap<Key<'_>, ([Shown; 2], Vec<&str>)> = BTreeMap::new();
+    type Key<'a> = (String, &'a str, bool);
+    let mut known: BTreeMap<Key<'_>, (i64, Vec<&str>)> = BTreeMap::new();
     for scene in scenes() {
-        let rings =
-            model(&sheet, &scene).mechanics().terms().iter().map(|t| t.coupling().rings).max();
         let [first, last] = evaluated(&sheet, &scene);
         // Growth prepares effects in every round; two models of one effect share a name.
         let grows = scene.contains(&"growth") || scene.contains(&"growing law");
@@ -278,20 +277,16 @@ fn an_effect_allocates_and_keeps_the_same_in_every_scene() {
             let part = PARTS
                 .iter()
                 .find(|part| scene.contains(&part.0) && part.2.contains(&name.as_str()));
-            let part = part.map_or("", |part| part.0);
-            let both = [first[name].clone(), shown.clone()];
-            // Whether they allocate at all is told by the first round; later ones keep nothing more.
-            assert_eq!(both[0].bytes, both[1].bytes, "{scene:?}: {name} keeps more and more");
+            let key = (name.clone(), part.map_or("", |part| part.0), grows);
+            assert_eq!(first[name].bytes, shown.bytes, "{scene:?}: {name} keeps more and more");
+            let later = shown.allocations - first[name].allocations;
             if !grows && shown.counts.iter().any(|(what, _)| *what == "Hessian") {
-                assert_eq!(both[0].allocations, both[1].allocations, "{scene:?}: {name}");
+                assert_eq!(later, 0, "{scene:?}: {name}");
             }
-            let key = (name.clone(), part, grows, rings.unwrap_or(0));
             match known.get(&key) {
-                Some((before, where_)) => {
-                    assert_eq!(before, &both, "{name}: {where_:?}, {scene:?}")
-                }
+                Some((before, place)) => assert_eq!(*before, later, "{name}: {place:?}, {scene:?}"),
                 None => {
-                    known.insert(key, (both, scene.clone()));
+                    known.insert(key, (later, scene.clone()));
                 }
             }
         }
