@@ -58,10 +58,6 @@ pub enum FoundationShape {
 
 #[typetag::serialize(name = "foundation")]
 impl EffectSpec for Foundation {
-    fn name(&self) -> String {
-        "foundation".into()
-    }
-
     fn needs(&self) -> Needs {
         let along_z = match self.to {
             FoundationShape::Rest => false,

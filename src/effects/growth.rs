@@ -38,10 +38,6 @@ fn everywhere() -> Region {
 
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
-    fn name(&self) -> String {
-        "growth".into()
-    }
-
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let inside = self.region.choose(context.sheet, "growth")?;
         let refuse = |message, help| EffectError { key: "factor", message, help };

@@ -65,10 +65,6 @@ pub enum LoadForce {
 
 #[typetag::serialize(name = "load")]
 impl EffectSpec for Load {
-    fn name(&self) -> String {
-        "load".into()
-    }
-
     fn needs(&self) -> Needs {
         let along_z = match self.force {
             LoadForce::Total(f)

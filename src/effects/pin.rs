@@ -87,10 +87,6 @@ impl From<Axes> for String {
 
 #[typetag::serialize(name = "pin")]
 impl EffectSpec for Pin {
-    fn name(&self) -> String {
-        "pin".into()
-    }
-
     fn needs(&self) -> Needs {
         Needs { out_of_plane: self.axes.0[2].then_some("axes"), ..Needs::default() }
     }

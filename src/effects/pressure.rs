@@ -53,10 +53,6 @@ pub struct Pressure {
 
 #[typetag::serialize(name = "pressure")]
 impl EffectSpec for Pressure {
-    fn name(&self) -> String {
-        "pressure".into()
-    }
-
     fn needs(&self) -> Needs {
         Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }

@@ -48,8 +48,10 @@ pub struct Needs {
 /// An effect as a scene lists it: its kind and parameters, not yet bound to a sheet.
 #[typetag::serialize(tag = "kind")]
 pub trait EffectSpec: std::fmt::Debug + Send + Sync {
-    /// What the effect is called in results.
-    fn name(&self) -> String;
+    /// What the effect is called in results; its kind, unless it says otherwise.
+    fn name(&self) -> String {
+        self.typetag_name().to_owned()
+    }
 
     /// What it needs of the scene: without that, the scene is refused before anything is built.
     fn needs(&self) -> Needs {

@@ -75,10 +75,6 @@ impl Default for VolumeTarget {
 
 #[typetag::serialize(name = "volume")]
 impl EffectSpec for Volume {
-    fn name(&self) -> String {
-        "volume".into()
-    }
-
     fn needs(&self) -> Needs {
         Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }

@@ -161,8 +161,10 @@ impl Signals {
 
     /// Frees the curvatures where they are counted.
     fn free(&self, curvature: Option<Curvature>) {
-        let _scope = self.meters.first().map(Meter::kept);
-        drop(curvature);
+        if let Some(curvature) = curvature {
+            let _scope = self.meters.first().map(Meter::kept);
+            drop(curvature);
+        }
     }
 
     fn points(&self, shape: &Shape<'_>) -> usize {

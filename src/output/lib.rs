@@ -9,6 +9,7 @@
 //! DIR/modes/mode_000000.vtu      the modes of an event
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line
+//! DIR/costs.json                 what the run cost, part by part
 //! DIR/status.json                running, complete, interrupted or failed, and why
 //! DIR/failed.vtu                 the last good state of a run that failed
 //! ```

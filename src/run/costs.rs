@@ -10,6 +10,7 @@ use crate::model::constraint_meter;
 use crate::num::real;
 use crate::output::{OutputError, ResultDirectory, atomic};
 use crate::scene::Scene;
+use crate::solve::part;
 use crate::tally::{Cost, allocated};
 
 /// What a run cost, as `costs.json` has it.
@@ -137,6 +138,12 @@ impl Costs {
         }
     }
 
+    /// Bytes that are reserved and hardly used.
+    pub(super) fn reserved(&self) -> i64 {
+        let room = self.parts.iter().filter(|part| part.name == part::RESERVED);
+        room.map(|part| part.bytes).sum()
+    }
+
     /// Writes `costs.json`.
     ///
     /// # Errors
@@ -251,7 +258,13 @@ impl std::fmt::Display for Costs {
             writeln!(f, "{}", line.trim_end())?;
         }
         match self.bytes {
-            Some(kept) => write!(f, "memory: {} allocated at the end", bytes(kept))?,
+            Some(kept) => {
+                let reserved = self.reserved();
+                write!(f, "memory: {} allocated at the end", bytes(kept - reserved))?;
+                if reserved > 0 {
+                    write!(f, ", and {} reserved for matrix products", bytes(reserved))?;
+                }
+            }
             None => write!(f, "memory: not counted by this program's allocator")?,
         }
         if let Some(peak) = self.peak_resident_bytes.and_then(|peak| i64::try_from(peak).ok()) {

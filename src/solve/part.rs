@@ -26,7 +26,7 @@ pub(super) struct Linear {
 }
 
 /// Room that the library for matrix products reserves for itself, once a thread.
-const RESERVED: &str = "room for matrix products, reserved and hardly used";
+pub(crate) const RESERVED: &str = "room for matrix products, reserved and hardly used";
 
 impl Linear {
     pub(super) fn of(tally: &Tally) -> Self {

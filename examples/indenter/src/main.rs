@@ -22,8 +22,8 @@ struct Indenter {
 
 #[typetag::serialize(name = "indenter")]
 impl EffectSpec for Indenter {
-    fn name(&self) -> String {
-        "indenter".into()
+    fn needs(&self) -> Needs {
+        Needs { out_of_plane: Some("centre"), ..Needs::default() }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -63,10 +63,6 @@ impl From<Bending> for Given {
 
 #[typetag::serialize(name = "bending")]
 impl EffectSpec for Bending {
-    fn name(&self) -> String {
-        "bending".into()
-    }
-
     fn needs(&self) -> Needs {
         Needs { material: true, out_of_plane: Some("kind"), ..Needs::default() }
     }

@@ -2,7 +2,6 @@
 
 use super::{Line, listed, place, verb};
 use crate::effects::Coupling;
-use crate::kinetics::Location;
 use crate::run::Simulation;
 use crate::run::built::Brought;
 use crate::scene::Scene;
@@ -64,17 +63,16 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     match model.chemistry() {
         Some(chemistry) => {
             let (points, place) = (chemistry.points(model.sheet()), chemistry.location());
-            for species in &chemistry.descriptor().species {
-                let where_ = if place == Location::Vertex && vertices == 1 {
-                    "of one point".to_owned()
-                } else {
-                    format!("on {}", place.nouns())
-                };
-                let title = chemistry.descriptor().title();
-                let what = format!("{points} values of {} {where_}", species.name);
-                let line = Line::new(what, format!("because it is a species of {title}"));
-                lines.push(line.at(scene, &scene.kinetics_path(0)));
-            }
+            let d = chemistry.descriptor();
+            let names: Vec<&str> = d.species.iter().map(|s| s.name.as_str()).collect();
+            let at = match vertices {
+                1 => "at one point".to_owned(),
+                _ => format!("on {}", place.nouns()),
+            };
+            let what =
+                format!("{} values of species: {}, {at}", points * names.len(), listed(&names));
+            let line = Line::new(what, format!("because they are the species of {}", d.title()));
+            lines.push(line.at(scene, &scene.kinetics_path(0)));
         }
         None => lines.push(Line::new("no species", "because [kinetics] is absent")),
     }
@@ -171,7 +169,10 @@ pub(super) fn laws(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     lines.push(
         Line::new(
             format!("{}: rates of {}", d.title(), listed(&species)),
-            format!("evaluated at {} points", chemistry.points(model.sheet())),
+            match chemistry.points(model.sheet()) {
+                1 => "evaluated at one point".to_owned(),
+                points => format!("evaluated at {points} points"),
+            },
         )
         .at(scene, &path),
     );

@@ -22,12 +22,16 @@ pub(super) fn lines(scene: &Scene, simulation: &mut Simulation) -> Result<Vec<Li
     let mut lines = Vec::new();
     if allocated().is_some() {
         let costs = Costs::of(scene, simulation);
+        let kept = costs.bytes.unwrap_or_default() - costs.reserved();
         for part in costs.parts.iter().filter(|part| part.bytes > 0) {
             let what = format!("{:>9}  {}", bytes(part.bytes), part.name);
             lines.push(Line::new(what, String::new()));
         }
         lines.push(Line::new(
-            format!("{:>9}  in all", bytes(costs.bytes.unwrap_or_default())),
+            match costs.reserved() {
+                0 => format!("{:>9}  in all", bytes(kept)),
+                _ => format!("{:>9}  in all, without the room for matrix products", bytes(kept)),
+            },
             "counted: allocated by making the scene ready and evaluating its start once",
         ));
     } else {

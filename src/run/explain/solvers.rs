@@ -90,9 +90,15 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
             real(blocks) / real(rows.max(1))
         ),
         format!(
-            "because {} {} vertices up to {rings} edges apart; of a symmetric matrix, half is stored",
+            "because {} {} {}; of a symmetric matrix, half is stored",
             listed(&reaching),
-            verb(&reaching, "couples", "couple")
+            verb(&reaching, "couples", "couple"),
+            match rings {
+                0 => "no two vertices".to_owned(),
+                1 => "neighbours".to_owned(),
+                2 => "neighbours of neighbours".to_owned(),
+                rings => format!("vertices up to {rings} edges apart"),
+            }
         ),
     ));
     lines.extend(linear.into_iter().map(|text| match text.split_once(", as ") {
@@ -134,10 +140,10 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     }
     if let Some(stability) = scene.stability.as_ref().filter(|s| s.watch) {
         let what = format!(
-            "stability analysis of every accepted shape: inertia by one LDLᵀ factor, {} modes at events",
+            "stability analysis of every accepted shape: inertia by one LDLᵀ factor; modes at events: {}",
             stability.modes.get()
         );
-        lines.push(Line::new(what, "because the scene watches").at(scene, "stability"));
+        lines.push(Line::new(what, "because [stability] is listed").at(scene, "stability"));
     }
 }
 
