@@ -67,10 +67,6 @@ impl From<Stretching> for Given {
 
 #[typetag::serialize(name = "stretching")]
 impl EffectSpec for Stretching {
-    fn name(&self) -> String {
-        "stretching".into()
-    }
-
     fn needs(&self) -> Needs {
         Needs { material: true, ..Needs::default() }
     }
