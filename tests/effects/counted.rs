@@ -373,10 +373,11 @@ impl Energy for Upwards {
     fn add_hessian(&self, _: &At<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
 }
 
-/// The counts of a run.
-fn counts(directory: &Path) -> Vec<(String, String, Vec<(String, u64)>)> {
+/// The counts of a run, by group and name.
+fn counts(directory: &Path) -> Vec<(String, Vec<(String, u64)>)> {
     let costs = Costs::read(directory).unwrap();
-    costs.parts.into_iter().map(|part| (part.group, part.name, part.counts)).collect()
+    let named = |group: &str, name: &str| format!("{group} {name}");
+    costs.parts.into_iter().map(|part| (named(&part.group, &part.name), part.counts)).collect()
 }
 
 /// This program registers one effect more than `rumple` does; a run of a scene that does not list it is the
