@@ -16,7 +16,7 @@ use crate::parallel::BLOCK;
 pub type Block = nalgebra::Matrix3<f64>;
 
 /// One 2×2 block.
-type PlaneBlock = nalgebra::Matrix2<f64>;
+pub(super) type PlaneBlock = nalgebra::Matrix2<f64>;
 
 /// Blocks one after the other.
 #[derive(Debug, Clone)]
@@ -25,50 +25,42 @@ enum Values {
     Plane(Vec<PlaneBlock>),
 }
 
-/// Some of them being filled.
-pub(super) enum ValuesMut<'a> {
-    Space(&'a mut [Block]),
-    Plane(&'a mut [PlaneBlock]),
+/// Some of them being filled: one of the two is empty. The check of bounds that every access makes
+/// anyhow then says which, so that matrices in space do not pay for those in a plane.
+pub(super) struct ValuesMut<'a> {
+    pub(super) space: &'a mut [Block],
+    pub(super) plane: &'a mut [PlaneBlock],
 }
 
 impl<'a> ValuesMut<'a> {
     /// The first `count`, and the others.
     pub(super) fn split_at(self, count: usize) -> (Self, Self) {
-        match self {
-            Self::Space(all) => {
-                let (low, high) = all.split_at_mut(count);
-                (Self::Space(low), Self::Space(high))
-            }
-            Self::Plane(all) => {
-                let (low, high) = all.split_at_mut(count);
-                (Self::Plane(low), Self::Plane(high))
-            }
-        }
+        let (space, plane) = (count.min(self.space.len()), count.min(self.plane.len()));
+        let (space, plane) = (self.space.split_at_mut(space), self.plane.split_at_mut(plane));
+        (Self { space: space.0, plane: plane.0 }, Self { space: space.1, plane: plane.1 })
     }
 
     /// The same for a while.
     #[inline(always)]
     pub(super) fn reborrow(&mut self) -> ValuesMut<'_> {
-        match self {
-            Self::Space(all) => ValuesMut::Space(all),
-            Self::Plane(all) => ValuesMut::Plane(all),
-        }
+        ValuesMut { space: self.space, plane: self.plane }
     }
 
     /// Adds `block` to number `place`.
     #[inline(always)]
     pub(super) fn add(&mut self, place: usize, block: &Block) {
-        match self {
-            Self::Space(all) => all[place] += block,
-            Self::Plane(all) => all[place] += block.fixed_view::<2, 2>(0, 0),
+        if let Some(own) = self.space.get_mut(place) {
+            *own += block;
+        } else {
+            self.plane[place] += block.fixed_view::<2, 2>(0, 0);
         }
     }
 
     /// One entry of number `place`.
     fn entry(&mut self, place: usize, at: (usize, usize)) -> &mut f64 {
-        match self {
-            Self::Space(all) => &mut all[place][at],
-            Self::Plane(all) => &mut all[place][at],
+        match self.space.get_mut(place) {
+            Some(own) => &mut own[at],
+            None => &mut self.plane[place][at],
         }
     }
 }
@@ -164,8 +156,8 @@ impl BlockMatrix {
     /// All stored blocks, row by row.
     pub(super) fn values_mut(&mut self) -> ValuesMut<'_> {
         match &mut self.value {
-            Values::Space(all) => ValuesMut::Space(all),
-            Values::Plane(all) => ValuesMut::Plane(all),
+            Values::Space(all) => ValuesMut { space: all, plane: &mut [] },
+            Values::Plane(all) => ValuesMut { space: &mut [], plane: all },
         }
     }
 

@@ -131,17 +131,14 @@ impl Sink<'_> {
         }
         let place = self.place(p, q);
         let Packed([low, high], last) = block;
-        match &mut self.value {
-            ValuesMut::Space(all) => {
-                let [[a, b, c], [d, e, f], [g, h, i]] = &mut all[place].data.0;
-                [*a, *b, *c, *d] = (simd.load([*a, *b, *c, *d]) + low).array();
-                [*e, *f, *g, *h] = (simd.load([*e, *f, *g, *h]) + high).array();
-                *i += last;
-            }
-            ValuesMut::Plane(all) => {
-                let ([a, b, _, d], [e, ..]) = (low.array(), high.array());
-                all[place] += nalgebra::Matrix2::new(a, d, b, e);
-            }
+        if let Some(own) = self.value.space.get_mut(place) {
+            let [[a, b, c], [d, e, f], [g, h, i]] = &mut own.data.0;
+            [*a, *b, *c, *d] = (simd.load([*a, *b, *c, *d]) + low).array();
+            [*e, *f, *g, *h] = (simd.load([*e, *f, *g, *h]) + high).array();
+            *i += last;
+        } else {
+            let ([a, b, _, d], [e, ..]) = (low.array(), high.array());
+            self.value.plane[place] += nalgebra::Matrix2::new(a, d, b, e);
         }
     }
 
