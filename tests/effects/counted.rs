@@ -17,7 +17,8 @@ use rumple::effects::{
 use rumple::geometry::{Shape as At, VertexArea};
 use rumple::kinetics::{Location, Search};
 use rumple::model::{
-    Chemistry, Mechanics, Memory, Model, ParameterFields, Policy, Signals, State, TensionReading,
+    Chemistry, Mechanics, MechanicsParts, Memory, Model, ParameterFields, Policy, Signals, State,
+    TensionReading,
 };
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::{Costs, laws, run};
@@ -29,7 +30,7 @@ use rumple_numerics::linear::BlockMatrix;
 use crate::common::{Noise, allocated, prepare};
 
 /// What scenes list here: a name, the tables, and the meters that they bring.
-const PARTS: [(&str, &str, &[&str]); 13] = [
+const PARTS: [(&str, &str, &[&str]); 14] = [
     ("bonds", "kind = 'stretching'", &["effect stretching"]),
     ("stvk", "kind = 'stretching'\nmodel = 'stvk'", &["effect stretching"]),
     ("meyer", "kind = 'bending'", &["effect bending"]),
@@ -39,6 +40,7 @@ const PARTS: [(&str, &str, &[&str]); 13] = [
     ("pressure", "kind = 'pressure'\nvalue = 0.1", &["effect pressure"]),
     ("foundation", "kind = 'foundation'\nwhere = 'all'\nstiffness = 3.0", &["effect foundation"]),
     ("volume", "kind = 'volume'\nstiffness = 5.0", &["effect volume"]),
+    ("exact volume", "kind = 'volume'\nexact = true", &["effect constraint volume"]),
     ("growth", "kind = 'growth'\nfactor = '1 + 0.01*x'", &["effect growth", LENGTHS]),
     (
         "diffusion",
@@ -60,10 +62,11 @@ const PARTS: [(&str, &str, &[&str]); 13] = [
 const LENGTHS: &str = "geometry optimal lengths and areas";
 
 /// The scenes: nothing, each part alone, pairs, nearly all and all that can be together.
-const TOGETHER: [&[&str]; 10] = [
+const TOGETHER: [&[&str]; 11] = [
     &[],
     &["bonds", "meyer"],
     &["bonds", "volume"],
+    &["bonds", "exact volume"],
     &["stvk", "hinges"],
     &["meyer", "pin"],
     &["bonds", "growth"],
@@ -127,13 +130,16 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
     for spec in &scene.effects {
         let effect = spec.build(&context).unwrap();
         all.energies.extend(effect.energies);
+        all.constraints.extend(effect.constraints);
         all.growth.extend(effect.growth);
         all.transports.extend(effect.transports);
         for (pins, more) in pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
             (0..3).for_each(|a| pins[a] |= more[a]);
         }
     }
-    let mechanics = Mechanics::new(Arc::clone(sheet), all.energies, pins).unwrap();
+    let (terms, constraints) = (all.energies, all.constraints);
+    let parts = MechanicsParts { terms, pins, constraints, ..MechanicsParts::default() };
+    let mechanics = Mechanics::of(Arc::clone(sheet), parts).unwrap();
     let chemistry = kinetics.map(|kinetics| {
         let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
         let area = VertexArea::new(sheet, rumple::geometry::AreaRule::default());
@@ -228,6 +234,8 @@ fn every_listed_effect_is_evaluated_as_often_as_asked_and_no_more() {
     for scene in scenes() {
         let [_, last] = evaluated(&sheet, &scene);
         let grows = scene.contains(&"growth") || scene.contains(&"growing law");
+        // A constraint is balanced by the forces of each shape, once more, and compared with the sheet at rest.
+        let kept = u64::from(scene.contains(&"exact volume"));
         for (name, shown) in &last {
             let count = |what: &str| {
                 shown.counts.iter().find(|(label, _)| *label == what).map_or(0, |(_, n)| *n)
@@ -243,10 +251,14 @@ fn every_listed_effect_is_evaluated_as_often_as_asked_and_no_more() {
                     vec![("rates", ROUNDS), ("length factor", factor)]
                 }
                 n if n.starts_with("signal") => vec![("values", ROUNDS), ("derivatives", 0)],
+                // By itself, in the gradient, in the second derivatives and in their part of low rank.
+                "effect constraint volume" => {
+                    vec![("energy and gradient", 4 * ROUNDS + 1), ("Hessian", ROUNDS)]
+                }
                 n => vec![
                     ("energy", ROUNDS),
-                    ("energy and gradient", ROUNDS),
-                    ("Hessian", ROUNDS),
+                    ("energy and gradient", (1 + kept) * ROUNDS),
+                    ("Hessian", ROUNDS + kept),
                     ("conditions", 1 + if grows { ROUNDS } else { 0 }),
                     ("low-rank terms", if n == "effect volume" { ROUNDS } else { 0 }),
                     ("pairs", 0),

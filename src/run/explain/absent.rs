@@ -28,7 +28,8 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         if systems && rings == Some(0) {
             add("no pairs of vertices in the matrix", "because no effect couples vertices");
         }
-        if systems && energies(simulation, |c| c.low_rank).is_empty() {
+        let constrained = model.mechanics().is_constrained();
+        if systems && !constrained && energies(simulation, |c| c.low_rank).is_empty() {
             add("no low-rank correction", "because no effect couples all vertices");
         }
         if energies(simulation, |c| c.pairs).is_empty() && systems {

@@ -115,11 +115,11 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     }
     let kept: Vec<String> = mechanics.constraint_names().map(str::to_owned).collect();
     if !kept.is_empty() {
-        let verb = verb(&kept, "is", "are");
+        let verb = verb(&kept, "is a constraint", "are constraints");
         lines.push(Line::new(
-            "augmented Lagrangian: relaxations until every constraint is below 1e-9, its rank one in the Woodbury \
-             correction",
-            format!("because {} {verb} to be zero", listed(&kept)),
+            "augmented Lagrangian: relaxations until every constraint is below 1e-9; Woodbury correction of every \
+             solution with the factor",
+            format!("because {} {verb}", listed(&kept)),
         ));
     }
     let pairs = energies(simulation, |c| c.pairs);
