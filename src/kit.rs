@@ -100,6 +100,9 @@ pub fn examine(
     for term in built.constraints {
         of_energy(&mut report, term, sheet, (declared, true))?;
     }
+    // One fault at several times is one.
+    let mut seen = std::collections::BTreeSet::new();
+    report.faults.retain(|fault| seen.insert(fault.clone()));
     Ok(report)
 }
 

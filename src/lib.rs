@@ -101,8 +101,8 @@
 //!
 //! #[typetag::serialize(name = "gravity")]
 //! impl EffectSpec for Gravity {
-//!     fn name(&self) -> String {
-//!         "gravity".into()
+//!     fn needs(&self) -> Needs {
+//!         Needs { out_of_plane: Some("weight"), ..Needs::default() }
 //!     }
 //!
 //!     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
