@@ -63,11 +63,11 @@ impl From<ImplicitMethod> for OdeMethod {
 }
 
 pub(super) fn default_rtol() -> Positive {
-    Positive::new(1e-4).unwrap_or(Positive::ONE)
+    const { Positive::constant(1e-4) }
 }
 
 pub(super) fn default_atol() -> Positive {
-    Positive::new(1e-6).unwrap_or(Positive::ONE)
+    const { Positive::constant(1e-6) }
 }
 
 #[typetag::serialize(name = "monolithic")]

@@ -5,13 +5,14 @@
 
 use serde::de::{Deserialize, Deserializer, Error, Unexpected};
 
-/// Declares a number type with a range: `checked_number!(Name, "doc", "range in words", test)`.
+/// Declares a number type with a range: `checked_number!(Name, "doc", "range in words", |x| test)`; the test can be
+/// evaluated at compile time.
 ///
 /// The words complete the sentence "… must be …". Whatever the test, NaN and infinities are
 /// refused.
 #[macro_export]
 macro_rules! checked_number {
-    ($name:ident, $doc:literal, $range:literal, $test:expr) => {
+    ($name:ident, $doc:literal, $range:literal, |$x:ident| $test:expr) => {
         #[doc = $doc]
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, serde::Serialize)]
         #[serde(transparent)]
@@ -23,9 +24,21 @@ macro_rules! checked_number {
 
             /// Checks a value; `None` where it is out of range or not finite.
             #[must_use]
-            pub fn new(value: f64) -> Option<Self> {
-                let test: fn(f64) -> bool = $test;
-                (value.is_finite() && test(value)).then_some(Self(value))
+            pub const fn new(value: f64) -> Option<Self> {
+                let $x = value;
+                if $x.is_finite() && $test { Some(Self(value)) } else { None }
+            }
+
+            /// A constant, for `const` alone: one out of range does not compile.
+            ///
+            /// # Panics
+            /// If it is out of range, where it is not evaluated at compile time.
+            #[must_use]
+            pub const fn constant(value: f64) -> Self {
+                match Self::new(value) {
+                    Some(number) => number,
+                    None => panic!("a constant is out of range"),
+                }
             }
 
             /// The value.
@@ -62,11 +75,11 @@ pub fn in_range<'de, D: Deserializer<'de>, T>(
     check(value).ok_or_else(|| D::Error::invalid_value(Unexpected::Float(value), &range))
 }
 
-checked_number!(Finite, "Any finite number.", "a finite number", |_| true);
+checked_number!(Finite, "Any finite number.", "a finite number", |x| true);
 checked_number!(Positive, "A number above 0.", "a number above 0", |x| x > 0.0);
 checked_number!(NonNegative, "A number from 0 on.", "a number from 0", |x| x >= 0.0);
-checked_number!(Fraction, "A number from 0 to 1.", "a number from 0 to 1", |x| (0.0..=1.0)
-    .contains(&x));
+checked_number!(Fraction, "A number from 0 to 1.", "a number from 0 to 1", |x| x >= 0.0
+    && x <= 1.0);
 
 impl Finite {
     /// 0.
@@ -86,7 +99,7 @@ impl Positive {
     pub const ONE: Self = Self(1.0);
 }
 
-/// A whole number from `MIN` on.
+/// An integer from `MIN` on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(transparent)]
 pub struct AtLeast<const MIN: usize>(usize);
@@ -97,8 +110,20 @@ impl<const MIN: usize> AtLeast<MIN> {
 
     /// Checks a value; `None` where it is below `MIN`.
     #[must_use]
-    pub fn new(value: usize) -> Option<Self> {
-        (value >= MIN).then_some(Self(value))
+    pub const fn new(value: usize) -> Option<Self> {
+        if value >= MIN { Some(Self(value)) } else { None }
+    }
+
+    /// A constant, for `const` alone: one out of range does not compile.
+    ///
+    /// # Panics
+    /// If it is below `MIN`, where it is not evaluated at compile time.
+    #[must_use]
+    pub const fn constant(value: usize) -> Self {
+        match Self::new(value) {
+            Some(number) => number,
+            None => panic!("a constant is below its least value"),
+        }
     }
 
     /// The value.

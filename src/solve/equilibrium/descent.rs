@@ -53,11 +53,11 @@ pub struct DescentSpec {
 impl Default for DescentSpec {
     fn default() -> Self {
         Self {
-            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
-            max_iterations: AtLeast::new(1_000_000).unwrap_or(AtLeast::LEAST),
+            tolerance: const { Positive::constant(1e-6) },
+            max_iterations: const { AtLeast::constant(1_000_000) },
             steps: None,
-            largest_move: Positive::new(0.1).unwrap_or(Positive::ONE),
-            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+            largest_move: const { Positive::constant(0.1) },
+            area_share: const { Fraction::constant(0.4) },
         }
     }
 }

@@ -49,10 +49,10 @@ pub struct NewtonSpec {
 impl Default for NewtonSpec {
     fn default() -> Self {
         Self {
-            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
-            max_iterations: AtLeast::new(1000).unwrap_or(AtLeast::LEAST),
-            path_error: Positive::new(0.1).unwrap_or(Positive::ONE),
-            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+            tolerance: const { Positive::constant(1e-6) },
+            max_iterations: const { AtLeast::constant(1000) },
+            path_error: const { Positive::constant(0.1) },
+            area_share: const { Fraction::constant(0.4) },
         }
     }
 }

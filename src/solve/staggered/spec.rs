@@ -33,16 +33,12 @@ pub struct StaggeredSpec {
     pub atol: Positive,
 }
 
-fn positive(value: f64) -> Positive {
-    Positive::new(value).unwrap_or_else(|| unreachable!("{value} is above 0"))
-}
-
 fn default_step() -> Positive {
-    positive(0.01)
+    const { Positive::constant(0.01) }
 }
 
 fn default_tolerance() -> Positive {
-    positive(USUAL)
+    const { Positive::constant(USUAL) }
 }
 
 /// How a staggered step is made.

@@ -54,16 +54,15 @@ pub enum Collapse {
 
 impl Default for LbfgsSpec {
     fn default() -> Self {
-        let number = |n| AtLeast::new(n).unwrap_or(AtLeast::LEAST);
         Self {
-            tolerance: Positive::new(1e-6).unwrap_or(Positive::ONE),
-            max_iterations: number(3000),
-            memory: number(20),
+            tolerance: const { Positive::constant(1e-6) },
+            max_iterations: const { AtLeast::constant(3000) },
+            memory: const { AtLeast::constant(20) },
             refresh: None,
             largest_move: Positive::ONE,
             preconditioner: Preconditioner::Auto,
             precision: FactorPrecision::Auto,
-            area_share: Fraction::new(0.4).unwrap_or(Fraction::ONE),
+            area_share: const { Fraction::constant(0.4) },
             collapse: Collapse::Stop,
         }
     }
