@@ -41,6 +41,22 @@ pub struct Prescribed {
 }
 
 impl Prescribed {
+    /// A vertex and an axis that both prescribe, with different positions at one of these times.
+    #[must_use]
+    pub fn contradicts(&self, other: &Self, times: &[f64]) -> Option<(usize, usize)> {
+        let axis = (0..3).find(|&a| {
+            let at = |one: &Self, t: f64| one.factor.at(t) * one.displacement[a];
+            let differ = |t: &f64| {
+                let (mine, theirs) = (at(self, *t), at(other, *t));
+                (mine - theirs).abs() > 1e-12 * mine.abs().max(theirs.abs())
+            };
+            self.axes[a] && other.axes[a] && times.iter().any(differ)
+        })?;
+        // Both are in ascending order.
+        let both = self.vertices.iter().find(|v| other.vertices.binary_search(v).is_ok());
+        both.map(|vertex| (*vertex, axis))
+    }
+
     /// Sets the fixed components of `x` to where they are at `time`.
     pub fn set(&self, rest: &[Vec3], time: f64, x: &mut [Vec3]) {
         let by = self.factor.at(time) * self.displacement;
@@ -96,6 +112,15 @@ impl EffectSpec for Pin {
         let fixed = |inside: bool| if inside { self.axes.0 } else { [false; 3] };
         let pins = chosen.iter().map(|chosen| fixed(*chosen)).collect();
         let mut effect = Effect::pins(pins);
+        let along = |by: &[Finite; 3]| (0..3).find(|&a| !self.axes.0[a] && by[a].get() != 0.0);
+        if let Some(axis) = self.displacement.as_ref().and_then(along) {
+            let axis = ["x", "y", "z"][axis];
+            return Err(EffectError {
+                key: "displacement",
+                message: format!("this pin displaces along {axis}, and leaves {axis} free"),
+                help: Some(format!("add {axis} to axes, or set that component to 0")),
+            });
+        }
         match self.displacement {
             Some(by) => effect.prescribed.push(Prescribed {
                 vertices: (0..chosen.len()).filter(|&i| chosen[i]).collect(),

@@ -49,7 +49,7 @@ impl Factor {
     pub fn new(ramp: Option<&Ramp>) -> Result<Self, EffectError> {
         let refuse =
             |message: String, help: Option<String>| Err(EffectError { key: "ramp", message, help });
-        Ok(Self(match ramp {
+        let made = Self(match ramp {
             None => None,
             Some(Ramp::Formula(text)) => match FieldFormula::new(text, true) {
                 Err(error) => return refuse(error.message, error.help),
@@ -60,14 +60,26 @@ impl Factor {
             },
             Some(Ramp::Points(points)) => {
                 let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(Finite::get)).collect();
-                if points.is_empty() || !points.windows(2).all(|p| p[0][0] < p[1][0]) {
+                if points.is_empty() {
+                    let help = "write [[time, factor], …], as in [[0, 0], [2, 1]]";
+                    return refuse("a ramp needs at least one point".into(), Some(help.into()));
+                }
+                if !points.windows(2).all(|p| p[0][0] < p[1][0]) {
                     let message = "the times of a ramp must increase";
                     let help = "write [[time, factor], …], as in [[0, 0], [2, 1]]";
                     return refuse(message.into(), Some(help.into()));
                 }
                 Some(Profile::Points(points))
             }
-        }))
+        });
+        let start = made.at(0.0);
+        if !start.is_finite() {
+            return refuse(
+                format!("the ramp is {start} at time 0"),
+                Some("it must be a finite number at every time of the run".into()),
+            );
+        }
+        Ok(made)
     }
 
     /// Whether there is a ramp.
@@ -81,9 +93,7 @@ impl Factor {
     pub fn at(&self, time: f64) -> f64 {
         match &self.0 {
             None => 1.0,
-            Some(Profile::Formula(formula)) => {
-                formula.at(&[Vec3::zeros()], time).first().copied().unwrap_or(1.0)
-            }
+            Some(Profile::Formula(formula)) => formula.at(&[Vec3::zeros()], time).iter().sum(),
             Some(Profile::Points(points)) => {
                 let later = points.iter().position(|p| p[0] > time);
                 match later {

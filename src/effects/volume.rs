@@ -104,6 +104,13 @@ impl EffectSpec for Volume {
             VolumeTarget::Value(value) => value.get(),
         };
         let enclosed = Enclosed { target, factor: Factor::new(self.ramp.as_ref())?, origin };
+        if !(enclosed.factor.at(0.0) > 0.0) {
+            return Err(EffectError {
+                key: "ramp",
+                message: "the target volume is not above 0 at time 0".into(),
+                help: Some("the ramp multiplies the target: 1 leaves it as it is".into()),
+            });
+        }
         let refuse = |key, message: &str, help: &str| {
             let (message, help) = (message.to_owned(), Some(help.to_owned()));
             Err(EffectError { key, message, help })
@@ -147,9 +154,10 @@ struct Enclosed {
 }
 
 impl Enclosed {
-    /// V* and `(V - V*)/V*`.
+    /// V* and `(V - V*)/V*`; neither is a number where the ramp leaves no volume.
     fn at(&self, shape: &Shape<'_>) -> (f64, f64) {
         let target = self.factor.at(shape.time) * self.target;
+        let target = if target > 0.0 { target } else { f64::NAN };
         (target, (volume(shape.sheet, shape.x, self.origin) - target) / target)
     }
 

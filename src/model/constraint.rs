@@ -170,6 +170,22 @@ impl Potential {
         self.constraints.count() > 0
     }
 
+    /// Whether the gradients of some constraints on the sheet at rest are the same, up to a factor: they cannot
+    /// be met together, or say the same twice.
+    pub fn constraints_depend(&mut self) -> bool {
+        if !self.is_constrained() {
+            return false;
+        }
+        let sheet = std::sync::Arc::clone(self.sheet());
+        self.constraint_values(sheet.rest());
+        let all = &self.constraints.gradients;
+        let gram = DMatrix::from_fn(all.len(), all.len(), |k, l| {
+            let size = (dot(&all[k], &all[k]) * dot(&all[l], &all[l])).sqrt();
+            if size > 0.0 { dot(&all[k], &all[l]) / size } else { 0.0 }
+        });
+        gram.symmetric_eigenvalues().iter().any(|value| !(*value > 1e-10))
+    }
+
     /// g of every constraint at `x`, by [`Mechanics::constraint_names`].
     pub fn constraint_values(&mut self, x: &[Vec3]) -> Vec<f64> {
         let (mechanics, constraints, shape) = self.constrained(x);

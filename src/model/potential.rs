@@ -191,6 +191,32 @@ impl Potential {
         gradient.iter().map(|g| -g).collect()
     }
 
+    /// The first energy or constraint that is not a finite number at `x`, or whose forces are not; `None` where
+    /// positions are not finite themselves.
+    pub fn not_finite(&mut self, x: &[Vec3]) -> Option<String> {
+        if !x.iter().all(|x| x.iter().all(|x| x.is_finite())) {
+            return None;
+        }
+        let energies = self.energies(x);
+        let mechanics = Arc::clone(&self.mechanics);
+        let bad = |force: Vec<Vec3>| !force.iter().all(|f| f.iter().all(|f| f.is_finite()));
+        let of = |(k, name): (usize, &str)| {
+            (!energies[k].is_finite() || bad(self.force_of(k, x))).then(|| name.to_owned())
+        };
+        let found = mechanics.names().enumerate().find_map(of);
+        found.or_else(|| {
+            let values = self.constraint_values(x);
+            let mut all = mechanics.constraint_names().zip(values);
+            all.find(|(_, value)| !value.is_finite()).map(|(name, _)| name.to_owned())
+        })
+    }
+
+    /// The time in force.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
     /// Total energy U at `x`.
     pub fn energy(&mut self, x: &[Vec3]) -> f64 {
         let mut total = 0.0;

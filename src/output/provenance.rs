@@ -124,7 +124,7 @@ impl Provenance {
     }
 }
 
-/// The name of the machine, as far as it is told without a system call of our own.
+/// The name of the machine, as far as it is known without a system call.
 fn host() -> String {
     ["/proc/sys/kernel/hostname", "/etc/hostname"]
         .iter()

@@ -159,8 +159,14 @@ impl Costs {
     /// If there is no `costs.json`, or it is not one.
     pub fn read(directory: &Path) -> Result<Self> {
         let path = ResultDirectory::costs_in(directory);
-        let text = std::fs::read_to_string(&path)
-            .map_err(|source| OutputError::Read { path: path.clone(), source })?;
+        let text = std::fs::read_to_string(&path).map_err(|source| {
+            if source.kind() == std::io::ErrorKind::NotFound {
+                let what = "no costs.json: expected the directory of one run (a comparison has one for each \
+                            member), and of a run that ended or was interrupted";
+                return Error::Refused(format!("{}: {what}", directory.display()));
+            }
+            OutputError::Read { path: path.clone(), source }.into()
+        })?;
         serde_json::from_str(&text).map_err(|error| {
             Error::Refused(format!("{}: is not what a run writes: {error}", path.display()))
         })

@@ -163,9 +163,13 @@ impl Fields {
             field_data.push((format!("energy of {name} [energy]"), *value));
         }
         if model.mechanics().is_constrained() {
-            let multipliers = at.potential()?.multipliers();
-            let named = model.mechanics().constraint_names().zip(multipliers);
-            field_data.extend(named.map(|(n, l)| (format!("multiplier of {n} [energy]"), *l)));
+            let potential = at.potential()?;
+            let values = potential.constraint_values(&state.x);
+            let both = values.iter().zip(potential.multipliers());
+            for (name, (value, multiplier)) in model.mechanics().constraint_names().zip(both) {
+                field_data.push((format!("constraint {name}"), *value));
+                field_data.push((format!("multiplier of {name} [energy]"), *multiplier));
+            }
         }
         Ok(Frame {
             time: state.time,

@@ -79,21 +79,29 @@ fn radius(sheet: &Sheet) -> f64 {
 }
 
 /// Looks at the loads on a sheet at rest.
-pub(super) fn on_loads(potential: &mut Potential, tolerance: f64, notes: &mut Vec<String>) {
+pub(super) fn on_loads(
+    potential: &mut Potential,
+    tolerance: f64,
+    until: f64,
+    notes: &mut Vec<String>,
+) {
     let mechanics = Arc::clone(potential.mechanics());
     let names: Vec<&str> = mechanics.names().collect();
     let scale = potential.force_scale();
     let loads: Vec<f64> = mechanics.applied_forces().iter().map(|f| f / scale).collect();
     let rest = mechanics.sheet().rest();
     for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
-        let force = potential.force_of(which, rest);
-        let mut felt = force.iter().zip(mechanics.pins());
-        if !felt.any(|(f, fixed)| (0..3).any(|a| f[a] != 0.0 && !fixed[a])) {
-            notes.push(format!(
-                "effect {} ({}) acts only on fixed vertices and moves nothing",
-                which + 1,
-                names[which]
-            ));
+        // A ramp may begin at 0.
+        let felt = [0.0, 0.31, 0.62, 1.0].iter().any(|share| {
+            potential.set_conditions(None, share * until);
+            let force = potential.force_of(which, rest);
+            let mut all = force.iter().zip(mechanics.pins());
+            all.any(|(f, fixed)| (0..3).any(|a| f[a] != 0.0 && !fixed[a]))
+        });
+        potential.set_conditions(None, 0.0);
+        if !felt {
+            let name = names[which];
+            notes.push(format!("the effect {name} acts only on fixed vertices and moves nothing"));
         }
     }
     let load = loads.into_iter().fold(0.0, f64::max);

@@ -6,7 +6,7 @@ use super::built::{Brought, Built};
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
 use crate::Vec3;
-use crate::effects::{EffectContext, Material};
+use crate::effects::{EffectContext, Material, Prescribed};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location, Search, Signal, SignalRead};
 use crate::model::{Chemistry, Mechanics, MechanicsParts, Model, ParameterFields, Signals};
@@ -47,6 +47,15 @@ fn check_basis(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
             let help = "a point has only chemistry";
             return Err(scene.missing_table("kinetics", help).into());
         }
+    }
+    let chemical = scene.effects.iter().position(|e| e.needs().species);
+    if kinetics.is_none()
+        && let Some(number) = chemical
+    {
+        let name = scene.effects[number].name();
+        let message = format!("{name} needs species, and the scene has no kinetics");
+        let path = format!("effect[{number}].kind");
+        return Err(scene.error_at(&path, &message, Some("add a [kinetics] table")).into());
     }
     let needing = scene.effects.iter().find(|e| e.needs().material).map(|e| e.name());
     let tension = signals.iter().any(|read| read.signal == Signal::Tension);
@@ -109,6 +118,21 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
             magnitudes::check_transport(scene, number, &transport, &sheet)?;
             transports.push(transport);
         }
+        let until = scene.time.span.until.get();
+        let times = [0.0, 0.31 * until, 0.62 * until, until];
+        for new in &effect.prescribed {
+            let mut earlier = prescribed.iter();
+            if let Some((vertex, axis)) =
+                earlier.find_map(|old: &Prescribed| new.contradicts(old, &times))
+            {
+                let axis = ["x", "y", "z"][axis];
+                let message =
+                    format!("an earlier pin moves vertex {vertex} along {axis} to another place");
+                let help = "let the regions or the axes of the two differ";
+                let path = format!("effect[{number}].displacement");
+                return Err(scene.error_at(&path, &message, Some(help)).into());
+            }
+        }
         prescribed.extend(effect.prescribed);
         constraints.extend(effect.constraints);
         growth.extend(effect.growth);
@@ -158,9 +182,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     }
     if mechanics.is_constrained() && !scene.time.integrator.keeps_constraints(storage) {
         let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
-        let message = format!(
-            "this integrator moves the shape without regard to constraints, and the scene has some ({names})"
-        );
+        let message =
+            format!("this integrator does not keep constraints, and the scene has some ({names})");
         let help = "policy = \"quasi-static\" with integrator = \"staggered\" keeps them, and so does \
                     integrator = { kind = \"explicit\", method = \"euler\" }";
         return Err(scene.error_at("time.integrator", &message, Some(help)).into());
@@ -184,7 +207,7 @@ fn relaxer(
     if mechanics.is_empty() {
         if let Some(name) = mechanics.constraint_names().next() {
             let message =
-                format!("{name} is to be kept, but the scene lists no effect with an energy");
+                format!("{name} is a constraint, but the scene lists no effect with an energy");
             let help = "add [[effect]] kind = \"stretching\"";
             return Err(scene.error_at("effect", &message, Some(help)).into());
         }
@@ -199,7 +222,20 @@ fn relaxer(
     if mechanics.is_planar() {
         plane::note_forces(&mut potential, notes);
     }
-    notes::on_loads(&mut potential, scene.equilibrium.tolerance(), notes);
+    if potential.constraints_depend() {
+        let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+        let message =
+            format!("the constraints {names} act along the same force and cannot all be met");
+        return Err(scene
+            .error_at("effect", &message, Some("leave out all but one of them"))
+            .into());
+    }
+    notes::on_loads(
+        &mut potential,
+        scene.equilibrium.tolerance(),
+        scene.time.span.until.get(),
+        notes,
+    );
     let (tolerance, max_iterations) =
         (scene.equilibrium.tolerance(), scene.equilibrium.max_iterations());
     let equilibrium = scene.equilibrium.build(mechanics)?;

@@ -276,7 +276,9 @@ fn begin(
     progress: &mut Progress,
 ) -> Result<(StepReport, Option<f64>)> {
     let compression = scene.output.compression;
-    progress.message("relaxing the initial shape");
+    if simulation.model().moves() {
+        progress.message("relaxing the initial shape");
+    }
     let asked = simulation.state.x.clone();
     let mut first = StepReport::default();
     match simulation.prepare() {

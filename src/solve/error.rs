@@ -28,6 +28,17 @@ pub enum SolveError {
          finite"
     )]
     NotFinite,
+    /// The energy or a force of one effect is not a number.
+    #[error(
+        "the energy or a force of the effect {effect} is not a finite number at time {time}: its ramp or \
+         target has no value there, or a triangle has no area"
+    )]
+    EffectNotFinite {
+        /// Its name.
+        effect: String,
+        /// The time.
+        time: f64,
+    },
     /// The force tolerance was not reached.
     #[error(
         "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \

@@ -114,7 +114,7 @@ impl Workspace {
     /// If the model has no value there, or the relaxation fails.
     pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer } = self;
-        let _scope = part(model.tally(), part::RELAXATION);
+        let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
         model.mechanics().set_prescribed(state.time, &mut state.x);
         let mut x = state.x.clone();
         let mut at = model.at(state, memory);

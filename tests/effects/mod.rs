@@ -3,6 +3,7 @@
 mod constraint;
 mod contract;
 mod counted;
+mod faults;
 mod growth;
 mod registered;
 mod running;

@@ -60,7 +60,7 @@ const MARK: &str = "\u{1}rumple ";
 fn emit(message: &Message) {
     let text = serde_json::to_string(message).unwrap_or_default();
     let mut out = std::io::stdout().lock();
-    // Nobody is left to hear of a broken pipe.
+    // A broken pipe cannot be reported to anybody.
     let _ = writeln!(out, "\n{MARK}{text}").and_then(|()| out.flush());
 }
 

@@ -133,7 +133,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         damping: f64,
         motions: &mut [Motions<M>],
     ) -> Vec<Motions<M>> {
-        // Directions coupled to nothing (held ones) are left to the smoother.
+        // Directions coupled to nothing (fixed ones) are left to the smoother.
         parallel::update(motions, |i, b| {
             for a in 0..3 {
                 let free = rows

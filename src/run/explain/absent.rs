@@ -37,7 +37,10 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             add("the matrix keeps one pattern, analysed once", why);
         }
         if energies(simulation, |c| c.limits_steps).is_empty() {
-            add("no limits of steps but that of triangles", "because no effect sets any");
+            add(
+                "no step limits except that triangles keep their orientation",
+                "because no effect sets any",
+            );
         }
         let grows = model.chemistry().is_some_and(|c| c.descriptor().capabilities.length_factor);
         if !grows && model.growth_names().next().is_none() {

@@ -53,7 +53,7 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         if motions > 0 {
             lines.push(Line::new(
                 format!("{motions} rigid motions of the sheet are free"),
-                "because no pin hinders them: the relaxation keeps them as they are",
+                "because no pin fixes them: the relaxation keeps them as they are",
             ));
         }
     } else {
@@ -129,7 +129,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             ));
         }
         if brought.prescribed > 0 {
-            parts.push("leads fixed directions along in time".into());
+            parts.push("prescribes the positions of fixed directions in time".into());
         }
         for name in constraints.by_ref().take(brought.constraints) {
             parts.push(format!("constraint `{name}`: zero at every equilibrium, kept by a force"));
@@ -146,7 +146,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             parts.push(format!("transport `{name}`: a sparse operator, made {when}"));
         }
         if parts.is_empty() {
-            parts.push("brings nothing: no energy, no fixed direction, no transport".into());
+            parts.push("has no effect here: no energy, no fixed direction, no transport".into());
         }
         let path = format!("effect[{number}]");
         lines.push(Line::new(spec.name(), parts.join("; ")).at(scene, &path));

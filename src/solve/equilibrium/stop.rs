@@ -15,11 +15,11 @@ pub(super) const COLLAPSED: f64 = 1e-2;
 /// # Errors
 /// Numbers that are not finite, too many iterations, an interruption.
 pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>) -> Result<bool, SolveError> {
-    if done.residual <= goal.tolerance {
-        return Ok(true);
-    }
     if !(done.energy.is_finite() && done.residual.is_finite()) {
         return Err(SolveError::NotFinite);
+    }
+    if done.residual <= goal.tolerance {
+        return Ok(true);
     }
     if done.iterations >= goal.max_iterations {
         return Err(SolveError::NotConverged {
@@ -72,7 +72,14 @@ pub(super) fn collapsed_at(
 
 /// `error`, or the triangle that explains why a relaxation came to no end at `x`: the flattest, if
 /// that has collapsed.
-pub fn explained(error: SolveError, potential: &Potential, x: &[Vec3]) -> SolveError {
+/// Of an energy that is not a finite number, the first effect whose is not.
+pub fn explained(error: SolveError, potential: &mut Potential, x: &[Vec3]) -> SolveError {
+    if matches!(error, SolveError::NotFinite) {
+        return match potential.not_finite(x) {
+            Some(effect) => SolveError::EffectNotFinite { effect, time: potential.time() },
+            None => error,
+        };
+    }
     let (SolveError::NotConverged { iterations, residual, .. }
     | SolveError::Stalled { iterations, residual, .. }) = error
     else {
