@@ -4,5 +4,6 @@ mod constraint;
 mod contract;
 mod counted;
 mod growth;
+mod planted;
 mod registered;
 mod running;
