@@ -5,5 +5,6 @@ mod contract;
 mod counted;
 mod faults;
 mod growth;
+mod planted;
 mod registered;
 mod running;

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rumple::effects::{EffectSpec, Material};
-use rumple::kit::{Report, examine};
+use rumple::kinetics::Location;
+use rumple::kit::{Report, examine_with, made_up};
 use rumple::scene::Scene;
 use rumple::sheet::{Shape, Sheet, generate};
 
@@ -47,7 +48,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 20] = [
     ("volume", "exact = true\nramp = { formula = '1 + 0.1*t' }", true, [true, true, true]),
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
-    ("diffusion", "", false, [true, true, true]),
+    ("diffusion", "species = 'c'", false, [true, true, true]),
 ];
 
 fn sheet(closed: bool) -> Arc<Sheet> {
@@ -55,17 +56,20 @@ fn sheet(closed: bool) -> Arc<Sheet> {
     Arc::new(if closed { sphere() } else { irregular(9, 8, 0.25) })
 }
 
-fn report(kind: &str, table: &str, closed: bool) -> Report {
+fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
     let spec: Box<dyn EffectSpec> = read(kind, table);
     let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
-    examine(spec.as_ref(), &sheet(closed), Some(&material)).unwrap()
+    let made_up = made_up(&["c"]);
+    let kinetics = spec.needs().species.then_some((&made_up, location));
+    examine_with(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
 }
 
 /// As a scene reads it.
 fn read(kind: &str, table: &str) -> Box<dyn EffectSpec> {
     let text = format!(
         "sheet = {{ shape = 'disc', radius = 1.0, vertices = 50 }}\ntime = {{ until = 1.0 }}\n\
-         material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n[[effect]]\nkind = '{kind}'\n{table}\n"
+         material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n\
+         kinetics = {{ rates = {{ c = '0' }} }}\n[[effect]]\nkind = '{kind}'\n{table}\n"
     );
     let scene = Scene::parse(&text, "sample.toml", &[]).unwrap_or_else(|e| panic!("{kind}: {e}"));
     scene.effects.into_iter().next().unwrap()
@@ -74,14 +78,29 @@ fn read(kind: &str, table: &str) -> Box<dyn EffectSpec> {
 #[test]
 fn every_registered_effect_passes_the_kit() {
     for (kind, table, closed, [translation, rotation, rest]) in SAMPLES {
-        if kind == "diffusion" {
-            continue; // it has no energy; tests/diffusion is about it
-        }
-        let found = report(kind, table, closed);
+        let found = report(kind, table, closed, Location::Vertex);
         assert_eq!(found.faults, Vec::<String>::new(), "{kind} {table}");
         assert_eq!(found.translation_invariant, translation, "{kind} {table}");
         assert_eq!(found.rotation_invariant, rotation, "{kind} {table}");
         assert_eq!(found.zero_at_rest, rest, "{kind} {table}");
+    }
+}
+
+/// What each scheme conserves; on the rest shape both are true of that alone.
+#[test]
+fn diffusion_passes_the_kit_wherever_species_live() {
+    for (table, location, closed, [totals, constants]) in [
+        ("species = 'c'", Location::Vertex, false, [true, true]),
+        ("species = 'c'", Location::Vertex, true, [true, true]),
+        ("species = 'c'\nmetric = 'rest'", Location::Vertex, false, [false, false]),
+        ("species = 'c'\ncoefficient = 0.0", Location::Vertex, false, [true, true]),
+        ("species = 'c'", Location::Face, false, [false, true]),
+        ("species = 'c'\nmetric = 'rest'", Location::Face, false, [false, true]),
+    ] {
+        let found = report("diffusion", table, closed, location);
+        assert_eq!(found.faults, Vec::<String>::new(), "{table} {location:?}");
+        assert_eq!(found.conserves_totals, totals, "{table} {location:?}");
+        assert_eq!(found.keeps_constants, constants, "{table} {location:?}");
     }
 }
 

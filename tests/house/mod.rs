@@ -12,7 +12,7 @@ const PLAN: [(&str, &[&str]); 16] = [
     ("study", &["run", "scene", "output", "solve", "model", "kinetics", "geometry", "sheet"]),
     ("run", &["scene", "output", "solve", "model", "effects", "kinetics", "geometry", "sheet"]),
     ("scene", &["document", "registry", "output", "solve", "model", "effects", "kinetics"]),
-    ("kit", &["model", "effects", "sheet"]),
+    ("kit", &["model", "effects", "kinetics", "sheet"]),
     ("solve", &["model", "effects", "registry", "sheet"]),
     ("model", &["effects", "kinetics", "geometry", "sheet"]),
     ("effects", &["registry", "kinetics", "geometry", "sheet"]),

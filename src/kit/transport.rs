@@ -1,0 +1,249 @@
+//! Transports against their matrix and differences.
+
+use rand::RngExt;
+
+use super::random_vectors;
+use super::{ROUND_OFF, Report, STEP, WRONG, crumpled, exceeds, finite, moved, on_threads};
+use crate::Vec3;
+use crate::effects::{EffectContext, Measure, Operator, TransportTerm};
+use crate::kinetics::Location;
+use crate::sheet::Sheet;
+
+/// Steps of the power iteration before growth is measured, and while it is.
+const POWERS: [usize; 2] = [200, 100];
+/// What the estimate of the largest eigenvalue may be wrong by, relative: it converges from below for
+/// matrices that are symmetric by areas, from either side for others.
+const POWER: f64 = 1e-3;
+
+/// A transport on one shape.
+struct There<'a> {
+    term: &'a TransportTerm,
+    sheet: &'a Sheet,
+    operator: Operator,
+    points: usize,
+}
+
+impl<'a> There<'a> {
+    fn new(term: &'a TransportTerm, sheet: &'a Sheet, x: &[Vec3], points: usize) -> Self {
+        Self { term, sheet, operator: term.at(sheet, x), points }
+    }
+
+    fn rate(&self, c: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.points];
+        self.term.add_rate(self.sheet, &self.operator, c, &mut out);
+        out
+    }
+
+    fn entries(&self) -> Vec<(usize, usize, f64)> {
+        let mut all = Vec::new();
+        self.term.entries(self.sheet, &self.operator, &mut |i, j, v| all.push((i, j, v)));
+        all
+    }
+
+    fn bound(&self) -> f64 {
+        self.term.spectral_bound(&self.operator)
+    }
+
+    /// Everything that it gives.
+    fn bits(&self, c: &[f64]) -> Vec<(usize, usize, u64)> {
+        let rate = self.rate(c).into_iter().chain([self.bound()]);
+        let rate = rate.enumerate().map(|(i, v)| (i, i, v));
+        rate.chain(self.entries()).map(|(i, j, v)| (i, j, v.to_bits())).collect()
+    }
+}
+
+/// Everything about one transport.
+pub(super) fn of_transport(
+    report: &mut Report,
+    term: &TransportTerm,
+    sheet: &Sheet,
+    context: &EffectContext<'_>,
+) {
+    let location = context.kinetics.map_or(Location::Vertex, |(_, location)| location);
+    let amount = context.measure == Measure::Amount;
+    let as_amount = if amount { " (of amounts)" } else { "" };
+    let mut faults = Vec::new();
+    let mut fault = |what: String| faults.push(format!("{}: {what}{as_amount}", term.name()));
+    if let Some((descriptor, _)) = context.kinetics {
+        let (species, count) = (term.species(), descriptor.species.len());
+        if species >= count {
+            fault(format!("it moves species number {species}, and there are {count} from 0"));
+        }
+    }
+    let edge = mean_edge(sheet);
+    let (x, mut random) = crumpled(sheet, edge);
+    let area = areas(sheet, &x, location);
+    let n = area.len();
+    let mut values = || -> Vec<f64> { (0..n).map(|_| random.random_range(-1.0..=1.0)).collect() };
+    let [c, other, start] = [values(), values(), values()];
+    let directions = [random_vectors(&mut random, x.len()), random_vectors(&mut random, x.len())];
+
+    let there = There::new(term, sheet, &x, n);
+    let (entries, bound, rate) = (there.entries(), there.bound(), there.rate(&c));
+    if let Some((i, j, _)) = entries.iter().find(|(i, j, _)| *i >= n || *j >= n) {
+        fault(format!("the entry ({i}, {j}) is none of a matrix of {n} points"));
+        report.faults.append(&mut faults);
+        return;
+    }
+    let numbers = rate.iter().chain(entries.iter().map(|(_, _, v)| v));
+    let mut whole = true;
+    if !numbers.copied().all(f64::is_finite) {
+        fault("the rate or an entry is not finite".into());
+        whole = false;
+    }
+    if !bound.is_finite() {
+        fault(format!("the spectral bound is not finite: {bound}"));
+    }
+
+    if whole {
+        let combined: Vec<f64> = c.iter().zip(&other).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
+        let of_other = there.rate(&other);
+        let expected: Vec<f64> =
+            rate.iter().zip(&of_other).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
+        let size = length(&rate) + length(&of_other);
+        if exceeds(apart(&there.rate(&combined), &expected), ROUND_OFF * size) {
+            fault("the rate is not linear in the species".into());
+        }
+        let mut added = start.clone();
+        term.add_rate(sheet, &there.operator, &c, &mut added);
+        let expected: Vec<f64> = start.iter().zip(&rate).map(|(a, b)| a + b).collect();
+        if exceeds(apart(&added, &expected), ROUND_OFF * (length(&rate) + length(&start))) {
+            fault("the rate is not added to what is there".into());
+        }
+        let (product, size) = multiply(&entries, &c);
+        let error = apart(&product, &rate);
+        if exceeds(error, ROUND_OFF * size.max(length(&rate))) {
+            let relative = error / length(&product).max(length(&rate));
+            fault(format!(
+                "the entries give another rate: it differs by {relative:.1e} (relative)"
+            ));
+        }
+        let largest = largest_eigenvalue(&entries, &area, &c);
+        if exceeds(largest, bound * (1.0 + POWER)) {
+            fault(format!(
+                "the spectral bound is {bound:e}, an eigenvalue about {largest:e} in size"
+            ));
+        }
+    }
+
+    let one = on_threads(1, || There::new(term, sheet, &x, n).bits(&c));
+    if one != on_threads(3, || There::new(term, sheet, &x, n).bits(&c)) {
+        fault("rates, entries or bound depend on the number of threads".into());
+    }
+    let mut again = There::new(term, sheet, sheet.rest(), n);
+    term.assemble(sheet, &x, &mut again.operator);
+    if again.bits(&c) != there.bits(&c) {
+        fault("the operator depends on the shape that it was of before".into());
+    }
+    by_positions(&there, (&x, edge), &c, &directions, &mut fault);
+
+    let rest_area = areas(sheet, sheet.rest(), location);
+    let weight = if amount { &rest_area } else { &area };
+    let total: f64 = rate.iter().zip(weight).map(|(r, w)| r * w).sum();
+    let size: f64 = rate.iter().zip(weight).map(|(r, w)| (r * w).abs()).sum();
+    report.conserves_totals &= !exceeds(total.abs(), ROUND_OFF * size);
+    let uniform: Vec<f64> =
+        area.iter().zip(&rest_area).map(|(a, rest)| if amount { a / rest } else { 1.0 }).collect();
+    let (_, size) = multiply(&entries, &uniform);
+    report.keeps_constants &= !exceeds(length(&there.rate(&uniform)), ROUND_OFF * size);
+    report.faults.append(&mut faults);
+}
+
+/// The derivatives by positions, if they are given.
+fn by_positions(
+    there: &There<'_>,
+    (x, edge): (&[Vec3], f64),
+    c: &[f64],
+    directions: &[Vec<Vec3>],
+    fault: &mut impl FnMut(String),
+) {
+    let There { term, sheet, operator, points } = there;
+    let mut given = Vec::new();
+    term.shape_derivatives(sheet, operator, x, c, &mut |i, v, by| given.push((i, v, by)));
+    if given.is_empty() {
+        return;
+    }
+    if given.iter().any(|(i, v, _)| i >= points || *v >= x.len()) {
+        return fault("a derivative by positions is of no point or by no vertex".into());
+    }
+    if !given.iter().all(|(_, _, by)| finite(&[*by])) {
+        return fault("the derivatives by positions are not finite".into());
+    }
+    for d in directions {
+        let mut exact = vec![0.0; *points];
+        given.iter().for_each(|(i, v, by)| exact[*i] += by.dot(&d[*v]));
+        let h = STEP * edge;
+        let at = |h: f64| There::new(term, sheet, &moved(x, d, h), *points).rate(c);
+        let (above, below) = (at(h), at(-h));
+        let slope: Vec<f64> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        let (error, size) = (apart(&slope, &exact), length(&slope).max(length(&exact)));
+        if exceeds(error, WRONG * size + 1e-9 * length(&above) / edge) {
+            let relative = error / size;
+            fault(format!(
+                "the derivatives by positions differ from differences by {relative:.1e} (relative)"
+            ));
+        }
+    }
+}
+
+/// The product, and its length if nothing in it cancelled.
+fn multiply(entries: &[(usize, usize, f64)], c: &[f64]) -> (Vec<f64>, f64) {
+    let (mut out, mut size) = (vec![0.0; c.len()], vec![0.0; c.len()]);
+    for (i, j, value) in entries {
+        out[*i] += value * c[*j];
+        size[*i] += (value * c[*j]).abs();
+    }
+    (out, length(&size))
+}
+
+/// The largest |eigenvalue| by power iteration: mean growth in the norm with areas, in which diffusion
+/// is symmetric.
+fn largest_eigenvalue(entries: &[(usize, usize, f64)], area: &[f64], from: &[f64]) -> f64 {
+    let norm = |v: &[f64]| v.iter().zip(area).map(|(v, a)| a * v * v).sum::<f64>().sqrt();
+    let (mut v, mut growth) = (from.to_vec(), 0.0);
+    for k in 0..POWERS[0] + POWERS[1] {
+        let before = norm(&v);
+        if before == 0.0 {
+            return 0.0;
+        }
+        v.iter_mut().for_each(|v| *v /= before);
+        v = multiply(entries, &v).0;
+        if k >= POWERS[0] {
+            growth += norm(&v).ln();
+        }
+    }
+    (growth / POWERS[1] as f64).exp()
+}
+
+fn mean_edge(sheet: &Sheet) -> f64 {
+    let x = sheet.rest();
+    let lengths = sheet.edges().iter().map(|edge| {
+        let [a, b] = edge.vertices.map(|v| x[v as usize]);
+        (b - a).norm()
+    });
+    lengths.sum::<f64>() / sheet.edges().len().max(1) as f64
+}
+
+/// Areas of the points at `x`: of faces, or thirds of them at vertices.
+fn areas(sheet: &Sheet, x: &[Vec3], location: Location) -> Vec<f64> {
+    let face = sheet.triangles().iter().map(|corners| {
+        let [a, b, c] = corners.map(|v| x[v as usize]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    });
+    if location == Location::Face {
+        return face.collect();
+    }
+    let mut all = vec![0.0; x.len()];
+    for (corners, area) in sheet.triangles().iter().zip(face) {
+        corners.iter().for_each(|v| all[*v as usize] += area / 3.0);
+    }
+    all
+}
+
+fn length(a: &[f64]) -> f64 {
+    a.iter().map(|a| a * a).sum::<f64>().sqrt()
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
