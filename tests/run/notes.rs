@@ -35,7 +35,7 @@ fn what_the_author_may_not_have_meant_is_told() {
     let on_the_boundary = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
     let (_, simulation) = prepare(&[&format!("{on_the_boundary}[0.0, 0.0, 1e5] }}")]);
     assert!(
-        simulation.notes()[0].contains("(load) acts only on fixed vertices"),
+        simulation.notes()[0].contains("effect load acts only on fixed vertices"),
         "{:?}",
         simulation.notes()
     );
