@@ -212,7 +212,7 @@ fn largest_eigenvalue(entries: &[(usize, usize, f64)], area: &[f64], from: &[f64
             growth += norm(&v).ln();
         }
     }
-    (growth / POWERS[1] as f64).exp()
+    (growth / crate::num::real(POWERS[1])).exp()
 }
 
 fn mean_edge(sheet: &Sheet) -> f64 {
@@ -221,7 +221,7 @@ fn mean_edge(sheet: &Sheet) -> f64 {
         let [a, b] = edge.vertices.map(|v| x[v as usize]);
         (b - a).norm()
     });
-    lengths.sum::<f64>() / sheet.edges().len().max(1) as f64
+    lengths.sum::<f64>() / crate::num::real(sheet.edges().len().max(1))
 }
 
 /// Areas of the points at `x`: of faces, or thirds of them at vertices.
