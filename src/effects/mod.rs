@@ -46,7 +46,7 @@ pub use stretching::{
 };
 pub(crate) use transport::Operator;
 pub use transport::{Transport, TransportTerm};
-pub use volume::{Volume, VolumeConstraint, VolumePenalty, VolumeTarget};
+pub use volume::{EnclosedVolume, Volume, VolumeTarget};
 
 pub use crate::linear::{Block, BlockMatrix};
 

@@ -81,12 +81,13 @@ impl EffectSpec for Volume {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let sheet = context.sheet;
-        let refuse = |message: &str, help: &str| {
+        let refuse = |key, message: &str, help: &str| {
             let (message, help) = (message.to_owned(), Some(help.to_owned()));
-            Err(EffectError { key: "kind", message, help })
+            Err(EffectError { key, message, help })
         };
         if sheet.boundary().contains(&true) {
             return refuse(
+                "kind",
                 "a sheet with a boundary encloses no volume",
                 "use shape = \"sphere\" or a closed mesh; on an open sheet use the effect pressure",
             );
@@ -95,6 +96,7 @@ impl EffectSpec for Volume {
         let at_rest = volume(sheet, sheet.rest(), origin);
         if !(at_rest > 0.0) {
             return refuse(
+                "kind",
                 &format!("the sheet at rest encloses the volume {at_rest}"),
                 "its triangles must be counter-clockwise seen from outside, and it must not be flat",
             );
@@ -103,23 +105,19 @@ impl EffectSpec for Volume {
             VolumeTarget::Share(share) => share.get() * at_rest,
             VolumeTarget::Value(value) => value.get(),
         };
-        let enclosed = Enclosed { target, factor: Factor::new(self.ramp.as_ref())?, origin };
-        if !(enclosed.factor.at(0.0) > 0.0) {
-            return Err(EffectError {
-                key: "ramp",
-                message: "the target volume is not above 0 at time 0".into(),
-                help: Some("the ramp multiplies the target: 1 leaves it as it is".into()),
-            });
+        let factor = Factor::new(self.ramp.as_ref())?;
+        if !(factor.at(0.0) > 0.0) {
+            return refuse(
+                "ramp",
+                "the target volume is not above 0 at time 0",
+                "the ramp multiplies the target: 1 leaves it as it is",
+            );
         }
-        let refuse = |key, message: &str, help: &str| {
-            let (message, help) = (message.to_owned(), Some(help.to_owned()));
-            Err(EffectError { key, message, help })
-        };
+        let stiffness = self.stiffness.map(Positive::get);
+        let enclosed = EnclosedVolume { stiffness, target, factor, origin };
         match (self.stiffness, self.exact) {
-            (Some(stiffness), false) => {
-                Ok(Effect::energy(VolumePenalty { enclosed, stiffness: stiffness.get() }))
-            }
-            (None, true) => Ok(Effect::constraint(VolumeConstraint { enclosed })),
+            (Some(_), false) => Ok(Effect::energy(enclosed)),
+            (None, true) => Ok(Effect::constraint(enclosed)),
             (None, false) => refuse(
                 "kind",
                 "a volume needs a stiffness",
@@ -145,20 +143,31 @@ fn volume(sheet: &Sheet, x: &[Vec3], origin: Vec3) -> f64 {
     })
 }
 
-/// The volume that one closed sheet encloses, and its target.
+/// The volume that one closed sheet encloses: the energy `κ (V - V*)²/(2 V*)`, or, without a stiffness, the
+/// constraint `(V - V*)/V* = 0`.
 #[derive(Debug)]
-struct Enclosed {
+pub struct EnclosedVolume {
+    stiffness: Option<f64>,
     target: f64,
     factor: Factor,
     origin: Vec3,
 }
 
-impl Enclosed {
+impl EnclosedVolume {
     /// V* and `(V - V*)/V*`; neither is a number where the ramp leaves no volume.
     fn at(&self, shape: &Shape<'_>) -> (f64, f64) {
         let target = self.factor.at(shape.time) * self.target;
         let target = if target > 0.0 { target } else { f64::NAN };
         (target, (volume(shape.sheet, shape.x, self.origin) - target) / target)
+    }
+
+    /// Its value, and the derivative of that by V.
+    fn value(&self, shape: &Shape<'_>) -> (f64, f64) {
+        let (target, excess) = self.at(shape);
+        match self.stiffness {
+            Some(stiffness) => (0.5 * stiffness * excess * excess * target, stiffness * excess),
+            None => (excess, 1.0 / target),
+        }
     }
 
     /// V times a weight.
@@ -167,14 +176,7 @@ impl Enclosed {
     }
 }
 
-/// The energy `κ (V - V*)²/(2 V*)`.
-#[derive(Debug)]
-pub struct VolumePenalty {
-    enclosed: Enclosed,
-    stiffness: f64,
-}
-
-impl Energy for VolumePenalty {
+impl Energy for EnclosedVolume {
     type Work = ConeWork;
 
     fn name(&self) -> &'static str {
@@ -182,11 +184,11 @@ impl Energy for VolumePenalty {
     }
 
     fn coupling(&self) -> Coupling {
-        Coupling { low_rank: true, ..Coupling::ONE_RING }
+        Coupling { low_rank: self.stiffness.is_some(), ..Coupling::ONE_RING }
     }
 
     fn depends_on_time(&self) -> bool {
-        self.enclosed.factor.changes()
+        self.factor.changes()
     }
 
     fn evaluate(
@@ -195,11 +197,11 @@ impl Energy for VolumePenalty {
         work: &mut Self::Work,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let (target, excess) = self.enclosed.at(shape);
+        let (value, slope) = self.value(shape);
         if gradient.is_some() {
-            self.enclosed.cone(self.stiffness * excess).evaluate(shape, work, gradient);
+            self.cone(slope).evaluate(shape, work, gradient);
         }
-        0.5 * self.stiffness * excess * excess * target
+        value
     }
 
     fn add_hessian(
@@ -209,8 +211,8 @@ impl Energy for VolumePenalty {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        let (_, excess) = self.enclosed.at(shape);
-        self.enclosed.cone(self.stiffness * excess).add_hessian(shape, work, part, into);
+        let (_, slope) = self.value(shape);
+        self.cone(slope).add_hessian(shape, work, part, into);
     }
 
     fn low_rank(
@@ -220,55 +222,10 @@ impl Energy for VolumePenalty {
         _: HessianPart,
         terms: &mut Vec<LowRank>,
     ) {
-        let (target, _) = self.enclosed.at(shape);
+        let Some(stiffness) = self.stiffness else { return };
+        let (target, _) = self.at(shape);
         let mut direction = vec![Vec3::zeros(); shape.x.len()];
-        self.enclosed.cone(1.0).evaluate(shape, work, Some(&mut direction));
-        terms.push(LowRank { stiffness: self.stiffness / target, direction });
-    }
-}
-
-/// The constraint `(V - V*)/V* = 0`.
-#[derive(Debug)]
-pub struct VolumeConstraint {
-    enclosed: Enclosed,
-}
-
-impl Energy for VolumeConstraint {
-    type Work = ConeWork;
-
-    fn name(&self) -> &'static str {
-        "volume"
-    }
-
-    fn coupling(&self) -> Coupling {
-        Coupling::ONE_RING
-    }
-
-    fn depends_on_time(&self) -> bool {
-        self.enclosed.factor.changes()
-    }
-
-    fn evaluate(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Self::Work,
-        gradient: Option<&mut [Vec3]>,
-    ) -> f64 {
-        let (target, excess) = self.enclosed.at(shape);
-        if gradient.is_some() {
-            self.enclosed.cone(1.0 / target).evaluate(shape, work, gradient);
-        }
-        excess
-    }
-
-    fn add_hessian(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Self::Work,
-        part: HessianPart,
-        into: &mut BlockMatrix,
-    ) {
-        let (target, _) = self.enclosed.at(shape);
-        self.enclosed.cone(1.0 / target).add_hessian(shape, work, part, into);
+        self.cone(1.0).evaluate(shape, work, Some(&mut direction));
+        terms.push(LowRank { stiffness: stiffness / target, direction });
     }
 }
