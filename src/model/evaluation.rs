@@ -118,6 +118,7 @@ impl<'a> Evaluation<'a> {
     fn set_conditions(&mut self, factor: Option<&[f64]>) -> Result<(), ModelError> {
         let Some(potential) = &mut self.memory.potential else { return Ok(()) };
         potential.set_conditions(factor, self.state.time);
+        potential.set_anchor(None);
         let strained = self.model.chemistry().is_some_and(Chemistry::reads_strain);
         if factor.is_some()
             && strained

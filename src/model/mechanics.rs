@@ -148,6 +148,15 @@ impl Mechanics {
         }
     }
 
+    /// Puts the fixed directions of `to` where `from` has them.
+    pub fn keep_pins(&self, from: &[Vec3], to: &mut [Vec3]) {
+        for &i in &self.pinned {
+            for a in (0..3).filter(|a| self.pins[i][*a]) {
+                to[i][a] = from[i][a];
+            }
+        }
+    }
+
     /// Whether positions are prescribed in time; what has no energy does not move.
     #[must_use]
     pub fn has_prescribed(&self) -> bool {

@@ -10,9 +10,11 @@
 //! for its pieces: energies at fixed optimal lengths ([`Potential`]), rates, or both at once with their
 //! derivatives (`Coupled`).
 
+mod anchor;
 mod chemistry;
 mod constraint;
 mod coupled;
+mod drag;
 mod error;
 mod evaluation;
 mod flagged;
@@ -26,8 +28,10 @@ mod signals;
 mod state;
 mod time_course;
 
+pub use anchor::Anchor;
 pub use chemistry::{Chemistry, SignalColumns, Surface};
 pub use coupled::{Coupled, CoupledWork, Layout, Part};
+pub use drag::{Drag, Weights};
 pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};
 pub use flagged::Flagged;
@@ -58,18 +62,18 @@ pub struct Model {
     chemistry: Option<Chemistry>,
     growth: Vec<LengthFactor>,
     storage: Storage,
-    drag: f64,
+    drag: Drag,
 }
 
 impl Model {
-    /// Puts the pieces together; without energies the shape never moves. `drag` is that of a
-    /// vertex, force per velocity.
+    /// Puts the pieces together; without energies the shape never moves. `drag` resists
+    /// the motion of vertices.
     #[must_use]
     pub fn new(
         mechanics: Arc<Mechanics>,
         chemistry: Option<Chemistry>,
         storage: Storage,
-        drag: f64,
+        drag: Drag,
     ) -> Self {
         let mut chemistry = chemistry;
         if let Some(chemistry) = &mut chemistry {
@@ -152,10 +156,10 @@ impl Model {
         self.storage
     }
 
-    /// Drag of a vertex, force per velocity.
+    /// What resists the motion of vertices.
     #[must_use]
-    pub fn drag(&self) -> f64 {
-        self.drag
+    pub fn drag(&self) -> &Drag {
+        &self.drag
     }
 
     /// Whether the shape can move.
@@ -230,6 +234,14 @@ impl Model {
         if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
     }
 
+    /// `atol·edge + rtol·max|x - X|` of the shape of `state`: the length that tolerances mean.
+    #[must_use]
+    pub fn shape_unit(&self, state: &State, (rtol, atol): (f64, f64)) -> f64 {
+        let rest = self.sheet().rest();
+        let largest = parallel::max(rest.len(), |i| (state.x[i] - rest[i]).norm());
+        atol * self.mechanics.reference().mean_edge() + rtol * largest
+    }
+
     /// RMS of `|x_b - x_a| / (atol·edge + rtol·max|x_b - X|)` over the vertices that moved by more than
     /// `quiet` of that from `start` to `b`.
     #[must_use]
@@ -244,9 +256,7 @@ impl Model {
         if !self.moves() {
             return 0.0;
         }
-        let rest = self.sheet().rest();
-        let largest = parallel::max(rest.len(), |i| (b.x[i] - rest[i]).norm());
-        let unit = atol * self.mechanics.reference().mean_edge() + rtol * largest;
+        let unit = self.shape_unit(b, (rtol, atol));
         let (mut sum, mut points) = (0.0, 0usize);
         for ((start, a), b) in start.x.iter().zip(&a.x).zip(&b.x) {
             if (b - start).norm() > quiet * unit {

@@ -1,7 +1,9 @@
-//! The energy landscape at fixed optimal lengths and time: U(x), or L(x) with constraints.
+//! The energy landscape at fixed optimal lengths and time: U(x), or L(x) with constraints; with an
+//! anchor what one step under drag makes of it.
 
 use std::sync::Arc;
 
+use super::anchor::Anchor;
 use super::constraint::Constraints;
 use super::error::ModelError;
 use super::mechanics::Mechanics;
@@ -21,6 +23,7 @@ pub struct Potential {
     time: f64,
     work: Vec<Work>,
     pub(super) constraints: Constraints,
+    anchor: Option<Anchor>,
     force_scale: f64,
     /// Of the optimal lengths.
     lengths: Meter,
@@ -46,7 +49,9 @@ impl Potential {
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
         let force_scale = 0.0;
-        let mut made = Self { mechanics, metric, time, work, constraints, force_scale, lengths };
+        let anchor = None;
+        let mut made =
+            Self { mechanics, metric, time, work, constraints, anchor, force_scale, lengths };
         made.prepare();
         let sheet = Arc::clone(made.sheet());
         made.choose_stiffness(sheet.rest());
@@ -85,6 +90,18 @@ impl Potential {
         for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
             term.prepare(&conditions, work);
         }
+    }
+
+    /// Adds the pull towards an earlier shape to U from now on, in place of the one before; conditions
+    /// leave it as it is.
+    pub fn set_anchor(&mut self, anchor: Option<Anchor>) {
+        self.anchor = anchor;
+    }
+
+    /// The pull towards an earlier shape.
+    #[must_use]
+    pub fn anchor(&self) -> Option<&Anchor> {
+        self.anchor.as_ref()
     }
 
     /// The effects.
@@ -223,7 +240,7 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             total += term.evaluate(shape, work, None)
         });
-        total
+        total + self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x))
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -244,6 +261,9 @@ impl Potential {
         self.each(energy::GRADIENT, x, |_, term, work, shape| {
             total += term.evaluate(shape, work, Some(&mut *gradient));
         });
+        if let Some(anchor) = &self.anchor {
+            total += anchor.add(x, gradient);
+        }
         self.mechanics.fix(gradient);
         total
     }
@@ -291,6 +311,9 @@ impl Potential {
         if self.is_constrained() {
             let (mechanics, constraints, shape) = self.constrained(x);
             constraints.add_hessian(mechanics, &shape, part, into)?;
+        }
+        if let Some(anchor) = &self.anchor {
+            anchor.add_hessian(into);
         }
         let scale = into.mean_diagonal();
         into.pin(self.mechanics.pins(), scale);

@@ -190,7 +190,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     }
     let fields =
         Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
-    let drag = scene.material.as_ref().map_or(1.0, |material| material.drag.get());
+    let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
+    let drag = drag.on(&mechanics);
     let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
     let workspace = Workspace::new(model, relaxer);
     let faults = Vec::new();

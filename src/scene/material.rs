@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::drag::DragSpec;
 use crate::checked_number;
 use crate::num::checked::Positive;
 
@@ -25,11 +26,7 @@ pub struct Material {
     pub poisson: PoissonRatio,
     /// Thickness h, length.
     pub thickness: Positive,
-    /// Drag per vertex, force per velocity.
-    #[serde(default = "default_drag")]
-    pub drag: Positive,
-}
-
-fn default_drag() -> Positive {
-    Positive::ONE
+    /// What resists the motion of the sheet.
+    #[serde(default)]
+    pub drag: DragSpec,
 }

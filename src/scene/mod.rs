@@ -4,6 +4,7 @@
 //! into checked structs; whatever is wrong ends as a [`SceneError`] that points to its place.
 //! What a scene does not list does not exist.
 
+mod drag;
 mod error;
 mod files;
 mod home;
@@ -28,6 +29,7 @@ use crate::effects::EffectSpec;
 use crate::solve::equilibrium::Method;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
+pub use self::drag::{Coefficient, Directions, DragSpec};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
 pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Policy;
 use crate::num::checked::{AtLeast, Positive};
-use crate::solve::{DEFAULT_INTEGRATOR, IntegratorSpec, OTHER_INTEGRATOR};
+use crate::solve::{DEFAULT_INTEGRATOR, IntegratorSpec, STEADY_INTEGRATOR};
 
 use crate::document::Problem;
 use crate::document::read;
@@ -43,7 +43,10 @@ pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
         Some((_, node)) => read_policy(node).map_err(|problem| problem.under("policy"))?,
         None => Policy::default(),
     };
-    let default = if policy == Policy::QuasiStatic { DEFAULT_INTEGRATOR } else { OTHER_INTEGRATOR };
+    let default = match policy {
+        Policy::QuasiStatic | Policy::Simultaneous => DEFAULT_INTEGRATOR,
+        Policy::ChemistryFast => STEADY_INTEGRATOR,
+    };
     let integrator = chosen(&mut node, "integrator", default)?;
     let span = read(node).map_err(|p: Problem| p.also_allowed(&["policy", "integrator"]))?;
     Ok(TimeSpec { span, policy, integrator })

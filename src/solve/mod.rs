@@ -10,6 +10,7 @@ mod error;
 pub mod explicit;
 mod low_rank;
 pub mod monolithic;
+mod motion;
 pub(crate) mod part;
 pub mod stability;
 pub mod staggered;
@@ -26,8 +27,8 @@ use equilibrium::{Equilibrium, Relaxation};
 /// The integrator of a scene that names none.
 pub const DEFAULT_INTEGRATOR: &str = "staggered";
 
-/// The integrator of a scene that names none and whose policy is not quasi-static.
-pub const OTHER_INTEGRATOR: &str = "monolithic";
+/// The integrator of a scene that names none and whose chemistry is steady at every time.
+pub const STEADY_INTEGRATOR: &str = "monolithic";
 
 /// The equilibrium method of a scene that names none.
 pub const DEFAULT_EQUILIBRIUM: &str = "lbfgs";

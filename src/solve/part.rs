@@ -5,6 +5,7 @@ use crate::tally::{Meter, Scope, Tally, allocated};
 
 pub(crate) const RELAXATION: &str = "relaxation: directions, line search";
 pub(crate) const INTEGRATOR: &str = "integrator of coupled systems";
+pub(crate) const MOTION: &str = "motion under drag";
 pub(crate) const CHEMISTRY: &str = "integrator of the chemistry";
 pub(crate) const SETTLING: &str = "settling of the chemistry";
 pub(crate) const EXPLICIT: &str = "explicit step";

@@ -47,7 +47,9 @@ pub use spec::{Method, StaggeredSpec};
 use super::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
+use super::motion::{Motion, MotionMethod};
 use super::{Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, under_way};
+use crate::Vec3;
 use crate::model::{Part, SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
@@ -56,6 +58,10 @@ use crate::ode::OdeMethod;
 const GROWTH: f64 = 2.0;
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.9;
+/// Part of its typical magnitude that the fastest species changes by in the first step, relative to √rtol.
+const FIRST: f64 = 0.2;
+/// The first step is not longer than this share of the way to the first output.
+const SHARE_OF_WAY: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST: f64 = 1e-7;
 /// Points that change by less than this share of the tolerance do not count in the mean.
@@ -80,9 +86,14 @@ struct Staggered {
     chemistry: ChemistrySteps,
     /// [`ChemistryMethod::power`] of the chemistry's method.
     power: f64,
-    step: f64,
-    /// Moves a shape with storage.
-    mover: Option<Monolithic>,
+    /// The next step to try; none before the first.
+    step: Option<f64>,
+    /// The first step tried.
+    first: Option<f64>,
+    /// How a shape with storage moves, and by what.
+    shape: MotionMethod,
+    motion: Motion,
+    by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
     policy: Storage,
@@ -129,25 +140,55 @@ impl Staggered {
         (share * rtol, share * atol)
     }
 
-    /// X: lets the shape of `next` follow from `state` while the species go to those of `next`.
+    /// X: lets the shape of `next` follow from `state` while the species go to those of `next`. Gives the
+    /// shape of lower order that an error estimate compares with, if there is one.
     fn follow_shape(
         &mut self,
         workspace: &mut Workspace,
         state: &State,
         next: &mut State,
-    ) -> Result<Relaxation> {
+        done: &mut Relaxation,
+    ) -> Result<Option<Vec<Vec3>>> {
         if self.policy.mechanics == 0.0 {
-            return workspace.relax(next);
+            done.add(&workspace.relax(next)?);
+            return Ok(None);
         }
         if !workspace.model.moves() {
-            return Ok(Relaxation::default());
+            return Ok(None);
         }
-        let mut moving = state.clone();
         let course =
             TimeCourse::new((state.time, state.species.clone()), (next.time, next.species.clone()));
+        let coarse = if self.shape == MotionMethod::TrBdf2 {
+            done.add(&self.move_by_diffsol(workspace, state, next, course)?);
+            None
+        } else {
+            let tolerance = match self.spec.method {
+                // As exact as forces are asked to be.
+                Method::Euler => 0.0,
+                Method::Heun => workspace.model.shape_unit(state, self.tolerance()),
+            };
+            let second_order = self.shape == MotionMethod::Sdirk2;
+            let to = (state, next.time);
+            let moved = self.motion.advance(workspace, to, &course, second_order, tolerance)?;
+            done.add(&moved.done);
+            next.x = moved.x;
+            Some(moved.coarse)
+        };
+        done.residual = workspace.at(next).residual()?;
+        Ok(coarse)
+    }
+
+    fn move_by_diffsol(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+        next: &mut State,
+        course: TimeCourse,
+    ) -> Result<Relaxation> {
+        let mut moving = state.clone();
         let inner = self.inner_of(INNER_OF_SHAPE, ChemistryMethod::TrBdf2.power());
         let mover = self
-            .mover
+            .by_diffsol
             .get_or_insert_with(|| Monolithic::of_part(Part::Shape, OdeMethod::TrBdf2, inner));
         mover.set_course(course);
         let mut done = Relaxation::default();
@@ -157,8 +198,12 @@ impl Staggered {
             done.add(&mover.step(workspace, &mut moving, next.time)?.relaxation);
         }
         next.x = moving.x;
-        done.residual = workspace.at(next).residual()?;
         Ok(done)
+    }
+
+    /// Tolerances of the coupling.
+    fn tolerance(&self) -> (f64, f64) {
+        (self.spec.rtol.get(), self.spec.atol.get())
     }
 
     fn euler(
@@ -167,7 +212,8 @@ impl Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let time = end_of_fixed_step(state.time, self.step, until);
+        let step = self.step.unwrap_or(until - state.time);
+        let time = end_of_fixed_step(state.time, step, until);
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {
@@ -179,7 +225,8 @@ impl Staggered {
         next.step += 1;
         let slack = (EULER_SLACK, EULER_SLACK);
         workspace.model.keep_in_range(&mut next.species, time, slack)?;
-        let mut relaxation = self.follow_shape(workspace, state, &mut next)?;
+        let mut relaxation = Relaxation::default();
+        self.follow_shape(workspace, state, &mut next, &mut relaxation)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
@@ -195,11 +242,15 @@ impl Staggered {
         until: f64,
     ) -> Result<StepReport> {
         let longest = self.spec.longest_step.map_or(f64::INFINITY, Positive::get);
-        let shortest = SHORTEST * self.spec.step.get();
+        let mut tried = match self.step {
+            Some(step) => step,
+            None => self.first_step(workspace, state, until)?,
+        };
+        let shortest = SHORTEST * *self.first.get_or_insert(tried);
         let now = workspace.at(state).signals()?.clone();
         let mut report = StepReport::default();
         loop {
-            let proposed = self.step.min(longest);
+            let proposed = tried.min(longest);
             let time = end_of_step(state.time, proposed, until);
             let step = time - state.time;
             match self.try_heun(workspace, state, &now, time, &mut report) {
@@ -210,16 +261,17 @@ impl Staggered {
                     let limit = if report.rejected > 0 { 1.0 } else { GROWTH };
                     let factor = (SAFETY / error.sqrt()).min(limit);
                     // A step cut short by an output time says nothing against longer ones.
-                    self.step = (step * factor).max(if factor >= 1.0 { proposed } else { 0.0 });
+                    let longer = (step * factor).max(if factor >= 1.0 { proposed } else { 0.0 });
+                    self.step = Some(longer);
                     return Ok(report);
                 }
                 Ok((_, error)) => {
                     let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
-                    self.step = step * factor;
+                    tried = step * factor;
                 }
                 Err(error) if error.is_recoverable() => {
-                    self.step = step / (GROWTH * GROWTH);
-                    if self.step < shortest {
+                    tried = step / (GROWTH * GROWTH);
+                    if tried < shortest {
                         return Err(error);
                     }
                     report.reason = Some(error.to_string());
@@ -227,10 +279,19 @@ impl Staggered {
                 Err(error) => return Err(error),
             }
             report.rejected += 1;
-            if self.step < shortest {
-                return Err(SolveError::StepTooSmall { time: state.time, step: self.step });
+            self.step = Some(tried);
+            if !(tried >= shortest) {
+                return Err(SolveError::StepTooSmall { time: state.time, step: tried });
             }
         }
+    }
+
+    /// A first step from the rates: small against the time in which the fastest species changes by its typical
+    /// magnitude, whatever the unit of time is.
+    fn first_step(&self, workspace: &mut Workspace, state: &State, until: f64) -> Result<f64> {
+        let rate = workspace.at(state).fastest_rate()?;
+        let share = FIRST * self.spec.rtol.get().sqrt();
+        Ok((share / rate).min(SHARE_OF_WAY * (until - state.time)))
     }
 
     /// One try; the error estimate in units of the tolerance, and the state if that is at most 1.
@@ -242,7 +303,7 @@ impl Staggered {
         time: f64,
         report: &mut StepReport,
     ) -> Result<(State, f64)> {
-        let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
+        let tolerance = self.tolerance();
         let inner = self.inner();
         let mut next = state.clone();
         next.time = time;
@@ -253,8 +314,8 @@ impl Staggered {
         let frozen = TimeCourse::still(now.clone());
         next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
         workspace.model.keep_in_range(&mut next.species, time, tolerance)?;
-        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        let predicted = next.clone();
+        let coarse = self.follow_shape(workspace, state, &mut next, &mut report.relaxation)?;
+        let mut predicted = next.clone();
         let later = workspace.at(&next).signals()?.clone();
         let signals = TimeCourse::new((state.time, now.clone()), (time, later));
         let mut on = state.clone();
@@ -268,7 +329,18 @@ impl Staggered {
         if error > 1.0 {
             return Ok((next, error));
         }
-        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
+        match coarse {
+            Some(coarse) => {
+                // Moved through what the species did at first, slow waves err by Δt times what these then
+                // change, no more than the method itself; stiff ones are to be brought along.
+                predicted.x = coarse;
+                report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
+                report.relaxation.residual = workspace.at(&next).residual()?;
+            }
+            None => {
+                self.follow_shape(workspace, state, &mut next, &mut report.relaxation)?;
+            }
+        }
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));
         Ok((next, error))
     }
@@ -278,8 +350,7 @@ impl Staggered {
         if self.policy.mechanics == 0.0 {
             return 0.0;
         }
-        let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
-        workspace.model.shape_error(state, a, b, tolerance, QUIET)
+        workspace.model.shape_error(state, a, b, self.tolerance(), QUIET)
     }
 
     /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
@@ -290,17 +361,21 @@ impl Staggered {
         mut next: State,
         report: &mut StepReport,
     ) -> Result<(State, f64)> {
-        let tolerance = (self.spec.rtol.get(), self.spec.atol.get());
+        let tolerance = self.tolerance();
         let inner = self.inner();
-        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        report.relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
-        let predicted = next.clone();
-        report.relaxation.add(&self.follow_shape(workspace, state, &mut next)?);
-        report.relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
+        let done = &mut report.relaxation;
+        self.follow_shape(workspace, state, &mut next, done)?;
+        done.factorisations += self.steady.solve(workspace, &mut next, inner)?;
+        let mut predicted = next.clone();
+        let coarse = self.follow_shape(workspace, state, &mut next, done)?;
+        done.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         let model = &workspace.model;
         let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
-        let error = error.max(self.shape_error(workspace, state, &predicted, &next));
-        Ok((next, error))
+        let shape = self.shape_error(workspace, state, &predicted, &next);
+        let Some(coarse) = coarse else { return Ok((next, error.max(shape))) };
+        predicted.x = coarse;
+        let order = self.shape_error(workspace, state, &predicted, &next);
+        Ok((next, error.max(shape).max(order)))
     }
 }
 

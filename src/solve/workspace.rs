@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
 use super::{Result, SolveError, part};
-use crate::model::{Evaluation, Memory, Model, State};
+use crate::Vec3;
+use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
 
 /// Whoever asked for long work: it may be interrupted, and reports how far it is.
 #[derive(Clone)]
@@ -113,6 +114,29 @@ impl Workspace {
     /// # Errors
     /// If the model has no value there, or the relaxation fails.
     pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
+        self.settle(state, None, None)
+    }
+
+    /// Brings the shape of `state` to the least energy with `anchor`, at most its slack from there; from
+    /// `guess`, if that is a better start. On an error the shape is the last good one.
+    ///
+    /// # Errors
+    /// As for [`Workspace::relax`].
+    pub fn minimise(
+        &mut self,
+        state: &mut State,
+        anchor: Anchor,
+        guess: Option<Vec<Vec3>>,
+    ) -> Result<Relaxation> {
+        self.settle(state, Some(anchor), guess)
+    }
+
+    fn settle(
+        &mut self,
+        state: &mut State,
+        anchor: Option<Anchor>,
+        guess: Option<Vec<Vec3>>,
+    ) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer } = self;
         let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -120,14 +144,34 @@ impl Workspace {
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
+        let mut tolerance = relaxer.tolerance;
+        if let Some(mut anchor) = anchor {
+            anchor.follow_pins(model.mechanics(), &x);
+            tolerance = tolerance.max(anchor.force() / potential.force_scale());
+            potential.set_anchor(Some(anchor));
+            start_from(guess, potential, &mut x);
+        }
         let goal = Goal {
-            tolerance: relaxer.tolerance,
+            tolerance,
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
         };
         let done = equilibrium::relax(&mut *relaxer.equilibrium, potential, &mut x, &goal)
             .map_err(|error| explained(error, potential, &x));
+        potential.set_anchor(None);
         state.x = x;
         done
+    }
+}
+
+/// No triangle of a guess has less than this share of the area it had.
+const AREA_SHARE: f64 = 0.4;
+
+/// Puts `guess` in place of `x`, with the fixed directions of this, if it is allowed and has less energy.
+fn start_from(guess: Option<Vec<Vec3>>, potential: &mut Potential, x: &mut Vec<Vec3>) {
+    let Some(mut guess) = guess else { return };
+    potential.mechanics().keep_pins(x, &mut guess);
+    if potential.allows(x, &guess, AREA_SHARE) && potential.energy(&guess) < potential.energy(x) {
+        *x = guess;
     }
 }

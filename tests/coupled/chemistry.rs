@@ -26,7 +26,7 @@ until = 4.0
 
 fn staggered(text: &str, method: &str, tolerance: f64) -> State {
     let integrator = format!(
-        "time.integrator={{kind=\"staggered\",chemistry=\"{method}\",rtol={tolerance:e},atol={tolerance:e}}}"
+        "time.integrator={{kind=\"staggered\",step=0.01,chemistry=\"{method}\",rtol={tolerance:e},atol={tolerance:e}}}"
     );
     final_state(text, &["time.policy=\"quasi-static\"", &integrator])
 }

@@ -12,7 +12,7 @@ use rumple::kinetics::{
     Batch, Capabilities, Descriptor, Kinetics, Location, Outcome, Signal, SignalRead, Species,
 };
 use rumple::model::{
-    Chemistry, Coupled, Mechanics, Model, ParameterFields, Part, Signals, State, Storage,
+    Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Part, Signals, State, Storage,
     TensionReading,
 };
 use rumple::sheet::Sheet;
@@ -178,7 +178,7 @@ fn with_areas(
         measure,
     );
     let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
-    Arc::new(Model::new(mechanics, Some(chemistry), storage, 3.0))
+    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
 }
 
 fn state(sheet: &Sheet, location: Location) -> State {

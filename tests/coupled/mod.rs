@@ -3,6 +3,7 @@
 mod chemistry;
 mod hazards;
 mod jacobian;
+mod motion;
 mod policies;
 mod stiff;
 mod turing;

@@ -99,17 +99,27 @@ fn a_shell_buckles_at_the_pressure_of_theory() {
 /// Under drag, too, step by step.
 #[test]
 fn an_exact_volume_is_kept_under_drag() {
+    for integrator in
+        ["{ kind = 'explicit', method = 'euler', step = 1e-3 }", "{ kind = 'staggered' }"]
+    {
+        kept_by(integrator);
+    }
+}
+
+fn kept_by(integrator: &str) {
     let (_, mut simulation) = prepare(
         &sphere(
             200,
             0.1,
-            "time = { until = 0.2, policy = 'simultaneous', integrator = { kind = 'explicit', method = 'euler', step = 1e-3 } }
-            effect = [
-                { kind = 'stretching', model = 'stvk' },
-                { kind = 'load', where = { ball = { centre = [0, 0, 10], radius = 4 } }, force = { total = [0, 0, -10] } },
-                { kind = 'pin', where = { ball = { centre = [0, 0, -10], radius = 4 } }, axes = 'xyz' },
-                { kind = 'volume', exact = true, ramp = { formula = '1 + 0.1*t' } },
-            ]",
+            &format!(
+                "time = {{ until = 0.2, policy = 'simultaneous', integrator = {integrator} }}
+                effect = [
+                    {{ kind = 'stretching', model = 'stvk' }},
+                    {{ kind = 'load', where = {{ ball = {{ centre = [0, 0, 10], radius = 4 }} }}, force = {{ total = [0, 0, -10] }} }},
+                    {{ kind = 'pin', where = {{ ball = {{ centre = [0, 0, -10], radius = 4 }} }}, axes = 'xyz' }},
+                    {{ kind = 'volume', exact = true, ramp = {{ formula = '1 + 0.1*t' }} }},
+                ]"
+            ),
         ),
         &[],
     );
@@ -231,7 +241,11 @@ fn constraints_that_cannot_be_are_refused() {
     let explicit = "{ kind = 'explicit', method = 'tsit45' }";
     for (time, effects, key) in [
         ("{ until = 1.0, integrator = 'monolithic' }", exact.clone(), "time.integrator"),
-        ("{ until = 1.0, policy = 'simultaneous' }", exact.clone(), "time.integrator"),
+        (
+            "{ until = 1.0, policy = 'simultaneous', integrator = 'monolithic' }",
+            exact.clone(),
+            "time.integrator",
+        ),
         (
             &*format!("{{ until = 1.0, policy = 'simultaneous', integrator = {explicit} }}"),
             exact,

@@ -17,8 +17,8 @@ use rumple::effects::{
 use rumple::geometry::{Shape as At, VertexArea};
 use rumple::kinetics::{Location, Search};
 use rumple::model::{
-    Chemistry, Mechanics, MechanicsParts, Memory, Model, ParameterFields, Policy, Signals, State,
-    TensionReading,
+    Chemistry, Drag, Mechanics, MechanicsParts, Memory, Model, ParameterFields, Policy, Signals,
+    State, TensionReading,
 };
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::{Costs, laws, run};
@@ -150,7 +150,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)
     });
     let storage = Policy::default().storage();
-    Arc::new(Model::new(mechanics, chemistry, storage, 1.0).growing(all.growth))
+    Arc::new(Model::new(mechanics, chemistry, storage, Drag::per_vertex(1.0)).growing(all.growth))
 }
 
 /// Counts, allocations and bytes of one meter.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use rumple::effects::{EffectContext, EffectSpec, Growth, LengthFactor, Measure, Region};
-use rumple::model::{Mechanics, Model, Storage};
+use rumple::model::{Drag, Mechanics, Model, Storage};
 use rumple::sheet::Sheet;
 
 use crate::common::lattice;
@@ -29,7 +29,9 @@ fn a_formula_without_the_time_is_evaluated_once() {
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
     let storage = Storage { mechanics: 0.0, chemistry: 1.0 };
-    let model = |growth| Model::new(mechanics.clone(), None, storage, 1.0).growing(growth);
+    let model = |growth| {
+        Model::new(mechanics.clone(), None, storage, Drag::per_vertex(1.0)).growing(growth)
+    };
     let alone = model(vec![fixed.clone()]);
     let first = alone.growth(0.0).unwrap().unwrap();
     assert!(matches!(first, Cow::Borrowed(_)));

@@ -27,7 +27,7 @@ fn a_scene_with_every_table() {
     assert_eq!((disc.radius.get(), disc.vertices.get(), disc.seed), (100.0, 20_000, 1));
     let bump = scene.sheet.bump.as_ref().unwrap();
     assert_eq!((bump.width.get(), bump.centre[1].get(), bump.direction), (3.0, 2.0, Direction::Z));
-    assert_eq!(scene.material.as_ref().unwrap().drag.get(), 1.0);
+    assert_eq!(scene.material.as_ref().unwrap().drag, rumple::scene::DragSpec::default());
     let y = 1e6 * 0.5 / (1.0 - 1.0 / 9.0);
     let material = rumple::run::material(&scene).unwrap();
     assert!((material.stretching_modulus() / y - 1.0).abs() < 1e-15);
@@ -79,7 +79,7 @@ fn resolved_reads_back_as_the_same_scene() {
         assert_eq!(format!("{:?}", again.effects), format!("{:?}", first.effects));
         assert_eq!(format!("{:?}", again.time), format!("{:?}", first.time));
     }
-    assert!(scene(SCENE).resolved().unwrap().contains("drag = 1.0"));
+    assert!(scene(SCENE).resolved().unwrap().contains("per-vertex = 1.0"));
 }
 
 #[test]

@@ -63,7 +63,12 @@ impl Coupled {
         let storage = model.storage();
         let layout = Layout::new(model, part, storage.mechanics == 0.0 && part == Part::Whole);
         let weight = if part == Part::Chemistry { 1.0 } else { storage.chemistry };
-        let mut mass = vec![storage.mechanics * model.drag(); layout.mechanical()];
+        let mut mass = vec![0.0; layout.mechanical()];
+        for (i, place) in layout.displacements().enumerate() {
+            for place in place.into_iter().flatten() {
+                mass[place] = storage.mechanics * model.drag().at(i);
+            }
+        }
         mass.resize(layout.unknowns(), weight);
         Self {
             model: Arc::clone(model),

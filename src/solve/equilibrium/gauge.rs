@@ -43,6 +43,10 @@ impl Gauge {
         gradient: &[Vec3],
         tolerance: f64,
     ) -> Self {
+        // A pull towards an earlier shape hinders every motion.
+        if potential.anchor().is_some() {
+            return Self::default();
+        }
         let pins = potential.pins();
         let (mut motions, _) = free_motions(x, pins, |_| 1.0);
         remove_hindered(&mut motions, gradient, HINDERED * tolerance * potential.force_scale());

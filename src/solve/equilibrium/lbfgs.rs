@@ -59,6 +59,8 @@ const MOST_SHIFT: f64 = 1.0;
 const SOFT: usize = 3;
 /// Steps of Newton's method when it takes over.
 const HANDED_OVER: usize = 200;
+/// A factor made for weights of an anchor that differ by less than this serves.
+const OTHER_WEIGHT: f64 = 2.0;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
 const NO_FALL: f64 = 1e-6;
 /// Shortest step tried, as a share of the proposed one.
@@ -72,6 +74,8 @@ pub struct Lbfgs {
     /// Belongs to the factor.
     gauge: Gauge,
     factored: bool,
+    /// Least weight of the anchor that the factor was made with.
+    weight: f64,
     /// Iterations after which the factor is renewed.
     refresh: usize,
     shift: f64,
@@ -102,6 +106,7 @@ impl Lbfgs {
             )?,
             gauge: Gauge::default(),
             factored: false,
+            weight: 0.0,
             refresh: REFRESH.1,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
@@ -260,7 +265,12 @@ impl Lbfgs {
         // Whether the factor has the largest shift there is.
         let mut stiffest = false;
         let mut progress = Progress::new(energy, potential.residual(&gradient));
-        self.try_full_below = NEARLY_AT_REST;
+        let anchor = potential.anchor().map(|anchor| (anchor.weights.least(), anchor.slack));
+        let (weight, slack) = anchor.unwrap_or_default();
+        // Under drag the energy is convex where steps are short, and its minimum near.
+        self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
+        let fits = weight == self.weight || (weight / self.weight).ln().abs() < OTHER_WEIGHT.ln();
+        self.factored &= fits;
         // Pairs from another rest metric would mix two energies.
         self.history.clear();
         loop {
@@ -278,6 +288,7 @@ impl Lbfgs {
                 }
                 self.gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
                 done.factorisations += self.refactor(potential, x, done.residual)?;
+                self.weight = weight;
                 stiffest = self.shift >= MOST_SHIFT;
                 self.shift = (0.1 * self.shift).max(SHIFT);
                 self.refresh = self.options.refresh.map_or_else(
@@ -294,7 +305,11 @@ impl Lbfgs {
                 self.direction(&gradient, &mut d);
                 slope = dot(&gradient, &d);
             }
-            let mut length = (longest / largest(&d)).min(1.0);
+            let far_off = largest(&d);
+            if far_off <= slack {
+                return Ok((done, Outcome::AtRest));
+            }
+            let mut length = (longest / far_off).min(1.0);
             let accepted = loop {
                 if length < SHORTEST || !length.is_finite() {
                     break None;

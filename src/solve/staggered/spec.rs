@@ -6,6 +6,7 @@ use super::{Staggered, USUAL};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
+use crate::solve::motion::{Motion, MotionMethod};
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError};
 
 /// Parameters of the staggered integrator in a scene.
@@ -19,9 +20,13 @@ pub struct StaggeredSpec {
     /// not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chemistry: Option<ChemistryMethod>,
-    /// Euler: the fixed step. Heun: the first step tried.
-    #[serde(default = "default_step")]
-    pub step: Positive,
+    /// How a shape with storage moves; `euler` for Euler and `sdirk2` for Heun if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<MotionMethod>,
+    /// Euler: the fixed step, 0.01 if not given. Heun: the first step tried; chosen from the first rates if
+    /// not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Positive>,
     /// Longest step (heun).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_step: Option<Positive>,
@@ -33,9 +38,8 @@ pub struct StaggeredSpec {
     pub atol: Positive,
 }
 
-fn default_step() -> Positive {
-    const { Positive::constant(0.01) }
-}
+/// Fixed step of Euler's method in a scene that gives none.
+const STEP: f64 = 0.01;
 
 fn default_tolerance() -> Positive {
     const { Positive::constant(USUAL) }
@@ -66,13 +70,17 @@ impl IntegratorSpec for StaggeredSpec {
     }
 
     fn needs_sparse_motion(&self, policy: Storage) -> bool {
-        policy.mechanics > 0.0
+        policy.mechanics > 0.0 && self.motion() == MotionMethod::TrBdf2
     }
 
     fn parts(&self, policy: Storage) -> Vec<String> {
         let shape = match policy.mechanics > 0.0 {
-            true => "shape: moved under drag by TR-BDF2",
-            false => "shape: relaxed to equilibrium",
+            true => {
+                let why =
+                    if self.shape.is_some() { "time.integrator.shape" } else { "the default" };
+                format!("shape: moved under drag by {} ({why})", self.motion().name())
+            }
+            false => "shape: relaxed to equilibrium".to_owned(),
         };
         let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
             (true, method) => {
@@ -82,10 +90,17 @@ impl IntegratorSpec for StaggeredSpec {
             }
             (false, _) => "species: brought to their steady state".to_owned(),
         };
-        vec![shape.into(), species]
+        vec![shape, species]
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
+        if policy.mechanics == 0.0 && self.shape.is_some() {
+            return Err(SolveError::Pairing(
+                "under this policy the shape is in equilibrium at every time and does not move under \
+                 drag: leave out shape"
+                    .into(),
+            ));
+        }
         if policy.chemistry == 0.0
             && let Some(chemistry) = self.chemistry
         {
@@ -100,8 +115,14 @@ impl IntegratorSpec for StaggeredSpec {
             spec: self.clone(),
             power: chemistry.power(),
             chemistry: ChemistrySteps::new(chemistry),
-            step: self.step.get(),
-            mover: None,
+            step: match self.method {
+                Method::Euler => Some(self.step.map_or(STEP, Positive::get)),
+                Method::Heun => self.step.map(Positive::get),
+            },
+            first: None,
+            shape: self.motion(),
+            motion: Motion::default(),
+            by_diffsol: None,
             steady: SteadyChemistry::default(),
             policy,
         }))
@@ -109,6 +130,14 @@ impl IntegratorSpec for StaggeredSpec {
 }
 
 impl StaggeredSpec {
+    /// The method for a shape with storage.
+    fn motion(&self) -> MotionMethod {
+        self.shape.unwrap_or(match self.method {
+            Method::Euler => MotionMethod::Euler,
+            Method::Heun => MotionMethod::Sdirk2,
+        })
+    }
+
     /// The method for the chemistry where the scene names none.
     fn usual(&self) -> ChemistryMethod {
         match self.method {

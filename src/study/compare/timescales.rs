@@ -28,7 +28,8 @@ impl Timescales {
         if !model.moves() || model.chemistry().is_none() {
             return Ok(None);
         }
-        let (drag, sheet) = (model.drag(), model.sheet());
+        let sheet = model.sheet();
+        let drag = model.drag().mean_normal(sheet.vertex_count());
         let mut at = simulation.evaluate();
         let x = &at.state().x;
         let potential = at.potential()?;

@@ -1,0 +1,59 @@
+//! A pull towards an earlier shape: what one step under drag adds to the energy.
+//!
+//! ```text
+//! U(x) + ½ Σ_i (x_i - a_i) · W_i (x_i - a_i),     W_i = γ_i/(γ Δt)
+//! ```
+//!
+//! The minimum obeys `W (x - a) = -∂U/∂x`: a stage of an implicit integration of `drag dx/dt = -∂U/∂x`.
+//! Reference: Jordan, Kinderlehrer & Otto, SIAM J. Math. Anal. 29 (1998), doi:10.1137/S0036141096303359
+//! (minimising movements).
+
+use super::drag::Weights;
+use super::mechanics::Mechanics;
+use crate::Vec3;
+use crate::linear::BlockMatrix;
+use crate::parallel;
+
+/// The shape that a potential pulls to, and how strongly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Anchor {
+    /// a.
+    pub x: Vec<Vec3>,
+    /// W.
+    pub weights: Weights,
+    /// Distance of the vertices from the minimum that does not matter.
+    pub slack: f64,
+}
+
+impl Anchor {
+    /// Lets fixed directions be where `x` has them: nothing pulls there.
+    pub fn follow_pins(&mut self, mechanics: &Mechanics, x: &[Vec3]) {
+        mechanics.keep_pins(x, &mut self.x);
+    }
+
+    /// The force by which it pulls a vertex over a distance of the slack, at least.
+    #[must_use]
+    pub fn force(&self) -> f64 {
+        self.slack * self.weights.least()
+    }
+
+    /// Adds to the gradient at `x`; the energy.
+    pub(super) fn add(&self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        parallel::update(gradient, |i, g| *g += self.weights.apply(i, x[i] - self.x[i]));
+        self.energy(x)
+    }
+
+    /// Its energy at `x`.
+    pub(super) fn energy(&self, x: &[Vec3]) -> f64 {
+        let pull = |i: usize| {
+            let d = x[i] - self.x[i];
+            0.5 * d.dot(&self.weights.apply(i, d))
+        };
+        parallel::sum(x.len(), pull)
+    }
+
+    /// Adds its second derivatives.
+    pub(super) fn add_hessian(&self, into: &mut BlockMatrix) {
+        into.update_rows(|i, row| row.add(i, &self.weights.block(i)));
+    }
+}

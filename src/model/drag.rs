@@ -1,0 +1,140 @@
+//! Drag: what resists the motion of a vertex.
+//!
+//! ```text
+//! γ_i dx_i/dt = -∂U/∂x_i,     γ_i = g s_i (1 + (r - 1) n nᵀ)
+//! ```
+//!
+//! g is the drag of the scene, s_i is 1 (`per-vertex`, the paper's) or the vertex's share of the rest area
+//! (`per-area`, the same for every mesh), n the normal of the sheet and r the ratio of the drag along
+//! it to that in the plane. Rigid boundaries and surrounding fluids resist both, a substrate that the
+//! sheet slides on only the second.
+
+use crate::Vec3;
+use crate::num::real;
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// Drag of every vertex, force per velocity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drag {
+    /// In the plane of the sheet; the same for all vertices, or one value each.
+    tangential: Tangential,
+    /// Of the drag along the normal to that in the plane.
+    ratio: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Tangential {
+    Uniform(f64),
+    Each(Vec<f64>),
+}
+
+impl Drag {
+    /// The same for every vertex.
+    #[must_use]
+    pub fn per_vertex(value: f64) -> Self {
+        Self { tangential: Tangential::Uniform(value), ratio: 1.0 }
+    }
+
+    /// `value` times the area that every vertex has at rest, a third of its triangles'.
+    #[must_use]
+    pub fn per_area(value: f64, sheet: &Sheet) -> Self {
+        let mut all = vec![0.0; sheet.vertex_count()];
+        for triangle in sheet.triangles() {
+            let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
+            let third = (b - a).cross(&(c - a)).norm() / 6.0;
+            triangle.iter().for_each(|v| all[*v as usize] += value * third);
+        }
+        Self { tangential: Tangential::Each(all), ratio: 1.0 }
+    }
+
+    /// The same with `ratio` times as much along the normal of the sheet.
+    #[must_use]
+    pub fn with_ratio(self, ratio: f64) -> Self {
+        Self { ratio, ..self }
+    }
+
+    /// Whether it is the same in all directions.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        self.ratio == 1.0
+    }
+
+    /// That of vertex `i` in the plane of the sheet.
+    #[must_use]
+    pub fn at(&self, i: usize) -> f64 {
+        match &self.tangential {
+            Tangential::Uniform(value) => *value,
+            Tangential::Each(all) => all[i],
+        }
+    }
+
+    /// Mean over `vertices` of the drag along the normal.
+    #[must_use]
+    pub fn mean_normal(&self, vertices: usize) -> f64 {
+        let sum: f64 = (0..vertices).map(|i| self.at(i)).sum();
+        self.ratio * sum / real(vertices.max(1))
+    }
+
+    /// The matrices `factor · γ_i` at the shape `x`.
+    #[must_use]
+    pub fn weights(&self, sheet: &Sheet, x: &[Vec3], factor: f64) -> Weights {
+        let scalar = (0..x.len()).map(|i| factor * self.at(i)).collect();
+        let normals = (!self.is_isotropic()).then(|| normals(sheet, x));
+        Weights { scalar, more: self.ratio - 1.0, normals }
+    }
+}
+
+/// Unit normals of the vertices, the mean of their triangles' by area.
+fn normals(sheet: &Sheet, x: &[Vec3]) -> Vec<Vec3> {
+    let triangles = sheet.triangles();
+    let mut normals = vec![Vec3::zeros(); x.len()];
+    parallel::fill(&mut normals, |i| {
+        let around = sheet.vertex_triangles().of(i).iter();
+        let sum: Vec3 = around
+            .map(|&(t, _)| {
+                let [a, b, c] = triangles[t as usize].map(|v| x[v as usize]);
+                (b - a).cross(&(c - a))
+            })
+            .sum();
+        sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+    });
+    normals
+}
+
+/// A symmetric, positive 3 × 3 matrix for every vertex: `w_i (1 + m n nᵀ)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weights {
+    scalar: Vec<f64>,
+    more: f64,
+    normals: Option<Vec<Vec3>>,
+}
+
+impl Weights {
+    /// `W_i v`.
+    #[must_use]
+    pub fn apply(&self, i: usize, v: Vec3) -> Vec3 {
+        let along = self.normals.as_ref().map_or_else(Vec3::zeros, |normals| {
+            let n = normals[i];
+            self.more * n.dot(&v) * n
+        });
+        self.scalar[i] * (v + along)
+    }
+
+    /// The least w_i of all directions.
+    #[must_use]
+    pub fn least(&self) -> f64 {
+        let least = self.scalar.iter().copied().fold(f64::INFINITY, f64::min);
+        least * (1.0 + self.more).min(1.0)
+    }
+
+    /// `W_i` as a matrix.
+    #[must_use]
+    pub fn block(&self, i: usize) -> nalgebra::Matrix3<f64> {
+        let identity = nalgebra::Matrix3::identity();
+        let along = self.normals.as_ref().map_or_else(nalgebra::Matrix3::zeros, |normals| {
+            self.more * normals[i] * normals[i].transpose()
+        });
+        self.scalar[i] * (identity + along)
+    }
+}

@@ -1,0 +1,167 @@
+//! The shape under drag, by minimisations: derivatives, known motions, energy, long steps.
+
+use rumple::effects::HessianPart;
+use rumple::model::{Anchor, Drag, Memory, Model, State};
+use rumple::{Simulation, Vec3};
+
+use super::DOME;
+use crate::common::{Noise, prepare};
+
+const ADAPTIVE: &str = "time.integrator={kind=\"staggered\",rtol=1e-3,atol=1e-3}";
+
+/// All states that a run goes through.
+fn states(text: &str, overrides: &[&str]) -> (Simulation, Vec<State>) {
+    let (scene, mut simulation) = prepare(text, overrides);
+    simulation.prepare().unwrap_or_else(|e| panic!("{e}"));
+    let until = scene.time.span.until.get();
+    let mut all = vec![simulation.state().clone()];
+    while simulation.state().time < until {
+        simulation.step(until).unwrap_or_else(|e| panic!("{e}"));
+        all.push(simulation.state().clone());
+    }
+    (simulation, all)
+}
+
+fn energy(model: &Model, state: &State) -> f64 {
+    model.at(state, &mut Memory::default()).energies().unwrap().iter().sum()
+}
+
+/// U with an anchor, by differences of itself and of its gradient.
+#[test]
+fn an_anchored_energy_has_the_derivatives_it_says() {
+    let (_, mut simulation) = prepare(DOME, &[]);
+    let sheet = simulation.sheet().clone();
+    let mut noise = Noise::new(3);
+    let mut shape = |size: f64| -> Vec<Vec3> {
+        sheet.rest().iter().map(|x| x + size * noise.vector()).collect()
+    };
+    let (x, earlier, mut v) = (shape(0.1), shape(0.3), shape(1.0));
+    v.iter_mut().zip(sheet.rest()).for_each(|(v, x)| *v -= x);
+    let drag = Drag::per_area(50.0, &sheet).with_ratio(3.0);
+    let mut evaluation = simulation.evaluate();
+    let potential = evaluation.potential().unwrap();
+    for (v, pins) in v.iter_mut().zip(potential.pins()) {
+        (0..3).filter(|a| pins[*a]).for_each(|a| v[a] = 0.0);
+    }
+    let weights = drag.weights(&sheet, &x, 7.0);
+    let plain = potential.energy(&x);
+    potential.set_anchor(Some(Anchor { x: earlier, weights, slack: 0.0 }));
+    assert!(potential.energy(&x) > 1.1 * plain);
+    let moved = |h: f64| -> Vec<Vec3> { x.iter().zip(&v).map(|(x, v)| x + h * v).collect() };
+    let dot = |g: &[Vec3]| -> f64 { g.iter().zip(&v).map(|(g, v)| g.dot(v)).sum() };
+    let (mut gradient, h) = (vec![Vec3::zeros(); x.len()], 1e-5);
+    let mut slope = |h: f64| {
+        let value = potential.energy_gradient(&moved(h), &mut gradient);
+        (value, dot(&gradient))
+    };
+    let ((down, slope_down), (_, here), (up, slope_up)) = (slope(-h), slope(0.0), slope(h));
+    let difference = (up - down) / (2.0 * h);
+    assert!((difference / here - 1.0).abs() < 1e-6, "{difference} {here}");
+    let mut matrix = rumple_numerics::linear::BlockMatrix::zeros(potential.pattern(&x));
+    potential.hessian(&x, HessianPart::Full, &mut matrix).unwrap();
+    let curvature = (slope_up - slope_down) / (2.0 * h);
+    // Fixed directions have a stiffness of their own in the matrix, and none in v.
+    assert!((matrix.quadratic(&v) / curvature - 1.0).abs() < 1e-5);
+}
+
+/// A free sheet under a uniform load that grows with time moves as a whole, along its normal and in its
+/// plane by their own drags, on any mesh: x = f t²/(2γ), which a method of second order has exactly.
+#[test]
+fn a_free_sheet_moves_by_force_over_drag() {
+    let scene = |drag: &str| {
+        format!(
+            "sheet = {{ shape = 'disc', radius = 5.0, vertices = 150 }}
+            material = {{ young = 1e3, poisson = 0.3333333333333333, thickness = 0.5, drag = {drag} }}
+            equilibrium = {{ method = 'lbfgs', tolerance = 1e-10 }}
+            effect = [
+                {{ kind = 'stretching' }}, {{ kind = 'bending' }},
+                {{ kind = 'load', where = 'all', force = {{ per-area = [0.3, 0.0, -0.4] }}, ramp = {{ formula = 't' }} }},
+            ]
+            time = {{ policy = 'simultaneous', until = 2.0, integrator = {{ kind = 'staggered', rtol = 1e-3, atol = 1e-3 }} }}"
+        )
+    };
+    for (drag, velocity) in [
+        ("{ per-area = 0.5 }", Vec3::new(0.6, 0.0, -0.8)),
+        ("{ per-area = { normal = 2.0, tangential = 0.5 } }", Vec3::new(0.6, 0.0, -0.2)),
+    ] {
+        let (simulation, all) = states(&scene(drag), &[]);
+        for (x, rest) in all[all.len() - 1].x.iter().zip(simulation.sheet().rest()) {
+            let expected = 2.0 * velocity;
+            assert!((x - rest - expected).norm() < 2e-3, "{drag}: {:?}", x - rest);
+        }
+    }
+}
+
+/// Drag that differs by direction is second order too, though its normals turn.
+#[test]
+fn drag_by_normals_is_second_order() {
+    let run = |tolerance: f64| {
+        let integrator =
+            format!("time.integrator={{kind=\"staggered\",rtol={tolerance:e},atol={tolerance:e}}}");
+        let drag = "material.drag={per-area={normal=10.0,tangential=1.0}}";
+        states(DOME, &[&integrator, drag]).1.pop().unwrap()
+    };
+    let reference = run(1e-8);
+    let [coarse, fine] = [1e-4, 1e-6].map(|tolerance| {
+        let state = run(tolerance);
+        let (shape, species) = super::distance(&state, &reference);
+        ((state.step as f64).ln(), shape.max(species).ln())
+    });
+    let order = (coarse.1 - fine.1) / (fine.0 - coarse.0);
+    assert!(order > 1.8, "{order}: {coarse:?} {fine:?}");
+}
+
+/// From a crumpled start the energy falls with every step, and the steps become as long as the run is.
+#[test]
+fn the_energy_never_rises_at_fixed_species() {
+    let more = ["kinetics.initial.c=0.0", "kinetics.parameters.w=0.0", "time.until=1e4"];
+    let (scene, mut simulation) = prepare(DOME, &[&[ADAPTIVE], &more[..]].concat());
+    simulation.prepare().unwrap();
+    let mut noise = Noise::new(9);
+    let pins = simulation.model().mechanics().pins().clone();
+    for (x, pins) in simulation.state_mut().x.iter_mut().zip(&pins) {
+        let by = 0.6 * noise.vector();
+        (0..3).filter(|a| !pins[*a]).for_each(|a| x[a] += by[a]);
+    }
+    let model = simulation.model().clone();
+    let until = scene.time.span.until.get();
+    let mut before = energy(&model, simulation.state());
+    let start = before;
+    let mut steps = 0;
+    while simulation.state().time < until {
+        simulation.step(until).unwrap();
+        let after = energy(&model, simulation.state());
+        assert!(after <= before + 1e-9 * before.abs(), "{before} {after}");
+        before = after;
+        steps += 1;
+    }
+    assert!(before < 0.5 * start, "{start} {before}");
+    assert!(steps < 200, "{steps} steps");
+    assert!(simulation.evaluate().residual().unwrap() < 1e-6);
+}
+
+/// Fall of the energy = work against drag + work of growth, in all of a run, to the order of the method.
+#[test]
+fn energy_is_accounted_for() {
+    let imbalance = |tolerance: f64| {
+        let integrator =
+            format!("time.integrator={{kind=\"staggered\",rtol={tolerance:e},atol={tolerance:e}}}");
+        let (simulation, all) = states(DOME, &[&integrator]);
+        let model = simulation.model();
+        let (mut drag, mut growth) = (0.0, 0.0);
+        for pair in all.windows(2) {
+            let [a, b] = pair else { unreachable!() };
+            let mixed =
+                |x: &State, c: &State| energy(model, &State { x: x.x.clone(), ..c.clone() });
+            growth += 0.5 * (mixed(a, b) - mixed(a, a) + mixed(b, b) - mixed(b, a));
+            let moved = a.x.iter().zip(&b.x).map(|(a, b)| (b - a).norm_squared());
+            drag += 10.0 * moved.sum::<f64>() / (b.time - a.time);
+        }
+        let fall = energy(model, &all[0]) - energy(model, &all[all.len() - 1]);
+        assert!(drag > 0.0 && growth.abs() > 0.0);
+        ((all.len() as f64 - 1.0).ln(), ((fall + growth - drag) / drag).abs().ln())
+    };
+    let [coarse, fine] = [1e-4, 1e-6].map(imbalance);
+    let order = (coarse.1 - fine.1) / (fine.0 - coarse.0);
+    assert!(order > 1.6 && fine.1 < 0.01f64.ln(), "{order}: {coarse:?} {fine:?}");
+}
