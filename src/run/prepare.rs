@@ -192,6 +192,13 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
     let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
     let drag = drag.on(&mechanics);
+    let known = storage.mechanics == 0.0 || scene.time.integrator.knows_directions_of_drag();
+    if !drag.is_isotropic() && !known {
+        let message = "this integrator takes drag to be the same in all directions";
+        let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \"euler\" knows \
+            drag along the normal and in the plane";
+        return Err(scene.error_at("material.drag", message, Some(help)).into());
+    }
     let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
     let workspace = Workspace::new(model, relaxer);
     let faults = Vec::new();

@@ -50,6 +50,11 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         !self.needs_sparse_motion(policy)
     }
 
+    /// Whether it moves shapes by a drag that differs by direction.
+    fn knows_directions_of_drag(&self) -> bool {
+        false
+    }
+
     /// What its steps are made of under a policy, for people: one line each.
     fn parts(&self, _policy: Storage) -> Vec<String> {
         Vec::new()
@@ -79,9 +84,9 @@ pub(crate) trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
     /// Iterations after which a relaxation has failed.
     fn max_iterations(&self) -> usize;
 
-    /// The linear systems that it solves for the effects of a sheet, and why so, for people: one line
-    /// each. None for a method without.
-    fn linear(&self, _mechanics: &Mechanics) -> Vec<String> {
+    /// The linear systems that it solves for the effects of a sheet, which moves under drag or not, and why
+    /// so, for people: one line each. None for a method without.
+    fn linear(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
         Vec::new()
     }
 

@@ -26,9 +26,9 @@ fn energy(model: &Model, state: &State) -> f64 {
     model.at(state, &mut Memory::default()).energies().unwrap().iter().sum()
 }
 
-/// U with an anchor, by differences of itself and of its gradient.
+/// What an anchor adds, by differences of itself and of its gradient.
 #[test]
-fn an_anchored_energy_has_the_derivatives_it_says() {
+fn an_anchor_has_the_derivatives_it_says() {
     let (_, mut simulation) = prepare(DOME, &[]);
     let sheet = simulation.sheet().clone();
     let mut noise = Noise::new(3);
@@ -44,24 +44,30 @@ fn an_anchored_energy_has_the_derivatives_it_says() {
         (0..3).filter(|a| pins[*a]).for_each(|a| v[a] = 0.0);
     }
     let weights = drag.weights(&sheet, &x, 7.0);
-    let plain = potential.energy(&x);
-    potential.set_anchor(Some(Anchor { x: earlier, weights, slack: 0.0 }));
-    assert!(potential.energy(&x) > 1.1 * plain);
-    let moved = |h: f64| -> Vec<Vec3> { x.iter().zip(&v).map(|(x, v)| x + h * v).collect() };
-    let dot = |g: &[Vec3]| -> f64 { g.iter().zip(&v).map(|(g, v)| g.dot(v)).sum() };
-    let (mut gradient, h) = (vec![Vec3::zeros(); x.len()], 1e-5);
-    let mut slope = |h: f64| {
-        let value = potential.energy_gradient(&moved(h), &mut gradient);
-        (value, dot(&gradient))
-    };
-    let ((down, slope_down), (_, here), (up, slope_up)) = (slope(-h), slope(0.0), slope(h));
-    let difference = (up - down) / (2.0 * h);
-    assert!((difference / here - 1.0).abs() < 1e-6, "{difference} {here}");
+    let anchor = Anchor { x: earlier, weights, slack: 0.0 };
+    let (mut gradient, h) = (vec![Vec3::zeros(); x.len()], 1e-4);
     let mut matrix = rumple_numerics::linear::BlockMatrix::zeros(potential.pattern(&x));
-    potential.hessian(&x, HessianPart::Full, &mut matrix).unwrap();
-    let curvature = (slope_up - slope_down) / (2.0 * h);
-    // Fixed directions have a stiffness of their own in the matrix, and none in v.
-    assert!((matrix.quadratic(&v) / curvature - 1.0).abs() < 1e-5);
+    // Energy, slope along v and curvature, with the anchor less without.
+    let mut added = |h: f64| -> [f64; 3] {
+        let at: Vec<Vec3> = x.iter().zip(&v).map(|(x, v)| x + h * v).collect();
+        let mut found = [[0.0; 3]; 2];
+        for (found, anchor) in found.iter_mut().zip([None, Some(anchor.clone())]) {
+            potential.set_anchor(anchor);
+            found[0] = potential.energy(&at);
+            assert!((potential.energy_gradient(&at, &mut gradient) / found[0] - 1.0).abs() < 1e-12);
+            found[1] = gradient.iter().zip(&v).map(|(g, v)| g.dot(v)).sum();
+            potential.hessian(&at, HessianPart::Full, &mut matrix).unwrap();
+            // Fixed directions have a stiffness of their own in the matrix, and none in v.
+            found[2] = matrix.quadratic(&v);
+        }
+        std::array::from_fn(|k| found[1][k] - found[0][k])
+    };
+    let [down, here, up] = [-h, 0.0, h].map(&mut added);
+    for k in 0..2 {
+        let difference = (up[k] - down[k]) / (2.0 * h);
+        assert!((difference / here[k + 1] - 1.0).abs() < 1e-6, "{k}: {difference} {here:?}");
+    }
+    assert!(here[0] > 1.0, "{here:?}");
 }
 
 /// A free sheet under a uniform load that grows with time moves as a whole, along its normal and in its
@@ -164,4 +170,38 @@ fn energy_is_accounted_for() {
     let [coarse, fine] = [1e-4, 1e-6].map(imbalance);
     let order = (coarse.1 - fine.1) / (fine.0 - coarse.0);
     assert!(order > 1.6 && fine.1 < 0.01f64.ln(), "{order}: {coarse:?} {fine:?}");
+}
+
+/// What drag may be, and who takes it: errors name the key.
+#[test]
+fn drag_that_makes_no_sense_is_refused() {
+    use rumple::scene::Scene;
+    let refused = |drag: &str, integrator: &str| {
+        let keys = [format!("material.drag={drag}"), format!("time.integrator={integrator}")];
+        let search = rumple::kinetics::Search::in_directories(vec![
+            crate::plugins::build::directory().to_owned(),
+        ]);
+        let made = Scene::parse(DOME, "scene.toml", &keys)
+            .map_err(rumple::Error::from)
+            .and_then(|scene| Simulation::new(&scene, &search));
+        match made {
+            Err(rumple::Error::Scene(error)) => error.rendered(false),
+            Err(error) => panic!("{error}"),
+            Ok(_) => panic!("{drag} is accepted"),
+        }
+    };
+    let staggered = "\"staggered\"";
+    for drag in ["-1.0", "0", "{per-area=-2.0}", "\"high\"", "{per-face=1.0}", "{}"] {
+        assert!(refused(drag, staggered).contains("drag"), "{}", refused(drag, staggered));
+    }
+    let unknown = refused("{per-aria=1.0}", staggered);
+    assert!(unknown.contains("per-area"), "{unknown}");
+    let half = refused("{per-area={normal=1.0}}", staggered);
+    assert!(half.contains("tangential"), "{half}");
+    let by_direction = "{per-area={normal=1.0,tangential=2.0}}";
+    let tr_bdf2 = "{kind=\"staggered\",shape=\"tr-bdf2\"}";
+    for integrator in ["\"monolithic\"", "\"explicit\"", tr_bdf2] {
+        let refusal = refused(by_direction, integrator);
+        assert!(refusal.contains("material.drag"), "{refusal}");
+    }
 }

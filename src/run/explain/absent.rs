@@ -19,7 +19,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         add(&listed(&others), why);
     }
     if model.moves() {
-        let systems = !scene.equilibrium.linear(model.mechanics()).is_empty();
+        let systems = !scene.equilibrium.linear(model.mechanics(), false).is_empty();
         let rings = model.mechanics().terms().iter().map(|t| t.coupling().rings).max();
         if systems && rings == Some(1) {
             let why = "because no effect couples neighbours of neighbours, as bending does";

@@ -73,7 +73,8 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
         )
         .at(scene, "equilibrium"),
     );
-    let linear = method.linear(mechanics);
+    let moving = model.storage().mechanics > 0.0;
+    let linear = method.linear(mechanics, moving);
     if linear.is_empty() {
         let what = "no linear systems";
         lines.push(Line::new(what, "because the method takes forces alone: no Hessian, no factor"));

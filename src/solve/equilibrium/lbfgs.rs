@@ -11,6 +11,7 @@
 //! References: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4; approximate descent
 //! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
 
+mod collapse;
 mod progress;
 mod spec;
 
@@ -24,8 +25,8 @@ use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::history::History;
 use super::newton::{Newton, NewtonSpec};
-use super::preconditioner::{Inverse, LARGE, SMALL};
-use super::stop::{COLLAPSED, after, collapsed_at, dot, largest, level, reached, stalled};
+use super::preconditioner::{Inverse, LARGE, Preconditioner, SMALL};
+use super::stop::{after, dot, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -33,7 +34,6 @@ use crate::linear::{BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
 use crate::num::checked::AtLeast;
 use crate::parallel;
-use crate::sheet::quality::triangle_quality;
 use crate::solve::SolveError;
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
@@ -47,6 +47,8 @@ const NEARLY_AT_REST: f64 = 1e-2;
 /// (`docs/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
 /// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
 const REFRESH: (usize, usize) = (5, 15);
+/// Iterations between two looks at the Hessian for a plain metric, which learns from steps.
+const REFRESH_PLAIN: usize = 100;
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
@@ -70,6 +72,8 @@ const SHORTEST: f64 = 1e-8;
 pub struct Lbfgs {
     options: LbfgsSpec,
     matrix: BlockMatrix,
+    /// Of the preconditioner.
+    kind: Preconditioner,
     inverse: Inverse,
     /// Belongs to the factor.
     gauge: Gauge,
@@ -81,6 +85,8 @@ pub struct Lbfgs {
     shift: f64,
     try_full_below: f64,
     history: History,
+    /// Of a plain metric, by the last step.
+    scale: f64,
     /// Vertices of collapsed triangles, fixed.
     fixed: Vec<usize>,
 }
@@ -95,15 +101,12 @@ impl Lbfgs {
         let pattern = Arc::clone(mechanics.pattern());
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         drop(scope);
+        let kind = options.preconditioner.on(pattern.rows(), false);
         Ok(Self {
             options,
             matrix,
-            inverse: Inverse::new(
-                options.preconditioner,
-                options.precision,
-                &pattern,
-                mechanics.tally(),
-            )?,
+            kind,
+            inverse: Inverse::new(kind, options.precision, &pattern, mechanics.tally())?,
             gauge: Gauge::default(),
             factored: false,
             weight: 0.0,
@@ -111,6 +114,7 @@ impl Lbfgs {
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             history: History::new(mechanics.is_planar(), options.memory.get()),
+            scale: 1.0,
             fixed: Vec::new(),
         })
     }
@@ -130,7 +134,8 @@ impl Lbfgs {
         self.fit(potential, x)?;
         let mut tried = 0;
         for part in [HessianPart::Full, HessianPart::Positive] {
-            if part == HessianPart::Full && residual > self.try_full_below {
+            let plain = self.inverse.is_plain();
+            if part == HessianPart::Full && (plain || residual > self.try_full_below) {
                 continue;
             }
             potential.hessian(x, part, &mut self.matrix)?;
@@ -142,6 +147,7 @@ impl Lbfgs {
             if self.inverse.factorise(&self.matrix, terms, x, part == HessianPart::Positive).is_ok()
             {
                 self.factored = true;
+                self.scale = 1.0;
                 self.history.clear();
                 return Ok(tried);
             }
@@ -152,14 +158,19 @@ impl Lbfgs {
         )))
     }
 
-    /// Makes room for what is coupled at `x`.
+    /// Makes room for what is coupled at `x`, and the preconditioner that suits it.
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
-        if pattern != *self.matrix.pattern() {
-            let LbfgsSpec { preconditioner, precision, .. } = self.options;
+        let LbfgsSpec { preconditioner, precision, .. } = self.options;
+        let kind = preconditioner.on(pattern.rows(), potential.anchor().is_some());
+        let other = pattern != *self.matrix.pattern();
+        if other || kind != self.kind {
             let tally = potential.mechanics().tally();
             let _scope = Linear::of(tally).factors.kept();
-            self.inverse = Inverse::new(preconditioner, precision, &pattern, tally)?;
+            self.inverse = Inverse::new(kind, precision, &pattern, tally)?;
+            self.kind = kind;
+        }
+        if other {
             self.matrix = BlockMatrix::zeros(pattern);
         }
         Ok(())
@@ -169,10 +180,13 @@ impl Lbfgs {
     fn direction(&mut self, gradient: &[Vec3], d: &mut Vec<Vec3>) {
         d.clear();
         d.extend(gradient.iter().map(|g| -g));
-        let Self { history, gauge, inverse, fixed, .. } = self;
+        let Self { history, gauge, inverse, fixed, scale, .. } = self;
         history.apply(d, |d| {
             gauge.project(d);
             inverse.solve(d);
+            if *scale != 1.0 {
+                parallel::update(d, |_, d| *d *= *scale);
+            }
             gauge.project(d);
             for &i in fixed.iter() {
                 d[i] = Vec3::zeros();
@@ -189,47 +203,19 @@ impl Lbfgs {
         energy
     }
 
-    /// Deals with the collapsed triangles at the vertex where the force is largest: holds them, or
-    /// is an error; `false` if there are none.
-    fn collapse(
-        &mut self,
-        potential: &Potential,
-        x: &[Vec3],
-        gradient: &[Vec3],
-        done: &mut Relaxation,
-    ) -> Result<bool, SolveError> {
-        let size = |i: &usize| gradient[*i].norm_squared();
-        let Some(worst) = (0..x.len()).max_by(|a, b| size(a).total_cmp(&size(b))) else {
-            return Ok(false);
+    /// Learns the size of a plain metric M from a step s and the change y of the gradient, each as (before,
+    /// after): `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
+    fn measure(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
+        let difference = |(before, after): (&[Vec3], &[Vec3])| -> Vec<Vec3> {
+            before.iter().zip(after).map(|(before, after)| after - before).collect()
         };
-        let sheet = potential.sheet();
-        // Bending reaches one ring further than the triangle itself.
-        let around = sheet.vertex_edges().of(worst).iter().map(|&(_, j)| j as usize);
-        let mut collapsed: Vec<usize> = std::iter::once(worst)
-            .chain(around)
-            .flat_map(|i| sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t as usize))
-            .filter(|&t| triangle_quality(sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
-            .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.fixed.contains(&(*v as usize))))
-            .collect();
-        collapsed.sort_unstable();
-        collapsed.dedup();
-        let Some(&first) = collapsed.first() else { return Ok(false) };
-        if self.options.collapse == Collapse::Stop {
-            return Err(collapsed_at(potential, first, done.iterations, done.residual));
+        let (step, change) = (difference(x), difference(gradient));
+        let mut through = change.clone();
+        self.inverse.solve(&mut through);
+        let scale = dot(&step, &change) / dot(&change, &through);
+        if scale > 0.0 && scale.is_finite() {
+            self.scale = scale;
         }
-        for &t in &collapsed {
-            for v in sheet.triangles()[t] {
-                let around = sheet.vertex_edges().of(v as usize).iter().map(|&(_, j)| j as usize);
-                self.fixed.extend(std::iter::once(v as usize).chain(around));
-            }
-        }
-        self.fixed.sort_unstable();
-        self.fixed.dedup();
-        done.collapsed += collapsed.len();
-        self.history.clear();
-        // What is fixed now takes up forces and hinders every motion.
-        self.gauge.release();
-        Ok(true)
     }
 
     /// Enlarges the shift for the next factor.
@@ -237,9 +223,10 @@ impl Lbfgs {
         self.shift = (self.shift * MORE_SHIFT.1).clamp(MORE_SHIFT.0, MOST_SHIFT);
     }
 
-    /// Whether Newton's method can take over: its factor is affordable, and it holds no vertices.
+    /// Whether Newton's method can take over: its factor is affordable and wanted, and it holds no vertices.
     fn may_hand_over(&self) -> bool {
-        self.fixed.is_empty() && self.matrix.pattern().rows() <= LARGE
+        let affordable = self.matrix.pattern().rows() <= LARGE && !self.inverse.is_plain();
+        self.fixed.is_empty() && affordable
     }
 
     fn iterate(
@@ -269,7 +256,7 @@ impl Lbfgs {
         let (weight, slack) = anchor.unwrap_or_default();
         // Under drag the energy is convex where steps are short, and its minimum near.
         self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
-        let fits = weight == self.weight || (weight / self.weight).ln().abs() < OTHER_WEIGHT.ln();
+        let fits = weight == self.weight || (weight / self.weight).ln().abs() <= OTHER_WEIGHT.ln();
         self.factored &= fits;
         // Pairs from another rest metric would mix two energies.
         self.history.clear();
@@ -291,10 +278,13 @@ impl Lbfgs {
                 self.weight = weight;
                 stiffest = self.shift >= MOST_SHIFT;
                 self.shift = (0.1 * self.shift).max(SHIFT);
-                self.refresh = self.options.refresh.map_or_else(
-                    || if small && done.residual > NEARLY_AT_REST { REFRESH.0 } else { REFRESH.1 },
-                    AtLeast::get,
-                );
+                let far = small && done.residual > NEARLY_AT_REST;
+                let usual = match (self.inverse.is_plain(), far) {
+                    (true, _) => REFRESH_PLAIN,
+                    (false, true) => REFRESH.0,
+                    (false, false) => REFRESH.1,
+                };
+                self.refresh = self.options.refresh.map_or(usual, AtLeast::get);
                 halvings = 0;
                 age = 0;
             }
@@ -347,6 +337,9 @@ impl Lbfgs {
                 continue;
             };
             self.history.remember((x, &trial), (&gradient, &trial_gradient));
+            if self.inverse.is_plain() {
+                self.measure((x, &trial), (&gradient, &trial_gradient));
+            }
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);
             energy = e;

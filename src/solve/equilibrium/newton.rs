@@ -71,7 +71,7 @@ impl EquilibriumSpec for NewtonSpec {
         self.max_iterations.get()
     }
 
-    fn linear(&self, _: &Mechanics) -> Vec<String> {
+    fn linear(&self, _: &Mechanics, _: bool) -> Vec<String> {
         vec![
             "Cholesky factor of the whole Hessian in double precision, a new one every step".into(),
         ]

@@ -1,4 +1,5 @@
-//! The metric that L-BFGS starts from: a Cholesky factor, or multigrid where that is too large.
+//! The metric that L-BFGS starts from: a Cholesky factor, or multigrid where that is too large; or a plain
+//! one, as other codes have it.
 
 use std::sync::Arc;
 
@@ -8,7 +9,8 @@ use super::super::low_rank::LowRankUpdate;
 use super::super::part::Linear;
 use crate::Vec3;
 use crate::effects::LowRank;
-use crate::linear::{BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
+use crate::linear::{Block, BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
+use crate::parallel;
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
@@ -20,23 +22,59 @@ pub enum Preconditioner {
     Factor,
     /// Approximately, by one multigrid cycle, in memory that grows as the sheet does.
     Multigrid,
-    /// The factor up to 50 000 vertices, multigrid beyond.
+    /// Its 3 × 3 blocks on the diagonal, every vertex for itself.
+    Blocks,
+    /// Not at all: one number for all, its mean diagonal. Short waves are relaxed first, as drag does, and
+    /// long ones hardly where tolerances are loose: the paper's scheme.
+    None,
+    /// The factor up to 50 000 vertices, multigrid beyond; under drag multigrid beyond 1000.
     #[default]
     Auto,
 }
 
 impl Preconditioner {
-    /// What it is on a sheet of that many vertices, and why, in words.
-    pub(super) fn chosen(self, precision: FactorPrecision, vertices: usize) -> Vec<String> {
+    /// What it is on a sheet of that many vertices, which moves under drag or not, and why, in words.
+    pub(super) fn chosen(
+        self,
+        precision: FactorPrecision,
+        vertices: usize,
+        moving: bool,
+    ) -> Vec<String> {
         let why = |auto: String| match self {
             Self::Auto => auto,
             _ => "equilibrium.preconditioner says so".to_owned(),
         };
-        if !self.factors(vertices) {
-            let why = why(format!("the sheet has more than {LARGE} vertices"));
+        let mut all = self.of_one(precision, vertices, false, &why);
+        if moving && self.on(vertices, true) != self.on(vertices, false) {
+            let later = self.of_one(precision, vertices, true, &why);
+            all = all.into_iter().map(|line| format!("for the start, {line}")).collect();
+            all.extend(later.into_iter().map(|line| format!("under drag, {line}")));
+        }
+        all
+    }
+
+    fn of_one(
+        self,
+        precision: FactorPrecision,
+        vertices: usize,
+        moving: bool,
+        why: &dyn Fn(String) -> String,
+    ) -> Vec<String> {
+        if let Self::Blocks | Self::None = self {
+            let what = match self {
+                Self::Blocks => {
+                    "blocks of the vertices on the diagonal of the Hessian's positive part"
+                }
+                _ => "no linear system, the mean diagonal of the Hessian's positive part instead",
+            };
+            return vec![format!("{what}, as {}", why(String::new()))];
+        }
+        let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
+        if self.on(vertices, moving) == Self::Multigrid {
+            let why = why(format!("the sheet has more than {most} vertices"));
             return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
         }
-        let why = why(format!("the sheet has at most {LARGE} vertices"));
+        let why = why(format!("the sheet has at most {most} vertices"));
         let double = precision.is_double(vertices);
         let digits = if double { "double" } else { "single" };
         let because = match precision {
@@ -52,11 +90,13 @@ impl Preconditioner {
         ]
     }
 
-    fn factors(self, vertices: usize) -> bool {
+    /// What it is on a sheet of that many vertices, which moves under drag or is to come to rest.
+    pub(super) fn on(self, vertices: usize, moving: bool) -> Self {
+        let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
         match self {
-            Self::Factor => true,
-            Self::Multigrid => false,
-            Self::Auto => vertices <= LARGE,
+            Self::Auto if vertices <= most => Self::Factor,
+            Self::Auto => Self::Multigrid,
+            chosen => chosen,
         }
     }
 
@@ -65,6 +105,8 @@ impl Preconditioner {
         match self {
             Self::Factor => "a Cholesky factor",
             Self::Multigrid => "multigrid",
+            Self::Blocks => "blocks on the diagonal",
+            Self::None => "nothing",
             Self::Auto => "a Cholesky factor or, for large sheets, multigrid",
         }
     }
@@ -107,6 +149,11 @@ pub(super) const SMALL: usize = 6000;
 /// the factor is faster, and finds a lower minimum. It is kept where it is affordable.
 pub(super) const LARGE: usize = 50_000;
 
+/// The same under drag, where minima are near and their softest waves supported: on Model I multigrid takes as
+/// many iterations as the factor, of half the cost at 20 000 vertices and three quarters at 3200; at 250 they
+/// are even (`docs/performance.md`).
+const LARGE_UNDER_DRAG: usize = 1000;
+
 /// The preconditioner of one relaxation.
 pub(super) struct Inverse {
     sparse: Sparse,
@@ -117,6 +164,10 @@ pub(super) struct Inverse {
 enum Sparse {
     Factor(Box<FrugalCholesky>),
     Multigrid(Box<Multigrid>),
+    /// Inverses of the blocks on the diagonal.
+    Blocks(Vec<Block>),
+    /// The inverse of the mean diagonal.
+    Number(f64),
 }
 
 impl Sparse {
@@ -124,6 +175,8 @@ impl Sparse {
         match self {
             Self::Factor(cholesky) => cholesky.solve(rhs),
             Self::Multigrid(multigrid) => multigrid.solve(rhs),
+            Self::Blocks(inverses) => parallel::update(rhs, |i, v| *v = inverses[i] * *v),
+            Self::Number(inverse) => parallel::update(rhs, |_, v| *v *= *inverse),
         }
     }
 }
@@ -138,13 +191,17 @@ impl Inverse {
     ) -> Result<Self, SolveError> {
         let meters = Linear::of(tally);
         let _scope = meters.factors.kept();
-        let sparse = if kind.factors(pattern.rows()) {
-            let double = precision.is_double(pattern.rows());
-            let new =
-                if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
-            Sparse::Factor(Box::new(new(Arc::clone(pattern))?))
-        } else {
-            Sparse::Multigrid(Box::new(Multigrid::new(pattern)?))
+        let rows = pattern.rows();
+        let sparse = match kind.on(rows, false) {
+            Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows]),
+            Preconditioner::None => Sparse::Number(1.0),
+            Preconditioner::Multigrid => Sparse::Multigrid(Box::new(Multigrid::new(pattern)?)),
+            Preconditioner::Factor | Preconditioner::Auto => {
+                let double = precision.is_double(rows);
+                let new =
+                    if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
+                Sparse::Factor(Box::new(new(Arc::clone(pattern))?))
+            }
         };
         Ok(Self { sparse, low_rank: LowRankUpdate::default(), meters })
     }
@@ -163,9 +220,20 @@ impl Inverse {
         match sparse {
             Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
             Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
+            Sparse::Blocks(inverses) => {
+                let unit = matrix.mean_diagonal();
+                parallel::update(inverses, |i, inverse| *inverse = inverted(matrix, i, unit));
+            }
+            Sparse::Number(inverse) => *inverse = 1.0 / matrix.mean_diagonal(),
         }
         *low_rank = LowRankUpdate::new(terms, |rhs| sparse.solve(rhs));
         if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
+    }
+
+    /// Whether it knows stiffnesses in proportion only, so that their size is to be learnt from steps; the
+    /// whole Hessian is no better then than its positive part.
+    pub(super) fn is_plain(&self) -> bool {
+        matches!(self.sparse, Sparse::Blocks(_) | Sparse::Number(_))
     }
 
     /// Replaces `rhs` by the solution, or nearly.
@@ -174,4 +242,14 @@ impl Inverse {
         self.sparse.solve(rhs);
         self.low_rank.correct(rhs);
     }
+}
+
+/// The inverse of block `i` on the diagonal of `matrix`; that of `unit` where it is not positive.
+fn inverted(matrix: &BlockMatrix, i: usize, unit: f64) -> Block {
+    let mut block = matrix.diagonal(i);
+    if matrix.pattern().is_planar() {
+        block[(2, 2)] = unit;
+    }
+    let inverse = block.cholesky().map(|factor| factor.inverse());
+    inverse.unwrap_or_else(|| Block::from_diagonal_element(1.0 / unit))
 }

@@ -73,6 +73,10 @@ impl IntegratorSpec for StaggeredSpec {
         policy.mechanics > 0.0 && self.motion() == MotionMethod::TrBdf2
     }
 
+    fn knows_directions_of_drag(&self) -> bool {
+        self.motion() != MotionMethod::TrBdf2
+    }
+
     fn parts(&self, policy: Storage) -> Vec<String> {
         let shape = match policy.mechanics > 0.0 {
             true => {

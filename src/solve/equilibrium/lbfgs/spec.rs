@@ -82,8 +82,8 @@ impl EquilibriumSpec for LbfgsSpec {
         self.max_iterations.get()
     }
 
-    fn linear(&self, mechanics: &Mechanics) -> Vec<String> {
-        self.preconditioner.chosen(self.precision, mechanics.sheet().vertex_count())
+    fn linear(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
+        self.preconditioner.chosen(self.precision, mechanics.sheet().vertex_count(), moving)
     }
 
     fn history(&self, vertices: usize) -> usize {
