@@ -20,9 +20,11 @@
 //! ```
 //!
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
-//! the shape half way. Under `chemistry-fast` c* is c_n, and a second correction gives the error
-//! estimate. A shape with storage moves by TR-BDF2 under error control (`monolithic`), the
-//! chemistry is solved for its steady state as in `chemistry::steady`.
+//! the shape half way. A shape with storage moves by [minimisations](super::motion), or by TR-BDF2 of
+//! diffsol under error control. Minimisations move it once a step, along c*, since what the species then change
+//! matters to slow waves in higher order only; their last stage is solved again with c_{n+1}. Under
+//! `chemistry-fast` c* is c_n, and a second correction gives the error estimate; the chemistry is solved for
+//! its steady state as in `chemistry::steady`.
 //!
 //! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a tolerance
 //! such that its error is a small share of the coupling tolerance, whatever that is: unless the scene
