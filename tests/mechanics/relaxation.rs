@@ -104,7 +104,7 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
     }
     mechanics.set_length_factor(&factor);
     let mut solver =
-        Lbfgs::new(mechanics.mechanics(), LbfgsSpec { collapse, ..LbfgsSpec::default() }).unwrap();
+        Lbfgs::new(mechanics.mechanics(), LbfgsSpec { collapse: Some(collapse), ..LbfgsSpec::default() }).unwrap();
     let mut x = sheet.rest().to_vec();
     let result = solver.relax(&mut mechanics, &mut x, &goal(1e-6));
     assert!(x.iter().all(|x| x.iter().all(|c| c.is_finite())));

@@ -34,7 +34,8 @@ impl Lbfgs {
         collapsed.sort_unstable();
         collapsed.dedup();
         let Some(&first) = collapsed.first() else { return Ok(false) };
-        if self.options.collapse == Collapse::Stop {
+        let usual = if potential.anchor().is_some() { Collapse::Hold } else { Collapse::Stop };
+        if self.options.collapse.unwrap_or(usual) == Collapse::Stop {
             return Err(collapsed_at(potential, first, done.iterations, done.residual));
         }
         for &t in &collapsed {

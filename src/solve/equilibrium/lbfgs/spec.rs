@@ -34,19 +34,20 @@ pub struct LbfgsSpec {
     pub precision: FactorPrecision,
     /// No triangle's area may fall below this share in one step.
     pub area_share: Fraction,
-    /// What to do when a triangle collapses.
-    pub collapse: Collapse,
+    /// What to do when a triangle collapses; without it `hold` under drag, where the vertices are free again in
+    /// the next step, and `stop` otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub collapse: Option<Collapse>,
 }
 
 /// What to do when a triangle has lost its area and no step lowers the energy with it.
 ///
 /// Where optimal lengths make no triangle, the energy is least where the triangle is flat, and has
 /// a kink there: forces of finite size on both sides and no equilibrium in between.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Collapse {
     /// Stop with an error that names the triangle.
-    #[default]
     Stop,
     /// Hold its vertices for the rest of the relaxation, and count it in the ledger.
     Hold,
@@ -63,7 +64,7 @@ impl Default for LbfgsSpec {
             preconditioner: Preconditioner::Auto,
             precision: FactorPrecision::Auto,
             area_share: const { Fraction::constant(0.4) },
-            collapse: Collapse::Stop,
+            collapse: None,
         }
     }
 }
