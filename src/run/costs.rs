@@ -20,6 +20,9 @@ pub struct Costs {
     pub scene: String,
     /// Wall time since the scene began to be made ready, s.
     pub seconds: f64,
+    /// Processor time of all threads of the process, s, where the system says it.
+    #[serde(default)]
+    pub cpu_seconds: Option<f64>,
     /// Accepted steps.
     pub steps: u64,
     /// Threads that computed.
@@ -93,9 +96,21 @@ impl PartCost {
     }
 }
 
-/// `VmHWM` of this process.
-fn peak_resident() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+/// User and system time of this process, in the hundredths of a second that Linux counts.
+fn processor_time() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name of the program, in brackets, may have spaces in it.
+    let after = text.rsplit_once(')')?.1;
+    let ticks = |k: usize| after.split_whitespace().nth(k)?.parse::<u32>().ok();
+    Some((f64::from(ticks(11)?) + f64::from(ticks(12)?)) / 100.0)
+}
+
+/// Largest resident memory so far of this process, or of the one called `process`, bytes; where the
+/// system says it.
+#[must_use]
+pub fn peak_resident(process: Option<u32>) -> Option<u64> {
+    let process = process.map_or("self".to_owned(), |number| number.to_string());
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
     Some(1024 * kibibytes)
@@ -129,10 +144,11 @@ impl Costs {
         Self {
             scene: scene.name().to_owned(),
             seconds,
+            cpu_seconds: processor_time(),
             steps: simulation.state().step,
             threads: rayon::current_num_threads(),
             bytes: counted.then_some(kept),
-            peak_resident_bytes: peak_resident(),
+            peak_resident_bytes: peak_resident(None),
             parts,
             elsewhere,
         }
