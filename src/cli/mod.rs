@@ -73,7 +73,8 @@ struct SceneArgs {
     /// directory; may be repeated.
     #[arg(long = "plugin-path", value_name = "DIR")]
     plugin_path: Vec<PathBuf>,
-    /// Threads to compute with; all cores by default. Results do not depend on it.
+    /// Threads to compute with; all cores by default, for a member of a sweep 1. Results do not depend on
+    /// it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     /// Seconds that one call of a plugin (for at most 4096 points) may take.

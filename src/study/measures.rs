@@ -127,7 +127,10 @@ fn at_vertices(sheet: &Sheet, faces: &[f64]) -> Vec<f64> {
 
 /// Measures of a state; spots are where the first species is above `level`, or half way between its
 /// least and largest values.
-pub(super) fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, ModelError> {
+///
+/// # Errors
+/// If a law fails.
+pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, ModelError> {
     let (model, state) = (at.model(), at.state());
     // No minus before nothing.
     let energy = at.potential()?.energy(&state.x) + 0.0;

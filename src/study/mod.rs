@@ -7,4 +7,4 @@ mod pictures;
 pub mod sweep;
 
 pub use differences::{Difference, Differences, differences};
-pub use measures::Measures;
+pub use measures::{Measures, measure};

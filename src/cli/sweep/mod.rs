@@ -6,7 +6,7 @@ mod room;
 use std::path::{Path, PathBuf};
 use std::{io, thread};
 
-use clap::{Args, Subcommand};
+use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
 
 use super::SceneArgs;
 use crate::output::{Interrupt, Mode, Progress};
@@ -15,18 +15,39 @@ use crate::run::{Error, Result};
 use crate::solve::SolveError;
 use crate::study::sweep::{self, Found, MemberStatus, Plan};
 
-/// Arguments of `sweep`.
-#[derive(Debug, Args)]
-#[command(
-    args_conflicts_with_subcommands = true,
-    subcommand_negates_reqs = true,
-    after_help = VALUES
-)]
-pub(super) struct SweepArgs {
-    #[command(flatten)]
-    plan: Option<PlanArgs>,
-    #[command(subcommand)]
-    command: Option<Command>,
+/// Arguments of `sweep`: those of a sweep, or a command for one that there is.
+#[derive(Debug)]
+pub(super) enum SweepArgs {
+    Plan(PlanArgs),
+    Command(Command),
+}
+
+// By hand: what a scene needs is needed only where no command is given.
+impl FromArgMatches for SweepArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        match matches.subcommand_name() {
+            Some(_) => Command::from_arg_matches(matches).map(Self::Command),
+            None => PlanArgs::from_arg_matches(matches).map(Self::Plan),
+        }
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for SweepArgs {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        Command::augment_subcommands(PlanArgs::augment_args(command))
+            .args_conflicts_with_subcommands(true)
+            .subcommand_negates_reqs(true)
+            .after_help(VALUES)
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
 }
 
 /// How values are written.
@@ -43,7 +64,7 @@ The same command again goes on where it was stopped: members that are complete a
 earlier sweep in DIR that had another scene is refused. Exit code 1 if members failed.";
 
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(super) enum Command {
     /// Gather what there is of a sweep, finished or not: tables, pictures, plots.
     Collect {
         /// The directory of the sweep.
@@ -66,7 +87,7 @@ enum Command {
 
 /// Arguments that begin a sweep, or go on with it.
 #[derive(Debug, Args)]
-struct PlanArgs {
+pub(super) struct PlanArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// A key of the scene and the values that it takes (see below); may be repeated.
@@ -112,16 +133,11 @@ struct PlanArgs {
 }
 
 pub(super) fn run(args: &SweepArgs) -> Result<()> {
-    match (&args.command, &args.plan) {
-        (Some(Command::Collect { directory, quiet }), _) => collect(directory, *quiet),
-        (Some(Command::Member { directory, number, leash }), _) => {
+    match args {
+        SweepArgs::Plan(plan) => begin::run(plan),
+        SweepArgs::Command(Command::Collect { directory, quiet }) => collect(directory, *quiet),
+        SweepArgs::Command(Command::Member { directory, number, leash }) => {
             member(directory, *number, *leash)
-        }
-        (None, Some(plan)) => begin::run(plan),
-        (None, None) => {
-            let message =
-                "nothing to do: expected a scene, or collect DIR; see rumple sweep --help";
-            Err(Error::Refused(message.into()))
         }
     }
 }
