@@ -38,7 +38,8 @@ mkdir -p "$home"/{state,spool}
 chmod 755 "$home"
 (umask 077 && head -c 1024 /dev/urandom >"$home/munge.key")
 host=$(hostname -s)
-# Two ports that nobody listens on.
+memory=$(awk '/^MemTotal:/ { print int($2 / 1024 * 0.9) }' /proc/meminfo)
+# A port that nobody listens on.
 free_port() {
     local port
     while :; do
@@ -67,13 +68,14 @@ TaskPlugin=task/none
 JobAcctGatherType=jobacct_gather/none
 AccountingStorageType=accounting_storage/none
 SelectType=select/cons_tres
-SelectTypeParameters=CR_Core
+SelectTypeParameters=CR_Core_Memory
+DefMemPerCPU=500
 MpiDefault=none
 ReturnToService=2
 KillWait=5
 MinJobAge=300
 SchedulerParameters=sched_interval=1,batch_sched_delay=0
-NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
+NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=$memory State=UNKNOWN
 PartitionName=all Nodes=$host Default=YES MaxTime=INFINITE State=UP
 CONF
 export SLURM_CONF=$home/slurm.conf

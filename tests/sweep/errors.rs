@@ -9,9 +9,12 @@ fn bad_keys_and_values_are_refused_before_anything_is_made() {
         (&[], &["--over", "--seeds"]),
         (&[over, "material.thickness="], &["material.thickness", "no values"]),
         (&[over, "material.thickness=1,1.0"], &["1 and 1.0"]),
-        (&[over, "material.thikness=1,2"], &["--over material.thikness=1", "thickness"]),
-        (&[over, "thickness=1,2"], &["--over thickness=1", "material.thickness"]),
-        (&[over, "material.thickness=1,-2"], &["--over material.thickness=-2", "above 0"]),
+        (
+            &[over, "material.thikness=1,2"],
+            &["--over:1:1", "material.thikness=1", "did you mean thickness"],
+        ),
+        (&[over, "thickness=1,2"], &["--over:1:1", "material.thickness"]),
+        (&[over, "material.thickness=1,-2"], &["--over:1:20", "material.thickness=-2", "above 0"]),
         (&[over, "kinetics.parameters.b=1,2"], &["unknown", "a"]),
         (&[over, "sheet.seed=1,2", over, "sheet.seed=3,4"], &["sheet.seed", "twice"]),
         (

@@ -1,9 +1,13 @@
 //! Spots, their separation and their centres on patterns with known answers.
 
+use std::process::Command;
+
 use rumple::Vec3;
 use rumple::study::{Measures, measure};
 
+use super::{folder, number, rows, rumple, text};
 use crate::common::prepare;
+use crate::run::SMALL;
 
 /// Discs of c = 1 with a smooth edge, around `centres`, on a rectangle of 40 × 20 with 6000 vertices.
 fn measured(location: &str, centres: &[(f64, f64)], radius: f64, level: Option<f64>) -> Measures {
@@ -65,4 +69,35 @@ fn the_level_decides_what_a_spot_is() {
     let all = at(Some(-1.0));
     assert_eq!(all.spots, 1);
     assert!((all.share - 1.0).abs() < 1e-12 && all.separation.unwrap().abs() < 1e-9, "{all:?}");
+}
+
+/// The numbers of the table are those of `measure.py`, which finds regions by other means.
+#[test]
+#[ignore = "needs Python with the vtk package in RUMPLE_PYTHON; tests/run.sh runs it"]
+fn measures_are_those_of_a_script_with_real_vtk() {
+    let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/measure.py");
+    let folder = folder(&SMALL.replace("[output]", "[output]\nfields = [\"c\"]"));
+    let args = ["sweep", "scene.toml", "--out", "out", "--level", "0.05"];
+    let over = ["--over", "kinetics.location=vertex,face"];
+    let out = rumple(folder.path(), &[&args[..], &over].concat());
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let root = folder.path().join("out");
+    for (row, cells) in rows(&root.join("sweep.csv")).iter().zip([&[][..], &["--cells"]]) {
+        let frame = root.join("members").join(&row["member"]).join("frames/frame_000002.vtu");
+        let args = ["--array", "c", "--threshold", "0.05"];
+        let out =
+            Command::new(&python).arg(script).arg(frame).args(args).args(cells).output().unwrap();
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        let found: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+        assert_eq!(number(row, "spots"), found["regions"].as_f64().unwrap());
+        assert!(number(row, "spots") >= 1.0);
+        for (column, key) in [("separation d [length]", "d"), ("share", "share above")] {
+            let expected = found[key].as_f64().unwrap();
+            assert!(
+                (number(row, column) / expected - 1.0).abs() < 1e-9,
+                "{column}: {row:?} {found}"
+            );
+        }
+    }
 }

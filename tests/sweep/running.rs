@@ -69,7 +69,7 @@ fn failed_members_keep_their_place_and_the_exit_code_says_so() {
     let out = sweep(&[]);
     let message = text(&out.stderr);
     assert_eq!(out.status.code(), Some(1), "{message}");
-    assert!(message.contains("1 of 3 members failed") && message.contains("a = -1"), "{message}");
+    assert!(message.contains("1 of 3 members") && message.contains("a = -1: failed"), "{message}");
     let root = folder.path().join("out");
     let table = rows(&root.join("sweep.csv"));
     assert_eq!(statuses(&table), ["complete", "failed", "complete"]);

@@ -74,7 +74,7 @@ fn slurm(program: &str, args: &[&str]) -> String {
 /// A sweep with a member that fails goes through an array job, is cancelled in the middle, goes on as
 /// another job, and gathers the same numbers as here.
 #[test]
-#[ignore = "needs Slurm: tests/scripts/slurm.sh cargo test --release --test integration real_slurm -- --ignored"]
+#[ignore = "needs Slurm: run under tests/scripts/slurm.sh; tests/run.sh does"]
 fn real_slurm_runs_a_sweep_that_is_cancelled_and_goes_on() {
     let folder = folder(&slow());
     let root = folder.path().join("out");

@@ -1,6 +1,7 @@
 //! Begins a sweep, or goes on with it: here, or through Slurm.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use super::{PlanArgs, counts, outcome, report, room};
 use crate::cli::warn;
@@ -145,12 +146,18 @@ fn here(
         ));
     }
     let (mut ended, mut broken) = (0, None);
+    let (mut written, mut took) = (Instant::now(), Duration::ZERO);
     let mut happens = |event: &Event| {
         if matches!(event, Event::Ended { .. }) {
             ended += 1;
-            // The first failure to write is the one to report, when all has ended.
-            let written = write_tables(plan, &gather(plan, root, false), root);
-            broken = broken.take().or(written.err());
+            // The tables of thousands of members take a while.
+            if written.elapsed() >= SELDOM * took {
+                let began = Instant::now();
+                let outcome = write_tables(plan, &gather(plan, root, false), root);
+                // The first failure to write is the one to report, when all has ended.
+                broken = broken.take().or(outcome.err());
+                (written, took) = (Instant::now(), began.elapsed());
+            }
         }
         if !args.quiet {
             warn(&said(plan, event, ended, members.len()));
@@ -167,12 +174,15 @@ fn here(
     }
 }
 
+/// Tables are written after so many times the time that it takes, at the earliest.
+const SELDOM: u32 = 20;
+
 /// Gathers everything; fails if members did.
 fn gathered(args: &PlanArgs, plan: &Plan, root: &Path) -> Result<String> {
     let found = gather(plan, root, true);
     write(plan, &found, root)?;
     report(plan, &found, root, args.quiet);
-    outcome(&found)?;
+    outcome(&found, true)?;
     Ok(counts(&found))
 }
 

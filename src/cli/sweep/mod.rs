@@ -163,7 +163,7 @@ fn collect(directory: &Path, quiet: bool) -> Result<()> {
     let members = sweep::gather(&plan, &root, true);
     sweep::write(&plan, &members, &root)?;
     report(&plan, &members, &root, quiet);
-    outcome(&members)
+    outcome(&members, false)
 }
 
 /// Runs one member in this process.
@@ -224,17 +224,22 @@ fn counts(members: &[Found]) -> String {
     format!("{} members: {}", members.len(), texts.join(", "))
 }
 
-/// Members that failed or were killed make the command fail.
-fn outcome(members: &[Found]) -> Result<()> {
-    let lost = |f: &&Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
+/// Members that failed or were killed make the command fail; with `all` also those that are not complete.
+fn outcome(members: &[Found], all: bool) -> Result<()> {
+    let lost = |found: &&Found| match found.status {
+        MemberStatus::Complete => false,
+        MemberStatus::Failed | MemberStatus::Killed => true,
+        MemberStatus::NotBegun | MemberStatus::Running | MemberStatus::Interrupted => all,
+    };
     match members.iter().find(lost) {
         None => Ok(()),
         Some(first) => {
             let message = format!(
-                "{} of {} members failed; the first: {}: {}",
+                "{} of {} members did not come to their end; the first: {}: {}: {}",
                 members.iter().filter(lost).count(),
                 members.len(),
                 first.name,
+                first.status,
                 first.reason
             );
             Err(Error::Incomplete(message))

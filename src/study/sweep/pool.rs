@@ -76,6 +76,8 @@ struct Running {
     since: Instant,
     /// Largest resident memory so far.
     peak: u64,
+    /// Whether it has relaxed its start.
+    relaxed: bool,
 }
 
 /// Between two looks at the children.
@@ -158,17 +160,17 @@ impl Pool<'_> {
             };
             let peak = peak_resident(Some(one.child.id())).unwrap_or(0);
             one.peak = one.peak.max(peak);
+            one.relaxed |= one.since.elapsed() > SETTLED && self.has_rows(one.member);
             left.push(one);
         }
-        let settled =
-            left.iter().filter(|r| r.since.elapsed() > SETTLED && self.has_begun(r.member));
-        let known = settled.map(|r| (self.plan.members[r.member].size, r.peak)).collect();
+        let relaxed = left.iter().filter(|r| r.relaxed);
+        let known = relaxed.map(|r| (self.plan.members[r.member].size, r.peak)).collect();
         needs.running(known);
         *running = left;
     }
 
     /// Whether a member has relaxed its start: there is a row of measures.
-    fn has_begun(&self, member: usize) -> bool {
+    fn has_rows(&self, member: usize) -> bool {
         let directory = self.plan.directory(self.root, member);
         let path = directory.join(ResultDirectory::MEASURES);
         std::fs::read(path).is_ok_and(|bytes| bytes.iter().filter(|b| **b == b'\n').count() > 1)
@@ -219,7 +221,7 @@ impl Pool<'_> {
             .spawn()
             .map_err(refused)?;
         let leash = child.stdin.take();
-        Ok(Running { member, child, leash, since: Instant::now(), peak: 0 })
+        Ok(Running { member, child, leash, since: Instant::now(), peak: 0, relaxed: false })
     }
 }
 

@@ -115,11 +115,12 @@ impl Array<'_> {
         })?;
         if !out.status.success() {
             let said = String::from_utf8_lossy(&out.stderr);
-            return Err(Error::Refused(format!(
-                "sbatch refuses {}: {}",
-                path.display(),
-                said.trim()
-            )));
+            let mut message = format!("sbatch refuses {}: {}", path.display(), said.trim());
+            if said.to_lowercase().contains("memory") {
+                message += "\nthe script asks for the memory that members took; \
+                            --slurm-option=--mem=0 leaves that to the cluster";
+            }
+            return Err(Error::Refused(message));
         }
         // With several clusters the name of one follows.
         let said = String::from_utf8_lossy(&out.stdout);
