@@ -15,7 +15,7 @@ fn bad_keys_and_values_are_refused_before_anything_is_made() {
         ),
         (&[over, "thickness=1,2"], &["--over:1:1", "material.thickness"]),
         (&[over, "material.thickness=1,-2"], &["--over:1:20", "material.thickness=-2", "above 0"]),
-        (&[over, "kinetics.parameters.b=1,2"], &["unknown", "a"]),
+        (&[over, "kinetics.parameter.a=1,2"], &["unknown key parameter", "parameters"]),
         (&[over, "sheet.seed=1,2", over, "sheet.seed=3,4"], &["sheet.seed", "twice"]),
         (
             &[over, "effect.bending.model=meyer", over, "effect[1].model=hinge"],

@@ -38,6 +38,9 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
         let first = plan.scene(0)?;
         let simulation = Simulation::new(&first, &plan.search())?;
         crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
+        if !args.quiet {
+            simulation.notes().iter().for_each(|note| warn(note));
+        }
     }
     plan.seal()?;
     let interrupt = Interrupt::install()?;
