@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+#[cfg(unix)]
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -96,13 +98,18 @@ impl PartCost {
     }
 }
 
-/// User and system time of this process, in the hundredths of a second that Linux counts.
+/// Processor time of all threads of this process, s.
+#[cfg(unix)]
 fn processor_time() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The name of the program, in brackets, may have spaces in it.
-    let after = text.rsplit_once(')')?.1;
-    let ticks = |k: usize| after.split_whitespace().nth(k)?.parse::<u32>().ok();
-    Some((f64::from(ticks(11)?) + f64::from(ticks(12)?)) / 100.0)
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u64::try_from);
+    Some(Duration::new(seconds.ok()?, u32::try_from(nanoseconds.ok()?).ok()?).as_secs_f64())
+}
+
+#[cfg(not(unix))]
+fn processor_time() -> Option<f64> {
+    None
 }
 
 /// Largest resident memory so far of this process, or of the one called `process`, bytes; where the

@@ -98,7 +98,6 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     assert_eq!(statuses(&all), ["complete"; 6]);
 
     // An uninterrupted sweep says the same, but for what it cost.
-    let mut args = args;
     args[3] = "whole";
     let out = rumple(folder.path(), &args);
     assert!(out.status.success(), "{}", text(&out.stderr));

@@ -119,7 +119,7 @@ fn plain(error: &Error) -> String {
 pub(super) fn csv(members: &[Member]) -> String {
     let mut text = String::from(
         "member,time,shape distance,species distance,energy [energy],amplitude [length],spots,\
-         separation d [length],nearest centres [length],share\n",
+         share,separation d [length],nearest centres [length]\n",
     );
     let value = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
     let reference = reference(members);
@@ -138,9 +138,9 @@ pub(super) fn csv(members: &[Member]) -> String {
                 m.energy,
                 m.amplitude,
                 m.spots,
+                m.share,
                 value(m.separation),
-                value(m.nearest),
-                m.share
+                value(m.nearest)
             );
         }
     }

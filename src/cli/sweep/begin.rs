@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use super::{PlanArgs, counts, outcome, report, room};
 use crate::cli::warn;
 use crate::kinetics::Search;
+use crate::output::plot::label;
 use crate::output::{Claim, Interrupt, RunStatus, interrupt};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
@@ -190,7 +191,7 @@ fn gathered(args: &PlanArgs, plan: &Plan, root: &Path) -> Result<String> {
 }
 
 /// What happens, in a line.
-fn said(plan: &Plan, event: &Event, ended: usize, all: usize) -> String {
+fn said(plan: &Plan, event: &Event, ended: usize, all_members: usize) -> String {
     let megabytes = |bytes: &u64| bytes.div_ceil(1_000_000);
     match event {
         Event::Begun { member, running } => {
@@ -199,7 +200,7 @@ fn said(plan: &Plan, event: &Event, ended: usize, all: usize) -> String {
         Event::Ended { member, status, reason, seconds } => {
             let first = reason.lines().next().unwrap_or_default();
             let name = plan.name(*member);
-            format!("[{ended}/{all}] {name}: {status} after {seconds:.1} s: {first}")
+            format!("[{ended}/{all_members}] {name}: {status} after {seconds:.1} s: {first}")
         }
         Event::Waits { member, needs, left } => format!(
             "{}: waits for memory: it needs about {} MB, {} MB are left",
@@ -207,6 +208,17 @@ fn said(plan: &Plan, event: &Event, ended: usize, all: usize) -> String {
             megabytes(needs),
             megabytes(left)
         ),
+        Event::Going { running } => {
+            let time = |(member, time): &(usize, Option<f64>)| {
+                let until =
+                    plan.until(*member).map_or(String::new(), |t| format!(" of {}", label(t)));
+                let time =
+                    time.map_or("at its start".into(), |t| format!("t = {}{until}", label(t)));
+                format!("{}: {time}", plan.name(*member))
+            };
+            let all: Vec<String> = running.iter().map(time).collect();
+            format!("[{ended}/{all_members}] {}", all.join("; "))
+        }
         Event::Large { member, needs } => format!(
             "{}: needs about {} MB, more than there is; it runs alone",
             plan.name(*member),

@@ -265,7 +265,7 @@ fn bytes(text: &str) -> Result<u64, String> {
         .parse()
         .map_err(|_| format!("{digits:?} is not a number; expected a size as 8GB"))?;
     let size = number * unit;
-    if !(size >= 1.0 && size < 1e18) {
+    if !(1.0..1e18).contains(&size) {
         return Err("expected a size above 0, as 8GB".into());
     }
     Ok(crate::num::whole(size) as u64)

@@ -154,6 +154,11 @@ fn row(step: u64, m: &Measures) -> [f64; 9] {
     [step, m.time, real(m.spots), d, nearest, m.share, m.amplitude, m.energy, m.rate]
 }
 
+/// The time of the last output of the member in `directory`.
+pub(super) fn reached(directory: &Path) -> Option<f64> {
+    read_measures(directory).last().map(|m| m.time)
+}
+
 fn read_measures(directory: &Path) -> Vec<Measures> {
     let text = fs::read_to_string(directory.join(ResultDirectory::MEASURES)).unwrap_or_default();
     let some = |value: f64| (!value.is_nan()).then_some(value);

@@ -9,7 +9,7 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::member::{MemberStatus, status};
+use super::member::{MemberStatus, reached, status};
 use super::memory::Needs;
 use super::plan::Plan;
 use crate::output::{Interrupt, OutputError, ResultDirectory};
@@ -58,6 +58,11 @@ pub enum Event {
         /// Bytes that are left.
         left: u64,
     },
+    /// How far those are that run, now and then: their numbers and the times of their last output.
+    Going {
+        /// The members.
+        running: Vec<(usize, Option<f64>)>,
+    },
     /// A member needs more than there is, and is run alone.
     Large {
         /// Its number.
@@ -82,6 +87,8 @@ struct Running {
 
 /// Between two looks at the children.
 const PAUSE: Duration = Duration::from_millis(20);
+/// Between two reports of how far members are.
+const REPORT: Duration = Duration::from_secs(30);
 /// A member that has relaxed its start has made most of its tables after so long.
 const SETTLED: Duration = Duration::from_millis(500);
 
@@ -99,9 +106,14 @@ impl Pool<'_> {
         let mut needs = self.known_needs();
         let mut waiting = members.iter().copied().peekable();
         let mut running: Vec<Running> = Vec::new();
-        let mut said = None;
+        let (mut said, mut reported) = (None, Instant::now());
         loop {
             self.reap(&mut running, &mut needs, happens);
+            if reported.elapsed() > REPORT {
+                reported = Instant::now();
+                let time = |r: &Running| (r.member, reached(&self.directory(r.member)));
+                happens(&Event::Going { running: running.iter().map(time).collect() });
+            }
             if interrupt.requested() {
                 running.iter_mut().for_each(|r| drop(r.leash.take()));
             } else if let Some(&member) = waiting.peek()
@@ -121,11 +133,15 @@ impl Pool<'_> {
         }
     }
 
+    fn directory(&self, member: usize) -> PathBuf {
+        self.plan.directory(self.root, member)
+    }
+
     /// What members that have run before took.
     fn known_needs(&self) -> Needs {
         let mut needs = Needs::default();
         for (number, point) in self.plan.members.iter().enumerate() {
-            let directory = self.plan.directory(self.root, number);
+            let directory = self.directory(number);
             let complete = status(&directory).0 == MemberStatus::Complete;
             let costs = Costs::read(&directory).ok().filter(|_| complete);
             if let Some(peak) = costs.and_then(|costs| costs.peak_resident_bytes) {
@@ -141,7 +157,7 @@ impl Pool<'_> {
         for mut one in running.drain(..) {
             // One that cannot be waited for any more has ended.
             let Ok(None) = one.child.try_wait() else {
-                let directory = self.plan.directory(self.root, one.member);
+                let directory = self.directory(one.member);
                 let (mut status, mut reason) = status(&directory);
                 if let Ok(Some(code)) = one.child.try_wait()
                     && matches!(status, MemberStatus::NotBegun | MemberStatus::Killed)
@@ -171,8 +187,7 @@ impl Pool<'_> {
 
     /// Whether a member has relaxed its start: there is a row of measures.
     fn has_rows(&self, member: usize) -> bool {
-        let directory = self.plan.directory(self.root, member);
-        let path = directory.join(ResultDirectory::MEASURES);
+        let path = self.directory(member).join(ResultDirectory::MEASURES);
         std::fs::read(path).is_ok_and(|bytes| bytes.iter().filter(|b| **b == b'\n').count() > 1)
     }
 
