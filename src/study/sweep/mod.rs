@@ -15,6 +15,7 @@
 
 mod axis;
 mod drawn;
+mod keys;
 mod member;
 mod memory;
 mod plan;
@@ -25,9 +26,10 @@ mod table;
 
 pub use axis::{Axis, MOST};
 pub use drawn::contact_sheet;
+pub use keys::seeds;
 pub use member::{Found, MemberStatus, Shown, read, run, status};
 pub use memory::{Needs, available};
-pub use plan::{Plan, Point, seeds};
+pub use plan::{Plan, Point};
 pub use plots::{drawn_keys, figure};
 pub use pool::{Event, Pool};
 pub use table::{COLUMNS, Column, csv, markdown};
