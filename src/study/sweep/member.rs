@@ -233,6 +233,7 @@ pub fn run(
         return Err(Error::Refused(message));
     };
     let path = plan.directory(root, number);
+    wait_for_others(&path, interrupt);
     if status(&path).0 == MemberStatus::Complete {
         return Ok(None);
     }
@@ -244,7 +245,7 @@ pub fn run(
         return Err(Error::Refused(message));
     }
     let scene = plan.scene(number)?;
-    let directory = room(&path, interrupt)?;
+    let directory = room(&path)?;
     let summary = run::with_status(&directory, || {
         let mut simulation =
             Simulation::new(&scene, &Search::in_directories(plan.plugin_path.clone()))?;
@@ -258,15 +259,20 @@ pub fn run(
     Ok(Some(summary))
 }
 
-/// The directory, as soon as an earlier process, which may be about to end, has left it.
-fn room(path: &Path, interrupt: Interrupt) -> Result<ResultDirectory> {
+/// Waits while another process writes to the directory: a member of a sweep that was killed comes to its
+/// end by itself, and may even be complete then.
+fn wait_for_others(path: &Path, interrupt: Interrupt) {
     let since = Instant::now();
+    while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// The directory, emptied of an earlier try.
+fn room(path: &Path) -> Result<ResultDirectory> {
     if let Some(parent) = path.parent() {
         fs::create_dir_all(parent)
             .map_err(|source| OutputError::Write { path: parent.to_owned(), source })?;
-    }
-    while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
-        thread::sleep(Duration::from_millis(50));
     }
     Ok(ResultDirectory::prepare(path, true)?)
 }
