@@ -40,7 +40,7 @@ fn start(folder: &Path) -> Child {
 pub fn wait_until(what: &str, mut is: impl FnMut() -> bool) {
     let since = Instant::now();
     while !is() {
-        assert!(since.elapsed() < Duration::from_secs(120), "{what}: too long");
+        assert!(since.elapsed() < Duration::from_secs(300), "{what}: too long");
         sleep(Duration::from_millis(20));
     }
 }

@@ -9,7 +9,7 @@
 //! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
 //! ```
 //!
-//! A [`Plan`] says which members there are; each is a run in a process of its own ([`member`]), started
+//! A [`Plan`] says which members there are; each is a run in a process of its own ([`run`]), started
 //! by a [`Pool`] or by [`slurm`]; what is in their folders is gathered into tables, pictures and plots,
 //! whether they have ended or not.
 
