@@ -14,6 +14,7 @@
 //! * `run`: coupled runs, `inspect`, and the program from the outside.
 //! * `scene`: what is accepted, what is refused and how that is said.
 //! * `sheet`: generated meshes, their quality and topology; readers; checks.
+//! * `sweep`: keys and values, members, tables, pictures, plots; killed and gone on; Slurm.
 
 #![allow(missing_docs, clippy::cast_precision_loss)]
 
@@ -33,3 +34,4 @@ mod plugins;
 mod run;
 mod scene;
 mod sheet;
+mod sweep;

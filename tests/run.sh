@@ -25,6 +25,13 @@ command -v xvfb-run >/dev/null || packages+=(xvfb)
 command -v xauth >/dev/null || packages+=(xauth)
 command -v python3 >/dev/null && python3 -c 'import venv, ensurepip' 2>/dev/null \
     || packages+=(python3 python3-venv)
+# The tests with Slurm need root; without it they are left out.
+if ((EUID == 0)); then
+    PATH="$PATH:/usr/sbin"
+    for pair in slurmctld:slurmctld slurmd:slurmd sbatch:slurm-client munged:munge; do
+        command -v "${pair%%:*}" >/dev/null || packages+=("${pair##*:}")
+    done
+fi
 if ((${#packages[@]})); then
     root=()
     if ((EUID != 0)); then
@@ -65,6 +72,13 @@ cargo test --release --workspace
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
     cargo test --release --test integration real_vtk -- --ignored
+
+heading "tests with a real Slurm"
+if ((EUID == 0)); then
+    tests/scripts/slurm.sh cargo test --release --test integration real_slurm -- --ignored
+else
+    echo "left out: slurmd needs root"
+fi
 
 heading "a small run: $scene"
 target/release/rumple run "$scene" --out "$result" --force

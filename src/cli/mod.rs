@@ -16,6 +16,7 @@ mod inspect;
 pub mod mesh;
 mod plugin;
 mod run;
+mod sweep;
 mod watchdog;
 
 use std::io::{IsTerminal, Write};
@@ -26,7 +27,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{Inputs, OutputError, Provenance, ResultDirectory, interrupt};
+use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, interrupt};
 use crate::run::Simulation;
 use crate::scene::Scene;
 use crate::solve::SolveError;
@@ -52,6 +53,8 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
     Inspect(inspect::InspectArgs),
+    /// Run a scene over lists and ranges of its keys: tables, pictures, plots.
+    Sweep(Box<sweep::SweepArgs>),
     /// Generate, check and describe meshes.
     Mesh(mesh::MeshArgs),
     /// Write, list, describe, validate and time kinetics plugins.
@@ -70,7 +73,8 @@ struct SceneArgs {
     /// directory; may be repeated.
     #[arg(long = "plugin-path", value_name = "DIR")]
     plugin_path: Vec<PathBuf>,
-    /// Threads to compute with; all cores by default. Results do not depend on it.
+    /// Threads to compute with; all cores by default, for a member of a sweep 1. Results do not depend on
+    /// it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     /// Seconds that one call of a plugin (for at most 4096 points) may take.
@@ -110,6 +114,16 @@ fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
     inputs
 }
 
+/// Removes what a run wrote into the directory `path`; a folder that holds anything else stays.
+fn remove_run(path: &Path) -> Result<(), OutputError> {
+    drop(ResultDirectory::prepare(path, true)?);
+    for rest in [Claim::STATUS, Claim::LOCK] {
+        let _ = std::fs::remove_file(path.join(rest));
+    }
+    let _ = std::fs::remove_dir(path);
+    Ok(())
+}
+
 /// Writes down what a run is made from: every default of its scene, the state that it starts from if
 /// that is not the scene's, files, versions.
 fn record(
@@ -140,6 +154,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Explain(args) => explain::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Sweep(args) => sweep::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
     };
@@ -170,6 +185,6 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Kinetics(_)
         | Error::Output(_)
         | Error::Refused(_) => 2,
-        Error::Solve(_) | Error::Stopped(_) => 1,
+        Error::Solve(_) | Error::Stopped(_) | Error::Incomplete(_) => 1,
     }
 }

@@ -88,6 +88,13 @@ impl Claim {
         Ok(Self { root: root.to_owned(), status: OnceLock::new(), _lock: lock })
     }
 
+    /// Whether a process writes to the directory `root`.
+    #[must_use]
+    pub fn in_use(root: &Path) -> bool {
+        let file = File::open(root.join(Self::LOCK));
+        file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    }
+
     /// Says that the run goes on.
     ///
     /// # Errors
@@ -131,6 +138,34 @@ impl Drop for Claim {
     fn drop(&mut self) {
         // Whoever left without a word has reported the reason.
         let _ = self.end(RunStatus::Failed, "it was given up");
+    }
+}
+
+/// What the directory of a run says of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// How it stands; what was killed is `running` and not in use.
+    pub status: RunStatus,
+    /// Why.
+    pub reason: String,
+    /// The time reached when that was written.
+    pub time: f64,
+    /// Whether a process writes to the directory.
+    pub in_use: bool,
+}
+
+impl Standing {
+    /// Of the run in the directory `root`; none where no run has begun.
+    #[must_use]
+    pub fn of(root: &Path) -> Option<Self> {
+        let text = fs::read_to_string(root.join(Claim::STATUS)).ok()?;
+        let about: serde_json::Value = serde_json::from_str(&text).ok()?;
+        let known =
+            [RunStatus::Running, RunStatus::Complete, RunStatus::Interrupted, RunStatus::Failed];
+        let status = known.into_iter().find(|s| about["status"] == s.to_string())?;
+        let in_use = status == RunStatus::Running && Claim::in_use(root);
+        let reason = about["reason"].as_str().unwrap_or_default().to_owned();
+        Some(Self { status, reason, time: about["time"].as_f64().unwrap_or(0.0), in_use })
     }
 }
 

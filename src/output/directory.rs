@@ -28,6 +28,10 @@ impl ResultDirectory {
     const PROVENANCE: &'static str = "provenance.json";
     const COSTS: &'static str = "costs.json";
     const FAILED: &'static str = "failed.vtu";
+    /// Name of the measures of a member of a sweep.
+    pub const MEASURES: &'static str = "measures.csv";
+    /// Name of the state that its picture shows.
+    pub const SHOWN: &'static str = "shown.vtu";
 
     /// The directory of a run for which none was named: the scene's stem and the time in UTC, as
     /// `spots-20261121-123456` in the working directory.
@@ -154,7 +158,13 @@ impl ResultDirectory {
     /// The scene with every default written out.
     #[must_use]
     pub fn resolved(&self) -> PathBuf {
-        self.root.join(Self::RESOLVED)
+        Self::resolved_in(&self.root)
+    }
+
+    /// The same of the run whose results are in `root`.
+    #[must_use]
+    pub fn resolved_in(root: &Path) -> PathBuf {
+        root.join(Self::RESOLVED)
     }
 
     /// Versions, hashes, host and command line.
@@ -258,6 +268,8 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::PROVENANCE,
         ResultDirectory::FAILED,
         ResultDirectory::COSTS,
+        ResultDirectory::MEASURES,
+        ResultDirectory::SHOWN,
         Claim::STATUS,
     ]
     .contains(&finished(name))

@@ -12,6 +12,8 @@ static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
 const NONE: i32 = 0;
 /// The signal of Ctrl-C, everywhere.
 const SIGINT: i32 = 2;
+/// The signal that asks a process to end.
+const SIGTERM: i32 = 15;
 
 /// A handle that says whether the user asked to stop.
 ///
@@ -31,6 +33,11 @@ impl Interrupt {
             .clone()
             .map(|()| Self(()))
             .map_err(OutputError::Interrupt)
+    }
+
+    /// Asks to stop as SIGTERM does, if nobody has asked yet.
+    pub fn request(self) {
+        let _ = REQUESTED.compare_exchange(NONE, SIGTERM, Ordering::SeqCst, Ordering::SeqCst);
     }
 
     /// Whether a signal came.

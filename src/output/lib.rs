@@ -11,6 +11,8 @@
 //! DIR/provenance.json            versions, hashes, host, command line
 //! DIR/costs.json                 what the run cost, part by part
 //! DIR/status.json                running, complete, interrupted or failed, and why
+//! DIR/measures.csv               of a member of a sweep: measures at the output times
+//! DIR/shown.vtu                  of a member of a sweep: what its picture shows
 //! DIR/failed.vtu                 the last good state of a run that failed
 //! ```
 //!
@@ -39,7 +41,7 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
-pub use claim::{Claim, RunStatus};
+pub use claim::{Claim, RunStatus, Standing};
 pub use directory::ResultDirectory;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};

@@ -37,6 +37,8 @@ pub struct Panel {
     pub logarithmic: (bool, bool),
     /// The curves.
     pub curves: Vec<Curve>,
+    /// What has a place across and no value: which of the names, and where. Crosses at the upper edge.
+    pub failed: Vec<(usize, f64)>,
 }
 
 /// Panels side by side with one legend.
@@ -133,12 +135,14 @@ impl Panel {
     ) -> Result<(), OutputError> {
         let (across, up) = self.logarithmic;
         let all = || self.curves.iter().flat_map(|c| c.known(self.logarithmic));
-        if all().next().is_none() {
+        let crosses = || self.failed.iter().map(|(_, x)| *x).filter(|x| reached(*x, across));
+        if all().next().is_none() && crosses().next().is_none() {
             let text = format!("{}: nothing to show", self.title);
             let text = Text::new(text, (20, 20), (FONT, 15).into_font());
             return area.draw(&text).map_err(refused);
         }
-        let x = range(all().map(|p| p.0).filter(|v| reached(*v, across)), across);
+        let places = all().map(|p| p.0).filter(|v| reached(*v, across));
+        let x = range(places.chain(crosses()), across);
         let y = range(all().map(|p| p.1).filter(|v| reached(*v, up)), up);
         let edges = (x.clone(), y.clone());
         let log = |range: Range<f64>| {
@@ -207,6 +211,16 @@ impl Panel {
             let radius = if points.len() == 1 { 6 } else { 3 + broader };
             let marks = points.iter().map(|p| Circle::new(*p, radius, colour(*name).filled()));
             chart.draw_series(marks).map_err(refused)?;
+        }
+        let mut before: Vec<f64> = Vec::new();
+        for (name, x) in self.failed.iter().filter(|(_, x)| reached(*x, across)) {
+            // Those at one place lie below one another.
+            let lower = CROSS * before.iter().filter(|b| *b == x).count().try_into().unwrap_or(0);
+            before.push(*x);
+            let corners: Vec<_> = CROSSED.iter().map(|(x, y)| (x + 10, y + lower)).collect();
+            let mark =
+                EmptyElement::at((*x, edges.1.end)) + Polygon::new(corners, colour(*name).filled());
+            chart.draw_series([mark]).map_err(refused)?;
         }
         Ok(())
     }

@@ -40,6 +40,12 @@ impl FileRecord {
     }
 }
 
+/// SHA-256 of `text`, in hexadecimal.
+#[must_use]
+pub fn fingerprint(text: &str) -> String {
+    hexadecimal(&Sha256::digest(text.as_bytes()))
+}
+
 /// The mesh of the rest state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct MeshRecord {

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+#[cfg(unix)]
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +22,9 @@ pub struct Costs {
     pub scene: String,
     /// Wall time since the scene began to be made ready, s.
     pub seconds: f64,
+    /// Processor time of all threads of the process, s, where the system says it.
+    #[serde(default)]
+    pub cpu_seconds: Option<f64>,
     /// Accepted steps.
     pub steps: u64,
     /// Threads that computed.
@@ -93,9 +98,26 @@ impl PartCost {
     }
 }
 
-/// `VmHWM` of this process.
-fn peak_resident() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+/// Processor time of all threads of this process, s.
+#[cfg(unix)]
+fn processor_time() -> Option<f64> {
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u64::try_from);
+    Some(Duration::new(seconds.ok()?, u32::try_from(nanoseconds.ok()?).ok()?).as_secs_f64())
+}
+
+#[cfg(not(unix))]
+fn processor_time() -> Option<f64> {
+    None
+}
+
+/// Largest resident memory so far of this process, or of the one called `process`, bytes; where the
+/// system says it.
+#[must_use]
+pub fn peak_resident(process: Option<u32>) -> Option<u64> {
+    let process = process.map_or("self".to_owned(), |number| number.to_string());
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
     Some(1024 * kibibytes)
@@ -129,10 +151,11 @@ impl Costs {
         Self {
             scene: scene.name().to_owned(),
             seconds,
+            cpu_seconds: processor_time(),
             steps: simulation.state().step,
             threads: rayon::current_num_threads(),
             bytes: counted.then_some(kept),
-            peak_resident_bytes: peak_resident(),
+            peak_resident_bytes: peak_resident(None),
             parts,
             elsewhere,
         }

@@ -33,6 +33,9 @@ pub enum Error {
     /// A command cannot do what it was asked, and why.
     #[error("{0}")]
     Refused(String),
+    /// Of several runs some did not come to their end.
+    #[error("{0}")]
+    Incomplete(String),
 }
 
 /// Shorthand for results with the crate's [`Error`].

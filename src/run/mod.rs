@@ -26,7 +26,7 @@ pub mod stability;
 mod start;
 mod watch;
 
-pub use costs::Costs;
+pub use costs::{Costs, peak_resident};
 pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;

@@ -106,10 +106,20 @@ pub(crate) struct Origin {
     pub(crate) name: String,
     pub(crate) text: Arc<str>,
     pub(crate) overrides: Vec<Arc<str>>,
+    /// How many of them are `--set`; the others are `--over`.
+    pub(crate) set: usize,
     pub(crate) index: Index,
 }
 
 impl Origin {
+    /// The option that gives override `k`, and which of its kind it is, in words.
+    pub(crate) fn option(&self, k: usize) -> (&'static str, String) {
+        match k.checked_sub(self.set) {
+            None => ("--set", format!("--set number {}", k + 1)),
+            Some(k) => ("--over", format!("--over number {}", k + 1)),
+        }
+    }
+
     /// Combines problems into one error; `None` where there are none.
     pub(crate) fn report(&self, problems: &[Problem]) -> Option<SceneError> {
         let mut errors = problems.iter().take(MOST).map(|problem| self.error(problem));
@@ -136,13 +146,17 @@ impl Origin {
             others: Vec::new(),
         };
         if let Some(place) = problem.place() {
-            let from_override = place.source.checked_sub(1).and_then(|k| self.overrides.get(k));
-            let text = from_override.unwrap_or(&self.text);
+            let number = place.source.checked_sub(1);
+            let from_override = number.and_then(|k| Some((k, self.overrides.get(k)?)));
+            let text = from_override.map_or(&self.text, |(_, text)| text);
+            let mut name = self.name.as_str();
             match from_override {
-                Some(text) => report.origin = format!("--set {text}"),
+                Some((k, text)) => {
+                    name = self.option(k).0;
+                    report.origin = format!("{name} {text}");
+                }
                 None => report.position = Some(line_and_column(text, place.span.start)),
             }
-            let name = if from_override.is_some() { "--set" } else { self.name.as_str() };
             let start = place.span.start.min(text.len());
             let end = place.span.end.clamp(start, text.len());
             report.text = Some(NamedSource::new(name, Arc::clone(text)));

@@ -21,7 +21,6 @@ mod time;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -46,7 +45,7 @@ pub use crate::document::Problem;
 pub use crate::document::{Node, Place};
 
 use self::error::Origin;
-use crate::document::{Index, Segment, Value, read};
+use crate::document::{Segment, Value, read};
 use crate::registry;
 
 /// Tables of a scene.
@@ -92,8 +91,17 @@ impl Scene {
     /// # Errors
     /// The file cannot be read, or is not a valid scene; all that was found wrong, with places.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
-        let text = source::read(path)?;
-        let mut scene = Self::parse(&text, &path.display().to_string(), overrides)?;
+        Self::varied(path, overrides, &[])
+    }
+
+    /// [`Scene::load`] with a second group of overrides, which errors call `--over`: what a member of a
+    /// sweep changes.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn varied(path: &Path, set: &[String], over: &[String]) -> Result<Self, SceneError> {
+        let (root, (origin, _)) = source::changed(path, set, over)?;
+        let mut scene = check(root, origin)?;
         let unreadable = |error| SceneError::unreadable(path, &error);
         let path = std::path::absolute(path).map_err(unreadable)?;
         scene.count_paths_from(path.parent().unwrap_or(&path));
@@ -107,22 +115,22 @@ impl Scene {
     /// # Errors
     /// `text` is not a valid scene; all that was found wrong, with places.
     pub fn parse(text: &str, name: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        let mut origin = Origin {
-            name: name.to_owned(),
-            text: Arc::from(text),
-            overrides: overrides.iter().map(|o| Arc::from(o.as_str())).collect(),
-            index: Index::default(),
-        };
-        let mut root = Node::document(text).map_err(|problem| origin.error(&problem))?;
-        let mut problems = Vec::new();
-        for (k, change) in overrides.iter().enumerate() {
-            problems.extend(overrides::apply(&mut root, change, k + 1).err());
-        }
-        if let Some(error) = origin.report(&problems) {
-            return Err(error);
-        }
-        origin.index = Index::new(&root);
+        let (root, (origin, _)) = source::document(text, name, overrides, &[])?;
         check(root, origin)
+    }
+
+    /// What every override of the scene file at `path` sets, `set` before `over`: paths of keys with
+    /// list elements by their numbers, so that two names of one place are the same.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not TOML, or an override cannot be applied.
+    pub fn targets(
+        path: &Path,
+        set: &[String],
+        over: &[String],
+    ) -> Result<Vec<String>, SceneError> {
+        let (_, (_, targets)) = source::changed(path, set, over)?;
+        Ok(targets)
     }
 
     /// The scene as TOML with every default written out; reads back as the same scene.
@@ -158,7 +166,7 @@ impl Scene {
                 let before = self.origin.text.get(..place.span.start).unwrap_or_default();
                 format!("line {}", before.matches('\n').count() + 1)
             }
-            number => format!("--set number {number}"),
+            number => self.origin.option(number - 1).1,
         })
     }
 

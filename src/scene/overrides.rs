@@ -10,9 +10,11 @@ use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 /// or `effect.1`) or, for tables with a kind, by that (`effect.bending`). Tables on the way are
 /// made where they are missing.
 ///
+/// Returns the path of what was set, list elements by their numbers.
+///
 /// # Errors
 /// No `=`, a path that cannot be followed, a value that is not TOML; placed in the override.
-pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<(), Problem> {
+pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<String, Problem> {
     let all = Place { source, span: 0..text.len() };
     let Some((path, value)) = text.split_once('=') else {
         return Err(Problem::at(all, "an override has the form key.path=value"));
@@ -86,8 +88,14 @@ fn parse_value(raw: &str, source: usize, offset: usize, path: &[Segment]) -> Res
     })
 }
 
-fn set(root: &mut Node, segments: &[Segment], value: Node, place: &Place) -> Result<(), Problem> {
+fn set(
+    root: &mut Node,
+    segments: &[Segment],
+    value: Node,
+    place: &Place,
+) -> Result<String, Problem> {
     let mut node = root;
+    let mut followed = segments.to_vec();
     for (done, segment) in segments.iter().enumerate() {
         let here = || key_path(&segments[..done]);
         node = match (&mut node.value, segment) {
@@ -105,6 +113,7 @@ fn set(root: &mut Node, segments: &[Segment], value: Node, place: &Place) -> Res
             }
             (Value::Array(items), segment) => {
                 let at = element(items, segment, &here()).map_err(|p| p.placed(place))?;
+                followed[done] = Segment::Index(at);
                 &mut items[at]
             }
             (Value::Table(_), Segment::Index(_)) => {
@@ -118,7 +127,7 @@ fn set(root: &mut Node, segments: &[Segment], value: Node, place: &Place) -> Res
         };
     }
     *node = value;
-    Ok(())
+    Ok(key_path(&followed))
 }
 
 /// Which element of a list a step of the path means.

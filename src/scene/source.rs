@@ -1,4 +1,4 @@
-//! The text of a scene from its file, or why there is none.
+//! The text of a scene from its file, or why there is none; its document with the overrides.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::error::{Origin, SceneError};
-use crate::document::Problem;
-use crate::document::{Index, Place};
+use super::overrides;
+use crate::document::{Index, Node, Place, Problem};
 
 /// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
 /// read in a second.
@@ -45,8 +45,47 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
             name: path.display().to_string(),
             text: Arc::from(text),
             overrides: Vec::new(),
+            set: 0,
             index: Index::default(),
         };
         origin.error(&problem)
     })
+}
+
+/// The document of a scene file after its overrides, its texts, and what each override set.
+pub(super) type Changed = (Node, (Origin, Vec<String>));
+
+/// Reads the scene file at `path` and applies the overrides, `set` before `over`.
+pub(super) fn changed(path: &Path, set: &[String], over: &[String]) -> Result<Changed, SceneError> {
+    document(&read(path)?, &path.display().to_string(), set, over)
+}
+
+/// The document of `text` with the overrides; `name` stands for its file in messages.
+pub(super) fn document(
+    text: &str,
+    name: &str,
+    set: &[String],
+    over: &[String],
+) -> Result<Changed, SceneError> {
+    let overrides: Vec<Arc<str>> = set.iter().chain(over).map(|o| Arc::from(o.as_str())).collect();
+    let mut origin = Origin {
+        name: name.to_owned(),
+        text: Arc::from(text),
+        overrides,
+        set: set.len(),
+        index: Index::default(),
+    };
+    let mut root = Node::document(text).map_err(|problem| origin.error(&problem))?;
+    let (mut problems, mut targets) = (Vec::new(), Vec::new());
+    for (k, change) in origin.overrides.iter().enumerate() {
+        match overrides::apply(&mut root, change, k + 1) {
+            Ok(target) => targets.push(target),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    if let Some(error) = origin.report(&problems) {
+        return Err(error);
+    }
+    origin.index = Index::new(&root);
+    Ok((root, (origin, targets)))
 }

@@ -7,7 +7,8 @@ use rumple::model::State;
 use rumple::output::picture::Picture;
 use rumple::run::run::{Ending, Summary};
 use rumple::solve::SolveError;
-use rumple::study::compare::{Measures, Member, Ran, contact_sheet, differences, figure};
+use rumple::study::compare::{Member, Ran, contact_sheet, figure};
+use rumple::study::{Measures, differences};
 use rumple::{Error, Vec3};
 
 use crate::common::lattice;
@@ -29,6 +30,9 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         amplitude: 0.1,
         spots: 1,
         separation: None,
+        nearest: None,
+        share: 0.5,
+        rate: 0.0,
     };
     let summary = Summary {
         ending: Ending::Reached,

@@ -53,6 +53,7 @@ fn points_that_cannot_be_shown_are_left_out() {
         across: "time".into(),
         logarithmic,
         curves: vec![Curve { name: 0, points: points.to_vec() }],
+        failed: Vec::new(),
     };
     let figure = Figure {
         names: vec!["one & only".into()],

@@ -1,7 +1,8 @@
-"""Measures a pattern: python measure.py FRAME.vtu --array c --threshold 0.1 [--ring R]
+"""Measures a pattern: python measure.py FRAME.vtu --array c --threshold 0.1 [--cells] [--ring R]
 
-Regions are connected sets where the array is above the threshold (vertices along edges, or triangles
-across edges). With N regions of area A_act on a sheet of area A_tot, in the deformed state, prints
+Regions are connected sets where the array is above the threshold: vertices along edges, or triangles
+across edges with --cells and where only triangles have the array. With N regions of area A_act on a sheet
+of area A_tot, in the deformed state, prints
 
     d = 2 (sqrt(A_tot / (pi N)) - sqrt(A_act / (pi N)))      (Zakharov & Dasbiswas 2021)
 
@@ -18,14 +19,15 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 
-def read(path, name):
+def read(path, name, cells):
     reader = vtk.vtkXMLUnstructuredGridReader()
     reader.SetFileName(path)
     reader.Update()
     grid = reader.GetOutput()
     x = vtk_to_numpy(grid.GetPoints().GetData())
     triangles = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 3)
-    for data, where in ((grid.GetPointData(), "points"), (grid.GetCellData(), "cells")):
+    places = [(grid.GetPointData(), "points"), (grid.GetCellData(), "cells")]
+    for data, where in reversed(places) if cells else places:
         for k in range(data.GetNumberOfArrays()):
             # Units follow the name: "c", "mean_curvature [1/length]".
             if data.GetArrayName(k).split(" [")[0] == name:
@@ -48,8 +50,8 @@ def components(active, pairs):
     return np.array([root(i) if active[i] else -1 for i in range(len(active))])
 
 
-def measure(path, name, threshold, ring):
-    x, triangles, value, where = read(path, name)
+def measure(path, name, threshold, cells, ring):
+    x, triangles, value, where = read(path, name, cells)
     corner = x[triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
     edges = np.sort(triangles[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
@@ -88,6 +90,7 @@ if __name__ == "__main__":
     parser.add_argument("frame")
     parser.add_argument("--array", default="c")
     parser.add_argument("--threshold", type=float, default=0.1)
+    parser.add_argument("--cells", action="store_true")
     parser.add_argument("--ring", type=float)
     given = parser.parse_args()
-    print(json.dumps(measure(given.frame, given.array, given.threshold, given.ring), indent=1, default=float))
+    print(json.dumps(measure(given.frame, given.array, given.threshold, given.cells, given.ring), indent=1, default=float))

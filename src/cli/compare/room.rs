@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::output::{Claim, OutputError, ResultDirectory};
+use crate::cli::remove_run;
+use crate::output::{Claim, OutputError};
 
 pub(super) const TABLE: &str = "compare.csv";
 pub(super) const PLOTS: &str = "compare.svg";
@@ -23,12 +24,7 @@ pub(super) fn make(root: &Path, force: bool) -> Result<Claim, OutputError> {
             fs::remove_file(&path).map_err(|e| failed(&path, e))?;
             continue;
         }
-        // What a run wrote goes; folders that hold anything else stay.
-        drop(ResultDirectory::prepare(&path, true)?);
-        for rest in [Claim::STATUS, Claim::LOCK] {
-            let _ = fs::remove_file(path.join(rest));
-        }
-        let _ = fs::remove_dir(path);
+        remove_run(&path)?;
     }
     claim.begin()?;
     Ok(claim)

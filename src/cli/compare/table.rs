@@ -18,7 +18,7 @@ pub(super) fn table(members: &[Member]) -> String {
             "energy",
             "amplitude",
             "spots",
-            "separation",
+            "nearest",
             "s",
             "steps",
             "iterations",
@@ -52,7 +52,7 @@ pub(super) fn table(members: &[Member]) -> String {
                     format!("{:.5e}", measures.energy),
                     format!("{:.4}", measures.amplitude),
                     measures.spots.to_string(),
-                    measures.separation.map_or("-".into(), |d| format!("{d:.2}")),
+                    measures.nearest.map_or("-".into(), |d| format!("{d:.2}")),
                     format!("{:.2}", ran.seconds()),
                     ran.summary.steps.to_string(),
                     ran.summary.iterations.to_string(),
@@ -69,7 +69,7 @@ pub(super) fn table(members: &[Member]) -> String {
         let _ = writeln!(
             notes,
             "distances are the largest before two runs diverge, that is differ by more than {DIVERGED} of \
-             their size; after that compare energy, amplitude, spots and separation"
+             their size; after that compare energy, amplitude, spots and distances of nearest centres"
         );
     }
     let widths: Vec<usize> =
@@ -119,7 +119,7 @@ fn plain(error: &Error) -> String {
 pub(super) fn csv(members: &[Member]) -> String {
     let mut text = String::from(
         "member,time,shape distance,species distance,energy [energy],amplitude [length],spots,\
-         separation [length]\n",
+         share,separation d [length],nearest centres [length]\n",
     );
     let value = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
     let reference = reference(members);
@@ -130,7 +130,7 @@ pub(super) fn csv(members: &[Member]) -> String {
             let same = deviations.course.iter().find(|c| c.0 == m.time);
             let _ = writeln!(
                 text,
-                "\"{}\",{},{},{},{},{},{},{}",
+                "\"{}\",{},{},{},{},{},{},{},{},{}",
                 member.name.replace('"', "\"\""),
                 m.time,
                 value(same.map(|c| c.1)),
@@ -138,7 +138,9 @@ pub(super) fn csv(members: &[Member]) -> String {
                 m.energy,
                 m.amplitude,
                 m.spots,
-                value(m.separation)
+                m.share,
+                value(m.separation),
+                value(m.nearest)
             );
         }
     }

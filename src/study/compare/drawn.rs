@@ -1,19 +1,13 @@
 //! Plots and pictures of a comparison.
 
-use super::{Measures, Member, Ran};
+use super::{Member, Ran};
 use crate::num::real;
-use crate::output::picture::{Picture, View, labelled, ramp, sheet};
+use crate::output::picture::{Picture, View, labelled, sheet};
 use crate::output::plot::{Curve, Figure, Panel, label};
 use crate::run::Result;
+use crate::study::measures::Measures;
+use crate::study::pictures::{GAP, LINE, Scale, TILE};
 
-/// Width and height of one picture on a contact sheet, pixels.
-const TILE: usize = 300;
-/// Height of a line of text.
-const LINE: usize = 24;
-/// Room between things.
-const GAP: usize = 12;
-/// Width of the key to the colours, and of the text before it.
-const KEY: usize = 160;
 /// Pictures in a row at most.
 const ACROSS: usize = 5;
 
@@ -33,7 +27,8 @@ pub fn figure(members: &[Member]) -> Figure {
     };
     let mut panels = Vec::new();
     let mut panel = |title: &str, across: &str, logarithmic, curves| {
-        panels.push(Panel { title: title.into(), across: across.into(), logarithmic, curves });
+        let (title, across) = (title.into(), across.into());
+        panels.push(Panel { title, across, logarithmic, curves, failed: Vec::new() });
     };
     let Some((_, reference)) = ran.first() else {
         let names = members.iter().map(name).collect();
@@ -145,45 +140,4 @@ pub fn contact_sheet(members: &[Member]) -> Result<Option<Picture>> {
 fn shown_states(count: usize, columns: usize) -> impl Iterator<Item = usize> {
     let columns = columns.min(count);
     (0..columns).map(move |column| count.saturating_sub(1) * (column + 1) / columns)
-}
-
-/// The values between which colours go from dark to light.
-struct Scale {
-    least: f64,
-    most: f64,
-}
-
-impl Scale {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let nothing = Self { least: f64::INFINITY, most: f64::NEG_INFINITY };
-        values.fold(nothing, |s, v| Self { least: s.least.min(v), most: s.most.max(v) })
-    }
-
-    /// Colours of `values` from 0 to 1; the middle for each of `count` where there are none, or all
-    /// are the same.
-    fn of_values(&self, values: Option<&Vec<f64>>, count: usize) -> Vec<f64> {
-        let span = self.most - self.least;
-        match values {
-            Some(values) if span > 0.0 => values.iter().map(|v| (v - self.least) / span).collect(),
-            _ => vec![0.5; count],
-        }
-    }
-
-    /// Draws a key to the colours of `name` at `top`.
-    fn draw(
-        &self,
-        name: &str,
-        picture: &mut Picture,
-        top: usize,
-        texts: &mut Vec<(String, usize, usize)>,
-    ) {
-        let [least, most] = [self.least, self.most].map(label);
-        if self.least < self.most {
-            texts.push((format!("{name} = {least}"), GAP, top));
-            picture.place(&ramp(KEY, LINE - GAP), KEY, top);
-            texts.push((most, 2 * KEY + GAP, top));
-        } else if self.least == self.most {
-            texts.push((format!("{name} = {least} everywhere"), GAP, top));
-        }
-    }
 }

@@ -5,16 +5,15 @@
 //! does not hang on which of equal branches was taken (energy, number of spots, separation, amplitude).
 
 mod drawn;
-mod measures;
 mod timescales;
 
 pub use drawn::{contact_sheet, figure};
-pub use measures::{Difference, Differences, Measures, differences};
 pub use timescales::Timescales;
 
 use std::sync::Arc;
 
-use self::measures::measure;
+use super::differences::{Difference, differences};
+use super::measures::{Measures, measure};
 use crate::kinetics::Search;
 use crate::model::{Evaluation, State};
 use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
@@ -125,7 +124,7 @@ struct Kept {
 impl Observer for Kept {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.frame {
-            self.measures.push(measure(at)?);
+            self.measures.push(measure(at, None)?);
             self.shown.extend(at.species_at_vertices().into_iter().next());
             self.states.push(at.state().clone());
         }

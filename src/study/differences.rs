@@ -1,27 +1,9 @@
-//! What can be measured on two states, and between them.
-
-use serde::Serialize;
+//! How far two states are apart.
 
 use crate::Vec3;
 use crate::geometry::aligned;
-use crate::model::{Evaluation, ModelError, State};
+use crate::model::State;
 use crate::num::real;
-
-/// What of a state can be compared whichever branch it is on.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Measures {
-    /// Time.
-    pub time: f64,
-    /// Elastic energy.
-    pub energy: f64,
-    /// Largest displacement out of the rest shape.
-    pub amplitude: f64,
-    /// Connected regions where the first species is above half way between its least and largest
-    /// values.
-    pub spots: usize,
-    /// Mean distance of a region's centre from the nearest other; none for fewer than two.
-    pub separation: Option<f64>,
-}
 
 /// Displacements below this share of the sheet's size are none.
 const STILL: f64 = 1e-6;
@@ -93,54 +75,4 @@ pub fn differences(a: &State, b: &State, rest: &[Vec3], typical: &[f64]) -> Diff
         },
         species: species.collect(),
     }
-}
-
-/// Measures of a state.
-pub(super) fn measure(at: &mut Evaluation<'_>) -> Result<Measures, ModelError> {
-    let (model, state) = (at.model(), at.state());
-    // No minus before nothing.
-    let energy = at.potential()?.energy(&state.x) + 0.0;
-    let sheet = model.sheet();
-    let amplitude =
-        sheet.rest().iter().zip(&state.x).map(|(r, x)| (x - r).norm()).fold(0.0, f64::max);
-    let mut measures = Measures { time: state.time, energy, amplitude, spots: 0, separation: None };
-    let at_vertices = at.species_at_vertices();
-    let Some(c) = at_vertices.first() else { return Ok(measures) };
-    let (least, largest) =
-        c.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(*c), h.max(*c)));
-    let threshold = 0.5 * (least + largest);
-    if !(largest > least) {
-        return Ok(measures);
-    }
-    let mut seen = vec![false; c.len()];
-    let mut centres: Vec<Vec3> = Vec::new();
-    for start in 0..c.len() {
-        if seen[start] || c[start] <= threshold {
-            continue;
-        }
-        let (mut stack, mut sum, mut count) = (vec![start], Vec3::zeros(), 0usize);
-        seen[start] = true;
-        while let Some(i) = stack.pop() {
-            sum += state.x[i];
-            count += 1;
-            for &(_, j) in sheet.vertex_edges().of(i) {
-                let j = j as usize;
-                if !seen[j] && c[j] > threshold {
-                    seen[j] = true;
-                    stack.push(j);
-                }
-            }
-        }
-        centres.push(sum / real(count));
-    }
-    measures.spots = centres.len();
-    if centres.len() > 1 {
-        let nearest = |k: usize| {
-            let others = centres.iter().enumerate().filter(|(other, _)| *other != k);
-            others.map(|(_, other)| (other - centres[k]).norm()).fold(f64::INFINITY, f64::min)
-        };
-        let sum: f64 = (0..centres.len()).map(nearest).sum();
-        measures.separation = Some(sum / real(centres.len()));
-    }
-    Ok(measures)
 }

@@ -1,0 +1,272 @@
+//! `rumple sweep SCENE`: the same scene over lists and ranges of its keys.
+
+mod begin;
+mod room;
+
+use std::path::{Path, PathBuf};
+use std::{io, thread};
+
+use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
+
+use super::SceneArgs;
+use crate::output::{Interrupt, Mode, Progress};
+use crate::run::run::Ending;
+use crate::run::{Error, Result};
+use crate::solve::SolveError;
+use crate::study::sweep::{self, Found, MemberStatus, Plan};
+
+/// Arguments of `sweep`: those of a sweep, or a command for one that there is.
+#[derive(Debug)]
+pub(super) enum SweepArgs {
+    Plan(PlanArgs),
+    Command(Command),
+}
+
+// By hand: what a scene needs is needed only where no command is given.
+impl FromArgMatches for SweepArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        match matches.subcommand_name() {
+            Some(_) => Command::from_arg_matches(matches).map(Self::Command),
+            None => PlanArgs::from_arg_matches(matches).map(Self::Plan),
+        }
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for SweepArgs {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        Command::augment_subcommands(PlanArgs::augment_args(command))
+            .args_conflicts_with_subcommands(true)
+            .subcommand_negates_reqs(true)
+            .after_help(VALUES)
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+/// How values are written.
+const VALUES: &str = "\
+Values of --over:
+  material.thickness=0.5,1,1.5          a list
+  sheet.seed=1..8                       whole numbers, both ends included
+  material.thickness=0.5..1.5:5         5 values, evenly spaced, both ends included
+  kinetics.parameters.k=0.01..10:4:log  4 values with equal ratios
+  time.policy=quasi-static,simultaneous names; items of a list may be ranges
+Several --over give every combination of their values.
+
+The same command again goes on where it was stopped: members that are complete are not run again. An
+earlier sweep in DIR that had another scene is refused. Exit code 1 if members failed.";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Gather what there is of a sweep, finished or not: tables, pictures, plots.
+    Collect {
+        /// The directory of the sweep.
+        directory: PathBuf,
+        /// Print nothing.
+        #[arg(long)]
+        quiet: bool,
+    },
+    /// Run one member of a sweep that was planned: what every task of an array job does.
+    Member {
+        /// The directory of the sweep.
+        directory: PathBuf,
+        /// The number of the member, from 0.
+        number: usize,
+        /// End, as if interrupted, when standard input is closed.
+        #[arg(long)]
+        leash: bool,
+    },
+}
+
+/// Arguments that begin a sweep, or go on with it.
+#[derive(Debug, Args)]
+pub(super) struct PlanArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// A key of the scene and the values that it takes (see below); may be repeated.
+    #[arg(long, value_name = "KEY=VALUES")]
+    over: Vec<String>,
+    /// Repeat every member with seeds 1 to N for everything random in the scene: mesh, imperfection,
+    /// random starts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    seeds: Option<u16>,
+    /// Directory for the results; by default the scene's name and `-sweep`.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Value of the first species above which there is a spot; by default half way between its least and
+    /// largest values.
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    level: Option<f64>,
+    /// Members at once; by default as many as there are cores for their --threads, which are 1 each if
+    /// not given. Never more than fit into memory.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Memory that all members together may take, as in 8GB; by default 90 % of what is free.
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    memory: Option<u64>,
+    /// Run members again that failed.
+    #[arg(long)]
+    retry_failed: bool,
+    /// Replace an earlier sweep in that directory.
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+    /// Write a job script for Slurm, an array with a task for every member that is not complete, and
+    /// submit it.
+    #[arg(long)]
+    slurm: bool,
+    /// An option of sbatch for the script, as in `--slurm-option=--time=1:00:00`; may be repeated.
+    #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
+    slurm_option: Vec<String>,
+    /// Write the job script, but do not submit it.
+    #[arg(long, requires = "slurm")]
+    no_submit: bool,
+}
+
+pub(super) fn run(args: &SweepArgs) -> Result<()> {
+    match args {
+        SweepArgs::Plan(plan) => begin::run(plan),
+        SweepArgs::Command(Command::Collect { directory, quiet }) => collect(directory, *quiet),
+        SweepArgs::Command(Command::Member { directory, number, leash }) => {
+            member(directory, *number, *leash)
+        }
+    }
+}
+
+/// The plan of the sweep in `directory`.
+fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
+    let root = super::absolute(directory)?;
+    match Plan::read(&root)? {
+        Some(plan) => Ok((root, plan)),
+        None => {
+            let message = format!(
+                "{}: no {}: expected the directory of a sweep",
+                directory.display(),
+                Plan::FILE
+            );
+            Err(Error::Refused(message))
+        }
+    }
+}
+
+fn collect(directory: &Path, quiet: bool) -> Result<()> {
+    let (root, plan) = planned(directory)?;
+    let members = sweep::gather(&plan, &root, true);
+    sweep::write(&plan, &members, &root)?;
+    report(&plan, &members, &root, quiet);
+    outcome(&members, false)
+}
+
+/// Runs one member in this process.
+fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
+    let (root, plan) = planned(directory)?;
+    let threads = plan.threads.max(1).into();
+    // Only fails if a pool exists already, which then serves as well.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    super::watchdog::start(plan.plugin_limit);
+    let interrupt = Interrupt::install()?;
+    if leash {
+        // Whoever started this member holds the other end, and is gone when that closes.
+        thread::spawn(move || {
+            let _ = io::copy(&mut io::stdin(), &mut io::sink());
+            interrupt.request();
+        });
+    }
+    let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);
+    let done = sweep::run(
+        &plan,
+        &root,
+        number,
+        &|scene, simulation, directory| super::record(scene, None, simulation, directory),
+        &mut progress,
+        interrupt,
+    );
+    progress.finish();
+    match done? {
+        Some(summary) if summary.ending == Ending::Interrupted => {
+            Err(Error::Solve(SolveError::Interrupted))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints the table and where everything is.
+fn report(plan: &Plan, members: &[Found], root: &Path, quiet: bool) {
+    if quiet {
+        return;
+    }
+    say!("{}", sweep::markdown(plan, members).trim_end());
+    say!("{}; tables, plots and, of sheets, pictures: {}", counts(members), root.display());
+}
+
+/// `3 complete, 1 failed`.
+fn counts(members: &[Found]) -> String {
+    let all = [
+        MemberStatus::Complete,
+        MemberStatus::Failed,
+        MemberStatus::Killed,
+        MemberStatus::Interrupted,
+        MemberStatus::Running,
+        MemberStatus::NotBegun,
+    ];
+    let count = |status: MemberStatus| members.iter().filter(|f| f.status == status).count();
+    let some = all.into_iter().map(|s| (count(s), s)).filter(|(n, _)| *n > 0);
+    let texts: Vec<String> = some.map(|(n, status)| format!("{n} {status}")).collect();
+    format!("{} members: {}", members.len(), texts.join(", "))
+}
+
+/// Members that failed or were killed make the command fail; with `all` also those that are not complete.
+fn outcome(members: &[Found], all: bool) -> Result<()> {
+    let lost = |found: &&Found| match found.status {
+        MemberStatus::Complete => false,
+        MemberStatus::Failed | MemberStatus::Killed => true,
+        MemberStatus::NotBegun | MemberStatus::Running | MemberStatus::Interrupted => all,
+    };
+    match members.iter().find(lost) {
+        None => Ok(()),
+        Some(first) => {
+            let message = format!(
+                "{} of {} members did not come to their end; the first: {}: {}: {}",
+                members.iter().filter(lost).count(),
+                members.len(),
+                first.name,
+                first.status,
+                first.reason
+            );
+            Err(Error::Incomplete(message))
+        }
+    }
+}
+
+/// `8GB`, `500 MB`, `2GiB`, or a number of bytes.
+fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).trim_end();
+    let unit = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "k" | "kb" => 1e3,
+        "m" | "mb" => 1e6,
+        "g" | "gb" => 1e9,
+        "kib" => 1024.0,
+        "mib" => 1024.0 * 1024.0,
+        "gib" => 1024.0 * 1024.0 * 1024.0,
+        other => return Err(format!("unknown unit {other:?}; expected a size as 8GB or 500MB")),
+    };
+    let number: f64 = digits
+        .parse()
+        .map_err(|_| format!("{digits:?} is not a number; expected a size as 8GB"))?;
+    let size = number * unit;
+    if !(1.0..1e18).contains(&size) {
+        return Err("expected a size above 0, as 8GB".into());
+    }
+    Ok(crate::num::whole(size) as u64)
+}

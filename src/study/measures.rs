@@ -1,0 +1,169 @@
+//! What can be measured on a state, whichever branch of a bifurcation it is on.
+//!
+//! A *spot* is a connected region where the first species is above a level: vertices that share an edge,
+//! or triangles that share one if the species live there. With N spots of area A_act on a sheet of area
+//! A_tot, all in the deformed state, the separation of spots is
+//!
+//! ```text
+//! d = 2 (√(A_tot / πN) - √(A_act / πN))
+//! ```
+//!
+//! the gap between discs of area A_act/N in the middle of discs of area A_tot/N. It depends on the level as
+//! A_act does. Source: Zakharov & Dasbiswas (2021), section on the separation of spots.
+
+use std::f64::consts::PI;
+
+use serde::Serialize;
+
+use crate::Vec3;
+use crate::geometry::Face;
+use crate::kinetics::Location;
+use crate::model::{Evaluation, ModelError};
+use crate::num::real;
+use crate::sheet::Sheet;
+
+/// What of a state can be compared whichever branch it is on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Measures {
+    /// Time.
+    pub time: f64,
+    /// Elastic energy.
+    pub energy: f64,
+    /// Largest displacement out of the rest shape.
+    pub amplitude: f64,
+    /// Connected regions where the first species is above the level.
+    pub spots: usize,
+    /// The separation d of spots; none where there is no spot.
+    pub separation: Option<f64>,
+    /// Mean distance of a spot's centre from the nearest other; none for fewer than two.
+    pub nearest: Option<f64>,
+    /// Area of all spots over that of the sheet, in the deformed state.
+    pub share: f64,
+    /// Largest rate of change of a species in units of its typical magnitude, 1/time.
+    pub rate: f64,
+}
+
+/// The first species where it lives: what regions are made of.
+struct Pattern {
+    value: Vec<f64>,
+    position: Vec<Vec3>,
+    area: Vec<f64>,
+    neighbours: Vec<[u32; 2]>,
+}
+
+impl Pattern {
+    fn of(at: &mut Evaluation<'_>) -> Option<Self> {
+        let (model, state) = (at.model(), at.state());
+        let (sheet, x) = (model.sheet(), &state.x);
+        let chemistry = model.chemistry()?;
+        let faces: Vec<f64> =
+            sheet.triangles().iter().map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
+        if chemistry.location() == Location::Face {
+            let centre = |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
+            let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
+            return Some(Self {
+                value: state.species.first()?.clone(),
+                position: sheet.triangles().iter().map(centre).collect(),
+                area: faces,
+                neighbours: inner.map(|e| e.triangles).collect(),
+            });
+        }
+        Some(Self {
+            value: at.species_at_vertices().into_iter().next()?,
+            position: x.clone(),
+            area: at_vertices(sheet, &faces),
+            neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
+        })
+    }
+
+    /// Half way between the least and the largest value; none where they are the same.
+    fn half_way(&self) -> Option<f64> {
+        let all = self.value.iter();
+        let (least, largest) =
+            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(*c), h.max(*c)));
+        (largest > least).then_some(0.5 * (least + largest))
+    }
+
+    /// Centres of the regions above `level`, and their area in all.
+    fn regions(&self, level: f64) -> (Vec<Vec3>, f64) {
+        let mut parent: Vec<u32> = (0u32..).take(self.value.len()).collect();
+        let above = |k: u32| self.value[k as usize] > level;
+        for [a, b] in self.neighbours.iter().copied().filter(|[a, b]| above(*a) && above(*b)) {
+            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+        // A region is known by its first point; its moments are summed there.
+        let mut moments = vec![(0.0, Vec3::zeros()); self.value.len()];
+        for k in (0u32..).take(self.value.len()).filter(|k| above(*k)) {
+            let (at, point) = (root(&mut parent, k) as usize, k as usize);
+            moments[at].0 += self.area[point];
+            moments[at].1 += self.area[point] * self.position[point];
+        }
+        let found = moments.iter().filter(|(area, _)| *area > 0.0);
+        let centres = found.clone().map(|(area, moment)| moment / *area).collect();
+        (centres, found.map(|(area, _)| area).sum())
+    }
+}
+
+/// The first of the connected points, with the way there made short.
+fn root(parent: &mut [u32], mut k: u32) -> u32 {
+    while parent[k as usize] != k {
+        parent[k as usize] = parent[parent[k as usize] as usize];
+        k = parent[k as usize];
+    }
+    k
+}
+
+/// A third of every triangle to each of its corners.
+fn at_vertices(sheet: &Sheet, faces: &[f64]) -> Vec<f64> {
+    let mut area = vec![0.0; sheet.vertex_count()];
+    for (triangle, face) in sheet.triangles().iter().zip(faces) {
+        for v in triangle {
+            area[*v as usize] += face / 3.0;
+        }
+    }
+    area
+}
+
+/// Measures of a state; spots are where the first species is above `level`, or half way between its
+/// least and largest values.
+///
+/// # Errors
+/// If a law fails.
+pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, ModelError> {
+    let (model, state) = (at.model(), at.state());
+    // No minus before nothing.
+    let energy = at.potential()?.energy(&state.x) + 0.0;
+    let rest = model.sheet().rest().iter().zip(&state.x);
+    let mut measures = Measures {
+        time: state.time,
+        energy,
+        amplitude: rest.map(|(r, x)| (x - r).norm()).fold(0.0, f64::max),
+        spots: 0,
+        separation: None,
+        nearest: None,
+        share: 0.0,
+        rate: at.fastest_rate()?,
+    };
+    let Some(pattern) = Pattern::of(at) else { return Ok(measures) };
+    let Some(level) = level.or_else(|| pattern.half_way()) else { return Ok(measures) };
+    let (centres, above) = pattern.regions(level);
+    let total: f64 = pattern.area.iter().sum();
+    let count = real(centres.len());
+    if total > 0.0 {
+        measures.share = above / total;
+    }
+    measures.spots = centres.len();
+    if !centres.is_empty() {
+        let radius = |area: f64| (area / (PI * count)).sqrt();
+        measures.separation = Some(2.0 * (radius(total) - radius(above)));
+    }
+    if centres.len() > 1 {
+        let nearest = |k: usize| {
+            let others = centres.iter().enumerate().filter(|(other, _)| *other != k);
+            others.map(|(_, other)| (other - centres[k]).norm()).fold(f64::INFINITY, f64::min)
+        };
+        measures.nearest = Some((0..centres.len()).map(nearest).sum::<f64>() / count);
+    }
+    Ok(measures)
+}

@@ -1,0 +1,233 @@
+//! What a sweep varies: one key of the scene and its values, from the text `KEY=VALUES`.
+//!
+//! ```text
+//! material.thickness=0.5,1,1.5        a list
+//! sheet.seed=1..8                     whole numbers from 1 to 8
+//! material.thickness=0.5..1.5:5       5 numbers, evenly spaced, both ends among them
+//! kinetics.parameters.k=0.01..10:4:log   the same with equal ratios
+//! time.policy=quasi-static,simultaneous  names
+//! ```
+//!
+//! An item of a list may be a range. Commas within brackets, braces and quotes part nothing.
+
+use serde::{Deserialize, Serialize};
+
+use crate::num::{real, whole};
+
+/// Most values of a key, and most members of a sweep.
+pub const MOST: usize = 10_000;
+
+/// A key with the values that it takes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Axis {
+    /// What it is called in tables and pictures: the path of the key, or `seed`.
+    pub key: String,
+    /// The keys that are set; several for the seeds of a scene.
+    pub paths: Vec<String>,
+    /// Values as overrides have them.
+    pub values: Vec<String>,
+    /// Whether they are spaced by equal ratios.
+    #[serde(default)]
+    pub logarithmic: bool,
+}
+
+impl Axis {
+    /// Reads `KEY=VALUES`.
+    ///
+    /// # Errors
+    /// What is wrong with it, and what was expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let wrong = |what: String| Err(format!("--over {text}: {what}"));
+        let Some((key, list)) = text.split_once('=') else {
+            return wrong("expected KEY=VALUES, as in material.thickness=0.5,1,1.5".into());
+        };
+        let key = key.trim();
+        if key.is_empty() {
+            return wrong("a key is missing before the =".into());
+        }
+        if list.trim().is_empty() {
+            return wrong(format!(
+                "{key} has no values; give a list as 0.5,1,1.5 or a range as 1..8 or 0.5..1.5:5"
+            ));
+        }
+        let (mut values, mut logarithmic) = (Vec::new(), false);
+        for (number, item) in split(list).into_iter().enumerate() {
+            let item = item.trim();
+            if item.is_empty() {
+                return wrong(format!("value {} of {key} is empty", number + 1));
+            }
+            match range(item) {
+                Err(what) => return wrong(what),
+                Ok(Some(range)) => {
+                    logarithmic |= range.logarithmic;
+                    values.extend(range.values);
+                }
+                Ok(None) => values.push(item.to_owned()),
+            }
+            if values.len() > MOST {
+                return wrong(format!("more than {MOST} values"));
+            }
+        }
+        for (k, value) in values.iter().enumerate() {
+            if let Some(same) = values[..k].iter().find(|v| same(v, value)) {
+                return wrong(match same == value {
+                    true => format!("{value} is given twice"),
+                    false => format!("{same} and {value} are the same"),
+                });
+            }
+        }
+        Ok(Self { key: key.to_owned(), paths: vec![key.to_owned()], values, logarithmic })
+    }
+
+    /// Seeds 1 to `count` for all the keys `paths` at once.
+    #[must_use]
+    pub fn seeds(paths: Vec<String>, count: usize) -> Self {
+        let values = (1..=count).map(|seed| seed.to_string()).collect();
+        Self { key: SEED.to_owned(), paths, values, logarithmic: false }
+    }
+
+    /// Whether its values are repetitions of one thing by other random numbers.
+    #[must_use]
+    pub fn is_seed(&self) -> bool {
+        self.short() == SEED
+    }
+
+    /// The overrides that give it value `k`.
+    pub fn overrides(&self, k: usize) -> impl Iterator<Item = String> {
+        let value = self.values.get(k).map_or("", String::as_str);
+        self.paths.iter().map(move |path| format!("{path}={value}"))
+    }
+
+    /// The last word of the key, as in `thickness`.
+    #[must_use]
+    pub fn short(&self) -> &str {
+        let last = self.key.rsplit('.').next().unwrap_or(&self.key);
+        last.trim_matches('"')
+    }
+
+    /// Its values as numbers, if all are.
+    #[must_use]
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        self.values.iter().map(|value| number(value)).collect()
+    }
+
+    /// `key = value` of value `k`, the key without the tables that it is in.
+    #[must_use]
+    pub fn label(&self, k: usize) -> String {
+        format!("{} = {}", self.short(), plain(self.values.get(k).map_or("", String::as_str)))
+    }
+}
+
+/// The key of seeds.
+const SEED: &str = "seed";
+
+/// A value without its quotes.
+#[must_use]
+pub fn plain(value: &str) -> &str {
+    value.trim_matches(['"', '\''])
+}
+
+fn number(value: &str) -> Option<f64> {
+    value.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// Whether two values mean the same.
+fn same(a: &str, b: &str) -> bool {
+    match (number(a), number(b)) {
+        (Some(a), Some(b)) => a == b,
+        _ => plain(a) == plain(b),
+    }
+}
+
+/// The items of a list, which commas part.
+fn split(list: &str) -> Vec<&str> {
+    let (mut items, mut from, mut depth, mut quote) = (Vec::new(), 0, 0i32, None);
+    for (at, c) in list.char_indices() {
+        match (quote, c) {
+            (Some(open), c) if c == open => quote = None,
+            (Some(_), _) => {}
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '[' | '{' | '(') => depth += 1,
+            (None, ']' | '}' | ')') => depth -= 1,
+            (None, ',') if depth <= 0 => {
+                items.push(&list[from..at]);
+                from = at + 1;
+            }
+            _ => {}
+        }
+    }
+    items.push(&list[from..]);
+    items
+}
+
+struct Range {
+    values: Vec<String>,
+    logarithmic: bool,
+}
+
+/// The values of a range; none for what is no range.
+fn range(item: &str) -> Result<Option<Range>, String> {
+    let Some((first, rest)) = item.split_once("..") else { return Ok(None) };
+    // Names and paths may have two points in them.
+    let Some(from) = number(first.trim()) else { return Ok(None) };
+    let mut parts = rest.split(':').map(str::trim);
+    let last = parts.next().unwrap_or_default();
+    let form = "a range is FROM..TO for whole numbers, FROM..TO:COUNT or FROM..TO:COUNT:log";
+    let Some(to) = number(last) else {
+        return Err(format!("`{item}`: {last:?} is not a number; {form}"));
+    };
+    let whole_numbers = [first.trim(), last].iter().all(|text| text.parse::<i64>().is_ok());
+    let count = match parts.next() {
+        None if !whole_numbers => {
+            return Err(format!("`{item}` does not say how many values; {form}"));
+        }
+        None if to < from => return Err(format!("`{item}` ends before it begins; {form}")),
+        None if to - from >= real(MOST) => {
+            return Err(format!("`{item}`: more than {MOST} values"));
+        }
+        None => whole(to - from) + 1,
+        Some(count) => match count.parse() {
+            Ok(count) if (2..=MOST).contains(&count) => count,
+            _ => {
+                let what = format!("{count:?} is not a number of values from 2 to {MOST}");
+                return Err(format!("`{item}`: {what}; {form}"));
+            }
+        },
+    };
+    let logarithmic = match parts.next() {
+        None => false,
+        Some("log") => true,
+        Some(other) => return Err(format!("`{item}`: {other:?} is not log; {form}")),
+    };
+    if let Some(more) = parts.next() {
+        return Err(format!("`{item}`: {more:?} is too much; {form}"));
+    }
+    if logarithmic && !(from > 0.0 && to > 0.0) {
+        return Err(format!("`{item}`: both ends of a logarithmic range are above 0"));
+    }
+    let steps = real(count.max(2) - 1);
+    let value = |k: usize| {
+        let share = real(k) / steps;
+        if k == 0 {
+            from
+        } else if k + 1 == count {
+            to
+        } else if logarithmic {
+            from * (to / from).powf(share)
+        } else {
+            from + (to - from) * share
+        }
+    };
+    let values = (0..count).map(|k| text(rounded(value(k)), whole_numbers)).collect();
+    Ok(Some(Range { values, logarithmic }))
+}
+
+/// Without the last digits, in which 0.1 + 0.2 is not 0.3.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
+/// A number as a scene has it: with a point, but where the ends of a range have none.
+fn text(value: f64, whole_numbers: bool) -> String {
+    if whole_numbers && value.fract() == 0.0 { format!("{value}") } else { format!("{value:?}") }
+}

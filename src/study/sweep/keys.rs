@@ -1,0 +1,78 @@
+//! Keys of a scene that a sweep sets: those that clash, and those of all seeds.
+
+use std::path::Path;
+
+use super::axis::Axis;
+use crate::run::{Error, Result};
+use crate::scene::Scene;
+
+/// Refuses keys of which one sets what another sets too.
+pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<()> {
+    let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
+    let mut targets = Scene::targets(scene, set, &over)?;
+    let varied = targets.split_off(set.len());
+    let within = |inner: &str, outer: &str| {
+        inner
+            .strip_prefix(outer)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    let key = |text: &str| text.split('=').next().unwrap_or_default().trim().to_owned();
+    for (k, target) in varied.iter().enumerate() {
+        for (other, earlier) in varied[..k].iter().enumerate() {
+            if target == earlier {
+                let message = format!("--over sets {target} twice; give it once, with all values");
+                return Err(Error::Refused(message));
+            }
+            if within(target, earlier) || within(earlier, target) {
+                let (a, b) = (key(&over[other]), key(&over[k]));
+                let message = format!("--over {a} and --over {b} clash: one is inside the other");
+                return Err(Error::Refused(message));
+            }
+        }
+        if let Some(given) = targets.iter().position(|given| within(given, target)) {
+            let message = format!(
+                "--set {} and --over {} clash: what --set gives would be lost; leave out --set",
+                set[given],
+                key(&over[k])
+            );
+            return Err(Error::Refused(message));
+        }
+    }
+    Ok(())
+}
+
+/// The keys of all seeds that a scene has, with those it leaves to their defaults.
+///
+/// # Errors
+/// If the scene cannot be written as TOML.
+pub fn seeds(scene: &Scene) -> Result<Vec<String>> {
+    fn collect(value: &toml::Value, path: &str, found: &mut Vec<String>) {
+        match value {
+            toml::Value::Table(entries) => {
+                for (key, value) in entries {
+                    let path = match path {
+                        "" => key.clone(),
+                        _ => crate::scene::path_to(path, key),
+                    };
+                    if key == "seed" && value.is_integer() {
+                        found.push(path);
+                    } else if key != "parameters" {
+                        collect(value, &path, found);
+                    }
+                }
+            }
+            toml::Value::Array(items) => {
+                for (k, item) in items.iter().enumerate() {
+                    collect(item, &format!("{path}[{k}]"), found);
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    let text = scene.resolved()?;
+    if let Ok(value) = toml::from_str::<toml::Value>(&text) {
+        collect(&value, "", &mut found);
+    }
+    Ok(found)
+}

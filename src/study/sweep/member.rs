@@ -1,0 +1,278 @@
+//! One member of a sweep: run in a process of its own, and read back by whoever gathers.
+
+use std::fs;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::plan::Plan;
+use crate::kinetics::Search;
+use crate::model::Evaluation;
+use crate::num::real;
+use crate::output::{
+    Claim, Compression, Field, Frame, Interrupt, Ledger, OutputError, Progress, ResultDirectory,
+    RunStatus, Standing, vtu,
+};
+use crate::run::run::{self, Ending, Summary};
+use crate::run::{Costs, Error, Observer, Result, Simulation, StepInfo};
+use crate::scene::Scene;
+use crate::sheet::read::surface;
+use crate::study::measures::{Measures, measure};
+
+/// How a member stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MemberStatus {
+    /// It has not begun.
+    NotBegun,
+    /// A process works on it.
+    Running,
+    /// It came to its end.
+    Complete,
+    /// It was asked to end before.
+    Interrupted,
+    /// Its process ended without a word.
+    Killed,
+    /// It could not go on.
+    Failed,
+}
+
+impl std::fmt::Display for MemberStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::NotBegun => "not begun",
+            Self::Running => "running",
+            Self::Complete => "complete",
+            Self::Interrupted => "interrupted",
+            Self::Killed => "killed",
+            Self::Failed => "failed",
+        })
+    }
+}
+
+/// How the member in `directory` stands, and why.
+#[must_use]
+pub fn status(directory: &Path) -> (MemberStatus, String) {
+    let Some(standing) = Standing::of(directory) else {
+        return (MemberStatus::NotBegun, String::new());
+    };
+    let status = match standing.status {
+        RunStatus::Running if standing.in_use => MemberStatus::Running,
+        RunStatus::Running => MemberStatus::Killed,
+        RunStatus::Complete => MemberStatus::Complete,
+        RunStatus::Interrupted => MemberStatus::Interrupted,
+        RunStatus::Failed => MemberStatus::Failed,
+    };
+    (status, standing.reason)
+}
+
+/// What is known of a member from its folder.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// Its keys and values.
+    pub name: String,
+    /// Which value of every axis it has.
+    pub at: Vec<usize>,
+    /// How it stands.
+    pub status: MemberStatus,
+    /// Why; the first line.
+    pub reason: String,
+    /// Measures at the output times, as far as it came.
+    pub measures: Vec<Measures>,
+    /// The time at which no species changed any more, if the run ended for that.
+    pub steady: Option<f64>,
+    /// Processor time, s.
+    pub seconds: Option<f64>,
+    /// Largest resident memory, bytes.
+    pub memory: Option<u64>,
+    /// Steps.
+    pub steps: Option<u64>,
+    /// What its picture shows.
+    pub shown: Option<Shown>,
+}
+
+/// The last output state of a member.
+#[derive(Debug, Clone)]
+pub struct Shown {
+    /// Positions.
+    pub x: Vec<crate::Vec3>,
+    /// Vertices of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Name and values of the first species at the vertices, if there is one.
+    pub species: Option<(String, Vec<f64>)>,
+}
+
+/// Reads what there is of member `number` of the sweep in `root`, with `picture` what that shows.
+#[must_use]
+pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
+    let directory = plan.directory(root, number);
+    let (status, reason) = status(&directory);
+    let costs = Costs::read(&directory).ok();
+    let measures = read_measures(&directory);
+    let last = measures.last().map(|m: &Measures| m.time);
+    let steady = status == MemberStatus::Complete && reason == Ending::Steady.to_string();
+    Found {
+        name: plan.name(number),
+        at: plan.members.get(number).map(|point| point.at.clone()).unwrap_or_default(),
+        status,
+        reason: reason.lines().next().unwrap_or_default().to_owned(),
+        steady: last.filter(|_| steady),
+        seconds: costs.as_ref().and_then(|costs| costs.cpu_seconds),
+        memory: costs.as_ref().and_then(|costs| costs.peak_resident_bytes),
+        steps: costs.as_ref().map(|costs| costs.steps),
+        measures,
+        shown: if picture { read_shown(&directory) } else { None },
+    }
+}
+
+fn read_shown(directory: &Path) -> Option<Shown> {
+    let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
+    let species = surface.point_arrays.into_iter().find(|array| array.components == 1);
+    Some(Shown {
+        x: surface.points,
+        triangles: surface.triangles,
+        species: species.map(|array| (array.name, array.values)),
+    })
+}
+
+/// Columns of `measures.csv`.
+const COLUMNS: [&str; 9] = [
+    "step",
+    "time",
+    "spots",
+    "separation d [length]",
+    "nearest centres [length]",
+    "share",
+    "amplitude [length]",
+    "energy [energy]",
+    "fastest rate [1/time]",
+];
+
+fn row(step: u64, m: &Measures) -> [f64; 9] {
+    let none = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let step = real(usize::try_from(step).unwrap_or(usize::MAX));
+    let (d, nearest) = (none(m.separation), none(m.nearest));
+    [step, m.time, real(m.spots), d, nearest, m.share, m.amplitude, m.energy, m.rate]
+}
+
+/// The time of the last output of the member in `directory`.
+pub(super) fn reached(directory: &Path) -> Option<f64> {
+    read_measures(directory).last().map(|m| m.time)
+}
+
+fn read_measures(directory: &Path) -> Vec<Measures> {
+    let text = fs::read_to_string(directory.join(ResultDirectory::MEASURES)).unwrap_or_default();
+    let some = |value: f64| (!value.is_nan()).then_some(value);
+    let read = |line: &str| {
+        let row: Vec<f64> = line.split(',').filter_map(|cell| cell.parse().ok()).collect();
+        let [_, time, spots, d, nearest, share, amplitude, energy, rate] = row[..] else {
+            return None;
+        };
+        let spots = crate::num::whole(spots);
+        let (separation, nearest) = (some(d), some(nearest));
+        Some(Measures { time, energy, amplitude, spots, separation, nearest, share, rate })
+    };
+    // A last line without its end may be a part of one.
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    whole.lines().skip(1).filter_map(read).collect()
+}
+
+/// Writes measures and what the picture shows, at every output time.
+struct Record<'a> {
+    directory: &'a ResultDirectory,
+    level: Option<f64>,
+    measures: Ledger,
+}
+
+impl Observer for Record<'_> {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if !info.frame {
+            return Ok(());
+        }
+        let measures = measure(at, self.level)?;
+        let (model, state) = (at.model(), at.state());
+        if model.sheet().triangle_count() > 0 {
+            let names = model.chemistry().map(|c| c.descriptor().species.first());
+            let name = names.flatten().map(|species| species.name.clone());
+            let values = at.species_at_vertices().into_iter().next();
+            let field = name.zip(values).map(|(name, values)| Field::scalar(name, values));
+            let frame = Frame {
+                time: state.time,
+                step: state.step,
+                points: &state.x,
+                triangles: model.sheet().triangles(),
+                point: field.into_iter().collect(),
+                cell: Vec::new(),
+                field_data: Vec::new(),
+            };
+            let path = self.directory.root().join(ResultDirectory::SHOWN);
+            vtu::write(&path, &frame, Compression::default())?;
+        }
+        // The row is last: whoever sees it finds the picture too.
+        Ok(self.measures.append(&row(state.step, &measures))?)
+    }
+}
+
+/// Longest time that a member waits for one who still writes to its directory.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Runs member `number` of the sweep in `root`; `record` writes down what it was made from. One that is
+/// complete is left as it is. The results of an earlier try are replaced.
+///
+/// # Errors
+/// A scene or a file that is not the one that was planned; whatever ends a run.
+pub fn run(
+    plan: &Plan,
+    root: &Path,
+    number: usize,
+    record: &dyn Fn(&Scene, &Simulation, &ResultDirectory) -> Result<()>,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+) -> Result<Option<Summary>> {
+    let Some(point) = plan.members.get(number) else {
+        let message = format!("no member {number}: there are {}, from 0", plan.members.len());
+        return Err(Error::Refused(message));
+    };
+    let path = plan.directory(root, number);
+    wait_for_others(&path, interrupt);
+    if status(&path).0 == MemberStatus::Complete {
+        return Ok(None);
+    }
+    if plan.fingerprint(number)? != point.fingerprint {
+        let message = format!(
+            "{}: the scene, a file that it names or a plugin has changed since the sweep was planned",
+            plan.name(number)
+        );
+        return Err(Error::Refused(message));
+    }
+    let scene = plan.scene(number)?;
+    let directory = room(&path)?;
+    let summary = run::with_status(&directory, || {
+        let mut simulation =
+            Simulation::new(&scene, &Search::in_directories(plan.plugin_path.clone()))?;
+        record(&scene, &simulation, &directory)?;
+        let columns = COLUMNS.map(str::to_owned);
+        let measures = Ledger::create(&directory.root().join(ResultDirectory::MEASURES), &columns)?;
+        let mut record = Record { directory: &directory, level: plan.level, measures };
+        let observers: &mut [&mut dyn Observer] = &mut [&mut record];
+        run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)
+    })?;
+    Ok(Some(summary))
+}
+
+/// Waits while another process writes to the directory: a member of a sweep that was killed comes to its
+/// end by itself, and may even be complete then.
+fn wait_for_others(path: &Path, interrupt: Interrupt) {
+    let since = Instant::now();
+    while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// The directory, emptied of an earlier try.
+fn room(path: &Path) -> Result<ResultDirectory> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)
+            .map_err(|source| OutputError::Write { path: parent.to_owned(), source })?;
+    }
+    Ok(ResultDirectory::prepare(path, true)?)
+}

@@ -1,0 +1,93 @@
+//! How many members fit into the memory there is.
+//!
+//! What a member needs is measured, never guessed: the peak of members that have ended, scaled with the
+//! size of their sheets; before one has ended, that of the ones that run, with some room for growth. So
+//! the first runs alone until it has relaxed its start.
+
+use std::fs;
+
+/// What a member may still grow beyond its peak so far, while no other has ended.
+const ROOM: f64 = 1.5;
+/// Part of the free memory that a sweep uses; the rest is for everything else on the machine.
+const USED: f64 = 0.9;
+
+/// Bytes that a sweep may use on this machine: most of what is free now, and no more than a control
+/// group leaves; none where the system does not say.
+#[must_use]
+pub fn available() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    let free = left_by_group().map_or(1024 * kibibytes, |group| group.min(1024 * kibibytes));
+    Some(share(free, USED))
+}
+
+/// What the control group of this process has left, where it has a limit.
+fn left_by_group() -> Option<u64> {
+    let number =
+        |path: String| -> Option<u64> { fs::read_to_string(path).ok()?.trim().parse().ok() };
+    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
+    let left = |line: &str| {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (kind, path) = (parts.next()?, parts.next()?);
+        let (limit, used) = match kind {
+            "" => {
+                let root = format!("/sys/fs/cgroup{path}");
+                (number(format!("{root}/memory.max"))?, number(format!("{root}/memory.current"))?)
+            }
+            "memory" => {
+                let root = format!("/sys/fs/cgroup/memory{path}");
+                let limit = number(format!("{root}/memory.limit_in_bytes"))?;
+                (limit, number(format!("{root}/memory.usage_in_bytes"))?)
+            }
+            _ => return None,
+        };
+        Some(limit.saturating_sub(used))
+    };
+    groups.lines().filter_map(left).min()
+}
+
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn share(bytes: u64, part: f64) -> u64 {
+    // Far below the 2⁵³ that a float counts to.
+    (bytes as f64 * part) as u64
+}
+
+/// What is known of the memory that members take.
+#[derive(Debug, Default)]
+pub struct Needs {
+    /// Size and peak of members that have ended.
+    ended: Vec<(u64, u64)>,
+    /// Of those that run and have relaxed their start.
+    running: Vec<(u64, u64)>,
+}
+
+impl Needs {
+    /// A member of this size has ended with this peak.
+    pub fn ended(&mut self, size: u64, peak: u64) {
+        self.ended.push((size, peak));
+    }
+
+    /// Sizes and peaks so far of the members that run and have relaxed their start.
+    pub fn running(&mut self, running: Vec<(u64, u64)>) {
+        self.running = running;
+    }
+
+    /// Bytes that a member of this size needs; none while no member is known.
+    #[must_use]
+    pub fn of(&self, size: u64) -> Option<u64> {
+        // In proportion to the size where that is larger than a known one; a smaller one may need as much.
+        let scaled = |&(known, peak): &(u64, u64)| match size > known && known > 0 {
+            true => peak.saturating_mul(size).div_ceil(known),
+            false => peak,
+        };
+        // The nearest in size is the best to go by.
+        let nearest = |list: &[(u64, u64)]| -> Option<u64> {
+            let distance = list.iter().map(|(known, _)| known.abs_diff(size)).min()?;
+            let near = list.iter().filter(|(known, _)| known.abs_diff(size) == distance);
+            near.map(scaled).max()
+        };
+        let guess = || nearest(&self.running).map(|peak| share(peak, ROOM));
+        nearest(&self.ended).or_else(guess)
+    }
+}

@@ -1,0 +1,341 @@
+//! Which members a sweep has, written down as `sweep.json`.
+//!
+//! Every member has a fingerprint: the hash of its scene with all defaults, of the files that this names
+//! and of its plugins. A sweep that goes on finds its members again by their values, and refuses to where
+//! a fingerprint is another one.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::axis::{Axis, MOST, plain};
+use super::keys::check_keys;
+use crate::kinetics::Search;
+use crate::output::provenance::{FileRecord, fingerprint};
+use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::run::{Error, Result};
+use crate::scene::{Scene, Shape, SheetSource};
+
+/// A sweep: its scene, what it varies, its members.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Name and version of this crate.
+    pub version: String,
+    /// The scene file, its full path.
+    pub scene: PathBuf,
+    /// Overrides that hold for all members.
+    pub set: Vec<String>,
+    /// What is varied; the last key fastest.
+    pub axes: Vec<Axis>,
+    /// Value of the first species above which there is a spot; half way if none.
+    pub level: Option<f64>,
+    /// Threads of a member.
+    pub threads: u16,
+    /// Where plugins are looked for.
+    pub plugin_path: Vec<PathBuf>,
+    /// Seconds that one call of a plugin may take.
+    pub plugin_limit: f64,
+    /// The members.
+    pub members: Vec<Point>,
+}
+
+/// One member of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Point {
+    /// Name of its folder.
+    pub folder: String,
+    /// Which value of every axis it has.
+    pub at: Vec<usize>,
+    /// Hash of its scene and of the files of that.
+    pub fingerprint: String,
+    /// What its memory goes with: vertices, or bytes of its mesh file.
+    pub size: u64,
+}
+
+impl Plan {
+    /// Name of its file.
+    pub const FILE: &'static str = "sweep.json";
+    /// Name of the folder of the members.
+    pub const MEMBERS: &'static str = "members";
+
+    /// All members of a sweep of the scene file `scene` over `axes`, each of them read and checked.
+    /// Fingerprints are yet to be taken.
+    ///
+    /// # Errors
+    /// No axes, keys that clash with one another or with `set`, too many members; a member whose scene
+    /// is not valid, with its place.
+    pub fn new(scene: &Path, set: &[String], axes: Vec<Axis>) -> Result<Self> {
+        if axes.is_empty() {
+            let message = "nothing to vary: give --over KEY=VALUES, as in \
+                           --over material.thickness=0.5,1,1.5, or --seeds N";
+            return Err(Error::Refused(message.into()));
+        }
+        let count = axes.iter().try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()));
+        let Some(count) = count.filter(|count| *count <= MOST) else {
+            let message = format!("more than {MOST} members; give fewer values, or several sweeps");
+            return Err(Error::Refused(message));
+        };
+        check_keys(scene, set, &axes)?;
+        let absolute = std::path::absolute(scene)
+            .map_err(|source| OutputError::Read { path: scene.to_owned(), source })?;
+        let mut plan = Self {
+            version: concat!("rumple ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene: absolute,
+            set: set.to_vec(),
+            axes,
+            level: None,
+            threads: 1,
+            plugin_path: Vec::new(),
+            plugin_limit: f64::INFINITY,
+            members: Vec::new(),
+        };
+        for number in 0..count {
+            let at = plan.values_of(number);
+            let scene = Scene::varied(scene, set, &plan.overrides(&at))?;
+            let point = Point {
+                folder: plan.folder(&at),
+                at,
+                fingerprint: String::new(),
+                size: size(&scene),
+            };
+            plan.members.push(point);
+        }
+        plan.tell_folders_apart();
+        Ok(plan)
+    }
+
+    /// Which value of every axis the member with this number has.
+    fn values_of(&self, number: usize) -> Vec<usize> {
+        let mut rest = number;
+        let mut at: Vec<usize> = Vec::new();
+        for axis in self.axes.iter().rev() {
+            at.push(rest % axis.values.len().max(1));
+            rest /= axis.values.len().max(1);
+        }
+        at.reverse();
+        at
+    }
+
+    /// The overrides of a member.
+    fn overrides(&self, at: &[usize]) -> Vec<String> {
+        self.axes.iter().zip(at).flat_map(|(axis, k)| axis.overrides(*k)).collect()
+    }
+
+    /// The scene of member `number`.
+    ///
+    /// # Errors
+    /// If it cannot be read any more.
+    pub fn scene(&self, number: usize) -> Result<Scene> {
+        let at = self.members.get(number).map_or(&[][..], |point| &point.at);
+        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(at))?)
+    }
+
+    /// The end time of member `number`.
+    ///
+    /// # Errors
+    /// If its scene cannot be read any more.
+    pub fn until(&self, number: usize) -> Result<f64> {
+        Ok(self.scene(number)?.time.span.until.get())
+    }
+
+    /// Where its plugins are.
+    #[must_use]
+    pub fn search(&self) -> Search {
+        Search::in_directories(self.plugin_path.clone())
+    }
+
+    /// What a member is called: its keys and values.
+    #[must_use]
+    pub fn name(&self, number: usize) -> String {
+        let at = self.members.get(number).map_or(&[][..], |point| &point.at);
+        let labels = self.axes.iter().zip(at).map(|(axis, k)| axis.label(*k));
+        labels.collect::<Vec<_>>().join(", ")
+    }
+
+    /// What the plot against key `number` is called: the last word of the key, or all of it where two
+    /// keys have the same.
+    #[must_use]
+    pub fn plot_name(&self, number: usize) -> String {
+        let Some(axis) = self.axes.get(number) else { return String::new() };
+        let alone = self.axes.iter().filter(|a| a.short() == axis.short()).count() == 1;
+        let name = if alone { axis.short() } else { &axis.key };
+        name.replace(|c: char| !c.is_ascii_alphanumeric() && !"._-".contains(c), "-")
+    }
+
+    /// The directory of a member, in that of the sweep.
+    #[must_use]
+    pub fn directory(&self, root: &Path, number: usize) -> PathBuf {
+        let folder = self.members.get(number).map_or("", |point| &point.folder);
+        root.join(Self::MEMBERS).join(folder)
+    }
+
+    fn folder(&self, at: &[usize]) -> String {
+        let value = |axis: &Axis, k: usize| {
+            let value = axis.values.get(k).map_or("", String::as_str);
+            format!("{}={}", axis.short(), plain(value))
+        };
+        let all: Vec<String> = self.axes.iter().zip(at).map(|(a, k)| value(a, *k)).collect();
+        let usual = |c: char| c.is_ascii_alphanumeric() || "=,.+_-".contains(c);
+        let name = all.join(",").replace(|c| !usual(c), "-");
+        let name: String = name.chars().take(LONGEST_NAME).collect();
+        // Hidden, or this folder or the one above, it would be otherwise.
+        if name.starts_with('.') { format!("-{name}") } else { name }
+    }
+
+    /// Gives members whose folders have one name a part of their hash.
+    fn tell_folders_apart(&mut self) {
+        let mut count: BTreeMap<String, usize> = BTreeMap::new();
+        for point in &self.members {
+            *count.entry(point.folder.to_lowercase()).or_default() += 1;
+        }
+        for number in 0..self.members.len() {
+            let at = self.members[number].at.clone();
+            let folder = &mut self.members[number].folder;
+            if count.get(&folder.to_lowercase()).is_some_and(|n| *n > 1) {
+                let overrides: Vec<String> =
+                    self.axes.iter().zip(&at).flat_map(|(a, k)| a.overrides(*k)).collect();
+                let hash = fingerprint(&overrides.join("\n"));
+                *folder = format!("{folder},{}", hash.get(..8).unwrap_or_default());
+            }
+        }
+    }
+
+    /// Takes the fingerprint of every member.
+    ///
+    /// # Errors
+    /// A file or a plugin that is not there.
+    pub fn seal(&mut self) -> Result<()> {
+        let mut known = BTreeMap::new();
+        for number in 0..self.members.len() {
+            self.members[number].fingerprint = self.print(number, &mut known)?;
+        }
+        Ok(())
+    }
+
+    /// The fingerprint of a member as its scene and files are now.
+    ///
+    /// # Errors
+    /// A scene, a file or a plugin that cannot be read.
+    pub fn fingerprint(&self, number: usize) -> Result<String> {
+        self.print(number, &mut BTreeMap::new())
+    }
+
+    fn print(&self, number: usize, known: &mut BTreeMap<PathBuf, String>) -> Result<String> {
+        let scene = self.scene(number)?;
+        let mut text = scene.resolved()?;
+        let mut files: Vec<PathBuf> =
+            scene.files().into_iter().map(|(_, path)| path.to_owned()).collect();
+        let home = scene.file().parent().unwrap_or(Path::new("."));
+        for plugin in scene.kinetics.iter().filter_map(|k| k.plugin.as_ref()) {
+            files.push(self.search().resolve(plugin, home)?);
+        }
+        for path in files {
+            if !known.contains_key(&path) {
+                known.insert(path.clone(), FileRecord::of(&path)?.sha256);
+            }
+            text += &format!("{} {}\n", path.display(), known[&path]);
+        }
+        Ok(fingerprint(&text))
+    }
+
+    /// Reads that of the sweep in `root`; none where there is no sweep.
+    ///
+    /// # Errors
+    /// If its file cannot be read.
+    pub fn read(root: &Path) -> Result<Option<Self>> {
+        let path = root.join(Self::FILE);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(OutputError::Read { path, source }.into()),
+        };
+        serde_json::from_str(&text).map(Some).map_err(|error| {
+            Error::Refused(format!("{}: is not what a sweep writes: {error}", path.display()))
+        })
+    }
+
+    /// Writes it into `root`.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn write(&self, root: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        Ok(atomic::replace(&root.join(Self::FILE), |writer| writeln!(writer, "{text}"))?)
+    }
+
+    /// Refuses to go on with the sweep `earlier` in `root` if that is another one. Values may be added.
+    ///
+    /// # Errors
+    /// What has changed.
+    pub fn goes_on_from(&self, earlier: &Self, root: &Path) -> Result<()> {
+        let refuse = |what: String| {
+            let message = format!(
+                "{}: holds another sweep: {what}; choose another with --out, or give --force to \
+                 replace it",
+                root.display()
+            );
+            Err(Error::Refused(message))
+        };
+        let keys = |plan: &Self| {
+            let keys: Vec<String> = plan.axes.iter().map(|axis| axis.key.clone()).collect();
+            keys.join(", ")
+        };
+        if keys(self) != keys(earlier) {
+            return refuse(format!("over {}, now over {}", keys(earlier), keys(self)));
+        }
+        if self.level != earlier.level {
+            return refuse("with another --level".into());
+        }
+        for (number, old) in earlier.members.iter().enumerate() {
+            let name = earlier.name(number);
+            let Some(new) = self.members.iter().position(|new| new.folder == old.folder) else {
+                return refuse(format!("its member {name} is not among those asked for now"));
+            };
+            if self.members[new].fingerprint != old.fingerprint {
+                return refuse(self.difference(new, root)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// What of a member has changed since it was run.
+    fn difference(&self, number: usize, root: &Path) -> Result<String> {
+        let now = self.scene(number)?.resolved()?;
+        let written = ResultDirectory::resolved_in(&self.directory(root, number));
+        let then = fs::read_to_string(written).unwrap_or_default();
+        let mut pairs = then.lines().zip(now.lines());
+        let name = self.name(number);
+        Ok(match pairs.find(|(then, now)| then != now) {
+            Some((then, now)) => {
+                format!("the scene has changed: `{then}` for {name}, now `{now}`")
+            }
+            None if then.is_empty() || then != now => {
+                format!("the scene, a file that it names or a plugin has changed, for {name}")
+            }
+            None => format!("a file that the scene names or a plugin has changed, for {name}"),
+        })
+    }
+}
+
+/// Most characters of the name of a folder: systems allow 255 bytes.
+const LONGEST_NAME: usize = 150;
+
+/// What memory goes with: vertices, or bytes of the mesh file.
+fn size(scene: &Scene) -> u64 {
+    match &scene.sheet.source {
+        SheetSource::File { file } => fs::metadata(file).map_or(1, |about| about.len()),
+        SheetSource::Point { .. } => 1,
+        SheetSource::Generated(shape) => {
+            let vertices = match shape {
+                Shape::Disc(s) => s.vertices,
+                Shape::Rectangle(s) => s.vertices,
+                Shape::Annulus(s) => s.vertices,
+                Shape::Sphere(s) => s.vertices,
+                Shape::Cylinder(s) => s.vertices,
+            };
+            vertices.get() as u64
+        }
+    }
+}

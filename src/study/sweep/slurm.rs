@@ -1,0 +1,175 @@
+//! A sweep as an array job of Slurm: one task a member.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::memory::Needs;
+use super::plan::Plan;
+use crate::output::{OutputError, atomic};
+use crate::run::{Costs, Error, Result};
+
+/// Name of the job script in the directory of a sweep.
+pub const SCRIPT: &str = "sweep.sbatch";
+/// Name of the folder of what the tasks print, and of the number of the job.
+pub const LOGS: &str = "slurm";
+const JOB: &str = "job";
+/// Seconds before the end of a time limit at which a member is asked to end.
+const WARNING: u32 = 60;
+
+/// What an array job is asked to do.
+pub struct Array<'a> {
+    /// What is run.
+    pub plan: &'a Plan,
+    /// The directory of the sweep, its full path.
+    pub root: &'a Path,
+    /// This program, its full path.
+    pub program: PathBuf,
+    /// Most tasks at once, if that matters.
+    pub jobs: Option<usize>,
+    /// More options of sbatch, as in `--time=1:00:00`.
+    pub options: &'a [String],
+}
+
+impl Array<'_> {
+    /// The job script for `members`.
+    ///
+    /// # Errors
+    /// A path or an option with a line end in it.
+    pub fn script(&self, members: &[usize]) -> Result<String> {
+        let (root, program) = (text(self.root)?, text(&self.program)?);
+        let name = self.plan.scene.file_stem().unwrap_or_default().to_string_lossy();
+        let name: String = name.chars().filter(|c| !c.is_whitespace() && *c != '"').collect();
+        let most = self.jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
+        // In the name of the file a % begins a number of the job.
+        let logs = root.replace('%', "%%").replace('"', "\\\"");
+        let mut lines = vec![
+            "#!/bin/sh".to_owned(),
+            format!("# A task for every member of the sweep in {root}; written by rumple sweep."),
+            format!("#SBATCH --job-name=\"{name}\""),
+            format!("#SBATCH --array={}{most}", ranges(members)),
+            format!("#SBATCH --cpus-per-task={}", self.plan.threads),
+            format!("#SBATCH --output=\"{logs}/{LOGS}/%A_%a.log\""),
+            format!("#SBATCH --signal=B:TERM@{WARNING}"),
+            "#SBATCH --requeue".to_owned(),
+        ];
+        if let Some(bytes) = self.memory(members) {
+            lines.push(format!("#SBATCH --mem={}K", bytes.div_ceil(1024)));
+        }
+        for option in self.options {
+            if option.contains(['\n', '\r']) || !option.starts_with('-') {
+                let message = format!(
+                    "--slurm-option {option:?}: expected an option of sbatch, as in \
+                                       --slurm-option=--time=1:00:00"
+                );
+                return Err(Error::Refused(message));
+            }
+            lines.push(format!("#SBATCH {option}"));
+        }
+        // In place of the shell, so that Slurm's signals reach the program.
+        lines.push(format!(
+            "exec {} sweep member {} \"$SLURM_ARRAY_TASK_ID\"",
+            quoted(&program),
+            quoted(&root)
+        ));
+        Ok(lines.join("\n") + "\n")
+    }
+
+    /// What the largest of `members` needs, with some room, where members have run before.
+    fn memory(&self, members: &[usize]) -> Option<u64> {
+        let mut needs = Needs::default();
+        for (number, point) in self.plan.members.iter().enumerate() {
+            let costs = Costs::read(&self.plan.directory(self.root, number)).ok();
+            if let Some(peak) = costs.and_then(|costs| costs.peak_resident_bytes) {
+                needs.ended(point.size, peak);
+            }
+        }
+        let most = members.iter().filter_map(|m| needs.of(self.plan.members.get(*m)?.size)).max();
+        most.map(|bytes| bytes + bytes / 2)
+    }
+
+    /// Writes the script for `members` into the directory of the sweep; its path.
+    ///
+    /// # Errors
+    /// As for [`Array::script`], and from the operating system.
+    pub fn write(&self, members: &[usize]) -> Result<PathBuf> {
+        let script = self.script(members)?;
+        let path = self.root.join(SCRIPT);
+        let logs = self.root.join(LOGS);
+        std::fs::create_dir_all(&logs)
+            .map_err(|source| OutputError::Write { path: logs, source })?;
+        atomic::replace(&path, |writer| writer.write_all(script.as_bytes()))?;
+        Ok(path)
+    }
+
+    /// Submits the script at `path`; the number of the job.
+    ///
+    /// # Errors
+    /// If sbatch is not there, or refuses.
+    pub fn submit(&self, path: &Path) -> Result<String> {
+        let out = Command::new("sbatch").arg("--parsable").arg(path).output().map_err(|error| {
+            let message = format!(
+                "cannot run sbatch: {error}; is this a machine that submits to Slurm? The script is {}",
+                path.display()
+            );
+            Error::Refused(message)
+        })?;
+        if !out.status.success() {
+            let said = String::from_utf8_lossy(&out.stderr);
+            let mut message = format!("sbatch refuses {}: {}", path.display(), said.trim());
+            if said.to_lowercase().contains("memory") {
+                message += "\nthe script asks for the memory that members took; \
+                            --slurm-option=--mem=0 leaves that to the cluster";
+            }
+            return Err(Error::Refused(message));
+        }
+        // With several clusters the name of one follows.
+        let said = String::from_utf8_lossy(&out.stdout);
+        let job = said.trim().split(';').next().unwrap_or_default().to_owned();
+        let kept = self.root.join(LOGS).join(JOB);
+        atomic::replace(&kept, |writer| writeln!(writer, "{job}"))?;
+        Ok(job)
+    }
+}
+
+/// The job that was submitted for the sweep in `root`, if tasks of it wait or run.
+#[must_use]
+pub fn queued(root: &Path) -> Option<String> {
+    let job = std::fs::read_to_string(root.join(LOGS).join(JOB)).ok()?.trim().to_owned();
+    let number = !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit());
+    // A job that is long gone is an error of squeue.
+    let out = Command::new("squeue").args(["-h", "-o", "%T", "-j", &job]).output().ok()?;
+    let alive = out.status.success() && !out.stdout.trim_ascii().is_empty();
+    (number && alive).then_some(job)
+}
+
+/// `0-3,7` for 0, 1, 2, 3 and 7.
+fn ranges(members: &[usize]) -> String {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for &member in members {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == member => *last = member,
+            _ => runs.push((member, member)),
+        }
+    }
+    let text = |(first, last): &(usize, usize)| match first == last {
+        true => first.to_string(),
+        false => format!("{first}-{last}"),
+    };
+    runs.iter().map(text).collect::<Vec<_>>().join(",")
+}
+
+/// A path for a line of the script.
+fn text(path: &Path) -> Result<String> {
+    match path.to_str().filter(|text| !text.contains(['\n', '\r'])) {
+        Some(text) => Ok(text.to_owned()),
+        None => {
+            let what = "has a line end in it, or is no text; a job script cannot name it";
+            Err(Error::Refused(format!("{}: {what}", path.display())))
+        }
+    }
+}
+
+/// For a shell.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
+}

@@ -1,0 +1,68 @@
+//! What a sweep refuses, before anything is made.
+
+use super::{GROWING, folder, rumple, text};
+
+#[test]
+fn bad_keys_and_values_are_refused_before_anything_is_made() {
+    let over = "--over";
+    let cases: [(&[&str], &[&str]); 16] = [
+        (&[], &["--over", "--seeds"]),
+        (&[over, "material.thickness="], &["material.thickness", "no values"]),
+        (&[over, "material.thickness=1,1.0"], &["1 and 1.0"]),
+        (
+            &[over, "material.thikness=1,2"],
+            &["--over:1:1", "material.thikness=1", "did you mean thickness"],
+        ),
+        (&[over, "thickness=1,2"], &["--over:1:1", "material.thickness"]),
+        (&[over, "material.thickness=1,-2"], &["--over:1:20", "material.thickness=-2", "above 0"]),
+        (&[over, "kinetics.parameter.a=1,2"], &["unknown key parameter", "parameters"]),
+        (&[over, "sheet.seed=1,2", over, "sheet.seed=3,4"], &["sheet.seed", "twice"]),
+        (
+            &[over, "effect.bending.model=meyer", over, "effect[1].model=hinge"],
+            &["effect[1].model"],
+        ),
+        (
+            &[over, "sheet.bump.width=1,2", over, "sheet.bump={ amplitude = 1.0, width = 1.0 }"],
+            &["sheet.bump.width", "clash"],
+        ),
+        (&[over, "material.thickness=1,2", "--set", "material.thickness=3"], &["clash", "--set"]),
+        (&[over, "sheet.seed=1..2", "--seeds", "2"], &["sheet.seed", "twice"]),
+        (&[over, "material.young=1..200", over, "sheet.seed=1..200"], &["10000"]),
+        (&[over, "material.thickness=1,2", "--memory", "lots"], &["--memory"]),
+        (&[over, "material.thickness=1,2", "--no-submit"], &["--slurm"]),
+        (&[over, "material.thickness=1,2", "--seeds", "0"], &["--seeds"]),
+    ];
+    for (args, expected) in cases {
+        let folder = folder(GROWING);
+        let all = [&["sweep", "scene.toml", "--out", "out"], args].concat();
+        let out = rumple(folder.path(), &all);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{args:?}: {message}");
+        for word in expected {
+            assert!(message.contains(word), "{args:?}: {word} in {message}");
+        }
+        assert!(!folder.path().join("out").exists(), "{args:?}");
+    }
+}
+
+#[test]
+fn a_directory_with_something_else_in_it_is_left_alone() {
+    let folder = folder(GROWING);
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    std::fs::write(folder.path().join("out/thesis.txt"), "years").unwrap();
+    let args = ["sweep", "scene.toml", "--out", "out", "--over", "material.thickness=1,2"];
+    for force in [&[][..], &["--force"]] {
+        let out = rumple(folder.path(), &[&args[..], force].concat());
+        assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+        assert!(text(&out.stderr).contains("out"), "{}", text(&out.stderr));
+        assert_eq!(std::fs::read_dir(folder.path().join("out")).unwrap().count(), 1);
+    }
+    for args in [&["sweep", "collect", "out"][..], &["sweep", "member", "out", "0"]] {
+        let out = rumple(folder.path(), args);
+        assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+        assert!(text(&out.stderr).contains("sweep.json"), "{}", text(&out.stderr));
+    }
+    // Nor may results go where the scene is.
+    let out = rumple(folder.path(), &["sweep", "scene.toml", "--out", ".", "--seeds", "2"]);
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+}

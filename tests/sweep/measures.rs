@@ -1,0 +1,103 @@
+//! Spots, their separation and their centres on patterns with known answers.
+
+use std::process::Command;
+
+use rumple::Vec3;
+use rumple::study::{Measures, measure};
+
+use super::{folder, number, rows, rumple, text};
+use crate::common::prepare;
+use crate::run::SMALL;
+
+/// Discs of c = 1 with a smooth edge, around `centres`, on a rectangle of 40 × 20 with 6000 vertices.
+fn measured(location: &str, centres: &[(f64, f64)], radius: f64, level: Option<f64>) -> Measures {
+    let scene = format!(
+        r#"
+        sheet = {{ shape = "rectangle", width = 40.0, height = 20.0, vertices = 6000 }}
+        effect = []
+        time = {{ until = 1.0 }}
+        kinetics = {{ rates = {{ c = "-2*c" }}, location = "{location}" }}
+        "#
+    );
+    let (_, mut simulation) = prepare(&scene, &[]);
+    let sheet = simulation.sheet().clone();
+    let places: Vec<Vec3> = match location {
+        "vertex" => sheet.rest().to_vec(),
+        _ => {
+            let centre = |t: &[u32; 3]| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>();
+            sheet.triangles().iter().map(|t| centre(t) / 3.0).collect()
+        }
+    };
+    let value = |x: &Vec3| {
+        let distance = |c: &(f64, f64)| (x.x - c.0).hypot(x.y - c.1);
+        let nearest = centres.iter().map(distance).fold(f64::INFINITY, f64::min);
+        1.0 / (1.0 + (4.0 * (nearest - radius)).exp())
+    };
+    simulation.state_mut().species[0] = places.iter().map(value).collect();
+    measure(&mut simulation.evaluate(), level).unwrap()
+}
+
+#[test]
+fn spots_of_known_size_and_place_are_found() {
+    let centres = [(-12.0, 2.0), (0.0, -3.0), (13.0, 4.0)];
+    // Nearest others: 13, 13, √218.
+    let apart = (13.0 + 13.0 + 218f64.sqrt()) / 3.0;
+    let share = 3.0 * std::f64::consts::PI * 9.0 / 800.0;
+    let d = 2.0 * ((800.0 / (3.0 * std::f64::consts::PI)).sqrt() - 3.0);
+    for location in ["vertex", "face"] {
+        let found = measured(location, &centres, 3.0, None);
+        assert_eq!(found.spots, 3, "{location}");
+        assert!((found.nearest.unwrap() / apart - 1.0).abs() < 2e-3, "{location}: {found:?}");
+        assert!((found.share / share - 1.0).abs() < 0.02, "{location}: {found:?}");
+        assert!((found.separation.unwrap() / d - 1.0).abs() < 0.01, "{location}: {found:?}");
+        assert_eq!((found.amplitude, found.energy), (0.0, 0.0));
+        assert!((found.rate - 2.0).abs() < 0.01, "{found:?}");
+    }
+}
+
+#[test]
+fn the_level_decides_what_a_spot_is() {
+    // Two discs whose edges touch: one region at a low level, two at a high one.
+    let centres = [(-3.0, 0.0), (3.0, 0.0)];
+    let at = |level| measured("vertex", &centres, 2.6, level);
+    let (low, high) = (at(Some(0.1)), at(Some(0.5)));
+    assert_eq!((low.spots, high.spots), (1, 2));
+    assert!(low.share > high.share && low.nearest.is_none() && high.nearest.is_some());
+    // Nothing is above, or all is.
+    let none = at(Some(2.0));
+    assert_eq!((none.spots, none.separation, none.share), (0, None, 0.0));
+    let all = at(Some(-1.0));
+    assert_eq!(all.spots, 1);
+    assert!((all.share - 1.0).abs() < 1e-12 && all.separation.unwrap().abs() < 1e-9, "{all:?}");
+}
+
+/// The numbers of the table are those of `measure.py`, which finds regions by other means.
+#[test]
+#[ignore = "needs Python with the vtk package in RUMPLE_PYTHON; tests/run.sh runs it"]
+fn measures_are_those_of_a_script_with_real_vtk() {
+    let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/measure.py");
+    let folder = folder(&SMALL.replace("[output]", "[output]\nfields = [\"c\"]"));
+    let args = ["sweep", "scene.toml", "--out", "out", "--level", "0.05"];
+    let over = ["--over", "kinetics.location=vertex,face"];
+    let out = rumple(folder.path(), &[&args[..], &over].concat());
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let root = folder.path().join("out");
+    for (row, cells) in rows(&root.join("sweep.csv")).iter().zip([&[][..], &["--cells"]]) {
+        let frame = root.join("members").join(&row["member"]).join("frames/frame_000002.vtu");
+        let args = ["--array", "c", "--threshold", "0.05"];
+        let out =
+            Command::new(&python).arg(script).arg(frame).args(args).args(cells).output().unwrap();
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        let found: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+        assert_eq!(number(row, "spots"), found["regions"].as_f64().unwrap());
+        assert!(number(row, "spots") >= 1.0);
+        for (column, key) in [("separation d [length]", "d"), ("share", "share above")] {
+            let expected = found[key].as_f64().unwrap();
+            assert!(
+                (number(row, column) / expected - 1.0).abs() < 1e-9,
+                "{column}: {row:?} {found}"
+            );
+        }
+    }
+}
