@@ -243,62 +243,39 @@ impl<T: Precision> pulp::NullaryFnOnce for Replace<'_, T> {
     fn call(self) {
         let Self { panel, own, rest } = self;
         let (columns, height) = (own.len(), own.len() + rest.len());
-        let odd = columns % 4;
-        let mut j = columns;
-        while j > odd {
-            j -= 4;
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &panel[(j + k) * height + j..][..height - j]);
-            let split = columns - j;
-            let upper = four_products(&own[j + 4..], [a, b, c, d].map(|l| &l[4..split]));
-            let lower = four_products(rest, [a, b, c, d].map(|l| &l[split..]));
-            let right = |k: usize| own[j + k] - (upper[k] + lower[k]);
-            let x3 = right(3) / d[3];
-            let x2 = (right(2) - c[3] * x3) / c[2];
-            let x1 = (right(1) - b[2] * x2 - b[3] * x3) / b[1];
-            let x0 = (right(0) - a[1] * x1 - a[2] * x2 - a[3] * x3) / a[0];
-            own[j..j + 4].copy_from_slice(&[x0, x1, x2, x3]);
+        // First what is below, in the order of memory.
+        for (own, column) in own.iter_mut().zip(panel.chunks_exact(height)) {
+            *own -= product(rest, &column[columns..]);
         }
-        while j > 0 {
-            j -= 1;
-            let column = &panel[j * height + j..][..height - j];
-            let (upper, lower) = column[1..].split_at(columns - j - 1);
-            let mut sum = T::of(0.0);
-            for (x, l) in own[j + 1..].iter().zip(upper) {
-                sum = sum + *l * *x;
-            }
-            for (x, l) in rest.iter().zip(lower) {
-                sum = sum + *l * *x;
-            }
-            own[j] = (own[j] - sum) / column[0];
+        for j in (0..columns).rev() {
+            let column = &panel[j * height + j..][..columns - j];
+            own[j] = (own[j] - product(&own[j + 1..], &column[1..])) / column[0];
         }
     }
 }
 
 /// Numbers that are added side by side.
-const WIDE: usize = 8;
+const WIDE: usize = 16;
 
 #[inline(always)]
-fn four_products<T: Precision>(x: &[T], columns: [&[T]; 4]) -> [T; 4] {
-    let n = x.len();
-    let columns = columns.map(|column| &column[..n]);
-    let mut sums = [[T::of(0.0); WIDE]; 4];
-    let whole = n - n % WIDE;
-    let mut i = 0;
-    while i < whole {
-        let x: &[T] = &x[i..i + WIDE];
-        for (sum, column) in sums.iter_mut().zip(columns) {
-            let column = &column[i..i + WIDE];
-            for k in 0..WIDE {
-                sum[k] = sum[k] + column[k] * x[k];
-            }
-        }
-        i += WIDE;
-    }
-    let mut total = sums.map(|s| ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])));
-    for i in whole..n {
-        for (total, column) in total.iter_mut().zip(columns) {
-            *total = *total + column[i] * x[i];
+fn product<T: Precision>(a: &[T], b: &[T]) -> T {
+    let mut sums = [T::of(0.0); WIDE];
+    let (whole_a, whole_b) = (a.chunks_exact(WIDE), b.chunks_exact(WIDE));
+    let (left_a, left_b) = (whole_a.remainder(), whole_b.remainder());
+    for (a, b) in whole_a.zip(whole_b) {
+        for k in 0..WIDE {
+            sums[k] += a[k] * b[k];
         }
     }
-    total
+    for (sum, (a, b)) in sums.iter_mut().zip(left_a.iter().zip(left_b)) {
+        *sum += *a * *b;
+    }
+    let mut width = WIDE;
+    while width > 1 {
+        width /= 2;
+        for k in 0..width {
+            sums[k] = sums[k] + sums[k + width];
+        }
+    }
+    sums[0]
 }
