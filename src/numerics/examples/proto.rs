@@ -12,14 +12,6 @@ fn run<T: Precision>(name:&str,m:&BlockMatrix, rhs:&[Vec3], old: bool, reps: usi
   let f=med(||{new.factorise(m).unwrap();}, reps);
   let mut x=rhs.to_vec(); let so=med(||{x.copy_from_slice(rhs); new.solve(&mut x);}, reps*3);
   println!("new {name}: symbolic {:.0} ms, {:.2}M values, factor wall {:.1},  {:.1} cpu ms, solve wall {:.2} cpu {:.2} ms  hash {:x}", s*1e3, new.factor_size() as f64*1e-6, f.0,f.1,so.0,so.1, hash(&x));
-  if old { let y=x;
-  let t=Instant::now(); let mut new=OldCholesky::<T>::new(Arc::clone(m.pattern())).unwrap(); let s=t.elapsed().as_secs_f64();
-  new.factorise(m).unwrap();
-  let f=med(||{new.factorise(m).unwrap();}, reps);
-  let mut x=rhs.to_vec(); let so=med(||{x.copy_from_slice(rhs); new.solve(&mut x);}, reps*3);
-  let d=x.iter().zip(&y).map(|(a,b)|(a-b).norm()).fold(0.0,f64::max)/x.iter().map(|a|a.norm()).fold(0.0,f64::max);
-  println!("old {name}: symbolic {:.0} ms, {:.2}M values, factor wall {:.1},  {:.1} cpu ms, solve wall {:.2} cpu {:.2} ms  diff {d:.1e}", s*1e3, new.factor_size() as f64*1e-6, f.0,f.1,so.0,so.1);
-  }
 }
 fn main(){
   let a: Vec<String>=std::env::args().collect(); let m: usize=a[1].parse().unwrap(); let threads: usize=a[2].parse().unwrap(); let old=a.get(3).is_some_and(|s|s=="old"); let planar=a.iter().any(|s|s=="planar");

@@ -31,17 +31,10 @@ impl<T: Precision> BlockCholesky<T> {
     /// Orders and analyses `pattern`.
     ///
     /// # Errors
-    /// [`LinearError`] if the pattern is too large for the index type or for memory.
+    /// [`LinearError`] if the pattern is too large for the index type.
     pub fn new(pattern: Arc<BlockPattern>) -> Result<Self, LinearError> {
         let tree = Supernodes::new(&pattern)?;
-        let numbers = |n: usize| {
-            let mut all = Vec::new();
-            let refused = |_| LinearError::new(format!("not enough memory for {n} numbers of a factor"));
-            all.try_reserve_exact(n).map_err(refused)?;
-            Ok(all)
-        };
         let (size, n) = (tree.values_before(tree.count()), tree.unknowns());
-        let _: Vec<T> = numbers(size)?;
         Ok(Self {
             factor: vec![T::of(0.0); size],
             rooms: Rooms::new(),
@@ -81,19 +74,15 @@ impl<T: Precision> BlockCholesky<T> {
         }
         let (scale, back) = (largest.recip(), largest / self.unit);
         let (tree, axes) = (&self.tree, self.tree.axes());
-        for (place, &vertex) in self.rhs.chunks_exact_mut(axes).zip(tree.order()) {
-            for (place, v) in place.iter_mut().zip(rhs[vertex as usize].as_slice()) {
-                *place = T::of(scale * v);
-            }
-        }
+        let order = tree.order();
+        parallel::fill(&mut self.rhs, |k| T::of(scale * rhs[order[k / axes] as usize][k % axes]));
         Substitution { tree, values: &self.factor }.solve(&mut self.rhs, &mut self.workspace);
-        for (place, &vertex) in self.rhs.chunks_exact(axes).zip(tree.order()) {
-            let v = &mut rhs[vertex as usize];
-            *v = Vec3::zeros();
-            for (v, place) in v.as_mut_slice().iter_mut().zip(place) {
-                *v = back * place.number();
-            }
-        }
+        let (solved, rank) = (&self.rhs, tree.rank());
+        parallel::fill(rhs, |vertex| {
+            let place = axes * rank[vertex] as usize;
+            let number = |axis: usize| if axis < axes { back * solved[place + axis].number() } else { 0.0 };
+            Vec3::from_fn(|axis, _| number(axis))
+        });
     }
 }
 

@@ -50,6 +50,8 @@ pub(super) struct Supernodes {
     axes: usize,
     /// Position → vertex.
     order: Vec<u32>,
+    /// Vertex → position.
+    rank: Vec<u32>,
     /// First position of every supernode.
     begin: Vec<usize>,
     row_start: Vec<usize>,
@@ -86,6 +88,7 @@ impl Supernodes {
         let mut all = Self {
             axes,
             order: elimination.order,
+            rank: elimination.rank,
             begin: groups.iter().map(|g| g.begin).collect(),
             row_start: vec![0],
             row: Vec::new(),
@@ -111,7 +114,7 @@ impl Supernodes {
         }
         all.find_parents();
         all.find_tasks();
-        all.find_entries(pattern, &elimination.rank);
+        all.find_entries(pattern);
         Ok(all)
     }
 
@@ -188,13 +191,13 @@ impl Supernodes {
         self.serial = work.iter().map(|work| *work <= largest).collect();
     }
 
-    fn find_entries(&mut self, pattern: &BlockPattern, rank: &[u32]) {
+    fn find_entries(&mut self, pattern: &BlockPattern) {
         let mut of: Vec<u32> = vec![0; pattern.rows()];
         for s in 0..self.count() {
             of[self.begin[s]..self.begin[s + 1]].fill(index(s));
         }
         let ends = |i: usize, j: u32| {
-            let (i, j) = (rank[i], rank[j as usize]);
+            let (i, j) = (self.rank[i], self.rank[j as usize]);
             (i.min(j), i.max(j), i >= j)
         };
         let mut start = vec![0usize; self.count() + 1];
@@ -249,6 +252,11 @@ impl Supernodes {
     /// Vertices in the order of elimination.
     pub(super) fn order(&self) -> &[u32] {
         &self.order
+    }
+
+    /// Position of every vertex in that order.
+    pub(super) fn rank(&self) -> &[u32] {
+        &self.rank
     }
 
     /// Numbers of the factor before the panel of `s`; all of them for `s` = count.
