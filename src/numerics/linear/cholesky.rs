@@ -80,7 +80,8 @@ impl<T: Precision> BlockCholesky<T> {
         let (solved, rank) = (&self.rhs, tree.rank());
         parallel::fill(rhs, |vertex| {
             let place = axes * rank[vertex] as usize;
-            let number = |axis: usize| if axis < axes { back * solved[place + axis].number() } else { 0.0 };
+            let number =
+                |axis: usize| if axis < axes { back * solved[place + axis].number() } else { 0.0 };
             Vec3::from_fn(|axis, _| number(axis))
         });
     }

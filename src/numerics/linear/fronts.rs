@@ -87,7 +87,12 @@ fn subtract_square<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, to: Accum) 
         let (first, _, below, last) = split(c, middle);
         let (top, bottom) = a.split_at_row(middle);
         rayon::join(
-            || rayon::join(|| subtract_square(first, top, to), || subtract_square(last, bottom, to)),
+            || {
+                rayon::join(
+                    || subtract_square(first, top, to),
+                    || subtract_square(last, bottom, to),
+                )
+            },
             || subtract_product(below, bottom, top, to),
         );
         return;
@@ -106,23 +111,24 @@ fn subtract_square<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, to: Accum) 
 }
 
 /// `c - a bᵀ`, or `-a bᵀ`.
-fn subtract_product<T: Precision>(
-    c: MatMut<'_, T>,
-    a: MatRef<'_, T>,
-    b: MatRef<'_, T>,
-    to: Accum,
-) {
+fn subtract_product<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, b: MatRef<'_, T>, to: Accum) {
     let (rows, columns) = (c.nrows(), c.ncols());
     if rows.max(columns) <= PIECE {
         matmul(c, to, a, b.transpose(), T::of(-1.0), Par::Seq);
     } else if rows >= columns {
         let (first, last) = c.split_at_row_mut(half(rows));
         let (top, bottom) = a.split_at_row(half(rows));
-        rayon::join(|| subtract_product(first, top, b, to), || subtract_product(last, bottom, b, to));
+        rayon::join(
+            || subtract_product(first, top, b, to),
+            || subtract_product(last, bottom, b, to),
+        );
     } else {
         let (first, last) = c.split_at_col_mut(half(columns));
         let (top, bottom) = b.split_at_row(half(columns));
-        rayon::join(|| subtract_product(first, a, top, to), || subtract_product(last, a, bottom, to));
+        rayon::join(
+            || subtract_product(first, a, top, to),
+            || subtract_product(last, a, bottom, to),
+        );
     }
 }
 

@@ -213,7 +213,8 @@ impl Ilu {
         parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
                 let (columns, values) = self.lower.row(i);
-                let known = values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
+                let known =
+                    values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
                 x[i - rows.start] -= known.sum::<f64>();
             }
         });
@@ -228,7 +229,8 @@ impl Ilu {
             }
             for i in rows.clone().rev() {
                 let (columns, values) = self.upper.row(i);
-                let known = values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
+                let known =
+                    values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
                 x[i - rows.start] = (x[i - rows.start] - known.sum::<f64>()) * self.inverse[i];
             }
         });

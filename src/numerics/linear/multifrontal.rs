@@ -202,7 +202,8 @@ impl Strip {
                 let mut taken = first + count;
                 add(&mut into[at..at + count - column], &from[first + column..taken]);
                 for run in &runs[k + 1..] {
-                    let (at, count) = (axes * run.place as usize - above, axes * run.count as usize);
+                    let (at, count) =
+                        (axes * run.place as usize - above, axes * run.count as usize);
                     add(&mut into[at..at + count], &from[taken..taken + count]);
                     taken += count;
                 }

@@ -50,7 +50,8 @@ impl Strips {
             strip[unknown] = row * count / n.max(1);
         }
         let pairs = || {
-            (0..n).flat_map(|j| pattern.row_idx()[pattern.col_range(j)].iter().map(move |&i| (i, j)))
+            (0..n)
+                .flat_map(|j| pattern.row_idx()[pattern.col_range(j)].iter().map(move |&i| (i, j)))
         };
         let mut seam = vec![false; n];
         for (i, j) in pairs().filter(|&(i, j)| strip[i] != strip[j]) {

@@ -5,7 +5,6 @@
 //! Lᵀ x = y     from the roots:  x₁ = L₁₁⁻ᵀ (y₁ - L₂₁ᵀ x₂), x₂ from the parent
 //! ```
 
-
 use super::Precision;
 use super::supernodes::Supernodes;
 
@@ -70,8 +69,7 @@ impl<T: Precision> Substitution<'_, T> {
     fn forward(&self, s: usize, part: Part<'_, T>) {
         if self.tree.is_serial(s) {
             let first = self.tree.first(s);
-            let (own, rest) =
-                (self.tree.unknowns_before(first), self.tree.rests_before(first));
+            let (own, rest) = (self.tree.unknowns_before(first), self.tree.rests_before(first));
             for k in first..=s {
                 let own = self.tree.unknowns_before(k + 1) - own;
                 let rest = self.tree.rests_before(k + 1) - rest;
@@ -119,8 +117,7 @@ impl<T: Precision> Substitution<'_, T> {
     fn backward(&self, s: usize, part: Part<'_, T>) {
         if self.tree.is_serial(s) {
             let first = self.tree.first(s);
-            let (own, rest) =
-                (self.tree.unknowns_before(first), self.tree.rests_before(first));
+            let (own, rest) = (self.tree.unknowns_before(first), self.tree.rests_before(first));
             for k in (first..=s).rev() {
                 let own = self.tree.unknowns_before(k + 1) - own;
                 let rest = self.tree.rests_before(k + 1) - rest;

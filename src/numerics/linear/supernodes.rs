@@ -163,7 +163,9 @@ impl Supernodes {
             };
             match runs.last_mut() {
                 // None goes on from the parent's own unknowns to others: they are kept apart.
-                Some(last) if (last.place + last.count) as usize == place && place != end - begin => {
+                Some(last)
+                    if (last.place + last.count) as usize == place && place != end - begin =>
+                {
                     last.count += 1;
                 }
                 _ => runs.push(Run { place: index(place), count: 1 }),
