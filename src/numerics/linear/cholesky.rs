@@ -37,7 +37,7 @@ impl<T: Precision> BlockCholesky<T> {
         let (size, n) = (tree.values_before(tree.count()), tree.unknowns());
         Ok(Self {
             factor: vec![T::of(0.0); size],
-            rooms: Rooms::new(),
+            rooms: Rooms::new(&tree),
             rhs: vec![T::of(0.0); n],
             workspace: vec![T::of(0.0); workspace(&tree)],
             unit: 1.0,

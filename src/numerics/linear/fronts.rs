@@ -7,10 +7,10 @@
 //! Everything is halved until pieces are small, by sizes alone, so that the same operations are done in
 //! the same order by any number of threads.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{
-    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
-};
+use std::mem::MaybeUninit;
+
+use faer::dyn_stack::MemStack;
+use faer::linalg::cholesky::llt::factor::{LltRegularization, cholesky_in_place};
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -52,8 +52,8 @@ pub(super) fn eliminate<T: Precision>(
 fn factorise<T: Precision>(a: MatMut<'_, T>) -> Result<(), NotPositive> {
     let n = a.nrows();
     if n <= FACTORISED {
-        let need = cholesky_in_place_scratch::<T>(n, Par::Seq, Spec::default());
-        let mut memory = MemBuffer::try_new(need).map_err(|_| NotPositive)?;
+        // A column of workspace, and room to align it.
+        let mut memory = [MaybeUninit::<u8>::uninit(); size_of::<f64>() * 2 * FACTORISED];
         let stack = MemStack::new(&mut memory);
         let strict = LltRegularization::default();
         return match cholesky_in_place(a, strict, Par::Seq, stack, Spec::default()) {

@@ -15,6 +15,7 @@ mod ldlt;
 mod lu;
 mod multifrontal;
 mod multigrid;
+mod panels;
 mod prolongator;
 mod rows;
 mod shifted;
@@ -36,7 +37,7 @@ pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
 pub use shifted::Shifted;
-pub use sparse::{Assembly, Entries, Sparse, SumOfProduct};
+pub use sparse::{Assembly, Entries, Part, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 pub use two_fields::{Displacements, TwoFields};
 

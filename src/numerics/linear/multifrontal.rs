@@ -1,6 +1,6 @@
 //! Numeric factorisation over the tree of supernodes, subtrees in parallel.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
 
 use faer::MatMut;
 use rayon::prelude::*;
@@ -12,12 +12,18 @@ use super::{BlockMatrix, NotPositive, Precision};
 /// Columns of a large front that are put together at a time.
 const STRIP: usize = 64;
 
-/// Rooms that fronts are put together in, kept from one factorisation to the next.
-pub(super) struct Rooms<T>(Mutex<Vec<Vec<T>>>);
+/// Rooms that fronts are put together in, kept from one factorisation to the next: nothing is allocated
+/// again.
+pub(super) struct Rooms<T> {
+    free: Mutex<Vec<Vec<T>>>,
+    /// What every supernode left whose parent is yet to come, if it is the last of its task.
+    left: Vec<RwLock<Vec<T>>>,
+}
 
 impl<T: Precision> Rooms<T> {
-    pub(super) fn new() -> Self {
-        Self(Mutex::new(Vec::new()))
+    pub(super) fn new(tree: &Supernodes) -> Self {
+        let left = (0..tree.count()).map(|_| RwLock::new(Vec::new())).collect();
+        Self { free: Mutex::new(Vec::new()), left }
     }
 
     /// One of at least `size` numbers, whatever they are: the smallest that will do.
@@ -25,7 +31,7 @@ impl<T: Precision> Rooms<T> {
         if size == 0 {
             return Vec::new();
         }
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let fits = all.iter().enumerate().filter(|(_, room)| room.len() >= size);
         let best = fits.min_by_key(|(_, room)| room.len()).map(|(k, _)| k);
         match best {
@@ -39,7 +45,23 @@ impl<T: Precision> Rooms<T> {
 
     fn give(&self, room: Vec<T>) {
         if !room.is_empty() {
-            self.0.lock().unwrap_or_else(PoisonError::into_inner).push(room);
+            self.free.lock().unwrap_or_else(PoisonError::into_inner).push(room);
+        }
+    }
+
+    fn leave(&self, s: usize, room: Vec<T>) {
+        *self.left[s].write().unwrap_or_else(PoisonError::into_inner) = room;
+    }
+
+    fn look(&self, s: usize) -> RwLockReadGuard<'_, Vec<T>> {
+        self.left[s].read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What was left by these is not needed any more.
+    fn clear(&self, all: &[u32]) {
+        for &s in all {
+            let mut left = self.left[s as usize].write().unwrap_or_else(PoisonError::into_inner);
+            self.give(std::mem::take(&mut *left));
         }
     }
 }
@@ -59,57 +81,63 @@ impl<T: Precision> Factorisation<'_, T> {
     /// # Errors
     /// [`NotPositive`] where a pivot is not positive.
     pub(super) fn run(&self, values: &mut [T]) -> Result<(), NotPositive> {
-        let done = self.below(self.tree.roots(), values)?;
-        done.into_iter().for_each(|room| self.rooms.give(room));
-        Ok(())
+        let result = self.below(self.tree.roots(), values);
+        self.rooms.clear(self.tree.roots());
+        result
     }
 
-    /// The subtrees of `all`, which lie one after the other; what each leaves, in its room.
-    fn below(&self, all: &[u32], values: &mut [T]) -> Result<Vec<Vec<T>>, NotPositive> {
-        let tree = self.tree;
-        let mut parts = Vec::with_capacity(all.len());
-        let mut rest = values;
-        for &s in all {
-            let s = s as usize;
-            let size = tree.values_before(s + 1) - tree.values_before(tree.first(s));
-            let (part, tail) = rest.split_at_mut(size);
-            parts.push((s, part));
-            rest = tail;
+    /// The subtrees of `all`, which lie one after the other.
+    fn below(&self, all: &[u32], values: &mut [T]) -> Result<(), NotPositive> {
+        match all {
+            [] => Ok(()),
+            [only] => self.subtree(*only as usize, values),
+            _ => {
+                let (low, high) = all.split_at(all.len() / 2);
+                let begin = |s: u32| self.tree.values_before(self.tree.first(s as usize));
+                let (left, right) = values.split_at_mut(begin(high[0]) - begin(low[0]));
+                let done = rayon::join(|| self.below(low, left), || self.below(high, right));
+                done.0.and(done.1)
+            }
         }
-        let results: Vec<Result<Vec<T>, NotPositive>> =
-            parts.into_par_iter().map(|(s, part)| self.subtree(s, part)).collect();
-        results.into_iter().collect()
     }
 
-    fn subtree(&self, s: usize, values: &mut [T]) -> Result<Vec<T>, NotPositive> {
-        let tree = self.tree;
+    fn subtree(&self, s: usize, values: &mut [T]) -> Result<(), NotPositive> {
+        let (tree, rooms) = (self.tree, self.rooms);
         if tree.is_serial(s) {
-            let mut room = self.rooms.take(tree.room(s));
-            self.serial(s, values, &mut room)?;
-            return Ok(room);
+            let mut room = rooms.take(tree.room(s));
+            let result = self.serial(s, values, &mut room);
+            rooms.leave(s, room);
+            return result;
         }
         let (columns, rest) = (tree.columns(s), tree.rest(s));
         let height = columns + rest;
         let (below, panel) = values.split_at_mut(values.len() - columns * height);
-        let children = self.below(tree.children(s), below)?;
-        let mut room = self.rooms.take(rest * rest);
+        if let Err(error) = self.below(tree.children(s), below) {
+            rooms.clear(tree.children(s));
+            return Err(error);
+        }
+        let mut room = rooms.take(rest * rest);
         let left = &mut room[..rest * rest];
         self.add_entries(s, panel);
-        self.add_strips(s, &children, panel, Strip::of_panel(height));
+        self.add_strips(s, panel, Strip::of_panel(height));
         let matrix = MatMut::from_column_major_slice_mut(panel, height, columns);
-        eliminate(matrix, MatMut::from_column_major_slice_mut(left, rest, rest))?;
-        self.add_strips(s, &children, left, Strip::of_rest(rest, columns));
-        children.into_iter().for_each(|room| self.rooms.give(room));
-        Ok(room)
+        let result = eliminate(matrix, MatMut::from_column_major_slice_mut(left, rest, rest));
+        if result.is_ok() {
+            self.add_strips(s, left, Strip::of_rest(rest, columns));
+        }
+        rooms.clear(tree.children(s));
+        rooms.leave(s, room);
+        result
     }
 
     /// Adds what the children left, strip by strip, so that no two threads write to the same place.
-    fn add_strips(&self, s: usize, children: &[Vec<T>], numbers: &mut [T], strip: Strip) {
+    fn add_strips(&self, s: usize, numbers: &mut [T], strip: Strip) {
         let step = STRIP * strip.height.max(1);
         numbers.par_chunks_mut(step).enumerate().for_each(|(k, numbers)| {
             let strip = Strip { begin: strip.begin + STRIP * k, ..strip };
-            for (&child, left) in self.tree.children(s).iter().zip(children) {
-                strip.add_child(self.tree, child as usize, left, numbers);
+            for &child in self.tree.children(s) {
+                let left = self.rooms.look(child as usize);
+                strip.add_child(self.tree, child as usize, &left, numbers);
             }
         });
     }
