@@ -17,7 +17,7 @@ pub(super) struct ScaledRows {
     /// Columns in the order of the rows, ascending.
     column: Vec<u32>,
     /// Place of every entry in the matrix by columns.
-    from: Vec<usize>,
+    from: Vec<u32>,
     /// Place of the diagonal entry in every row.
     diagonal: Vec<Option<usize>>,
     value: Vec<f64>,
@@ -42,7 +42,7 @@ impl ScaledRows {
         }
         let mut next = start.clone();
         let mut column = vec![0; start[n]];
-        let mut from = vec![0; start[n]];
+        let mut from = vec![0u32; start[n]];
         let mut diagonal = vec![None; n];
         // Column by column in the new order, so that every row is filled in ascending order.
         for (j, &unknown) in order.iter().enumerate() {
@@ -52,7 +52,7 @@ impl ScaledRows {
                     diagonal[i] = Some(next[i]);
                 }
                 column[next[i]] = index(j);
-                from[next[i]] = place;
+                from[next[i]] = index(place);
                 next[i] += 1;
             }
         }
@@ -63,7 +63,7 @@ impl ScaledRows {
     /// Takes over the values of a matrix of the pattern.
     pub(super) fn load(&mut self, matrix: SparseColMatRef<'_, usize, f64>) {
         let Self { start, from, diagonal, value, size, .. } = self;
-        parallel::fill(size, |i| match diagonal[i].map(|place| matrix.val()[from[place]].abs()) {
+        parallel::fill(size, |i| match diagonal[i].map(|place| matrix.val()[from[place] as usize].abs()) {
             Some(size) if size > 0.0 => size,
             _ => 1.0,
         });
@@ -71,7 +71,7 @@ impl ScaledRows {
             let first = start[rows.start];
             for i in rows {
                 for place in start[i]..start[i + 1] {
-                    part[place - first] = matrix.val()[from[place]] / size[i];
+                    part[place - first] = matrix.val()[from[place] as usize] / size[i];
                 }
             }
         });
