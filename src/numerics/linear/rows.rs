@@ -63,9 +63,11 @@ impl ScaledRows {
     /// Takes over the values of a matrix of the pattern.
     pub(super) fn load(&mut self, matrix: SparseColMatRef<'_, usize, f64>) {
         let Self { start, from, diagonal, value, size, .. } = self;
-        parallel::fill(size, |i| match diagonal[i].map(|place| matrix.val()[from[place] as usize].abs()) {
-            Some(size) if size > 0.0 => size,
-            _ => 1.0,
+        parallel::fill(size, |i| {
+            match diagonal[i].map(|place| matrix.val()[from[place] as usize].abs()) {
+                Some(size) if size > 0.0 => size,
+                _ => 1.0,
+            }
         });
         split(start, value).into_par_iter().for_each(|(rows, part)| {
             let first = start[rows.start];
