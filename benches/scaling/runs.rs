@@ -107,8 +107,12 @@ fn run(scene: &str, set: &[&str], threads: usize, folder: &str) -> Result<(f64, 
 fn children() -> Result<f64> {
     let text = fs::read_to_string("/proc/self/stat")?;
     let after = text.rsplit(')').next().ok_or("an empty stat")?;
-    let ticks: Vec<f64> =
-        after.split_whitespace().skip(13).take(2).map(str::parse).collect::<Result<_, _>>()?;
+    let ticks: Vec<f64> = after
+        .split_whitespace()
+        .skip(13)
+        .take(2)
+        .map(str::parse)
+        .collect::<std::result::Result<_, _>>()?;
     Ok(ticks.iter().sum::<f64>() / 100.0)
 }
 

@@ -207,10 +207,10 @@ impl<T: Precision> pulp::NullaryFnOnce for Eliminate<'_, T> {
             own[j] = y;
             let (upper, lower) = column[1..].split_at(columns - j - 1);
             for (x, l) in own[j + 1..].iter_mut().zip(upper) {
-                *x = *x - *l * y;
+                *x -= *l * y;
             }
             for (x, l) in rest.iter_mut().zip(lower) {
-                *x = *x - *l * y;
+                *x -= *l * y;
             }
             j += 1;
         }
@@ -222,7 +222,7 @@ fn subtract_four<T: Precision>(x: &mut [T], [a, b, c, d]: [&[T]; 4], y: [T; 4]) 
     let n = x.len();
     let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
     for i in 0..n {
-        x[i] = x[i] - ((a[i] * y[0] + b[i] * y[1]) + (c[i] * y[2] + d[i] * y[3]));
+        x[i] -= (a[i] * y[0] + b[i] * y[1]) + (c[i] * y[2] + d[i] * y[3]);
     }
 }
 
@@ -271,7 +271,8 @@ fn product<T: Precision>(a: &[T], b: &[T]) -> T {
     while width > 1 {
         width /= 2;
         for k in 0..width {
-            sums[k] = sums[k] + sums[k + width];
+            let other = sums[k + width];
+            sums[k] += other;
         }
     }
     sums[0]
