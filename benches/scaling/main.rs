@@ -8,6 +8,10 @@
 //! from the generator, or with `--lattice` from a hexagon of equilateral triangles.
 //!
 //! `cargo bench --bench scaling -- --largest 1000000`
+//!
+//! With `--runs N` whole runs of the program instead, each N times on one thread and on two, in turn:
+//!
+//! `cargo build --release && cargo bench --bench scaling -- --runs 3`
 
 #![allow(missing_docs)]
 
@@ -15,6 +19,7 @@
 mod common;
 
 mod measure;
+mod runs;
 
 use std::fmt::Write;
 use std::fs;
@@ -52,6 +57,12 @@ struct Options {
     /// A regular mesh instead of a generated one.
     #[arg(long)]
     lattice: bool,
+    /// Whole runs instead, so many times on one thread and on two.
+    #[arg(long, default_value_t = 0)]
+    runs: usize,
+    /// Only the runs whose name contains this.
+    #[arg(long)]
+    only: Option<String>,
     /// Where the report goes.
     #[arg(long, value_name = "FILE", default_value = "target/race/scaling.md")]
     out: PathBuf,
@@ -85,6 +96,11 @@ fn child(options: &Options, vertices: usize) -> Result<()> {
 }
 
 fn parent(options: &Options) -> Result<()> {
+    if options.runs > 0 {
+        let table = runs::table(options)?;
+        let title = format!("# One thread and two\n\n{}", common::machine());
+        return write(options, &format!("{title}\n{}", table.markdown()));
+    }
     let sizes: Vec<usize> = if options.sizes.is_empty() {
         SIZES.into_iter().filter(|n| *n <= options.largest).collect()
     } else {
@@ -115,10 +131,14 @@ fn parent(options: &Options) -> Result<()> {
     let mesh = if options.lattice { "regular lattices" } else { "generated meshes" };
     writeln!(report, "* {threads} thread(s), {mesh}, method \"{method}\"; times in CPU seconds\n")?;
     report += &table.markdown();
+    write(options, &report)
+}
+
+fn write(options: &Options, report: &str) -> Result<()> {
     if let Some(folder) = options.out.parent() {
         fs::create_dir_all(folder)?;
     }
-    fs::write(&options.out, &report)?;
+    fs::write(&options.out, report)?;
     println!("{report}\nwritten to {}", options.out.display());
     Ok(())
 }

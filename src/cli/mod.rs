@@ -61,6 +61,9 @@ enum Command {
     Plugin(plugin::PluginArgs),
 }
 
+/// Bytes of stack of a thread: what the main one has elsewhere.
+const STACK: usize = 8 << 20;
+
 /// What every command that takes a scene takes.
 #[derive(Debug, Args)]
 struct SceneArgs {
@@ -83,12 +86,24 @@ struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// Sets up the threads.
+    fn set_threads(&self) {
+        // As many as there are cores for 0. Only fails if a pool exists already, which then serves as well.
+        let threads = self.threads.map_or(0, usize::from);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK);
+        let _ = pool.build_global();
+    }
+
+    /// Sets up the threads and does `work` on one of them: parallel loops begin there at once, where another
+    /// thread would have to wake them and to wait.
+    fn with_threads<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.set_threads();
+        rayon::scope(|_| work())
+    }
+
     /// Sets up the threads and reads the scene.
     fn load(&self) -> Result<(Scene, Search)> {
-        if let Some(threads) = self.threads {
-            // Only fails if a pool exists already, which then serves as well.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-        }
+        self.set_threads();
         watchdog::start(self.plugin_limit);
         let scene = Scene::load(&self.scene, &self.overrides)?;
         Ok((scene, Search::from_environment(&self.plugin_path)))

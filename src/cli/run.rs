@@ -33,6 +33,10 @@ pub(super) struct RunArgs {
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<()> {
+    args.scene.with_threads(|| run_here(args))
+}
+
+fn run_here(args: &RunArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
     let root = args
         .out

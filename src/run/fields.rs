@@ -6,6 +6,7 @@ use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::model::{Chemistry, Evaluation, Potential, Signals, TensionReading};
 use crate::output::{Field, Frame};
+use crate::parallel;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::sheet::quality::triangle_quality;
@@ -241,7 +242,9 @@ fn interleaved(name: String, parts: &[Vec<f64>]) -> Field {
 
 /// Quality 4√3 A/Σl² of every triangle.
 pub(super) fn qualities(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
-    sheet.triangles().iter().map(|t| triangle_quality(t.map(|v| x[v as usize]))).collect()
+    let mut all = vec![0.0; sheet.triangles().len()];
+    parallel::fill(&mut all, |t| triangle_quality(sheet.triangles()[t].map(|v| x[v as usize])));
+    all
 }
 
 /// Mean over its edges of `l̄/l⁰` at every vertex.

@@ -41,7 +41,10 @@ pub trait Observer {
 }
 
 /// Writes a row for every accepted step.
-pub(super) struct LedgerRows(Ledger);
+pub(super) struct LedgerRows {
+    ledger: Ledger,
+    shape: report::ShapeSums,
+}
 
 impl LedgerRows {
     pub(super) fn create(
@@ -49,7 +52,8 @@ impl LedgerRows {
         model: &Model,
         watched: bool,
     ) -> Result<Self> {
-        Ok(Self(Ledger::create(&directory.ledger(), &report::columns(model, watched))?))
+        let ledger = Ledger::create(&directory.ledger(), &report::columns(model, watched))?;
+        Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 }
 
@@ -57,8 +61,9 @@ impl Observer for LedgerRows {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
-            let row = report::row(at, info.report, info.negative, info.wall)?;
-            self.0.append(&row)?;
+            let (report, shape) = (info.report, &mut self.shape);
+            let row = report::row(at, report, info.negative, info.wall, shape)?;
+            self.ledger.append(&row)?;
         }
         Ok(())
     }

@@ -2,11 +2,14 @@
 
 use super::Result;
 use super::fields::qualities;
+use crate::Vec3;
 use crate::effects::Measure;
 use crate::geometry::Face;
 use crate::kinetics::Location;
 use crate::model::{Evaluation, Model};
 use crate::num::real;
+use crate::parallel::{self, BLOCK};
+use crate::sheet::Sheet;
 use crate::solve::StepReport;
 
 /// Titles of the ledger's columns where there is no space; species follow.
@@ -66,8 +69,48 @@ pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
     all
 }
 
+/// Total, least and largest of nothing.
+const EMPTY: [f64; 3] = [0.0, f64::INFINITY, f64::NEG_INFINITY];
+
+/// What the ledger says of a shape alone, kept for as long as that stays.
+#[derive(Default)]
+pub(super) struct ShapeSums {
+    x: Vec<Vec3>,
+    least_quality: f64,
+    /// Areas that go with the species, of every triangle …
+    area: Vec<f64>,
+    /// … and of every vertex.
+    share: Vec<f64>,
+}
+
+impl ShapeSums {
+    fn update(&mut self, sheet: &Sheet, x: &[Vec3], amount: bool) {
+        if self.x == x {
+            return;
+        }
+        self.x.clear();
+        self.x.extend_from_slice(x);
+        let qualities = qualities(sheet, x);
+        self.least_quality = qualities.into_iter().fold(f64::INFINITY, f64::min);
+        if amount && !self.area.is_empty() {
+            return;
+        }
+        let x = if amount { sheet.rest() } else { x };
+        self.area.resize(sheet.triangles().len(), 0.0);
+        parallel::fill(&mut self.area, |t| {
+            Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area
+        });
+        self.share.resize(sheet.vertex_count(), 0.0);
+        let area = &self.area;
+        parallel::fill(&mut self.share, |v| {
+            let around = sheet.vertex_triangles().of(v).iter();
+            around.map(|&(t, _)| area[t as usize] / 3.0).sum()
+        });
+    }
+}
+
 /// The row of `state` after the step that `report` describes; `negative` directions only where
-/// the run watches them.
+/// the run watches them; `shape` is what the last row has said of the shape.
 ///
 /// # Errors
 /// If a law fails.
@@ -76,6 +119,7 @@ pub(super) fn row(
     report: &StepReport,
     negative: Option<f64>,
     wall: f64,
+    shape: &mut ShapeSums,
 ) -> Result<Vec<f64>> {
     let (model, state) = (at.model(), at.state());
     let sheet = model.sheet();
@@ -103,29 +147,24 @@ pub(super) fn row(
     row.extend(negative);
     // An amount is per rest area, a concentration per current area.
     let amount = model.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
-    let x = if amount { sheet.rest() } else { &state.x };
-    let triangles = sheet.triangles().iter();
-    let areas: Vec<f64> = triangles.map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
+    shape.update(sheet, &state.x, amount);
     if let Some(chemistry) = model.chemistry() {
-        let share: Vec<f64> = match chemistry.location() {
-            Location::Vertex => {
-                let mut share = vec![0.0; sheet.vertex_count()];
-                for (triangle, area) in sheet.triangles().iter().zip(&areas) {
-                    for v in triangle {
-                        share[*v as usize] += area / 3.0;
-                    }
-                }
-                share
-            }
-            _ => areas,
+        let share = match chemistry.location() {
+            Location::Vertex => &shape.share,
+            _ => &shape.area,
         };
         for c in &state.species {
-            row.push(c.iter().zip(&share).map(|(c, a)| c * a).sum());
-            row.push(c.iter().copied().fold(f64::INFINITY, f64::min));
-            row.push(c.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+            let of = |k: usize| [c[k] * share[k], c[k], c[k]];
+            let both = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1].min(b[1]), a[2].max(b[2])];
+            let block = |b: usize| {
+                let points = b * BLOCK..((b + 1) * BLOCK).min(c.len());
+                points.map(of).fold(EMPTY, both)
+            };
+            let whole = parallel::reduce(c.len().div_ceil(BLOCK), &block, &both);
+            row.extend(whole.unwrap_or(EMPTY));
         }
     }
-    row.push(qualities(sheet, &state.x).into_iter().fold(f64::INFINITY, f64::min));
+    row.push(shape.least_quality);
     row.push(real(at.potential()?.metric().impossible_triangles()));
     row.push(real(work.collapsed));
     row.push(wall);

@@ -6,6 +6,7 @@ mod jacobian;
 mod motion;
 mod policies;
 mod stiff;
+mod threads;
 mod turing;
 
 use rumple::model::State;

@@ -1,6 +1,7 @@
 //! The mechanical energies: derivatives, invariants, known answers.
 
 mod derivatives;
+mod factors;
 mod gauge;
 mod hinge;
 mod invariants;

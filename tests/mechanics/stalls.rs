@@ -140,10 +140,15 @@ fn newton_takes_over_where_the_default_gets_nowhere() {
     let SolveError::NotConverged { iterations: 299, residual, .. } = alone else {
         panic!("{alone}");
     };
-    let done = relax(0.3 * residual, 100_000).unwrap();
+    let done = relax(0.2 * residual, 100_000).unwrap();
     println!("{residual:.2e} {done:?}");
     assert!(done.iterations > 300 && done.factorisations > 1, "{residual:e} {done:?}");
-    // Where that gets nowhere either, the steps of both are counted.
-    let error = relax(1e-9, 100_000).unwrap_err();
-    assert!(matches!(error, SolveError::NotConverged { iterations: 500, .. }), "{error}");
+    // Where that gets nowhere either, below round-off, the steps of both are counted.
+    let error = relax(1e-18, 100_000).unwrap_err();
+    let (SolveError::NotConverged { iterations, .. } | SolveError::Stalled { iterations, .. }) =
+        error
+    else {
+        panic!("{error}");
+    };
+    assert!(iterations > 300, "{iterations}");
 }

@@ -47,6 +47,10 @@ struct Planned {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<()> {
+    args.scene.with_threads(|| run_here(args))
+}
+
+fn run_here(args: &CompareArgs) -> Result<()> {
     let (_, search) = args.scene.load()?;
     let planned = plan(args)?;
     let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());

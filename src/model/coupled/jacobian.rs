@@ -13,16 +13,21 @@
 //! `c_e` is the mean of the ends of a bond; species on faces are carried there by averages that
 //! depend on x, so that then ∂l̄/∂x is there too.
 
+use std::ops::Range;
+
 use super::super::meters;
 use super::super::meters::transport::{DERIVATIVES, MATRIX};
 use super::Layout;
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;
-use crate::linear::{Assembly, BlockMatrix, Entries, Sparse, SumOfProduct};
+use crate::linear::{Assembly, BlockMatrix, Entries, Part, Sparse, SumOfProduct};
 use crate::model::{
     Chemistry, Derivatives, Model, ModelError, Potential, SignalColumns, State, Surface,
 };
+
+/// Vertices, or points of the chemistry, whose entries one thread names at a time.
+const PART: usize = 2048;
 
 /// The Jacobian with everything that it is assembled from.
 #[derive(Default)]
@@ -107,12 +112,33 @@ impl Jacobian {
             }
         }
         let n = layout.unknowns();
+        let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
         let edges = sheet.edges().len();
-        let direct = |entries: &mut Entries<'_>| direct(potential.as_deref(), model, &at, entries);
-        let sums = self
-            .sums
-            .get_or_insert_with(|| Sums { direct: Assembly::new(n, n, direct), lengths: None });
-        sums.direct.fill(direct);
+        let mut parts: Vec<Box<Part<'_>>> = Vec::new();
+        if let Some(hessian) = at.hessian {
+            let places = &places;
+            parts.extend(in_parts(hessian.pattern().rows()).map(|vertices| {
+                Box::new(move |entries: &mut Entries<'_>| {
+                    second_derivatives(places, hessian, vertices.clone(), entries);
+                }) as Box<Part<'_>>
+            }));
+        }
+        if let Some((chemistry, partials)) = &at.chemistry {
+            let inputs = chemistry.descriptor().inputs();
+            parts.extend(in_parts(layout.points()).map(|points| {
+                Box::new(move |entries: &mut Entries<'_>| {
+                    reactions(layout, partials, inputs, points.clone(), entries);
+                }) as Box<Part<'_>>
+            }));
+        }
+        let parts: Vec<&Part<'_>> = parts.iter().map(|part| &**part).collect();
+        let others = |entries: &mut Entries<'_>| others(potential.as_deref(), model, &at, entries);
+        let sums = self.sums.get_or_insert_with(|| Sums {
+            direct: Assembly::in_parts(n, n, &parts, others),
+            lengths: None,
+        });
+        sums.direct.fill_in_parts(&parts, others);
+        drop(parts);
         if let (Some(_), Some(potential)) = (&at.factor_slopes, &mut potential) {
             let potential: &mut Potential = potential;
             if sums.lengths.is_none() {
@@ -147,35 +173,45 @@ impl Jacobian {
     }
 }
 
-/// ∂F/∂y at fixed optimal lengths.
-fn direct(
-    potential: Option<&Potential>,
-    model: &Model,
-    at: &Values<'_>,
+/// Numbers below `n` in parts of the same length.
+fn in_parts(n: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..n).step_by(PART).map(move |first| first..(first + PART).min(n))
+}
+
+/// `-H` at these vertices.
+fn second_derivatives(
+    places: &[[Option<usize>; 3]],
+    hessian: &BlockMatrix,
+    vertices: Range<usize>,
     entries: &mut Entries<'_>,
 ) {
-    let layout = at.layout;
-    if let Some(hessian) = at.hessian {
-        let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
-        for i in 0..places.len() {
-            for (&j, block) in hessian.pattern().row(i).iter().zip(hessian.row(i)) {
-                let j = j as usize;
-                for (a, row) in places[i].into_iter().enumerate() {
-                    for (b, column) in places[j].into_iter().enumerate() {
-                        if let (Some(row), Some(column)) = (row, column) {
-                            entries.add(row, column, -block[(a, b)]);
-                            if j != i {
-                                entries.add(column, row, -block[(a, b)]);
-                            }
+    for i in vertices {
+        for (&j, block) in hessian.pattern().row(i).iter().zip(hessian.row(i)) {
+            let j = j as usize;
+            for (a, row) in places[i].into_iter().enumerate() {
+                for (b, column) in places[j].into_iter().enumerate() {
+                    if let (Some(row), Some(column)) = (row, column) {
+                        entries.add(row, column, -block[(a, b)]);
+                        if j != i {
+                            entries.add(column, row, -block[(a, b)]);
                         }
                     }
                 }
             }
         }
     }
-    let Some((chemistry, partials)) = &at.chemistry else { return };
-    let (species, inputs) = (layout.species(), chemistry.descriptor().inputs());
-    for point in 0..layout.points() {
+}
+
+/// ∂R/∂c at these points.
+fn reactions(
+    layout: &Layout,
+    partials: &Columns,
+    inputs: usize,
+    points: Range<usize>,
+    entries: &mut Entries<'_>,
+) {
+    let species = layout.species();
+    for point in points {
         for s in 0..species {
             for j in 0..species {
                 let value = partials.column(s * inputs + j)[point];
@@ -183,6 +219,18 @@ fn direct(
             }
         }
     }
+}
+
+/// What is left of ∂F/∂y at fixed optimal lengths: transports and signals.
+fn others(
+    potential: Option<&Potential>,
+    model: &Model,
+    at: &Values<'_>,
+    entries: &mut Entries<'_>,
+) {
+    let layout = at.layout;
+    let Some((chemistry, partials)) = &at.chemistry else { return };
+    let inputs = chemistry.descriptor().inputs();
     let sheet = model.sheet();
     let transports = chemistry.transports().iter().zip(&at.surface.operators);
     for (k, (transport, operator)) in transports.enumerate() {

@@ -1,8 +1,5 @@
-//! What every factorisation of block matrices of one pattern shares: the order of elimination, the
+//! What factorisations by faer of block matrices of one pattern share: the order of elimination, the
 //! symbolic factorisation, and the matrix in the layout that faer reads.
-//!
-//! The ordering is nested dissection on the graph of the vertices (not of the two or three times as
-//! many unknowns), found once for a pattern.
 
 use std::sync::Arc;
 
@@ -12,9 +9,9 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use feral_metis::{CscPattern, metis_order};
 
 use super::LinearError;
+use super::dissection::{Elimination, Graph};
 use super::{BlockMatrix, BlockPattern};
 use crate::Vec3;
 use crate::num::index;
@@ -69,7 +66,7 @@ impl<T: Precision> Analysis<T> {
     ) -> Result<Self, LinearError> {
         let axes = pattern.axes();
         let n = axes * pattern.rows();
-        let order = nested_dissection(&pattern)?;
+        let order = Elimination::new(&Graph::new(&pattern)?)?.order;
         let mut forward = vec![0u32; n];
         let mut inverse = vec![0u32; n];
         for (new, &old) in order.iter().enumerate() {
@@ -160,29 +157,6 @@ pub(super) fn unpack<T: Precision>(axes: usize, from: &[T], scale: f64, v: &mut 
 /// The error for memory that is not there.
 pub(super) fn no_memory(what: &str, unknowns: usize) -> LinearError {
     LinearError::new(format!("not enough memory to {what} {unknowns} unknowns"))
-}
-
-/// Nested-dissection order of the vertices: position → vertex.
-fn nested_dissection(pattern: &BlockPattern) -> Result<Vec<u32>, LinearError> {
-    let n = pattern.rows();
-    let failed = || LinearError::new(format!("no ordering for {n} vertices"));
-    let mut neighbours: Vec<Vec<i32>> = vec![Vec::new(); n];
-    for i in 0..n {
-        for &j in pattern.row(i).iter().filter(|&&j| j as usize != i) {
-            neighbours[i].push(i32::try_from(j).map_err(|_| failed())?);
-            neighbours[j as usize].push(i32::try_from(i).map_err(|_| failed())?);
-        }
-    }
-    let mut column_start = vec![0i32];
-    let mut row_index = Vec::new();
-    for list in &mut neighbours {
-        list.sort_unstable();
-        row_index.append(list);
-        column_start.push(i32::try_from(row_index.len()).map_err(|_| failed())?);
-    }
-    let graph = CscPattern::new(n, &column_start, &row_index).ok_or_else(failed)?;
-    let order = metis_order(&graph).map_err(|_| failed())?;
-    order.into_iter().map(|v| u32::try_from(v).map_err(|_| failed())).collect()
 }
 
 /// Compressed columns of the lower triangle: column (i, a) is row (i, a) of the stored blocks.

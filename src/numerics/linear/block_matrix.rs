@@ -161,11 +161,6 @@ impl BlockMatrix {
         }
     }
 
-    /// Sets one entry of number `place` of all stored blocks.
-    pub(super) fn set(&mut self, place: usize, at: (usize, usize), value: f64) {
-        *self.values_mut().entry(place, at) = value;
-    }
-
     /// Bytes of the values.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -1,19 +1,16 @@
-//! Sparse Cholesky factors of block matrices, by faer.
+//! Sparse Cholesky factors of block matrices.
 //!
-//! Ordering and symbolic factorisation are those of [`Analysis`]; every numeric factorisation
-//! reuses both and its memory.
+//! The tree of supernodes is found once for a pattern; every numeric factorisation reuses it and its
+//! memory. Factorisations and solutions run in parallel, with the same bits for any number of threads.
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, LltRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
-
-use super::LinearError;
-use super::analysis::{Analysis, Precision, no_memory, pack, unpack};
-use super::{BlockMatrix, BlockPattern};
+use super::multifrontal::{Factorisation, Rooms};
+use super::substitution::{Substitution, workspace};
+use super::supernodes::Supernodes;
+use super::{BlockMatrix, BlockPattern, LinearError, Precision};
 use crate::Vec3;
+use crate::parallel;
 
 /// The matrix is not positive definite: information for the caller, not a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,36 +18,30 @@ pub struct NotPositive;
 
 /// Symbolic and numeric factorisation of matrices of one pattern.
 pub struct BlockCholesky<T: Precision = f64> {
-    analysis: Analysis<T>,
+    tree: Supernodes,
     factor: Vec<T>,
+    rooms: Rooms<T>,
     rhs: Vec<T>,
+    workspace: Vec<T>,
     /// What the matrix was divided by.
     unit: f64,
-    factor_memory: MemBuffer,
-    solve_memory: MemBuffer,
 }
 
 impl<T: Precision> BlockCholesky<T> {
     /// Orders and analyses `pattern`.
     ///
     /// # Errors
-    /// [`LinearError`] if the pattern is too large for the index type or for memory.
+    /// [`LinearError`] if the pattern is too large for the index type.
     pub fn new(pattern: Arc<BlockPattern>) -> Result<Self, LinearError> {
-        let analysis = Analysis::new(pattern, CholeskySymbolicParams::default())?;
-        let (symbolic, n) = (analysis.symbolic(), analysis.unknowns());
-        let factor_memory = MemBuffer::try_new(
-            symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default()),
-        )
-        .map_err(|_| no_memory("factorise", n))?;
-        let solve_memory = MemBuffer::try_new(symbolic.solve_in_place_scratch::<T>(1, Par::Seq))
-            .map_err(|_| no_memory("solve for", n))?;
+        let tree = Supernodes::new(&pattern)?;
+        let (size, n) = (tree.values_before(tree.count()), tree.unknowns());
         Ok(Self {
-            factor: vec![T::of(0.0); symbolic.len_val()],
+            factor: vec![T::of(0.0); size],
+            rooms: Rooms::new(&tree),
             rhs: vec![T::of(0.0); n],
+            workspace: vec![T::of(0.0); workspace(&tree)],
             unit: 1.0,
-            analysis,
-            factor_memory,
-            solve_memory,
+            tree,
         })
     }
 
@@ -70,40 +61,29 @@ impl<T: Precision> BlockCholesky<T> {
         if !(self.unit > 0.0 && self.unit.is_finite()) {
             return Err(NotPositive);
         }
-        self.analysis.load(matrix, self.unit.recip());
-        self.analysis
-            .symbolic()
-            .factorize_numeric_llt(
-                &mut self.factor,
-                self.analysis.matrix(),
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut self.factor_memory),
-                Spec::default(),
-            )
-            .map_err(|_| NotPositive)?;
-        Ok(())
+        let (tree, rooms) = (&self.tree, &self.rooms);
+        Factorisation { tree, matrix, scale: self.unit.recip(), rooms }.run(&mut self.factor)
     }
 
     /// Replaces `rhs` by the solution for the last matrix factorised.
     pub fn solve(&mut self, rhs: &mut [Vec3]) {
         // Single precision has a narrow range.
-        let largest = rhs.iter().map(nalgebra::Vector3::amax).fold(0.0, f64::max);
+        let largest = parallel::max(rhs.len(), |i| rhs[i].amax());
         if !(largest > 0.0 && largest.is_finite()) {
             return;
         }
         let (scale, back) = (largest.recip(), largest / self.unit);
-        let axes = self.analysis.axes();
-        pack(axes, rhs, scale, &mut self.rhs);
-        let n = self.rhs.len();
-        LltRef::new(self.analysis.symbolic(), &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(&mut self.rhs, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.solve_memory),
-        );
-        unpack(axes, &self.rhs, back, rhs);
+        let (tree, axes) = (&self.tree, self.tree.axes());
+        let order = tree.order();
+        parallel::fill(&mut self.rhs, |k| T::of(scale * rhs[order[k / axes] as usize][k % axes]));
+        Substitution { tree, values: &self.factor }.solve(&mut self.rhs, &mut self.workspace);
+        let (solved, rank) = (&self.rhs, tree.rank());
+        parallel::fill(rhs, |vertex| {
+            let place = axes * rank[vertex] as usize;
+            let number =
+                |axis: usize| if axis < axes { back * solved[place + axis].number() } else { 0.0 };
+            Vec3::from_fn(|axis, _| number(axis))
+        });
     }
 }
 

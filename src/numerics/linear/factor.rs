@@ -74,19 +74,15 @@ impl Factor {
         }
     }
 
-    /// Solves in place with the last matrix, which is given again.
+    /// Solves in place with the last matrix.
     ///
     /// # Errors
     /// [`LinearError`] if the matrix is singular or the iteration does not converge.
-    pub fn solve(
-        &mut self,
-        matrix: SparseColMatRef<'_, usize, f64>,
-        x: &mut [f64],
-    ) -> Result<(), LinearError> {
+    pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
         match self {
             Self::Lu(lu) => lu.solve(x),
             Self::Ilu(ilu) => ilu.solve(x),
-            Self::Blocks(blocks) => blocks.solve(matrix, x),
+            Self::Blocks(blocks) => blocks.solve(x),
         }
     }
 }

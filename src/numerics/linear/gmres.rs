@@ -1,9 +1,11 @@
 //! Restarted GMRES, preconditioned from the right, so that the residual that is watched is the true
-//! one. Source: Saad, *Iterative Methods for Sparse Linear Systems* (2003), algorithm 9.5.
-
-use faer::sparse::SparseColMatRef;
+//! one. Source: Saad, *Iterative Methods for Sparse Linear Systems* (2003), algorithms 9.5 and 9.6.
+//!
+//! The preconditioned vectors are kept as well as the basis (the flexible form), so that the solution needs
+//! neither the preconditioner nor the matrix once more.
 
 use super::LinearError;
+use crate::parallel;
 
 /// Residual, relative to the right-hand side, at which a solution is good enough for Newton's
 /// method, which corrects it. Rows are divided by their diagonals first, so that the unknowns count by
@@ -13,59 +15,31 @@ const TOLERANCE: f64 = 1e-2;
 const BASIS: usize = 40;
 /// Iterations after which the preconditioner has failed.
 const MOST: usize = 400;
+/// Vectors of each kind that are kept for the next system: few systems need more.
+const KEPT: usize = 8;
 
-/// Solves `A x = b` in place by GMRES on rows divided by their diagonals.
-///
-/// # Errors
-/// As [`gmres`].
-pub(super) fn solve_scaled(
-    matrix: SparseColMatRef<'_, usize, f64>,
-    mut precondition: impl FnMut(&mut [f64]),
-    x: &mut [f64],
-) -> Result<(), LinearError> {
-    let size: Vec<f64> = (0..x.len()).map(|j| diagonal(matrix, j)).collect();
-    let mut right = x.to_vec();
-    let scale = |v: &mut [f64]| v.iter_mut().zip(&size).for_each(|(v, s)| *v /= s);
-    scale(&mut right);
-    let product = |v: &[f64], out: &mut [f64]| {
-        multiply(matrix, v, out);
-        scale(out);
-    };
-    let back = |v: &mut [f64]| {
-        v.iter_mut().zip(&size).for_each(|(v, s)| *v *= s);
-        precondition(v);
-    };
-    gmres(product, back, &right, x)
-}
-
-/// Size of a diagonal entry; 1 where there is none.
-fn diagonal(matrix: SparseColMatRef<'_, usize, f64>, j: usize) -> f64 {
-    let range = matrix.symbolic().col_range(j);
-    let found = matrix.symbolic().row_idx()[range.clone()].binary_search(&j);
-    match found.map(|k| matrix.val()[range.start + k].abs()) {
-        Ok(size) if size > 0.0 => size,
-        _ => 1.0,
-    }
-}
-
-/// Writes the product with `v`.
-pub(super) fn multiply(matrix: SparseColMatRef<'_, usize, f64>, v: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    let (rows, values) = (matrix.symbolic().row_idx(), matrix.val());
-    for (j, x) in v.iter().enumerate() {
-        for k in matrix.symbolic().col_range(j) {
-            out[rows[k]] += values[k] * x;
-        }
-    }
-}
+/// Numbers of a vector that one thread works on at a time.
+const PIECE: usize = 4096;
 
 /// Euclidean norm.
 pub fn norm(v: &[f64]) -> f64 {
     dot(v, v).sqrt()
 }
 
-/// Scalar product, in eight sums that do not wait for one another.
+/// Scalar product: pieces in parallel, added in a fixed order.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() <= PIECE {
+        return piece(a, b);
+    }
+    let (first, last) = a.split_at(half(a.len()));
+    let (other, rest) = b.split_at(first.len());
+    let (first, last) = rayon::join(|| dot(first, other), || dot(last, rest));
+    first + last
+}
+
+/// Eight sums that do not wait for one another.
+#[inline]
+fn piece(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (whole_a, whole_b) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(a, b)| a * b).sum();
@@ -77,88 +51,152 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Solves `A x = b` by restarted GMRES, preconditioned from the right, from x = 0.
-///
-/// # Errors
-/// [`LinearError`] if the residual does not fall to [`TOLERANCE`].
-pub(super) fn gmres(
-    mut multiply: impl FnMut(&[f64], &mut [f64]),
-    mut precondition: impl FnMut(&mut [f64]),
-    b: &[f64],
-    x: &mut [f64],
-) -> Result<(), LinearError> {
-    let n = b.len();
-    x.fill(0.0);
-    let goal = TOLERANCE * norm(b);
-    let mut residual = b.to_vec();
-    let mut iterations = 0;
-    let mut work = vec![0.0; n];
-    loop {
-        let size = norm(&residual);
-        if size <= goal {
-            return Ok(());
-        }
-        if iterations >= MOST || !size.is_finite() {
-            return Err(LinearError::new(format!(
-                "the linear solver has a residual of {:.1e} after {iterations} iterations",
-                size / (goal / TOLERANCE)
-            )));
-        }
-        // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
-        let mut basis: Vec<Vec<f64>> = vec![residual.iter().map(|r| r / size).collect()];
-        let mut triangle: Vec<Vec<f64>> = Vec::new();
-        let mut rotation: Vec<(f64, f64)> = Vec::new();
-        let mut right = vec![size];
-        for k in 0..BASIS {
-            work.copy_from_slice(&basis[k]);
-            precondition(&mut work);
-            let mut next = vec![0.0; n];
-            multiply(&work, &mut next);
-            iterations += 1;
-            let mut column = Vec::with_capacity(k + 2);
-            for v in &basis {
-                let h = dot(v, &next);
-                next.iter_mut().zip(v).for_each(|(w, v)| *w -= h * v);
-                column.push(h);
+/// Half of the pieces.
+fn half(n: usize) -> usize {
+    n.div_ceil(PIECE).div_ceil(2) * PIECE
+}
+
+/// `w ← w - h v`, and then `w·next`, or `w·w`.
+fn subtract_and_dot(w: &mut [f64], h: f64, v: &[f64], next: Option<&[f64]>) -> f64 {
+    if w.len() <= PIECE {
+        w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * v);
+        return piece(w, next.unwrap_or(w));
+    }
+    let middle = half(w.len());
+    let ((w, w_last), (v, v_last)) = (w.split_at_mut(middle), v.split_at(middle));
+    let (next, next_last) = match next.map(|next| next.split_at(middle)) {
+        Some((next, last)) => (Some(next), Some(last)),
+        None => (None, None),
+    };
+    let (first, last) = rayon::join(
+        || subtract_and_dot(w, h, v, next),
+        || subtract_and_dot(w_last, h, v_last, next_last),
+    );
+    first + last
+}
+
+/// Room for the vectors, kept from one system to the next.
+#[derive(Default)]
+pub(super) struct Krylov {
+    basis: Vec<Vec<f64>>,
+    /// The basis after the preconditioner.
+    changed: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+}
+
+impl Krylov {
+    /// Solves `A x = b`, from x = 0; `x` is b before and the solution after.
+    ///
+    /// # Errors
+    /// [`LinearError`] if the residual does not fall to [`TOLERANCE`].
+    pub(super) fn solve(
+        &mut self,
+        multiply: impl FnMut(&[f64], &mut [f64]),
+        precondition: impl FnMut(&mut [f64]),
+        x: &mut [f64],
+    ) -> Result<(), LinearError> {
+        let result = self.iterate(multiply, precondition, x);
+        self.basis.truncate(KEPT);
+        self.changed.truncate(KEPT);
+        result
+    }
+
+    fn iterate(
+        &mut self,
+        mut multiply: impl FnMut(&[f64], &mut [f64]),
+        mut precondition: impl FnMut(&mut [f64]),
+        x: &mut [f64],
+    ) -> Result<(), LinearError> {
+        let n = x.len();
+        let mut right = Vec::new();
+        self.residual.clear();
+        self.residual.extend_from_slice(x);
+        let mut size = norm(&self.residual);
+        let goal = TOLERANCE * size;
+        x.fill(0.0);
+        let mut iterations = 0;
+        // Of systems that need a second basis.
+        let mut b: Option<Vec<f64>> = None;
+        loop {
+            if size <= goal {
+                return Ok(());
             }
-            let last = norm(&next);
-            for (i, (c, s)) in rotation.iter().enumerate() {
-                let (a, b) = (column[i], column[i + 1]);
-                column[i] = c * a + s * b;
-                column[i + 1] = c * b - s * a;
+            if iterations >= MOST || !size.is_finite() {
+                return Err(LinearError::new(format!(
+                    "the linear solver has a residual of {:.1e} after {iterations} iterations",
+                    size / (goal / TOLERANCE)
+                )));
             }
-            let length = column[k].hypot(last);
-            let (c, s) =
-                if length > 0.0 { (column[k] / length, last / length) } else { (1.0, 0.0) };
-            column[k] = length;
-            rotation.push((c, s));
-            triangle.push(column);
-            right.push(-s * right[k]);
-            right[k] *= c;
-            if right[k + 1].abs() <= goal || last == 0.0 || !last.is_finite() {
-                break;
+            // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
+            let residual = &self.residual;
+            parallel::fill(room(&mut self.basis, 0, n), |i| residual[i] / size);
+            let mut triangle: Vec<Vec<f64>> = Vec::new();
+            let mut rotation: Vec<(f64, f64)> = Vec::new();
+            right.clear();
+            right.push(size);
+            for k in 0..BASIS {
+                let changed = room(&mut self.changed, k, n);
+                changed.copy_from_slice(&self.basis[k]);
+                precondition(changed);
+                room(&mut self.basis, k + 1, n);
+                let (known, next) = self.basis.split_at_mut(k + 1);
+                let next = &mut next[0];
+                multiply(changed, next);
+                iterations += 1;
+                let mut column = vec![dot(&known[0], next)];
+                for i in 0..=k {
+                    let then = known.get(i + 1).map(Vec::as_slice);
+                    column.push(subtract_and_dot(next, column[i], &known[i], then));
+                }
+                let last = column.pop().unwrap_or_default().sqrt();
+                for (i, (c, s)) in rotation.iter().enumerate() {
+                    let (a, b) = (column[i], column[i + 1]);
+                    column[i] = c * a + s * b;
+                    column[i + 1] = c * b - s * a;
+                }
+                let length = column[k].hypot(last);
+                let (c, s) =
+                    if length > 0.0 { (column[k] / length, last / length) } else { (1.0, 0.0) };
+                column[k] = length;
+                rotation.push((c, s));
+                triangle.push(column);
+                right.push(-s * right[k]);
+                right[k] *= c;
+                if right[k + 1].abs() <= goal || last == 0.0 || !last.is_finite() {
+                    break;
+                }
+                parallel::update(next, |_, w| *w /= last);
             }
-            next.iter_mut().for_each(|w| *w /= last);
-            basis.push(next);
-        }
-        // Back substitution, then the update through the preconditioner.
-        let m = triangle.len();
-        let mut y = right[..m].to_vec();
-        for i in (0..m).rev() {
-            for j in i + 1..m {
-                y[i] -= triangle[j][i] * y[j];
+            // Back substitution.
+            let m = triangle.len();
+            let mut y = right[..m].to_vec();
+            for i in (0..m).rev() {
+                for j in i + 1..m {
+                    y[i] -= triangle[j][i] * y[j];
+                }
+                y[i] /= triangle[i][i];
             }
-            y[i] /= triangle[i][i];
-        }
-        work.fill(0.0);
-        for (v, y) in basis.iter().zip(&y) {
-            work.iter_mut().zip(v).for_each(|(w, v)| *w += y * v);
-        }
-        precondition(&mut work);
-        x.iter_mut().zip(&work).for_each(|(x, w)| *x += w);
-        multiply(x, &mut work);
-        for i in 0..n {
-            residual[i] = b[i] - work[i];
+            let changed = &self.changed[..m];
+            parallel::update(x, |i, x| {
+                *x += changed.iter().zip(&y).map(|(v, y)| y * v[i]).sum::<f64>();
+            });
+            if right[m].abs() <= goal && y.iter().all(|y| y.is_finite()) {
+                return Ok(());
+            }
+            // On the first round the residual is b itself.
+            let b = b.get_or_insert_with(|| self.residual.clone());
+            multiply(x, &mut self.residual);
+            parallel::update(&mut self.residual, |i, r| *r = b[i] - *r);
+            size = norm(&self.residual);
         }
     }
+}
+
+/// Vector number `k`, made if there is none.
+fn room(all: &mut Vec<Vec<f64>>, k: usize, n: usize) -> &mut Vec<f64> {
+    while all.len() <= k {
+        all.push(Vec::new());
+    }
+    all[k].resize(n, 0.0);
+    &mut all[k]
 }

@@ -5,17 +5,25 @@ mod analysis;
 mod block_matrix;
 mod block_pattern;
 mod cholesky;
+mod dissection;
 mod factor;
+mod fronts;
 mod full_rows;
 mod gmres;
 mod ilu;
 mod ldlt;
 mod lu;
+mod multifrontal;
 mod multigrid;
+mod panels;
 mod prolongator;
+mod rows;
 mod shifted;
 mod sparse;
 mod stencils;
+mod strips;
+mod substitution;
+mod supernodes;
 mod two_fields;
 
 pub use analysis::Precision;
@@ -29,18 +37,22 @@ pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
 pub use shifted::Shifted;
-pub use sparse::{Assembly, Entries, Sparse, SumOfProduct};
+pub use sparse::{Assembly, Entries, Part, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 pub use two_fields::{Displacements, TwoFields};
 
-/// Lets the library for matrix products reserve the room that it keeps for the calling thread: address space
+/// Lets the library for matrix products reserve the room that it keeps for every thread: address space
 /// twice as large as the last cache, of which small products touch little. It would do so with the first
 /// factorisation.
 pub fn reserve_scratch() {
-    let a = faer::Mat::<f64>::identity(32, 32);
-    let mut c = faer::Mat::<f64>::zeros(32, 32);
-    let (a, out) = (a.as_ref(), c.as_mut());
-    faer::linalg::matmul::matmul(out, faer::Accum::Replace, a, a, 1.0, faer::Par::Seq);
+    let reserve = || {
+        let a = faer::Mat::<f64>::identity(32, 32);
+        let mut c = faer::Mat::<f64>::zeros(32, 32);
+        let (a, out) = (a.as_ref(), c.as_mut());
+        faer::linalg::matmul::matmul(out, faer::Accum::Replace, a, a, 1.0, faer::Par::Seq);
+    };
+    rayon::broadcast(|_| reserve());
+    reserve();
 }
 
 /// A matrix that could not be factorised, or a system that could not be solved, and why.

@@ -59,6 +59,6 @@ impl Shifted {
             *value = shift - weight * from[self.place[k] as usize];
         }
         self.factor.factorise(self.matrix.as_ref())?;
-        self.factor.solve(self.matrix.as_ref(), x)
+        self.factor.solve(x)
     }
 }

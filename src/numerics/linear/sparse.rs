@@ -4,8 +4,15 @@
 //! time their places are looked up ([`Assembly::new`]); from then on values are added without a
 //! search or an allocation.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use crate::num::index;
 use crate::parallel;
+
+/// Parts of a product that are computed side by side.
+const PARTS: usize = 16;
 
 /// A matrix by rows.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -111,7 +118,11 @@ pub struct Entries<'a>(Mode<'a>);
 enum Mode<'a> {
     Collect(&'a mut Vec<(u32, u32)>),
     Fill { place: std::slice::Iter<'a, u32>, value: &'a mut [f64] },
+    Keep(std::slice::IterMut<'a, f64>),
 }
+
+/// One of the lists that a matrix is filled from: it names its entries in an order of its own.
+pub type Part<'a> = dyn Fn(&mut Entries<'_>) + Sync + 'a;
 
 impl Entries<'_> {
     /// Adds `value` at (`row`, `column`).
@@ -126,6 +137,13 @@ impl Entries<'_> {
                     all[*place as usize] += value;
                 }
             }
+            Mode::Keep(all) => {
+                let place = all.next();
+                debug_assert!(place.is_some(), "more entries than at first");
+                if let Some(place) = place {
+                    *place = value;
+                }
+            }
         }
     }
 }
@@ -135,13 +153,34 @@ impl Entries<'_> {
 pub struct Assembly {
     place: Vec<u32>,
     matrix: Sparse,
+    /// Where the list of every part ends.
+    ends: Vec<usize>,
+    /// The values that parts name, and which of them every entry of the matrix is the sum of.
+    named: Vec<f64>,
+    sum_start: Vec<u32>,
+    sum: Vec<u32>,
 }
 
 impl Assembly {
     /// Looks up the places of the entries that `name` gives.
     #[must_use]
     pub fn new(rows: usize, columns: usize, name: impl FnOnce(&mut Entries<'_>)) -> Self {
-        let mut all = Vec::new();
+        Self::in_parts(rows, columns, &[], name)
+    }
+
+    /// The same for `parts`, which are filled in parallel, and for `name` after them.
+    #[must_use]
+    pub fn in_parts(
+        rows: usize,
+        columns: usize,
+        parts: &[&Part<'_>],
+        name: impl FnOnce(&mut Entries<'_>),
+    ) -> Self {
+        let (mut all, mut ends) = (Vec::new(), Vec::new());
+        for part in parts {
+            part(&mut Entries(Mode::Collect(&mut all)));
+            ends.push(all.len());
+        }
         name(&mut Entries(Mode::Collect(&mut all)));
         let mut of_row: Vec<Vec<u32>> = vec![Vec::new(); rows];
         for &(row, column) in &all {
@@ -159,14 +198,52 @@ impl Assembly {
             let found = matrix.pattern(row).binary_search(&column).unwrap_or_default();
             index(matrix.start[row] + found)
         });
-        Self { place, matrix }
+        let named = vec![0.0; ends.last().copied().unwrap_or(0)];
+        let (mut sum_start, mut sum) = (Vec::new(), Vec::new());
+        if !named.is_empty() {
+            sum_start = vec![0; matrix.entries() + 1];
+            sum = vec![0; named.len()];
+            let listed = &place[..named.len()];
+            listed.iter().for_each(|&k| sum_start[k as usize + 1] += 1);
+            for k in 0..matrix.entries() {
+                sum_start[k + 1] += sum_start[k];
+            }
+            let mut next = sum_start.clone();
+            for (number, &k) in listed.iter().enumerate() {
+                sum[next[k as usize] as usize] = index(number);
+                next[k as usize] += 1;
+            }
+        }
+        place.drain(..named.len());
+        Self { place, matrix, ends, named, sum_start, sum }
     }
 
     /// Fills the matrix with the values that `name` gives, in the same order as at first.
     pub fn fill(&mut self, name: impl FnOnce(&mut Entries<'_>)) {
-        self.matrix.value.fill(0.0);
-        let value = &mut self.matrix.value;
-        name(&mut Entries(Mode::Fill { place: self.place.iter(), value }));
+        self.fill_in_parts(&[], name);
+    }
+
+    /// The same for `parts`, as many as at first.
+    pub fn fill_in_parts(&mut self, parts: &[&Part<'_>], name: impl FnOnce(&mut Entries<'_>)) {
+        let (mut lists, mut rest, mut begin) = (Vec::new(), &mut *self.named, 0);
+        for (part, &end) in parts.iter().zip(&self.ends) {
+            let (list, tail) = rest.split_at_mut(end - begin);
+            lists.push((part, list));
+            (rest, begin) = (tail, end);
+        }
+        lists.into_par_iter().for_each(|(part, list)| {
+            part(&mut Entries(Mode::Keep(list.iter_mut())));
+        });
+        let Self { named, sum_start, sum, matrix: Sparse { value, .. }, place, .. } = self;
+        if named.is_empty() {
+            value.fill(0.0);
+        } else {
+            parallel::fill(value, |k| {
+                let own = &sum[sum_start[k] as usize..sum_start[k + 1] as usize];
+                own.iter().map(|&number| named[number as usize]).sum()
+            });
+        }
+        name(&mut Entries(Mode::Fill { place: place.iter(), value }));
     }
 
     /// The matrix.
@@ -207,20 +284,33 @@ impl SumOfProduct {
     /// Computes the values.
     pub fn fill(&mut self, a: &Sparse, b: &Sparse, c: &Sparse) -> &Sparse {
         let Sparse { start, column, value, columns } = &mut self.0;
-        let mut work = vec![0.0; *columns];
-        for i in 0..a.rows() {
-            for (j, value) in a.row(i) {
-                work[j] += value;
-            }
-            for (k, factor) in b.row(i) {
-                for (j, value) in c.row(k) {
-                    work[j] += factor * value;
+        let fill = |rows: Range<usize>, value: &mut [f64]| {
+            let mut work = vec![0.0; *columns];
+            let first = start[rows.start];
+            for i in rows {
+                for (j, value) in a.row(i) {
+                    work[j] += value;
+                }
+                for (k, factor) in b.row(i) {
+                    for (j, value) in c.row(k) {
+                        work[j] += factor * value;
+                    }
+                }
+                for k in start[i]..start[i + 1] {
+                    value[k - first] = std::mem::take(&mut work[column[k] as usize]);
                 }
             }
-            for k in start[i]..start[i + 1] {
-                value[k] = std::mem::take(&mut work[column[k] as usize]);
-            }
+        };
+        // Few parts: each needs a row of its own to work in.
+        let step = a.rows().div_ceil(PARTS).max(1);
+        let (mut parts, mut rest) = (Vec::new(), value.as_mut_slice());
+        for begin in (0..a.rows()).step_by(step) {
+            let end = (begin + step).min(a.rows());
+            let (part, tail) = rest.split_at_mut(start[end] - start[begin]);
+            parts.push((begin..end, part));
+            rest = tail;
         }
+        parts.into_par_iter().for_each(|(rows, part)| fill(rows, part));
         &self.0
     }
 

@@ -15,14 +15,16 @@ use std::sync::Arc;
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 
 use super::LinearError;
-use super::gmres::solve_scaled;
+use super::gmres::Krylov;
 use super::ilu::Ilu;
+use super::rows::ScaledRows;
 use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky};
 use crate::Vec3;
-use crate::num::index;
+use crate::num::{index, real};
+use crate::parallel;
 
 /// Stands for a direction that is not an unknown.
-const HELD: u32 = u32::MAX;
+const FIXED: u32 = u32::MAX;
 
 /// Which unknowns are displacements of which vertices.
 #[derive(Debug, Clone)]
@@ -38,8 +40,10 @@ pub struct Displacements {
 /// The factors and where their entries come from.
 pub struct TwoFields {
     place: Vec<[u32; 3]>,
-    count: usize,
-    /// Place in the matrix, block and entry of every number of the first field.
+    /// Vertex and axis of every displacement.
+    of: Vec<(u32, u8)>,
+    rows: ScaledRows,
+    /// Place in the matrix, block and entry of every number of the first field, block by block.
     shape_from: Vec<(usize, u32, u8)>,
     shape: BlockMatrix,
     factor: Factor,
@@ -47,6 +51,8 @@ pub struct TwoFields {
     /// Place in the matrix of every number of the second field.
     rest_from: Vec<usize>,
     rest: Option<(SparseColMat<usize, f64>, Ilu)>,
+    krylov: Krylov,
+    work: Vec<f64>,
 }
 
 enum Factor {
@@ -64,12 +70,12 @@ impl TwoFields {
         displacements: &Displacements,
     ) -> Result<Self, LinearError> {
         let (count, blocks) = (displacements.count, &displacements.pattern);
-        let mut of = vec![(0usize, 0usize); count];
-        let mut place = vec![[HELD; 3]; displacements.place.len()];
+        let mut of = vec![(0u32, 0u8); count];
+        let mut place = vec![[FIXED; 3]; displacements.place.len()];
         for (vertex, axes) in displacements.place.iter().enumerate() {
             for (axis, unknown) in axes.iter().enumerate() {
                 if let Some(unknown) = unknown {
-                    of[*unknown] = (vertex, axis);
+                    of[*unknown] = (index(vertex), u8::try_from(axis).unwrap_or_default());
                     place[vertex][axis] = index(*unknown);
                 }
             }
@@ -81,15 +87,17 @@ impl TwoFields {
                 let row = pattern.row_idx()[k];
                 if row < count {
                     let (i, a) = of[row];
+                    let above = blocks.row(i as usize);
                     if i <= j
-                        && let Ok(found) = blocks.row(i).binary_search(&index(j))
+                        && let Ok(found) = above.binary_search(&j)
                     {
-                        let entry = u8::try_from(3 * b + a).unwrap_or_default();
-                        shape_from.push((k, index(blocks.start(i) + found), entry));
+                        let block = index(blocks.start(i as usize) + found);
+                        shape_from.push((k, block, 3 * b + a));
                     }
                 }
             }
         }
+        shape_from.sort_unstable_by_key(|&(_, block, entry)| (block, entry));
         let n = pattern.ncols();
         let (mut starts, mut rows, mut rest_from) = (vec![0], Vec::new(), Vec::new());
         for column in count..n {
@@ -112,12 +120,15 @@ impl TwoFields {
         Ok(Self {
             right: vec![Vec3::zeros(); place.len()],
             place,
-            count,
+            of,
+            rows: ScaledRows::new(pattern, (0..n).collect()),
             shape_from,
             shape: BlockMatrix::zeros(Arc::clone(blocks)),
             factor: Factor::Positive(Box::new(FrugalCholesky::new(Arc::clone(blocks))?)),
             rest_from,
             rest,
+            krylov: Krylov::default(),
+            work: vec![0.0; n],
         })
     }
 
@@ -130,27 +141,37 @@ impl TwoFields {
         matrix: SparseColMatRef<'_, usize, f64>,
     ) -> Result<(), LinearError> {
         let values = matrix.val();
+        self.rows.load(matrix);
         self.shape.clear();
-        for &(from, block, entry) in &self.shape_from {
-            let entry = usize::from(entry);
-            self.shape.set(block as usize, (entry % 3, entry / 3), values[from]);
-        }
-        let scale = self.shape.mean_diagonal();
-        let place = &self.place;
-        self.shape.update_rows(|i, row| {
-            let mut held = Block::zeros();
+        let Self { place, of, rows, shape_from, shape, .. } = self;
+        let sum = parallel::sum(of.len(), |unknown| rows.size(unknown));
+        let scale = sum / real(of.len().max(1));
+        let pattern = Arc::clone(shape.pattern());
+        shape.update_rows(|i, row| {
+            let mut fixed = Block::zeros();
             for axis in 0..3 {
-                if place[i][axis] == HELD {
-                    held[(axis, axis)] = scale;
+                if place[i][axis] == FIXED {
+                    fixed[(axis, axis)] = scale;
                 }
             }
-            row.add(i, &held);
+            row.add(i, &fixed);
+            let first = index(pattern.start(i));
+            let mut entries = &shape_from[shape_from.partition_point(|&(_, b, _)| b < first)..];
+            for (&j, number) in pattern.row(i).iter().zip(first..) {
+                let mut block = Block::zeros();
+                while let Some(((from, of, entry), rest)) = entries.split_first()
+                    && *of == number
+                {
+                    block[usize::from(*entry)] = values[*from];
+                    entries = rest;
+                }
+                row.add(j as usize, &block);
+            }
         });
         self.factorise_shape()?;
         if let Some((rest, ilu)) = &mut self.rest {
-            for (value, &from) in rest.val_mut().iter_mut().zip(&self.rest_from) {
-                *value = values[from];
-            }
+            let from = &self.rest_from;
+            parallel::fill(rest.val_mut(), |k| values[from[k]]);
             ilu.factorise(rest.as_ref())?;
         }
         Ok(())
@@ -175,49 +196,43 @@ impl TwoFields {
         Ok(())
     }
 
-    /// Solves in place.
+    /// Solves in place with the last matrix factorised.
     ///
     /// # Errors
     /// [`LinearError`] if the iteration does not converge.
-    pub fn solve(
-        &mut self,
-        matrix: SparseColMatRef<'_, usize, f64>,
-        x: &mut [f64],
-    ) -> Result<(), LinearError> {
-        solve_scaled(matrix, |v| self.precondition(matrix, v), x)?;
-        Ok(())
-    }
-
-    fn precondition(&mut self, matrix: SparseColMatRef<'_, usize, f64>, v: &mut [f64]) {
-        let (shape, rest) = v.split_at_mut(self.count);
-        if let Some((_, ilu)) = &mut self.rest {
-            ilu.precondition(rest);
-        }
-        let (rows, values) = (matrix.symbolic().row_idx(), matrix.val());
-        for (j, z) in rest.iter().enumerate() {
-            for k in matrix.symbolic().col_range(self.count + j) {
-                if rows[k] >= self.count {
-                    break;
-                }
-                shape[rows[k]] -= values[k] * z;
+    pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
+        let mut krylov = std::mem::take(&mut self.krylov);
+        let mut right = std::mem::take(&mut self.work);
+        let Self { place, of, rows, factor, right: forces, rest, .. } = self;
+        rows.take(x, &mut right);
+        let product = |v: &[f64], out: &mut [f64]| rows.multiply(v, out);
+        let precondition = |v: &mut [f64]| {
+            rows.in_own_units(v);
+            let (shape, species) = v.split_at_mut(of.len());
+            if let Some((_, ilu)) = rest {
+                ilu.precondition(species);
             }
-        }
-        for (right, place) in self.right.iter_mut().zip(&self.place) {
-            for axis in 0..3 {
-                let at = place[axis];
-                right[axis] = if at == HELD { 0.0 } else { shape[at as usize] };
+            rows.subtract_tail(of.len(), species, shape);
+            parallel::fill(forces, |i| {
+                Vec3::from_fn(|axis, _| match place[i][axis] {
+                    FIXED => 0.0,
+                    unknown => shape[unknown as usize],
+                })
+            });
+            match factor {
+                Factor::Positive(factor) => factor.solve(forces),
+                Factor::Indefinite(factor) => factor.solve(forces),
             }
+            parallel::fill(shape, |unknown| {
+                let (vertex, axis) = of[unknown];
+                forces[vertex as usize][usize::from(axis)]
+            });
+        };
+        let result = krylov.solve(product, precondition, &mut right);
+        if result.is_ok() {
+            x.copy_from_slice(&right);
         }
-        match &mut self.factor {
-            Factor::Positive(factor) => factor.solve(&mut self.right),
-            Factor::Indefinite(factor) => factor.solve(&mut self.right),
-        }
-        for (right, place) in self.right.iter().zip(&self.place) {
-            for axis in 0..3 {
-                if place[axis] != HELD {
-                    shape[place[axis] as usize] = right[axis];
-                }
-            }
-        }
+        (self.krylov, self.work) = (krylov, right);
+        result
     }
 }

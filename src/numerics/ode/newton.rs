@@ -99,13 +99,10 @@ impl LinearSolver<FaerSparseMat<f64>> for NewtonSolver {
     }
 
     fn solve_in_place(&self, x: &mut FaerVec<f64>) -> Result<(), LaError> {
-        let Some(matrix) = &self.matrix else { return Err(LaError::Other("no matrix".into())) };
         let _scope = self.meters.as_ref().map(|[_, solution]| solution.scope(0));
         let x = x.inner_mut().col_as_slice_mut(0);
         match &mut *self.factor.borrow_mut() {
-            Some(Ok(factor)) => factor
-                .solve(matrix.inner()[0].as_ref(), x)
-                .map_err(|error| LaError::Other(error.to_string())),
+            Some(Ok(factor)) => factor.solve(x).map_err(|error| LaError::Other(error.to_string())),
             Some(Err(error)) => Err(LaError::Other(error.to_string())),
             None => Err(LaError::Other("there is no factor".into())),
         }

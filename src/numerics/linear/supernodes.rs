@@ -1,0 +1,325 @@
+//! The pattern of a factor: columns that are alike in one dense panel, and the tree of the panels.
+//!
+//! ```text
+//! front of a supernode = | F₁₁      |   its own unknowns              (a panel of the factor)
+//!                        | F₂₁  F₂₂ |   unknowns that it is coupled to, all in fronts above it
+//! ```
+//!
+//! F₂₂ is what elimination leaves for the parent, whose front has all its unknowns (multifrontal method:
+//! Duff & Reid, ACM Trans. Math. Softw. 9 (1983) 302, doi:10.1145/356044.356047). Supernodes that share no
+//! ancestor below a third have nothing to do with each other: subtrees are worked on in parallel. How the
+//! tree is cut into tasks depends on the pattern alone.
+
+use super::dissection::{Elimination, Graph, NONE};
+use super::panels::{fundamental, merged};
+use super::{BlockPattern, LinearError};
+use crate::num::{index, real};
+
+/// Tasks that the work is cut into, some more than there may be threads.
+const TASKS: f64 = 64.0;
+
+/// Multiplications below which handing out work costs more than it gains.
+const LEAST: f64 = 1e6;
+
+/// Where a stored block of the matrix goes.
+#[derive(Clone, Copy)]
+pub(super) struct Entry {
+    /// Its number.
+    pub(super) block: u32,
+    /// Row and column within the front, in vertices.
+    pub(super) row: u32,
+    pub(super) column: u32,
+    /// Whether it is the block of the matrix, or its transpose.
+    pub(super) upright: bool,
+}
+
+/// Neighbouring vertices of a front that are neighbours in the front of its parent too.
+#[derive(Clone, Copy)]
+pub(super) struct Run {
+    /// Where the first is in the front of the parent.
+    pub(super) place: u32,
+    /// How many there are.
+    pub(super) count: u32,
+}
+
+/// The tree of supernodes, in postorder: the subtree of s is `first[s]..=s`.
+pub(super) struct Supernodes {
+    axes: usize,
+    /// Position → vertex.
+    order: Vec<u32>,
+    /// Vertex → position.
+    rank: Vec<u32>,
+    /// First position of every supernode.
+    begin: Vec<usize>,
+    row_start: Vec<usize>,
+    /// Positions that it is coupled to, above its own, ascending.
+    row: Vec<u32>,
+    /// Where these are in the front of the parent.
+    run: Vec<Run>,
+    run_start: Vec<usize>,
+    child_start: Vec<usize>,
+    child: Vec<u32>,
+    roots: Vec<u32>,
+    first: Vec<u32>,
+    /// Where its panel begins among the numbers of the factor.
+    value_start: Vec<usize>,
+    entry_start: Vec<usize>,
+    entry: Vec<Entry>,
+    /// Whether its subtree is one task.
+    serial: Vec<bool>,
+    /// Numbers that F₂₂ takes, with those below it that are kept at the same time.
+    room: Vec<usize>,
+}
+
+impl Supernodes {
+    /// Orders and analyses `pattern`.
+    ///
+    /// # Errors
+    /// [`LinearError`] if it is too large for the index type.
+    pub(super) fn new(pattern: &BlockPattern) -> Result<Self, LinearError> {
+        let graph = Graph::new(pattern)?;
+        let elimination = Elimination::new(&graph)?;
+        let groups = merged(fundamental(&graph, &elimination));
+        let axes = pattern.axes();
+        let count = groups.len();
+        let mut all = Self {
+            axes,
+            order: elimination.order,
+            rank: elimination.rank,
+            begin: groups.iter().map(|g| g.begin).collect(),
+            row_start: vec![0],
+            row: Vec::new(),
+            run: Vec::new(),
+            run_start: vec![0],
+            child_start: vec![0; count + 1],
+            child: Vec::new(),
+            roots: Vec::new(),
+            first: (0..count).map(index).collect(),
+            value_start: vec![0],
+            entry_start: Vec::new(),
+            entry: Vec::new(),
+            serial: Vec::new(),
+            room: vec![0; count],
+        };
+        all.begin.push(pattern.rows());
+        for group in groups {
+            let columns = axes * (group.end - group.begin);
+            let size = columns * (columns + axes * group.rows.len());
+            all.value_start.push(all.value_start[all.value_start.len() - 1] + size);
+            all.row.extend(group.rows);
+            all.row_start.push(all.row.len());
+        }
+        all.find_parents();
+        all.find_tasks();
+        all.find_entries(pattern);
+        Ok(all)
+    }
+
+    fn find_parents(&mut self) {
+        let count = self.count();
+        let holder = |position: u32| {
+            index(self.begin.partition_point(|&begin| begin <= position as usize) - 1)
+        };
+        let parent: Vec<u32> =
+            (0..count).map(|s| self.rows(s).first().map_or(NONE, |&row| holder(row))).collect();
+        for s in 0..count {
+            if parent[s] == NONE {
+                self.roots.push(index(s));
+            } else {
+                self.child_start[parent[s] as usize + 1] += 1;
+                let runs = self.runs_within(s, parent[s] as usize);
+                self.run.extend(runs);
+            }
+            self.run_start.push(self.run.len());
+        }
+        for s in 0..count {
+            self.child_start[s + 1] += self.child_start[s];
+        }
+        let mut next = self.child_start.clone();
+        self.child = vec![0; self.child_start[count]];
+        for s in (0..count).filter(|&s| parent[s] != NONE) {
+            let p = parent[s] as usize;
+            self.child[next[p]] = index(s);
+            next[p] += 1;
+            self.first[p] = self.first[p].min(self.first[s]);
+        }
+    }
+
+    /// Where the rows of `s` are in the front of its parent `p`.
+    fn runs_within(&self, s: usize, p: usize) -> Vec<Run> {
+        let (begin, end) = (self.begin[p], self.begin[p + 1]);
+        let above = self.rows(p);
+        let mut known = 0;
+        let mut runs: Vec<Run> = Vec::new();
+        for &row in self.rows(s) {
+            let place = if (row as usize) < end {
+                row as usize - begin
+            } else {
+                known += above[known..].partition_point(|&r| r < row);
+                end - begin + known
+            };
+            match runs.last_mut() {
+                // None goes on from the parent's own unknowns to others: they are kept apart.
+                Some(last)
+                    if (last.place + last.count) as usize == place && place != end - begin =>
+                {
+                    last.count += 1;
+                }
+                _ => runs.push(Run { place: index(place), count: 1 }),
+            }
+        }
+        runs
+    }
+
+    fn find_tasks(&mut self) {
+        let mut work = vec![0.0; self.count()];
+        for s in 0..self.count() {
+            let (columns, rows) = (real(self.columns(s)), real(self.rest(s)));
+            let own = columns * (columns * columns / 3.0 + columns * rows + rows * rows);
+            let below: f64 = self.children(s).iter().map(|&c| work[c as usize]).sum();
+            work[s] = own + below;
+            let (mut kept, mut most) = (0, 0);
+            for &c in self.children(s) {
+                most = most.max(kept + self.room[c as usize]);
+                kept += self.rest(c as usize) * self.rest(c as usize);
+            }
+            self.room[s] = self.rest(s) * self.rest(s) + most;
+        }
+        let all: f64 = self.roots.iter().map(|&s| work[s as usize]).sum();
+        let largest = (all / TASKS).max(LEAST);
+        self.serial = work.iter().map(|work| *work <= largest).collect();
+    }
+
+    fn find_entries(&mut self, pattern: &BlockPattern) {
+        let mut of: Vec<u32> = vec![0; pattern.rows()];
+        for s in 0..self.count() {
+            of[self.begin[s]..self.begin[s + 1]].fill(index(s));
+        }
+        let ends = |i: usize, j: u32| {
+            let (i, j) = (self.rank[i], self.rank[j as usize]);
+            (i.min(j), i.max(j), i >= j)
+        };
+        let mut start = vec![0usize; self.count() + 1];
+        for i in 0..pattern.rows() {
+            for &j in pattern.row(i) {
+                start[of[ends(i, j).0 as usize] as usize + 1] += 1;
+            }
+        }
+        for s in 0..self.count() {
+            start[s + 1] += start[s];
+        }
+        let mut next = start.clone();
+        let nothing = Entry { block: 0, row: 0, column: 0, upright: true };
+        let mut entry = vec![nothing; start[self.count()]];
+        for i in 0..pattern.rows() {
+            for (k, &j) in pattern.row(i).iter().enumerate() {
+                let (column, row, upright) = ends(i, j);
+                let s = of[column as usize] as usize;
+                let (begin, end) = (self.begin[s], self.begin[s + 1]);
+                let row = if (row as usize) < end {
+                    row as usize - begin
+                } else {
+                    end - begin + self.rows(s).partition_point(|&r| r < row)
+                };
+                entry[next[s]] = Entry {
+                    block: index(pattern.start(i) + k),
+                    row: index(row),
+                    column: index(column as usize - begin),
+                    upright,
+                };
+                next[s] += 1;
+            }
+        }
+        (self.entry_start, self.entry) = (start, entry);
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.begin.len() - 1
+    }
+
+    /// Unknowns of a vertex.
+    pub(super) fn axes(&self) -> usize {
+        self.axes
+    }
+
+    /// Number of unknowns.
+    pub(super) fn unknowns(&self) -> usize {
+        self.axes * self.order.len()
+    }
+
+    /// Vertices in the order of elimination.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Position of every vertex in that order.
+    pub(super) fn rank(&self) -> &[u32] {
+        &self.rank
+    }
+
+    /// Numbers of the factor before the panel of `s`; all of them for `s` = count.
+    pub(super) fn values_before(&self, s: usize) -> usize {
+        self.value_start[s]
+    }
+
+    /// Unknowns before those of `s`.
+    pub(super) fn unknowns_before(&self, s: usize) -> usize {
+        self.axes * self.begin[s]
+    }
+
+    /// Rows below the panels before that of `s`.
+    pub(super) fn rests_before(&self, s: usize) -> usize {
+        self.axes * self.row_start[s]
+    }
+
+    /// Its own unknowns: columns of its panel.
+    pub(super) fn columns(&self, s: usize) -> usize {
+        self.axes * (self.begin[s + 1] - self.begin[s])
+    }
+
+    /// Other unknowns of its front: rows of F₂₂.
+    pub(super) fn rest(&self, s: usize) -> usize {
+        self.axes * (self.row_start[s + 1] - self.row_start[s])
+    }
+
+    fn rows(&self, s: usize) -> &[u32] {
+        &self.row[self.row_start[s]..self.row_start[s + 1]]
+    }
+
+    /// Where the vertices of F₂₂ are in the front of the parent, ascending; nothing for a root. A run is
+    /// either among the own unknowns of the parent or among the others.
+    pub(super) fn runs(&self, s: usize) -> &[Run] {
+        &self.run[self.run_start[s]..self.run_start[s + 1]]
+    }
+
+    /// Its children, ascending.
+    pub(super) fn children(&self, s: usize) -> &[u32] {
+        &self.child[self.child_start[s]..self.child_start[s + 1]]
+    }
+
+    /// Those without a parent.
+    pub(super) fn roots(&self) -> &[u32] {
+        &self.roots
+    }
+
+    /// The first of its subtree.
+    pub(super) fn first(&self, s: usize) -> usize {
+        self.first[s] as usize
+    }
+
+    /// Whether its subtree is one task.
+    pub(super) fn is_serial(&self, s: usize) -> bool {
+        self.serial[s]
+    }
+
+    /// Numbers that the rests of its subtree take in one task.
+    pub(super) fn room(&self, s: usize) -> usize {
+        self.room[s]
+    }
+
+    /// The blocks of the matrix that its panel begins with.
+    pub(super) fn entries(&self, s: usize) -> &[Entry] {
+        &self.entry[self.entry_start[s]..self.entry_start[s + 1]]
+    }
+}

@@ -1,0 +1,57 @@
+//! Whole runs give the same bits on any number of threads: every policy with every integrator.
+
+use rumple::model::State;
+
+use super::{DOME, final_state};
+
+fn on(threads: usize, all: &[&str]) -> State {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| final_state(DOME, all))
+}
+
+fn same(all: &[&str]) {
+    let one = on(1, all);
+    for threads in [2, 3] {
+        assert!(on(threads, all) == one, "{all:?} on {threads} threads");
+    }
+}
+
+#[test]
+fn every_policy_with_every_integrator() {
+    let kinds = [
+        "kind=\"staggered\",rtol=1e-3,atol=1e-3",
+        "kind=\"staggered\",method=\"euler\",step=0.01",
+        "kind=\"monolithic\",method=\"bdf\",rtol=1e-4,atol=1e-4",
+        "kind=\"monolithic\",method=\"tr-bdf2\",rtol=1e-4,atol=1e-4",
+        "kind=\"monolithic\",method=\"esdirk34\",rtol=1e-4,atol=1e-4",
+    ];
+    for policy in ["quasi-static", "simultaneous", "chemistry-fast"] {
+        for kind in kinds {
+            // Enough unknowns for the factors of two fields.
+            same(&[
+                &format!("time.policy=\"{policy}\""),
+                &format!("time.integrator={{{kind}}}"),
+                "time.until=0.02",
+                "sheet.vertices=1100",
+            ]);
+        }
+    }
+    let explicit = "time.integrator={kind=\"explicit\",method=\"tsit45\",rtol=1e-4,atol=1e-4}";
+    same(&[explicit, "time.until=0.002", "sheet.vertices=1100"]);
+}
+
+#[test]
+fn every_linear_solver_and_preconditioner() {
+    let until = "time.until=0.02";
+    for linear in ["lu", "blocks"] {
+        let integrator = format!(
+            "time.integrator={{kind=\"monolithic\",rtol=1e-4,atol=1e-4,linear=\"{linear}\"}}"
+        );
+        same(&[&integrator, until, "sheet.vertices=400"]);
+    }
+    for more in ["precision=\"single\"", "precision=\"double\"", "preconditioner=\"multigrid\""] {
+        let relax = format!("equilibrium={{method=\"lbfgs\",tolerance=1e-7,{more}}}");
+        let integrator = "time.integrator={kind=\"staggered\",rtol=1e-3,atol=1e-3}";
+        same(&[&relax, integrator, "time.policy=\"quasi-static\"", until, "sheet.vertices=1100"]);
+    }
+}
