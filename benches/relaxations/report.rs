@@ -9,6 +9,9 @@ use crate::METHODS;
 use crate::common::{Result, Table, number};
 use crate::list::Entry;
 
+/// Energies count as the same up to this share.
+const SAME: f64 = 0.01;
+
 /// What came of one relaxation by one method.
 #[derive(Debug, Clone, Default)]
 pub struct Outcome {
@@ -131,7 +134,13 @@ impl Results {
                 .zip(&row)
                 .filter_map(|(m, o)| o.as_ref().filter(good).map(|o| (*m, *o)))
                 .collect();
-            let best = done.iter().min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+            // Who stops on a saddle or in a minimum high above is not compared.
+            let own = row[0].filter(|o| o.failure.is_none()).map(|o| o.energy);
+            let low = |e: f64| own.is_none_or(|own| e <= own + SAME * own.abs());
+            let best = done
+                .iter()
+                .filter(|d| low(d.1.energy))
+                .min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
             let Some(first) = row.iter().flatten().find(|o| o.vertices > 0) else { continue };
             let ratio = match (row[0], best) {
                 (Some(own), Some((_, best))) if own.failure.is_none() => {
@@ -160,7 +169,11 @@ impl Results {
             line.extend(row.iter().map(|o| match o {
                 Some(o) if o.failure.is_none() => {
                     let above = (o.energy - lowest) / lowest.abs().max(f64::MIN_POSITIVE);
-                    format!("{} ({:.0}°)", if above < 5e-6 { "0".into() } else { number(above) }, o.angle)
+                    format!(
+                        "{} ({:.0}°)",
+                        if above < 5e-6 { "0".into() } else { number(above) },
+                        o.angle
+                    )
                 }
                 _ => String::new(),
             }));
@@ -172,8 +185,8 @@ impl Results {
             }
         }
         format!(
-            "CPU seconds (iterations); the last columns: how many times as long as the fastest the default \
-             takes, and which that is.\n\n{}\nEnergy above the lowest, as a share of it (smallest angle).\n\n{}\n\
+            "CPU seconds (iterations); the last columns: how many times as long the default takes as the fastest \
+             of the methods whose energy is not above its own by more than 1 %, and which that is.\n\n{}\nEnergy above the lowest, as a share of it (smallest angle).\n\n{}\n\
              {counted} relaxations in which the default succeeds; more than 3 times the best: {worse:?}; \
              fails where another succeeds: {lost:?}\n\n## Failures\n\n{failures}",
             times.markdown(),
