@@ -9,7 +9,7 @@ use super::super::newton::{Newton, NewtonSpec};
 use super::super::stop::{after, stalled};
 use super::super::{Equilibrium, Goal, Relaxation};
 use super::progress::{Outcome, handed_over, patience};
-use super::{LARGE, Lbfgs};
+use super::Lbfgs;
 use crate::Vec3;
 use crate::model::Potential;
 use crate::solve::SolveError;
