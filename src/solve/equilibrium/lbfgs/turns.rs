@@ -8,8 +8,8 @@
 use super::super::newton::{Newton, NewtonSpec};
 use super::super::stop::{after, stalled};
 use super::super::{Equilibrium, Goal, Relaxation};
-use super::progress::{Outcome, handed_over, patience};
 use super::Lbfgs;
+use super::progress::{Outcome, handed_over, patience};
 use crate::Vec3;
 use crate::model::Potential;
 use crate::solve::SolveError;
