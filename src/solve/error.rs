@@ -7,10 +7,29 @@ use crate::ode::{Failure, OdeError};
 /// Shorthand for results with [`SolveError`].
 pub type Result<T, E = SolveError> = std::result::Result<T, E>;
 
-/// What to try when a relaxation comes to no end.
-const OTHER_WAYS: &str = "try another equilibrium.method (\"lbfgs\", \"newton\", \"fire\"), \
-     equilibrium.preconditioner = \"multigrid\", a larger equilibrium.tolerance if that force is \
-     small enough, or smaller changes per step (time.integrator.rtol or step)";
+/// What to try when a relaxation comes to no end: keys with values.
+fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> String {
+    let mut ways = Vec::new();
+    if residual <= 1e3 * tolerance {
+        ways.push(format!(
+            "equilibrium.tolerance = {:.0e} if that force is small enough",
+            2.0 * residual
+        ));
+    }
+    if let Some(iterations) = iterations {
+        ways.push(format!(
+            "equilibrium.max_iterations = {} if it still falls",
+            iterations.saturating_mul(4).max(1000)
+        ));
+    }
+    format!(
+        "{}{}equilibrium.largest_move = 0.2, equilibrium.preconditioner = \"multigrid\", \
+         equilibrium.method = \"newton\" or \"fire\", or smaller changes per step \
+         (time.integrator.longest_step or rtol)",
+        if ways.is_empty() { "try " } else { "try, in this order, " },
+        ways.iter().map(|way| format!("{way}, ")).collect::<String>(),
+    )
+}
 
 /// Why a solver stopped without a result.
 #[derive(Debug, thiserror::Error)]
@@ -42,7 +61,8 @@ pub enum SolveError {
     /// The force tolerance was not reached.
     #[error(
         "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \
-         (tolerance {tolerance:.1e}, in units of Y times the edge length); {OTHER_WAYS}"
+         (tolerance {tolerance:.1e}, in units of Y times the edge length); {}",
+        other_ways(*residual, *tolerance, Some(*iterations))
     )]
     NotConverged {
         /// Iterations taken.
@@ -55,8 +75,8 @@ pub enum SolveError {
     /// No step goes downhill without collapsing a triangle.
     #[error(
         "relaxation stalled after {iterations} iterations: no step lowers the energy \
-         without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e}); \
-         {OTHER_WAYS}"
+         without collapsing a triangle (largest force {residual:.3e}, tolerance {tolerance:.1e}); {}",
+        other_ways(*residual, *tolerance, None)
     )]
     Stalled {
         /// Iterations taken.

@@ -139,8 +139,13 @@ impl Workspace {
     ) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer } = self;
         let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
-        model.mechanics().set_prescribed(state.time, &mut state.x);
         let mut x = state.x.clone();
+        model.mechanics().set_prescribed(state.time, &mut state.x);
+        let led = state.x.clone();
+        // Under drag steps are short.
+        if anchor.is_some() {
+            x.clone_from(&led);
+        }
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
@@ -156,8 +161,13 @@ impl Workspace {
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
         };
-        let done = equilibrium::relax(&mut *relaxer.equilibrium, potential, &mut x, &goal)
-            .map_err(|error| explained(error, potential, &x));
+        let method = &mut *relaxer.equilibrium;
+        let mut relax = || {
+            let mut done = equilibrium::lead(method, potential, &mut x, &led, &goal)?;
+            done.add(&equilibrium::relax(method, potential, &mut x, &goal)?);
+            Ok(done)
+        };
+        let done = relax().map_err(|error| explained(error, potential, &x));
         potential.set_anchor(None);
         state.x = x;
         done

@@ -4,7 +4,7 @@
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
 //! serves, across calls too. Rigid motions are fixed by a gauge. Where the metric turns out too soft it is
-//! stiffened, and where the iteration gets nowhere Newton's method takes over. Steps are limited so that no
+//! stiffened, and where the iteration gets nowhere Newton's method has a turn (`turns`). Steps are limited so that no
 //! triangle collapses: the energy of the cotangent curvature jumps there, and a long memory would not
 //! survive it.
 //!
@@ -14,6 +14,7 @@
 mod collapse;
 mod progress;
 mod spec;
+mod turns;
 
 use std::sync::Arc;
 
@@ -24,10 +25,9 @@ use progress::{Outcome, Progress};
 use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::history::History;
-use super::newton::{Newton, NewtonSpec};
 use super::preconditioner::{Inverse, LARGE, Preconditioner, SMALL};
-use super::stop::{after, dot, largest, level, reached, stalled};
-use super::{Equilibrium, Goal, Relaxation};
+use super::stop::{dot, largest, level, reached};
+use super::{Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
@@ -59,8 +59,6 @@ const MOST_SHIFT: f64 = 1.0;
 /// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
 /// metric is too soft: the shift grows.
 const SOFT: usize = 3;
-/// Steps of Newton's method when it takes over.
-const HANDED_OVER: usize = 200;
 /// A factor made for weights of an anchor that differ by less than this serves.
 const OTHER_WEIGHT: f64 = 2.0;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
@@ -234,6 +232,7 @@ impl Lbfgs {
         potential: &mut Potential,
         x: &mut [Vec3],
         goal: &Goal<'_>,
+        patience: usize,
     ) -> Result<(Relaxation, Outcome), SolveError> {
         let n = x.len();
         let small = n <= SMALL;
@@ -251,7 +250,7 @@ impl Lbfgs {
         let mut halvings = 0;
         // Whether the factor has the largest shift there is.
         let mut stiffest = false;
-        let mut progress = Progress::new(energy, potential.residual(&gradient));
+        let mut progress = Progress::new(energy, potential.residual(&gradient), patience);
         let anchor = potential.anchor().map(|anchor| (anchor.weights.least(), anchor.slack));
         let (weight, slack) = anchor.unwrap_or_default();
         // Under drag the energy is convex where steps are short, and its minimum near.
@@ -346,31 +345,5 @@ impl Lbfgs {
             done.iterations += 1;
             age += 1;
         }
-    }
-}
-
-impl Equilibrium for Lbfgs {
-    fn relax(
-        &mut self,
-        potential: &mut Potential,
-        x: &mut [Vec3],
-        goal: &Goal<'_>,
-    ) -> Result<Relaxation, SolveError> {
-        let (mut done, outcome) = self.iterate(potential, x, goal)?;
-        if outcome == Outcome::AtRest {
-            return Ok(done);
-        }
-        if !self.may_hand_over() {
-            return Err(stalled(&done, goal));
-        }
-        // The factor belongs to a shape that is left behind.
-        self.factored = false;
-        let options = NewtonSpec { area_share: self.options.area_share, ..NewtonSpec::default() };
-        let mut newton = Newton::new(potential.mechanics(), options)?;
-        let later = newton.relax(potential, x, &Goal { max_iterations: HANDED_OVER, ..*goal });
-        newton.free();
-        let later = later.map_err(|error| after(done.iterations, error))?;
-        done.add(&later);
-        Ok(done)
     }
 }

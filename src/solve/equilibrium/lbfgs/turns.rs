@@ -1,0 +1,59 @@
+//! L-BFGS and Newton's method in turn, until one of them comes to rest.
+//!
+//! What makes one of them crawl need not hinder the other: L-BFGS has no curvature where the energy is not convex,
+//! and each step of Newton's method costs a factorisation. Who has got nowhere leaves the next turn to the
+//! other, and every turn has twice the patience of the last one of its kind, so no more than some multiple of the
+//! time is lost that the better of them needs alone.
+
+use super::super::newton::{Newton, NewtonSpec};
+use super::super::stop::{after, stalled};
+use super::super::{Equilibrium, Goal, Relaxation};
+use super::Lbfgs;
+use super::progress::{Outcome, handed_over, patience};
+use crate::Vec3;
+use crate::model::Potential;
+use crate::solve::SolveError;
+
+impl Equilibrium for Lbfgs {
+    fn relax(
+        &mut self,
+        potential: &mut Potential,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+    ) -> Result<Relaxation, SolveError> {
+        let mut done = Relaxation::default();
+        for round in 0.. {
+            let max_iterations = goal.max_iterations.saturating_sub(done.iterations);
+            let left = Goal { max_iterations, ..*goal };
+            let (more, outcome) = self
+                .iterate(potential, x, &left, patience(round))
+                .map_err(|error| after(done.iterations, error))?;
+            done.add(&more);
+            if outcome == Outcome::AtRest {
+                return Ok(done);
+            }
+            if !self.may_hand_over() {
+                return Err(stalled(&done, goal));
+            }
+            // The factor belongs to a shape that is left behind.
+            self.factored = false;
+            let left = goal.max_iterations.saturating_sub(done.iterations);
+            let left = Goal { max_iterations: left.min(handed_over(round)), ..*goal };
+            let area_share = self.options.area_share;
+            let mut newton = Newton::new(potential.mechanics(), NewtonSpec::hasty(area_share))?;
+            let later = newton.relax(potential, x, &left);
+            newton.free();
+            match later {
+                Ok(later) => {
+                    done.add(&later);
+                    return Ok(done);
+                }
+                // Its turn is over.
+                Err(SolveError::NotConverged { iterations, .. }) => done.iterations += iterations,
+                Err(SolveError::Stalled { .. }) if outcome == Outcome::Poor => {}
+                Err(error) => return Err(after(done.iterations, error)),
+            }
+        }
+        Err(stalled(&done, goal))
+    }
+}
