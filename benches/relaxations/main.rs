@@ -36,9 +36,8 @@ use list::Entry;
 use report::{Outcome, Results};
 
 /// Name and overrides; the first is what a scene without `[equilibrium]` gets.
-pub const METHODS: [(&str, &str); 6] = [
+pub const METHODS: [(&str, &str); 5] = [
     ("default", ""),
-    ("factor", "equilibrium.preconditioner=\"factor\""),
     ("multigrid", "equilibrium.preconditioner=\"multigrid\""),
     ("newton", "equilibrium.method=\"newton\""),
     ("fire", "equilibrium.method=\"fire\""),
