@@ -201,7 +201,7 @@ fn start(options: &Options, entry: &Entry, method: &str, limit: f64) -> Result<O
     for set in &options.set {
         command.args(["--set", set]);
     }
-    let file = options.out.join("child.txt");
+    let file = options.out.join(format!("child-{}.txt", std::process::id()));
     let output = fs::File::create(&file)?;
     let mut child = command.stdout(output).stderr(Stdio::piped()).spawn()?;
     let begun = Instant::now();
@@ -222,6 +222,7 @@ fn start(options: &Options, entry: &Entry, method: &str, limit: f64) -> Result<O
         std::io::Read::read_to_string(&mut errors, &mut words)?;
     }
     let printed = fs::read_to_string(&file)?;
+    fs::remove_file(&file)?;
     Ok(Outcome::parse(&printed).unwrap_or_else(|| {
         let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
         Outcome::broken(format!("{words} ({ended})"))
