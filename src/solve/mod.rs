@@ -135,6 +135,18 @@ fn end_of_fixed_step(time: f64, step: f64, until: f64) -> f64 {
     if until - end < 1e-9 * step { until } else { end }
 }
 
+/// End of a step that does not pass `until`; the last two steps before it share the way.
+fn end_of_step(time: f64, step: f64, until: f64) -> f64 {
+    let left = until - time;
+    if step >= left * (1.0 - 1e-12) {
+        until
+    } else if 2.0 * step > left {
+        time + 0.5 * left
+    } else {
+        time + step
+    }
+}
+
 /// How far `what` is on its way through one step of the coupling, in words.
 fn under_way(what: &str, (from, now, until): (f64, f64, f64)) -> String {
     let percent = 100.0 * (now - from) / (until - from);

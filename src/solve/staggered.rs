@@ -20,7 +20,7 @@
 //! ```
 //!
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
-//! the shape half way. A shape with storage moves by [minimisations](super::motion), or by TR-BDF2 of
+//! the shape half way. A shape with storage moves by minimisations (`motion`), or by TR-BDF2 of
 //! diffsol under error control. Minimisations move it once a step, along c*, since what the species then change
 //! matters to slow waves in higher order only; their last stage is solved again with c_{n+1}. Under
 //! `chemistry-fast` c* is c_n, and a second correction gives the error estimate; the chemistry is solved for
@@ -50,7 +50,10 @@ use super::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod};
-use super::{Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, under_way};
+use super::{
+    Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
+    under_way,
+};
 use crate::Vec3;
 use crate::model::{Part, SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
@@ -64,6 +67,10 @@ const SAFETY: f64 = 0.9;
 const FIRST: f64 = 0.2;
 /// The first step is not longer than this share of the way to the first output.
 const SHARE_OF_WAY: f64 = 0.1;
+/// Stages of a step are solved as for an error of at least this share of the tolerance.
+const LEAST_ERROR: f64 = 1e-3;
+/// The error of the step before the first, for the same.
+const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST: f64 = 1e-7;
 /// Points that change by less than this share of the tolerance do not count in the mean.
@@ -92,6 +99,8 @@ struct Staggered {
     step: Option<f64>,
     /// The first step tried.
     first: Option<f64>,
+    /// Error estimate of the last step, in units of the tolerance.
+    error: f64,
     /// How a shape with storage moves, and by what.
     shape: MotionMethod,
     motion: Motion,
@@ -167,7 +176,11 @@ impl Staggered {
             let tolerance = match self.spec.method {
                 // As exact as forces are asked to be.
                 Method::Euler => 0.0,
-                Method::Heun => workspace.model.shape_unit(state, self.tolerance()),
+                Method::Heun => {
+                    // Where steps are shorter than the tolerance asks for, their errors are smaller.
+                    let share = self.error.clamp(LEAST_ERROR, 1.0);
+                    share * workspace.model.shape_unit(state, self.tolerance())
+                }
             };
             let second_order = self.shape == MotionMethod::Sdirk2;
             let to = (state, next.time);
@@ -260,6 +273,7 @@ impl Staggered {
                     *state = next;
                     report.step = step;
                     report.error = error;
+                    self.error = error;
                     let limit = if report.rejected > 0 { 1.0 } else { GROWTH };
                     let factor = (SAFETY / error.sqrt()).min(limit);
                     // A step cut short by an output time says nothing against longer ones.
@@ -378,17 +392,5 @@ impl Staggered {
         predicted.x = coarse;
         let order = self.shape_error(workspace, state, &predicted, &next);
         Ok((next, error.max(shape).max(order)))
-    }
-}
-
-/// End of a step that does not pass `until`; the last two steps before it share the way.
-fn end_of_step(time: f64, step: f64, until: f64) -> f64 {
-    let left = until - time;
-    if step >= left * (1.0 - 1e-12) {
-        until
-    } else if 2.0 * step > left {
-        time + 0.5 * left
-    } else {
-        time + step
     }
 }

@@ -86,7 +86,7 @@ fn observed_orders_are_those_of_the_methods() {
     let by_diffsol = order(by_diffsol, &[0.1, 0.05, 0.025], &reference);
     assert!((by_diffsol - 2.0).abs() < 0.2, "staggered Heun, TR-BDF2 {by_diffsol}");
     let minimised = |step: f64| {
-        format!("kind=\"staggered\",step={step:e},longest_step={step:e},rtol=2e-6,atol=2e-6")
+        format!("kind=\"staggered\",step={step:e},longest_step={step:e},rtol=2e-4,atol=2e-4")
     };
     let minimised = order(minimised, &[0.02, 0.01, 0.005], &reference);
     assert!((minimised - 2.0).abs() < 0.2, "staggered Heun, SDIRK2 {minimised}");

@@ -103,8 +103,11 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
         factor[e as usize] = if near.contains(&j) { 0.2 } else { 2.0 };
     }
     mechanics.set_length_factor(&factor);
-    let mut solver =
-        Lbfgs::new(mechanics.mechanics(), LbfgsSpec { collapse: Some(collapse), ..LbfgsSpec::default() }).unwrap();
+    let mut solver = Lbfgs::new(
+        mechanics.mechanics(),
+        LbfgsSpec { collapse: Some(collapse), ..LbfgsSpec::default() },
+    )
+    .unwrap();
     let mut x = sheet.rest().to_vec();
     let result = solver.relax(&mut mechanics, &mut x, &goal(1e-6));
     assert!(x.iter().all(|x| x.iter().all(|c| c.is_finite())));

@@ -295,9 +295,8 @@ impl Lbfgs {
                 slope = dot(&gradient, &d);
             }
             let far_off = largest(&d);
-            if far_off <= slack {
-                return Ok((done, Outcome::AtRest));
-            }
+            // The step is taken all the same: what is left then is far less.
+            let last = far_off <= slack;
             let mut length = (longest / far_off).min(1.0);
             let accepted = loop {
                 if length < SHORTEST || !length.is_finite() {
@@ -318,6 +317,9 @@ impl Lbfgs {
                 }
                 length *= 0.5;
             };
+            if last && accepted.is_none() {
+                return Ok((done, Outcome::AtRest));
+            }
             let falls = accepted.is_some_and(|e| e < energy - NO_FALL * energy.abs());
             let far = done.residual > 10.0 * goal.tolerance;
             if (accepted.is_none() || (far && !falls))
@@ -344,6 +346,11 @@ impl Lbfgs {
             energy = e;
             done.iterations += 1;
             age += 1;
+            if last {
+                done.residual = potential.residual(&gradient);
+                done.energy = energy;
+                return Ok((done, Outcome::AtRest));
+            }
         }
     }
 }

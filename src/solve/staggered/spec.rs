@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Staggered, USUAL};
+use super::{FIRST_ERROR, Staggered, USUAL};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
@@ -124,6 +124,7 @@ impl IntegratorSpec for StaggeredSpec {
                 Method::Heun => self.step.map(Positive::get),
             },
             first: None,
+            error: FIRST_ERROR,
             shape: self.motion(),
             motion: Motion::default(),
             by_diffsol: None,
