@@ -11,6 +11,9 @@ use crate::solve::{Result, SolveError, Workspace, part};
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
 const STILL: f64 = 1e-2;
+/// A step so long, in units of the fastest entry of ∂F/∂c, is long by any measure: what starts at rest but
+/// for round-off moves at no speed that others could be compared with.
+const LONG: f64 = 1e12;
 /// Error of a step on the way, relative to a species' size and typical magnitude. What the chemistry
 /// runs into hangs on the way where it has several steady states.
 const ERROR: f64 = 0.05;
@@ -72,6 +75,7 @@ impl SteadyChemistry {
             )
         });
             let jacobian = coupled.jacobian(state.time, &y)?;
+            let fastest = jacobian.values().iter().fold(0.0, |most: f64, v| most.max(v.abs()));
             let newton = match &mut *newton {
                 Some(newton) => newton,
                 None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
@@ -119,7 +123,8 @@ impl SteadyChemistry {
             if !speed.is_finite() {
                 break;
             }
-            if largest < STILL && inverse_step < 1e-3 * first {
+            let long = inverse_step < 1e-3 * first || LONG * inverse_step < fastest;
+            if largest < STILL && long {
                 let mut next = state.clone();
                 let time = state.time;
                 coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
