@@ -46,18 +46,17 @@ pub struct TwoFields {
     /// Place in the matrix, block and entry of every number of the first field, block by block.
     shape_from: Vec<(usize, u32, u8)>,
     shape: BlockMatrix,
-    factor: Factor,
+    positive: FrugalCholesky,
+    /// Of the last matrix that was not positive; none before the first.
+    indefinite: Option<BlockLdlt>,
+    /// Whether the last matrix has the Cholesky factor, and whether the next is to be tried with it.
+    is_positive: (bool, bool),
     right: Vec<Vec3>,
     /// Place in the matrix of every number of the second field.
     rest_from: Vec<usize>,
     rest: Option<(SparseColMat<usize, f64>, Ilu)>,
     krylov: Krylov,
     work: Vec<f64>,
-}
-
-enum Factor {
-    Positive(Box<FrugalCholesky>),
-    Indefinite(Box<BlockLdlt>),
 }
 
 impl TwoFields {
@@ -124,7 +123,9 @@ impl TwoFields {
             rows: ScaledRows::new(pattern, (0..n).collect()),
             shape_from,
             shape: BlockMatrix::zeros(Arc::clone(blocks)),
-            factor: Factor::Positive(Box::new(FrugalCholesky::new(Arc::clone(blocks))?)),
+            positive: FrugalCholesky::new(Arc::clone(blocks))?,
+            indefinite: None,
+            is_positive: (true, true),
             rest_from,
             rest,
             krylov: Krylov::default(),
@@ -177,22 +178,20 @@ impl TwoFields {
         Ok(())
     }
 
+    /// By Cholesky's factor, unless the last matrix was indefinite; by LDLᵀ where that fails.
     fn factorise_shape(&mut self) -> Result<(), LinearError> {
-        if let Factor::Positive(factor) = &mut self.factor {
-            if factor.factorise(&self.shape, true).is_ok() {
-                return Ok(());
-            }
-            let ldlt = BlockLdlt::new(Arc::clone(self.shape.pattern()))?;
-            self.factor = Factor::Indefinite(Box::new(ldlt));
+        let Self { shape, positive, indefinite, is_positive, .. } = self;
+        if is_positive.1 && positive.factorise(shape, true).is_ok() {
+            is_positive.0 = true;
+            return Ok(());
         }
-        if let Factor::Indefinite(factor) = &mut self.factor
-            && factor.factorise(&self.shape, |_| 0.0)? == 0
-        {
-            // Positive again: the cheaper factor from the next time on.
-            let cholesky = FrugalCholesky::new(Arc::clone(self.shape.pattern()))?;
-            self.factor = Factor::Positive(Box::new(cholesky));
-            return self.factorise_shape();
-        }
+        let ldlt = match indefinite {
+            Some(ldlt) => ldlt,
+            None => indefinite.insert(BlockLdlt::new(Arc::clone(shape.pattern()))?),
+        };
+        let negative = ldlt.factorise(shape, |_| 0.0)?;
+        // Round-off may let one of them find what the other does not: no second try with the same matrix.
+        *is_positive = (false, negative == 0);
         Ok(())
     }
 
@@ -203,7 +202,9 @@ impl TwoFields {
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
         let mut krylov = std::mem::take(&mut self.krylov);
         let mut right = std::mem::take(&mut self.work);
-        let Self { place, of, rows, factor, right: forces, rest, .. } = self;
+        let Self {
+            place, of, rows, positive, indefinite, is_positive, right: forces, rest, ..
+        } = self;
         rows.take(x, &mut right);
         let product = |v: &[f64], out: &mut [f64]| rows.multiply(v, out);
         let precondition = |v: &mut [f64]| {
@@ -219,9 +220,9 @@ impl TwoFields {
                     unknown => shape[unknown as usize],
                 })
             });
-            match factor {
-                Factor::Positive(factor) => factor.solve(forces),
-                Factor::Indefinite(factor) => factor.solve(forces),
+            match indefinite {
+                Some(ldlt) if !is_positive.0 => ldlt.solve(forces),
+                _ => positive.solve(forces),
             }
             parallel::fill(shape, |unknown| {
                 let (vertex, axis) = of[unknown];
