@@ -1,4 +1,4 @@
-//! Unit normals and areas of the current triangles.
+//! Unit normals and areas of the current triangles, and unit normals of vertices.
 //!
 //! `N = (x_b - x_a) × (x_c - x_a)`, `A = |N|/2`, `n = N/|N|`, with `∂A/∂x_k = ½ n × e_k` where
 //! `e_k` is the edge opposite corner `k`, oriented with the triangle.
@@ -47,4 +47,21 @@ impl Faces {
     pub fn all(&self) -> &[Face] {
         &self.face
     }
+}
+
+/// Unit normals of the vertices at `x`, the mean of those of their triangles by area; 0 where these cancel.
+#[must_use]
+pub fn vertex_normals(sheet: &Sheet, x: &[Vec3]) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::zeros(); x.len()];
+    parallel::fill(&mut normals, |i| {
+        let around = sheet.vertex_triangles().of(i).iter();
+        let sum: Vec3 = around
+            .map(|&(t, _)| {
+                let [a, b, c] = sheet.triangles()[t as usize].map(|v| x[v as usize]);
+                (b - a).cross(&(c - a))
+            })
+            .sum();
+        sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+    });
+    normals
 }

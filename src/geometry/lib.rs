@@ -12,7 +12,7 @@ mod vertex_area;
 pub use align::aligned;
 pub use average::FaceVertexAverage;
 pub use curvature::{Curvature, angle_at};
-pub use faces::{Face, Faces};
+pub use faces::{Face, Faces, vertex_normals};
 pub use rest_metric::{RestMetric, heron_area};
 pub use vertex_area::{AreaRule, VertexArea, lumped_areas};
 

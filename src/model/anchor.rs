@@ -1,7 +1,7 @@
 //! A pull towards an earlier shape: what one step under drag adds to the energy.
 //!
 //! ```text
-//! U(x) + ½ Σ_i (x_i - a_i) · W_i (x_i - a_i),     W_i = γ_i/(γ Δt)
+//! U(x) + ½ Σ_i (x_i - a_i) · W_i (x_i - a_i),     W_i = γ_i/(a Δt)
 //! ```
 //!
 //! The minimum obeys `W (x - a) = -∂U/∂x`: a stage of an implicit integration of `drag dx/dt = -∂U/∂x`.

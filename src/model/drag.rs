@@ -10,8 +10,8 @@
 //! sheet slides on only the second.
 
 use crate::Vec3;
+use crate::geometry::{lumped_areas, vertex_normals};
 use crate::num::real;
-use crate::parallel;
 use crate::sheet::Sheet;
 
 /// Drag of every vertex, force per velocity.
@@ -39,12 +39,7 @@ impl Drag {
     /// `value` times the area that every vertex has at rest, a third of its triangles'.
     #[must_use]
     pub fn per_area(value: f64, sheet: &Sheet) -> Self {
-        let mut all = vec![0.0; sheet.vertex_count()];
-        for triangle in sheet.triangles() {
-            let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
-            let third = (b - a).cross(&(c - a)).norm() / 6.0;
-            triangle.iter().for_each(|v| all[*v as usize] += value * third);
-        }
+        let all = lumped_areas(sheet).iter().map(|area| value * area).collect();
         Self { tangential: Tangential::Each(all), ratio: 1.0 }
     }
 
@@ -80,26 +75,9 @@ impl Drag {
     #[must_use]
     pub fn weights(&self, sheet: &Sheet, x: &[Vec3], factor: f64) -> Weights {
         let scalar = (0..x.len()).map(|i| factor * self.at(i)).collect();
-        let normals = (!self.is_isotropic()).then(|| normals(sheet, x));
+        let normals = (!self.is_isotropic()).then(|| vertex_normals(sheet, x));
         Weights { scalar, more: self.ratio - 1.0, normals }
     }
-}
-
-/// Unit normals of the vertices, the mean of their triangles' by area.
-fn normals(sheet: &Sheet, x: &[Vec3]) -> Vec<Vec3> {
-    let triangles = sheet.triangles();
-    let mut normals = vec![Vec3::zeros(); x.len()];
-    parallel::fill(&mut normals, |i| {
-        let around = sheet.vertex_triangles().of(i).iter();
-        let sum: Vec3 = around
-            .map(|&(t, _)| {
-                let [a, b, c] = triangles[t as usize].map(|v| x[v as usize]);
-                (b - a).cross(&(c - a))
-            })
-            .sum();
-        sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
-    });
-    normals
 }
 
 /// A symmetric, positive 3 × 3 matrix for every vertex: `w_i (1 + m n nᵀ)`.

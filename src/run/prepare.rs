@@ -177,14 +177,14 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     {
         let message = "this integrator needs derivatives that couple neighbours only, but an \
             effect of the scene (such as volume) couples all vertices";
-        let help = "policy = \"quasi-static\" with integrator = \"staggered\" supports all effects";
+        let help = "integrator = \"staggered\" supports all effects under every policy";
         return Err(scene.error_at("time.integrator", message, Some(help)).into());
     }
     if mechanics.is_constrained() && !scene.time.integrator.keeps_constraints(storage) {
         let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
         let message =
             format!("this integrator does not keep constraints, and the scene has some ({names})");
-        let help = "policy = \"quasi-static\" with integrator = \"staggered\" keeps them, and so does \
+        let help = "integrator = \"staggered\" keeps them under every policy, and so does \
                     integrator = { kind = \"explicit\", method = \"euler\" }";
         return Err(scene.error_at("time.integrator", &message, Some(help)).into());
     }

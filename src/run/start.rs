@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Result;
 use crate::Vec3;
+use crate::geometry::vertex_normals;
 use crate::kinetics::{Location, formula};
 use crate::model::Chemistry;
 use crate::model::State;
@@ -52,7 +53,7 @@ pub(super) fn state(scene: &Scene, sheet: &Sheet, chemistry: Option<&Chemistry>)
 
 fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
     let mut x = sheet.rest().to_vec();
-    let normals = vertex_normals(sheet);
+    let normals = vertex_normals(sheet, sheet.rest());
     let along = |direction: Direction, i: usize| match direction {
         Direction::Z => Vec3::z(),
         Direction::Normal => normals[i],
@@ -74,18 +75,6 @@ fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
         }
     }
     x
-}
-
-fn vertex_normals(sheet: &Sheet) -> Vec<Vec3> {
-    let mut normals = vec![Vec3::zeros(); sheet.vertex_count()];
-    for triangle in sheet.triangles() {
-        let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
-        let cross = (b - a).cross(&(c - a));
-        for v in triangle {
-            normals[*v as usize] += cross;
-        }
-    }
-    normals.into_iter().map(|n| n.normalize()).collect()
 }
 
 /// Rest positions of the points that carry species.

@@ -174,14 +174,13 @@ impl Workspace {
     }
 }
 
-/// No triangle of a guess has less than this share of the area it had.
-const AREA_SHARE: f64 = 0.4;
-
 /// Puts `guess` in place of `x`, with the fixed directions of this, if it is allowed and has less energy.
 fn start_from(guess: Option<Vec<Vec3>>, potential: &mut Potential, x: &mut Vec<Vec3>) {
     let Some(mut guess) = guess else { return };
     potential.mechanics().keep_pins(x, &mut guess);
-    if potential.allows(x, &guess, AREA_SHARE) && potential.energy(&guess) < potential.energy(x) {
+    if potential.allows(x, &guess, equilibrium::AREA_SHARE)
+        && potential.energy(&guess) < potential.energy(x)
+    {
         *x = guess;
     }
 }

@@ -11,7 +11,7 @@ use crate::model::Potential;
 use crate::solve::SolveError;
 
 /// No triangle's area may fall below this share at once.
-const AREA_SHARE: f64 = 0.4;
+pub(in crate::solve) const AREA_SHARE: f64 = 0.4;
 /// Most parts, and smallest part of the whole way that is tried.
 const PARTS: (usize, f64) = (400, 1e-4);
 /// How well the sheet is relaxed in between, and by how many iterations at most.

@@ -18,7 +18,7 @@ pub use constrained::{MET, relax};
 pub use descent::{Descent, DescentSpec};
 pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
-pub(super) use led::lead;
+pub(super) use led::{AREA_SHARE, lead};
 pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::{FactorPrecision, Preconditioner};
 pub use stop::explained;

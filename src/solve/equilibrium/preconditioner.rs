@@ -149,9 +149,8 @@ pub(super) const SMALL: usize = 6000;
 /// the factor is faster, and finds a lower minimum. It is kept where it is affordable.
 pub(super) const LARGE: usize = 50_000;
 
-/// The same under drag, where minima are near and their softest waves supported: on Model I multigrid takes as
-/// many iterations as the factor, of half the cost at 20 000 vertices and three quarters at 3200; at 250 they
-/// are even (`docs/performance.md`).
+/// The same under drag, where minima are near and their softest waves supported: multigrid takes as many iterations
+/// as the factor there, at less cost (`docs/performance.md`).
 const LARGE_UNDER_DRAG: usize = 1000;
 
 /// The preconditioner of one relaxation.
