@@ -86,7 +86,7 @@ target/release/rumple run "$scene" --out "$result" --force
 heading "an effect of another crate"
 target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet
 target/release/indenter inspect examples/indenter/plate.toml \
-    --state target/check/indenter/frames/frame_000010.vtu --json target/check/indenter.json
+    --state target/check/indenter/frames/frame_000010.vtu --json target/check/indenter.json --force
 grep -q '"indenter"' target/check/indenter.json
 
 heading "read by VTK"
