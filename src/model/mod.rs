@@ -20,6 +20,7 @@ mod evaluation;
 mod flagged;
 mod mechanics;
 mod meters;
+mod misfit;
 mod parameters;
 mod policy;
 mod potential;
@@ -51,8 +52,6 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::effects::LengthFactor;
-use crate::num::real;
-use crate::parallel;
 use crate::sheet::Sheet;
 use crate::tally::Tally;
 
@@ -204,66 +203,5 @@ impl Model {
             }
         }
         Ok(())
-    }
-
-    /// RMS of `|b - a| / (atol·typical + rtol·max|c|)` over the points that changed by more than
-    /// `quiet` of that from `start` to `b`.
-    #[must_use]
-    pub fn coupling_error(
-        &self,
-        start: &State,
-        a: &State,
-        b: &State,
-        (rtol, atol): (f64, f64),
-        quiet: f64,
-    ) -> f64 {
-        let Some(chemistry) = &self.chemistry else { return 0.0 };
-        let (a, b) = (&a.species, &b.species);
-        let (mut sum, mut points) = (0.0, 0usize);
-        for (s, species) in chemistry.descriptor().species.iter().enumerate() {
-            let largest = b[s].iter().fold(0.0f64, |m, c| m.max(c.abs()));
-            let unit = atol * species.typical + rtol * largest;
-            for i in 0..b[s].len() {
-                if (b[s][i] - start.species[s][i]).abs() > quiet * unit {
-                    let error = (b[s][i] - a[s][i]) / unit;
-                    sum += error * error;
-                    points += 1;
-                }
-            }
-        }
-        if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
-    }
-
-    /// `atol·edge + rtol·max|x - X|` of the shape of `state`: the length that tolerances mean.
-    #[must_use]
-    pub fn shape_unit(&self, state: &State, (rtol, atol): (f64, f64)) -> f64 {
-        let rest = self.sheet().rest();
-        let largest = parallel::max(rest.len(), |i| (state.x[i] - rest[i]).norm());
-        atol * self.mechanics.reference().mean_edge() + rtol * largest
-    }
-
-    /// RMS of `|x_b - x_a| / (atol·edge + rtol·max|x_b - X|)` over the vertices that moved by more than
-    /// `quiet` of that from `start` to `b`.
-    #[must_use]
-    pub fn shape_error(
-        &self,
-        start: &State,
-        a: &State,
-        b: &State,
-        (rtol, atol): (f64, f64),
-        quiet: f64,
-    ) -> f64 {
-        if !self.moves() {
-            return 0.0;
-        }
-        let unit = self.shape_unit(b, (rtol, atol));
-        let (mut sum, mut points) = (0.0, 0usize);
-        for ((start, a), b) in start.x.iter().zip(&a.x).zip(&b.x) {
-            if (b - start).norm() > quiet * unit {
-                sum += (b - a).norm_squared() / (unit * unit);
-                points += 1;
-            }
-        }
-        if points == 0 { 0.0 } else { (sum / real(points)).sqrt() }
     }
 }

@@ -33,12 +33,11 @@
 //! better values and so is of second order in the coupling. The step follows from
 //!
 //! ```text
-//! err = RMS_k |c_{n+1} - c*|_k / (atol + rtol max|c|),   Δt_new = 0.9 Δt err^{-1/2}
-//!       RMS_i |x_{n+1} - x*|_i / (atol edge + rtol max|x - X|)                         the larger
+//! err = ‖c_{n+1} - c*‖ / ((atol typical + rtol max|c|) √n),   Δt_new = 0.9 Δt err^{-1/2}
+//!       ‖x_{n+1} - x*‖ / ((atol edge + rtol max|x - X|) √n)                             the larger
 //! ```
 //!
-//! over the points k and vertices i that change noticeably in the step: a small active spot on a
-//! large quiet sheet is not averaged away.
+//! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::Model)).
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
@@ -73,8 +72,6 @@ const LEAST_ERROR: f64 = 1e-3;
 const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST: f64 = 1e-7;
-/// Points that change by less than this share of the tolerance do not count in the mean.
-const QUIET: f64 = 0.1;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
 const EULER_SLACK: f64 = 1e-2;
@@ -341,7 +338,7 @@ impl Staggered {
         next.species = self.chemistry.advance(workspace, &on, time, signals, inner)?;
         let model = &workspace.model;
         model.keep_in_range(&mut next.species, time, tolerance)?;
-        let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
+        let error = model.species_misfit(state, (&predicted, &next), tolerance);
         if error > 1.0 {
             return Ok((next, error));
         }
@@ -366,7 +363,7 @@ impl Staggered {
         if self.policy.mechanics == 0.0 {
             return 0.0;
         }
-        workspace.model.shape_error(state, a, b, self.tolerance(), QUIET)
+        workspace.model.shape_misfit(state, (a, b), self.tolerance())
     }
 
     /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
@@ -386,7 +383,7 @@ impl Staggered {
         let coarse = self.follow_shape(workspace, state, &mut next, done)?;
         done.factorisations += self.steady.solve(workspace, &mut next, inner)?;
         let model = &workspace.model;
-        let error = model.coupling_error(state, &predicted, &next, tolerance, QUIET);
+        let error = model.species_misfit(state, (&predicted, &next), tolerance);
         let shape = self.shape_error(workspace, state, &predicted, &next);
         let Some(coarse) = coarse else { return Ok((next, error.max(shape))) };
         predicted.x = coarse;

@@ -1,0 +1,81 @@
+//! How far two results of a step are apart, in units of a tolerance.
+//!
+//! ```text
+//! misfit = ‖b - a‖₂ / (unit √n),     unit = atol·typical + rtol·max|v|
+//! n      = Σ v²/max v², or the number of points that changed in the step by more than a share of the unit,
+//!          if more
+//! ```
+//!
+//! n counts the points that carry v: of a spot its size, of a uniform field all. So the misfit is the relative
+//! L2 error over rtol, where few points change at once and atol is 0; what single points do, that switch
+//! at an instant of their own, counts by their share of the pattern, and a small active spot on a large quiet
+//! sheet is not averaged away.
+
+use super::{Model, State};
+use crate::num::real;
+use crate::parallel;
+
+/// Points that change by less than this share of the unit do not count as changed.
+const QUIET: f64 = 0.1;
+
+impl Model {
+    /// The misfit of the species of `a` and `b`, the larger over the species; both follow from `start`.
+    #[must_use]
+    pub fn species_misfit(
+        &self,
+        start: &State,
+        (a, b): (&State, &State),
+        (rtol, atol): (f64, f64),
+    ) -> f64 {
+        let Some(chemistry) = &self.chemistry else { return 0.0 };
+        let of = |(s, species): (usize, &crate::kinetics::Species)| {
+            let (start, a, b) = (&start.species[s], &a.species[s], &b.species[s]);
+            let largest = parallel::max(b.len(), |i| b[i].abs());
+            let unit = atol * species.typical + rtol * largest;
+            misfit(b.len(), unit, |i| (b[i] - start[i], b[i] - a[i], b[i] / largest))
+        };
+        let species = chemistry.descriptor().species.iter().enumerate();
+        species.map(of).fold(0.0, f64::max)
+    }
+
+    /// The misfit of the shapes of `a` and `b`, with v the displacement from rest and the mean edge as its
+    /// typical size.
+    #[must_use]
+    pub fn shape_misfit(
+        &self,
+        start: &State,
+        (a, b): (&State, &State),
+        tolerance: (f64, f64),
+    ) -> f64 {
+        if !self.moves() {
+            return 0.0;
+        }
+        let rest = self.sheet().rest();
+        let largest = parallel::max(rest.len(), |i| (b.x[i] - rest[i]).norm());
+        misfit(rest.len(), self.shape_unit(b, tolerance), |i| {
+            let moved = (b.x[i] - start.x[i]).norm();
+            (moved, (b.x[i] - a.x[i]).norm(), (b.x[i] - rest[i]).norm() / largest)
+        })
+    }
+
+    /// The unit of [`Model::shape_misfit`]: the length that tolerances mean.
+    #[must_use]
+    pub fn shape_unit(&self, state: &State, (rtol, atol): (f64, f64)) -> f64 {
+        let rest = self.sheet().rest();
+        let largest = parallel::max(rest.len(), |i| (state.x[i] - rest[i]).norm());
+        atol * self.mechanics.reference().mean_edge() + rtol * largest
+    }
+}
+
+/// Of `points`, each with its change in the step, its difference, and its size as a share of the largest.
+fn misfit(points: usize, unit: f64, at: impl Fn(usize) -> (f64, f64, f64) + Sync) -> f64 {
+    let sum = parallel::sum(points, |i| at(i).1.powi(2));
+    if sum == 0.0 {
+        return 0.0;
+    }
+    let changed = parallel::sum(points, |i| if at(i).0.abs() > QUIET * unit { 1.0 } else { 0.0 });
+    let carrying = parallel::sum(points, |i| at(i).2.powi(2));
+    // Where v is 0 everywhere nothing carries it.
+    let carrying = if carrying.is_finite() { carrying } else { real(points) };
+    sum.sqrt() / (unit * changed.max(carrying).max(1.0).sqrt())
+}
