@@ -83,6 +83,9 @@ fi
 heading "a small run: $scene"
 target/release/rumple run "$scene" --out "$result" --force
 
+heading "scenes of the paper's figures"
+CHECK=1 models/paper/figures.sh all
+
 heading "an effect of another crate"
 target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet
 target/release/indenter inspect examples/indenter/plate.toml \

@@ -1,5 +1,6 @@
 //! Policies and integrators against each other and against their limits, on a smooth coupled scene.
 
+use rumple::Vec3;
 use rumple::model::State;
 
 use super::{DOME, distance, final_state};
@@ -208,4 +209,37 @@ fn a_bounded_relaxation_stops_short_of_rest() {
 fn the_ratio_of_rates_is_not_called_a_bound() {
     let verdict = rumple::study::compare::Timescales { shape: 1.0, chemistry: 0.1 }.verdict();
     assert!(verdict.contains("ratio 1.00e-1") && !verdict.contains("at most"), "{verdict}");
+}
+
+/// A step's error is relative to the pattern: of a uniform field its relative error, of a spot the spot's, and a
+/// single point that switches counts by its share of the pattern.
+#[test]
+fn errors_of_a_step_are_relative_to_the_pattern() {
+    let (_, simulation) = prepare(DOME, &[]);
+    let (model, start) = (simulation.model(), simulation.state().clone());
+    let points = start.species[0].len();
+    let with = |c: &dyn Fn(usize) -> f64| {
+        let mut state = start.clone();
+        state.species[0].iter_mut().enumerate().for_each(|(i, value)| *value = c(i));
+        state
+    };
+    let misfit = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| {
+        let (a, b) = (with(a), with(b));
+        model.species_misfit(&b, (&a, &b), (0.01, 0.0))
+    };
+    let spot = |i: usize| if i < 40 { 2.0 } else { 0.0 };
+    let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-9, "{value}");
+    near(misfit(&|_| 2.04, &|_| 2.0), 2.0);
+    near(misfit(&|i| 1.02 * spot(i), &spot), 2.0);
+    let one = |i: usize| if i == 7 { 0.0 } else { 2.0 };
+    near(misfit(&one, &|_| 2.0), 100.0 / (points as f64).sqrt());
+    // Of a shape the same, by displacements from rest.
+    let rest = simulation.sheet().rest();
+    let at = |height: f64| {
+        let mut state = start.clone();
+        state.x = rest.iter().map(|x| x + height * Vec3::z()).collect();
+        state
+    };
+    let b = at(3.0);
+    near(model.shape_misfit(&b, (&at(3.06), &b), (0.01, 0.0)), 2.0);
 }

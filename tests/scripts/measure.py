@@ -8,11 +8,14 @@ of area A_tot, in the deformed state, prints
 
 the mean distance between nearest centres of regions, and the share of the sheet's area above the
 threshold. With --ring, the strongest Fourier mode around the centre of z at distance R (+- 3 %).
-Needs vtk and numpy; prints JSON.
+Needs vtk and numpy; prints JSON. Of a result directory in place of a frame, and for several thresholds, prints
+a table: a row an output time.
 """
 
 import argparse
 import json
+import os
+import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import vtk
@@ -85,12 +88,31 @@ def measure(path, name, threshold, cells, ring):
     return found
 
 
+def table(result, name, thresholds, cells):
+    """Prints the measures of every frame, as Markdown."""
+    heads = [f"{head}, {name} > {t:g}" for t in thresholds for head in ("regions", "share", "d", "nearest")]
+    print("| t | " + " | ".join(heads) + " |")
+    print("| --- |" + " --- |" * len(heads))
+    series = ElementTree.parse(os.path.join(result, "sheet.pvd")).getroot()
+    for frame in series.iter("DataSet"):
+        row = [f"{float(frame.get('timestep')):g}"]
+        for threshold in thresholds:
+            found = measure(os.path.join(result, frame.get("file")), name, threshold, cells, None)
+            row += [str(found["regions"]), f"{found['share above']:.2f}"]
+            row += [f"{found[k]:.1f}" if k in found else "-" for k in ("d", "nearest centres")]
+        print("| " + " | ".join(row) + " |")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("frame")
     parser.add_argument("--array", default="c")
-    parser.add_argument("--threshold", type=float, default=0.1)
+    parser.add_argument("--threshold", type=float, nargs="+", default=[0.1])
     parser.add_argument("--cells", action="store_true")
     parser.add_argument("--ring", type=float)
     given = parser.parse_args()
-    print(json.dumps(measure(given.frame, given.array, given.threshold, given.cells, given.ring), indent=1, default=float))
+    if os.path.isdir(given.frame):
+        table(given.frame, given.array, given.threshold, given.cells)
+    else:
+        found = measure(given.frame, given.array, given.threshold[0], given.cells, given.ring)
+        print(json.dumps(found, indent=1, default=float))

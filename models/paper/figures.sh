@@ -1,0 +1,164 @@
+#!/usr/bin/env bash
+# The figures of Zakharov & Dasbiswas (2021), a command each, beside docs/figures.md:
+#
+#     models/paper/figures.sh evolution        runs it, prints its numbers, draws its picture
+#     models/paper/figures.sh                  lists the figures
+#
+# Results and pictures go to results/paper (FIGURES=DIR for another folder). What is complete is not run again.
+# CHECK=1 only checks that every scene can be run. Run from anywhere; needs what `tests/run.sh` installs.
+set -euo pipefail
+here="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
+rumple="${RUMPLE:-$here/target/release/rumple}"
+out="${FIGURES:-$here/results/paper}"
+python="$here/target/venv/bin/python"
+model_i="$here/models/paper/model-i.toml"
+model_ii="$here/models/paper/model-ii.toml"
+sphere="$here/models/paper/sphere.toml"
+loose="$here/models/paper/loose.toml"
+
+# run NAME SCENE [--set KEY=VALUE ...]
+run() {
+    local name=$1 scene=$2
+    shift 2
+    if [[ -n ${CHECK:-} ]]; then
+        "$rumple" check "$scene" "$@" >/dev/null
+    elif ! grep -qs '"status": "complete"' "$out/$name/status.json"; then
+        echo "== $name"
+        "$rumple" run "$scene" --threads "${THREADS:-1}" --out "$out/$name" --force "$@"
+    fi
+}
+
+# sweep NAME SCENE --over KEY=VALUES ... [--set KEY=VALUE ...] --level LEVEL: of the first values when checked
+sweep() {
+    local name=$1 scene=$2
+    shift 2
+    if [[ -z ${CHECK:-} ]]; then
+        echo "== $name"
+        "$rumple" sweep "$scene" --out "$out/$name" --threads "${THREADS:-1}" "$@"
+        return
+    fi
+    local sets=()
+    while (($#)); do
+        case $1 in
+        --over) sets+=(--set "${2%%,*}") ;;
+        --set) sets+=(--set "$2") ;;
+        esac
+        shift 2
+    done
+    "$rumple" check "$scene" "${sets[@]}" >/dev/null
+}
+
+# numbers NAME ARRAY LEVEL...: regions, share of the area, d and nearest centres at every output time
+numbers() {
+    [[ -z ${CHECK:-} ]] || return 0
+    "$python" "$here/tests/scripts/measure.py" "$out/$1" --array "$2" --threshold "${@:3}"
+}
+
+# draw FIGURE ARRAY COLUMNS NAME:TIME:VIEW...: pictures side by side, all on one scale
+draw() {
+    [[ -z ${CHECK:-} ]] || return 0
+    local figure=$1 array=$2 columns=$3 pictures=() name time view
+    shift 3
+    for shown in "$@"; do
+        IFS=: read -r name time view <<<"$shown"
+        pictures+=("$out/.$figure-${#pictures[@]}.png")
+        "$here/tests/scripts/render.sh" "$out/$name/sheet.pvd" "${pictures[-1]}" --array "$array" \
+            --time "$time" --view "$view" --range "${RANGE:-0,0.65}" --title "$name" >/dev/null
+    done
+    "$python" "$here/tests/scripts/montage.py" "$out/$figure.png" "${pictures[@]}" \
+        --columns "$columns" --width 400 --crop 900,900
+    rm -f "${pictures[@]}"
+    echo "drew $out/$figure.png"
+}
+
+# Model I in time at three thicknesses (figure D0evo, a and b).
+evolution() {
+    run h0.5 "$model_i" --set time.until=60
+    run h1 "$model_i" --set material.thickness=1 --set time.until=140 --set output.every=10
+    run h1.5 "$model_i" --set material.thickness=1.5 --set time.until=300 --set output.every=20
+    for name in h0.5 h1 h1.5; do numbers $name c 0.1 0.4; done
+    draw evolution c 4 h0.5:{4,10,20,30}:top h1:{20,60,100,140}:top h1.5:{60,140,220,300}:top
+}
+
+# Model I with a high threshold (figure D0evo, c). The dose must be above it.
+threshold() {
+    local high=(--set kinetics.parameters.c_star=0.4 --set kinetics.initial.c.gaussian.amplitude=0.75)
+    run c0.4 "$model_i" --set material.thickness=1.5 --set time.until=200 --set output.every=20 "${high[@]}"
+    numbers c0.4 c 0.4
+    draw threshold c 4 c0.4:{20,80,140,200}:top c0.4:{20,80,140,200}:oblique
+}
+
+# Thickness and diffusion (figure Disk_D-h), on a coarser mesh.
+map() {
+    sweep map "$model_i" --over material.thickness=0.5,1,1.5,2 \
+        --over effect.diffusion.coefficient=0,1,10,50 \
+        --set sheet.vertices=8000 --set time.until=60 --set output.every=10 --level 0.1
+}
+
+# The same fully relaxed at every time.
+relaxed() {
+    local set=(--set time.policy=quasi-static --set sheet.vertices=8000 --set time.until=20 --set output.every=4)
+    run relaxed-h1 "$model_i" "${set[@]}" --set material.thickness=1
+    run relaxed-h1.5 "$model_i" "${set[@]}" --set material.thickness=1.5
+    for name in relaxed-h1 relaxed-h1.5; do numbers $name c 0.1 0.4; done
+    draw relaxed c 3 relaxed-h1:{4,12,20}:top relaxed-h1.5:{4,12,20}:top
+}
+
+# The same relaxed loosely, by a plain metric, as printed.
+loosely() {
+    run loose "$loose"
+    numbers loose c 0.1 0.4
+    draw loosely c 3 loose:{4,12,30}:top
+}
+
+# A closed shell: separation against thickness, and against growth.
+shell() {
+    sweep shell-thickness "$sphere" --over material.thickness=0.5,0.75,1,1.5 --level 0.25
+    sweep shell-growth "$sphere" --over kinetics.parameters.lambda_min=0.65,0.75,0.85,0.92 --level 0.25
+}
+
+# Whether d is the model's or the mesh's.
+mesh() {
+    run h0.5 "$model_i" --set time.until=60
+    run h0.5-80000 "$model_i" --set sheet.vertices=80000
+    for name in h0.5 h0.5-80000; do numbers $name c 0.1 0.4; done
+    draw mesh c 2 h0.5:{16,30}:top h0.5-80000:{16,30}:top
+    sweep mesh-h1 "$model_i" --over sheet.vertices=2000,5000,20000 --set sheet.radius=50 \
+        --set material.thickness=1 --set time.until=60 --set output.every=10 --level 0.1
+}
+
+# Model II in time (figure MotorsEvo).
+motors() {
+    run motors "$model_ii"
+    numbers motors m 0.5
+    RANGE=0,1 draw motors m 4 motors:{4,8,20,60}:top motors:{4,8,20,60}:oblique
+}
+
+# Model II from other starts.
+starts() {
+    local until=(--set time.until=40)
+    run rectangle "$model_ii" "${until[@]}" --set 'kinetics.initial.m={rectangle={size=[40.0,15.0],value=1.0}}'
+    run stripe "$model_ii" "${until[@]}" --set 'kinetics.initial.m={stripe={width=6.0,value=1.0}}'
+    run two "$model_ii" "${until[@]}" --set "kinetics.initial.m={spots=[
+        {centre=[-30.0,0.0,0.0],width=6.0,amplitude=1.0},{centre=[30.0,0.0,0.0],width=6.0,amplitude=1.0}]}"
+    for name in rectangle stripe two; do numbers $name m 0.5; done
+    RANGE=0,1 draw starts m 3 rectangle:{4,12,40}:top stripe:{4,12,40}:top two:{4,12,40}:top
+}
+
+# Model II over the strength of the feedback: a Y = 5, 10, 30, 100, 225, 500, 1000.
+feedback() {
+    local a=2.2222e-6,4.4444e-6,1.3333e-5,4.4444e-5,1e-4,2.2222e-4,4.4444e-4
+    sweep feedback "$model_ii" --over kinetics.parameters.a=$a --set sheet.radius=50 --set sheet.vertices=5000 \
+        --set time.until=60 --set output.every=10 --level 0.5
+    run strong "$model_ii" --set kinetics.parameters.a=4.4444e-4 --set output.every=10
+    numbers strong m 0.5
+}
+
+figures=(evolution threshold map relaxed loosely shell mesh motors starts feedback)
+[[ $# -gt 0 ]] || { echo "figures: ${figures[*]}, or all"; exit 0; }
+[[ $1 != all ]] || set -- "${figures[@]}"
+for figure in "$@"; do
+    [[ " ${figures[*]} " == *" $figure "* ]] || { echo "no figure \`$figure\`: ${figures[*]}" >&2; exit 2; }
+    mkdir -p "$out"
+    "$figure"
+done
