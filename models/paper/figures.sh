@@ -92,7 +92,13 @@ threshold() {
 map() {
     sweep map "$model_i" --over material.thickness=0.5,1,1.5,2 \
         --over effect.diffusion.coefficient=0,1,10,50 \
-        --set sheet.vertices=8000 --set time.until=60 --set output.every=10 --level 0.1
+        --set sheet.vertices=8000 --set time.until=20 --set output.every=5 --level 0.1
+}
+
+# No propagation where the sheet is thick.
+thick() {
+    sweep thick "$model_i" --over material.thickness=2,3 --set sheet.vertices=8000 --set time.until=300 \
+        --set output.every=20 --level 0.1
 }
 
 # The same fully relaxed at every time.
@@ -100,8 +106,9 @@ relaxed() {
     local set=(--set time.policy=quasi-static --set sheet.vertices=8000 --set time.until=20 --set output.every=4)
     run relaxed-h1 "$model_i" "${set[@]}" --set material.thickness=1
     run relaxed-h1.5 "$model_i" "${set[@]}" --set material.thickness=1.5
-    for name in relaxed-h1 relaxed-h1.5; do numbers $name c 0.1 0.4; done
-    draw relaxed c 3 relaxed-h1:{4,12,20}:top relaxed-h1.5:{4,12,20}:top
+    run relaxed-D60 "$model_i" "${set[@]}" --set material.thickness=1 --set effect.diffusion.coefficient=60
+    for name in relaxed-h1 relaxed-h1.5 relaxed-D60; do numbers $name c 0.1 0.4; done
+    draw relaxed c 3 relaxed-h1:{4,12,20}:top relaxed-h1.5:{4,12,20}:top relaxed-D60:{4,12,20}:top
 }
 
 # The same relaxed loosely, by a plain metric, as printed.
@@ -154,7 +161,7 @@ feedback() {
     numbers strong m 0.5
 }
 
-figures=(evolution threshold map relaxed loosely shell mesh motors starts feedback)
+figures=(evolution threshold map thick relaxed loosely shell mesh motors starts feedback)
 [[ $# -gt 0 ]] || { echo "figures: ${figures[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${figures[@]}"
 for figure in "$@"; do
