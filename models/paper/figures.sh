@@ -66,7 +66,7 @@ draw() {
             --time "$time" --view "$view" --range "${RANGE:-0,0.65}" --title "$name" >/dev/null
     done
     "$python" "$here/tests/scripts/montage.py" "$out/$figure.png" "${pictures[@]}" \
-        --columns "$columns" --width 400 --crop 900,900
+        --columns "$columns" --width 300 --crop 900,800
     rm -f "${pictures[@]}"
     echo "drew $out/$figure.png"
 }
@@ -85,7 +85,7 @@ threshold() {
     local high=(--set kinetics.parameters.c_star=0.4 --set kinetics.initial.c.gaussian.amplitude=0.75)
     run c0.4 "$model_i" --set material.thickness=1.5 --set time.until=200 --set output.every=20 "${high[@]}"
     numbers c0.4 c 0.4
-    draw threshold c 4 c0.4:{20,80,140,200}:top c0.4:{20,80,140,200}:oblique
+    draw threshold c 4 c0.4:{20,80,140,200}:top
 }
 
 # Thickness and diffusion (figure Disk_D-h), on a coarser mesh.
@@ -138,7 +138,7 @@ mesh() {
 motors() {
     run motors "$model_ii"
     numbers motors m 0.5
-    RANGE=0,1 draw motors m 4 motors:{4,8,20,60}:top motors:{4,8,20,60}:oblique
+    RANGE=0,1 draw motors m 4 motors:{4,8,20,60}:top
 }
 
 # Model II from other starts.
@@ -152,9 +152,9 @@ starts() {
     RANGE=0,1 draw starts m 3 rectangle:{4,12,40}:top stripe:{4,12,40}:top two:{4,12,40}:top
 }
 
-# Model II over the strength of the feedback: a Y = 5, 10, 30, 100, 225, 500, 1000.
+# Model II over the strength of the feedback: a Y = 5, 10, 20, 30, 50, 100, 225, 500, 1000.
 feedback() {
-    local a=2.2222e-6,4.4444e-6,1.3333e-5,4.4444e-5,1e-4,2.2222e-4,4.4444e-4
+    local a=2.2222e-6,4.4444e-6,8.8889e-6,1.3333e-5,2.2222e-5,4.4444e-5,1e-4,2.2222e-4,4.4444e-4
     sweep feedback "$model_ii" --over kinetics.parameters.a=$a --set sheet.radius=50 --set sheet.vertices=5000 \
         --set time.until=60 --set output.every=10 --level 0.5
     run strong "$model_ii" --set kinetics.parameters.a=4.4444e-4 --set output.every=10

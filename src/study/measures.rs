@@ -151,7 +151,8 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
     let total: f64 = pattern.area.iter().sum();
     let count = real(centres.len());
     if total > 0.0 {
-        measures.share = above / total;
+        // No minus before nothing.
+        measures.share = above / total + 0.0;
     }
     measures.spots = centres.len();
     if !centres.is_empty() {
