@@ -255,8 +255,15 @@ impl Lbfgs {
             if reached(&done, goal)? {
                 return Ok((done, Outcome::AtRest));
             }
-            if self.may_hand_over() && progress.is_poor(&done) {
-                return Ok((done, Outcome::Poor));
+            if progress.is_poor(&done) {
+                if self.may_hand_over() {
+                    return Ok((done, Outcome::Poor));
+                }
+                // Around the kink of a flat triangle an iteration goes on without coming to rest.
+                if self.collapse(potential, x, &gradient, &mut done)? {
+                    energy = self.evaluate(potential, x, &mut gradient);
+                    continue;
+                }
             }
             if !self.factored || age >= self.refresh {
                 if age > 0 && halvings > SOFT * age {

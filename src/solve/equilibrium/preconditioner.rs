@@ -66,7 +66,9 @@ impl Preconditioner {
                 Self::Blocks => {
                     "blocks of the vertices on the diagonal of the Hessian's positive part"
                 }
-                _ => "no linear system, a stiffness of every unknown that is learnt from steps instead",
+                _ => {
+                    "no linear system, a stiffness of every unknown that is learnt from steps instead"
+                }
             };
             return vec![format!("{what}, as {}", why(String::new()))];
         }
