@@ -65,6 +65,8 @@ const SOFT: usize = 3;
 const OTHER_WEIGHT: f64 = 2.5;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
 const NO_FALL: f64 = 1e-6;
+/// Iterations after which an iteration that may turn triangles over is taken to go around the kink of one.
+const KINK: usize = 25;
 /// Shortest step tried, as a share of the proposed one.
 const SHORTEST: f64 = 1e-8;
 
@@ -241,6 +243,8 @@ impl Lbfgs {
         let mut halvings = 0;
         // Whether the factor has the largest shift there is.
         let mut stiffest = false;
+        let kinks = turns && self.inverse.is_plain();
+        let patience = if kinks { patience.min(KINK) } else { patience };
         let mut progress = Progress::new(energy, potential.residual(&gradient), patience);
         let anchor = potential.anchor().map(|anchor| (anchor.weights.least(), anchor.slack));
         let (weight, slack) = anchor.unwrap_or_default();
