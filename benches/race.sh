@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Races the solver against the baselines of a folder, on one core, both sides in one run:
 #
-#   benches/race.sh --bench DIR [--sizes 5000,20000] [--only A|B] [--method NAME]... [--help]
+#   benches/race.sh --bench DIR [--sizes 5000,20000] [--only A|B|loose] [--method NAME]... [--help]
 #
 # Installs what the baselines need (Debian packages, as root), builds the engine and its plugin, and
 # hands everything else to the program in benches/race. The folder is only read.

@@ -2,14 +2,17 @@
 
     python benches/sensitivity.py [--program target/release/rumple] [--scenes small-vertex,dome]
                                   [--out results/sensitivity] [--cases E,length]
-                                  [--equilibrium 'method = "newton"']
+                                  [--equilibrium 'method = "newton"'] [--along] [--more]
 
-The scene `spots` takes minutes and is run where it is asked for. Every scene is run as it is, with Young's modulus changed in its seventh digit, and with the units of length, time
-and stress changed by 1e6 and 1e-6 (every dimensional number of the scene is scaled; the solution is
-the same but for the units). Prints a Markdown table: the largest distance between vertices, after
-the best rigid motion and in mean edge lengths, and the largest difference of the species relative to
-their largest value, in the first and in the last frame, and the steps and iterations of both runs.
-Needs numpy and vtk.
+The scenes `spots` and `drag` take minutes and are run where they are asked for. Every scene is run as it
+is, with Young's modulus changed in its seventh digit, and with the units of length, time and stress changed
+by 1e6 and 1e-6 (every dimensional number of the scene is scaled; the solution is the same but for the
+units); with --more also with Poisson's ratio and the height of the start changed by 1e-7. Prints a Markdown table: the
+largest distance between vertices, after the best rigid motion and in mean edge lengths, and the largest
+difference of the species relative to their largest value, in the first and in the last frame, and the
+steps and iterations of both runs. With --along a second table has the root mean squares of
+`tests/scripts/difference.py` at every time that is written, and the regions where c exceeds its threshold in
+the last frame. Needs numpy and vtk.
 """
 
 import argparse
@@ -18,6 +21,7 @@ import csv
 import glob
 import json
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -26,9 +30,11 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "tests/scripts"))
+from measure import measure  # noqa: E402
 
 # Exponents of length, time and stress of every dimensional number; a number that a scene leaves to
-# the default of a plugin is written out first.
+# the default of a plugin is written out first. Energies as printed lack an area, and drag goes with them.
 COMMON = {
     "sheet.radius": (1, 0, 0),
     "sheet.width": (1, 0, 0),
@@ -39,6 +45,7 @@ COMMON = {
     "material.young": (0, 0, 1),
     "material.thickness": (1, 0, 0),
     "material.drag": (1, 1, 1),
+    "material.drag.per-vertex": (-1, 1, 1),
     "kinetics.parameters.w": (1, -1, 0),
     "kinetics.parameters.beta": (0, -1, 0),
     "kinetics.parameters.H_s": (-1, 0, 0),
@@ -54,6 +61,7 @@ COMMON = {
 }
 EFFECTS = {"value": (0, 0, 1), "coefficient": (2, -1, 0)}
 MODEL_I = {"w": 15.0, "beta": 1.0, "H_s": 0.05}
+SMALL_DRAG = {"sheet.radius": 40.0, "sheet.vertices": 3200, "time.until": 3.0, "output.every": 0.25}
 
 SCENES = {
     "small-vertex": ("model-i/small.toml", {"kinetics.location": "vertex", "time.until": 0.5}, MODEL_I),
@@ -62,19 +70,29 @@ SCENES = {
     "wrinkles": ("model-ii/formula.toml", {}, {}),
     "dome": ("policies/dome.toml", {}, {"beta": 1.0}),
     "bump": ("policies/bump.toml", {}, MODEL_I),
+    "small-drag": ("paper/model-i.toml", SMALL_DRAG, MODEL_I),
+    "drag": ("paper/model-i.toml", {"time.until": 3.0, "output.every": 0.25}, MODEL_I),
     "column": ("plates/column.toml", {}, {}),
     "pressed": ("plates/pressed.toml", {}, {}),
 }
+SLOW = ("spots", "drag", "small-drag")
+# The key that is changed by a factor, or the unit.
 CASES = {
-    "E (1 + 1e-7)": (None, 1e-7),
-    "E (1 - 1e-7)": (None, -1e-7),
-    "E (1 + 3e-7)": (None, 3e-7),
+    "E (1 + 1e-7)": ("material.young", 1 + 1e-7),
+    "E (1 - 1e-7)": ("material.young", 1 - 1e-7),
+    "E (1 + 3e-7)": ("material.young", 1 + 3e-7),
     "length 1e6": ((1, 0, 0), 1e6),
     "length 1e-6": ((1, 0, 0), 1e-6),
     "time 1e6": ((0, 1, 0), 1e6),
     "time 1e-6": ((0, 1, 0), 1e-6),
     "stress 1e6": ((0, 0, 1), 1e6),
     "stress 1e-6": ((0, 0, 1), 1e-6),
+}
+
+
+MORE = {
+    "nu (1 + 1e-7)": ("material.poisson", 1 + 1e-7),
+    "start (1 + 1e-7)": ("sheet.bump.amplitude", 1 + 1e-7),
 }
 
 
@@ -99,7 +117,7 @@ def rescaled(scene, unit, factor):
 
     for key, exponents in COMMON.items():
         holder, last = parent(scene, key)
-        if holder is not None and last in holder:
+        if holder is not None and last in holder and not isinstance(holder[last], dict):
             scale(holder, last, exponents)
     for effect in scene.get("effect", []):
         for key, exponents in EFFECTS.items():
@@ -135,7 +153,7 @@ def run(program, scene, folder):
     rows = list(csv.DictReader(open(out / "ledger.csv")))
     frames = sorted(glob.glob(str(out / "frames" / "*.vtu")))
     work = (len(rows) - 1, sum(int(row.get("iterations", 0)) for row in rows))
-    return [read(frames[0]), read(frames[-1])], work
+    return frames, work
 
 
 def read(path):
@@ -162,6 +180,28 @@ def distances(a, b, length):
     species = [s for s in ("c", "m") if s in fields]
     chemical = max((abs(others[s] - fields[s]).max() / abs(fields[s]).max() for s in species), default=0.0)
     return shape, chemical
+
+
+def root_mean_squares(a, b, length):
+    """Shape by the heights of `a`, species c by its own size: the norms of difference.py."""
+    (x, _, fields), (y, _, others) = a, b
+    shape = np.sqrt(np.sum((y / length - x) ** 2) / np.sum(x[:, 2] ** 2))
+    return shape, np.linalg.norm(others["c"] - fields["c"]) / np.linalg.norm(fields["c"])
+
+
+def regions(frame):
+    """Where c exceeds 0.1."""
+    return measure(frame, "c", 0.1, False, None)["regions"]
+
+
+def print_along(frames, times, results):
+    """Differences of `results`, by case with the unit of length, from `frames` at all times."""
+    print("\n| t | " + " | ".join(results) + " |\n| --- |" + " --- |" * len(results))
+    for k, (frame, time) in enumerate(zip(frames, times)):
+        base = read(frame)
+        pairs = [root_mean_squares(base, read(others[k]), unit) for others, unit in results.values()]
+        print(f"| {time:g} | " + " | ".join(f"{shape:.0e}, {c:.0e}" for shape, c in pairs) + " |")
+    print(f"| regions: {regions(frames[-1])} | " + " | ".join(f"{regions(o[-1])}" for o, _ in results.values()) + " |")
 
 
 STUDY = {
@@ -195,7 +235,7 @@ def study(program, out):
                     if frames is None or other is None:
                         apart.append(float("inf"))
                         continue
-                    apart.append(distances(frames[1], other[1], 1.0)[1])
+                    apart.append(distances(read(frames[-1]), read(other[-1]), 1.0)[1])
                     iterations += work[1]
         parted = sum(c > 1e-2 for c in apart)
         print(f"| {label} | {parted} of {len(apart)} | {np.median(apart):.0e} | {iterations} |", flush=True)
@@ -204,10 +244,12 @@ def study(program, out):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--program", default=str(ROOT / "target/release/rumple"))
-    parser.add_argument("--scenes", default=",".join(s for s in SCENES if s != "spots"))
+    parser.add_argument("--scenes", default=",".join(s for s in SCENES if s not in SLOW))
     parser.add_argument("--cases", default="")
     parser.add_argument("--equilibrium", default="", help="keys of that table, instead of the scene's")
     parser.add_argument("--out", default=str(ROOT / "results/sensitivity"))
+    parser.add_argument("--along", action="store_true", help="differences at every time that is written")
+    parser.add_argument("--more", action="store_true", help="Poisson's ratio and the start, too")
     parser.add_argument("--study", action="store_true", help="how often 18 pairs of runs part, by factor")
     options = parser.parse_args()
     if options.study:
@@ -230,24 +272,33 @@ def main():
         if frames is None:
             print(f"| {name} | nothing | failed: {work[-1] if work else ''} | | | |", flush=True)
             continue
-        for case, (unit, factor) in CASES.items():
+        results = {}
+        for case, (unit, factor) in (CASES | MORE if options.more else CASES).items():
             if options.cases and not any(c in case for c in options.cases.split(",")):
                 continue
-            if unit is None:
+            if isinstance(unit, str):
                 changed, length = copy.deepcopy(scene), 1.0
-                changed["material"]["young"] *= 1 + factor
+                holder, last = parent(changed, unit)
+                if holder is None or last not in holder:
+                    continue
+                holder[last] *= factor
             else:
                 changed, length = rescaled(scene, unit, factor), factor ** unit[0]
             other, other_work = run(options.program, changed, folder / case.replace(" ", "-"))
             if other is None:
                 print(f"| {name} | {case} | failed: {other_work[-1] if other_work else ''} | | | |", flush=True)
                 continue
-            first, last = (distances(a, b, length) for a, b in zip(frames, other))
+            results[case] = (other, length)
+            ends = ((frames[k], other[k]) for k in (0, -1))
+            first, last = (distances(read(a), read(b), length) for a, b in ends)
             print(
                 f"| {name} | {case} | {first[0]:.0e}, {first[1]:.0e} | {last[0]:.0e}, {last[1]:.0e} "
                 f"| {work[0]}, {other_work[0]} | {work[1]}, {other_work[1]} |",
                 flush=True,
             )
+        if options.along and results:
+            span, last = scene["time"]["until"], len(frames) - 1
+            print_along(frames, [span * k / last for k in range(last + 1)], results)
 
 
 if __name__ == "__main__":

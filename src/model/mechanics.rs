@@ -9,6 +9,7 @@ use crate::effects::{EnergyTerm, Pins, Prescribed};
 use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
 use crate::parallel;
+use crate::sheet::quality::triangle_quality;
 use crate::sheet::{Sheet, SheetError};
 use crate::tally::{Meter, Tally};
 
@@ -260,9 +261,9 @@ impl Mechanics {
     }
 
     /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
-    /// `share` of what it was, and it does not turn over.
+    /// `share` of what it was, and it does not turn over, if its quality is not below `flat`.
     #[must_use]
-    pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
+    pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
         let triangles = self.sheet.triangles();
         let cross = |x: &[Vec3], t: usize| {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
@@ -270,7 +271,9 @@ impl Mechanics {
         };
         let worst = parallel::max(triangles.len(), |t| {
             let (old, new) = (cross(from, t), cross(to, t));
-            if new.norm() >= share * old.norm() && old.dot(&new) > 0.0 { 0.0 } else { 1.0 }
+            let keeps = new.norm() >= share * old.norm() && old.dot(&new) > 0.0;
+            let may_turn = || triangle_quality(triangles[t].map(|v| from[v as usize])) < flat;
+            if keeps || may_turn() { 0.0 } else { 1.0 }
         });
         worst <= 0.0
     }

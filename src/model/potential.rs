@@ -353,8 +353,13 @@ impl Potential {
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
     /// side, and no effect forbids the step.
     pub fn allows(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
+        self.allows_turning(from, to, share, 0.0)
+    }
+
+    /// The same, but triangles of less than the quality `flat` may turn over.
+    pub fn allows_turning(&mut self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
         let _scope = meters::of_steps(self.mechanics.tally()).scope(0);
-        if !self.mechanics.keeps_triangles(from, to, share) {
+        if !self.mechanics.keeps_triangles(from, to, share, flat) {
             return false;
         }
         if !self.mechanics.limits_steps() {

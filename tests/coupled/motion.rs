@@ -4,7 +4,7 @@ use rumple::effects::HessianPart;
 use rumple::model::{Anchor, Drag, Memory, Model, State};
 use rumple::{Simulation, Vec3};
 
-use super::DOME;
+use super::{DOME, distance, final_state};
 use crate::common::{Noise, prepare};
 
 const ADAPTIVE: &str = "time.integrator={kind=\"staggered\",rtol=1e-3,atol=1e-3}";
@@ -203,5 +203,27 @@ fn drag_that_makes_no_sense_is_refused() {
     for integrator in ["\"monolithic\"", "\"explicit\"", tr_bdf2] {
         let refusal = refused(by_direction, integrator);
         assert!(refusal.contains("material.drag"), "{refusal}");
+    }
+}
+
+/// Another unit of time leaves only round-off behind: no decision is a tie that the last digit settles, as
+/// whether a factor serves a step twice as long once was.
+#[test]
+fn units_of_time_change_round_off_only() {
+    let in_units = |unit: f64| {
+        let keys = [
+            format!("time.until={unit:?}"),
+            format!("material.drag={:?}", 10.0 * unit),
+            format!("kinetics.parameters.w={:?}", 2.0 / unit),
+            format!("kinetics.parameters.beta={:?}", 1.0 / unit),
+        ];
+        let keys: Vec<&str> = keys.iter().map(String::as_str).chain([ADAPTIVE]).collect();
+        let slower = format!("coefficient = {:?}", 1.0 / unit);
+        final_state(&DOME.replace("coefficient = 1.0", &slower), &keys)
+    };
+    let reference = in_units(1.0);
+    for unit in [1e-6, 0.1, 0.3, 1.7, 1e6] {
+        let (shape, species) = distance(&in_units(unit), &reference);
+        assert!(shape < 1e-11 && species < 1e-11, "{unit:e}: {shape:e} {species:e}");
     }
 }

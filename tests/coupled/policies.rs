@@ -228,7 +228,8 @@ fn errors_of_a_step_are_relative_to_the_pattern() {
         model.species_misfit(&b, (&a, &b), (0.01, 0.0))
     };
     let spot = |i: usize| if i < 40 { 2.0 } else { 0.0 };
-    let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-9, "{value}");
+    let near =
+        |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-9, "{value}");
     near(misfit(&|_| 2.04, &|_| 2.0), 2.0);
     near(misfit(&|i| 1.02 * spot(i), &spot), 2.0);
     let one = |i: usize| if i == 7 { 0.0 } else { 2.0 };

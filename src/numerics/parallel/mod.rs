@@ -6,6 +6,7 @@
 
 pub mod patches;
 pub mod simd;
+pub mod vectors;
 
 use rayon::prelude::*;
 
@@ -15,7 +16,7 @@ pub const BLOCK: usize = 512;
 
 /// Fills `out[i] = f(i)`.
 pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync) {
-    in_blocks(out, &|first, chunk| {
+    in_blocks(out, BLOCK, &|first, chunk| {
         for (k, place) in chunk.iter_mut().enumerate() {
             *place = f(first + k);
         }
@@ -24,17 +25,17 @@ pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync) {
 
 /// Changes every `out[i]` in place.
 pub fn update<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    in_blocks(out, &|first, chunk| {
+    in_blocks(out, BLOCK, &|first, chunk| {
         for (k, place) in chunk.iter_mut().enumerate() {
             f(first + k, place);
         }
     });
 }
 
-/// Hands out the blocks of `out`, each with the index of its first entry. Compiled once for each T,
+/// Hands out the blocks of `out` of that `size`, each with the index of its first entry. Compiled once for each T,
 /// not for each loop.
-fn in_blocks<T: Send>(out: &mut [T], f: &(dyn Fn(usize, &mut [T]) + Sync)) {
-    out.par_chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| f(block * BLOCK, chunk));
+fn in_blocks<T: Send>(out: &mut [T], size: usize, f: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    out.par_chunks_mut(size).enumerate().for_each(|(block, chunk)| f(block * size, chunk));
 }
 
 /// Fills `out[i]` and sums a second result over all `i`, in a fixed order.

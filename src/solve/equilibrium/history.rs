@@ -1,67 +1,40 @@
 //! The memory of a quasi-Newton method: steps, and how the gradient changed along them.
 //!
+//! ```text
+//! H g = Σ_i s_i (α_i - β_i) + M⁻¹ q,    q = g - Σ_i α_i y_i,    ρ_i = 1/(s_i·y_i)
+//! α_i = ρ_i (s_i·g - Σ_{j>i} α_j s_i·y_j)
+//! β_i = ρ_i (y_i·M⁻¹q + Σ_{j<i} (α_j - β_j) s_j·y_i)
+//! ```
+//!
+//! The two-loop recursion with its products taken apart: those of pairs with one another are
+//! remembered, so that every stored vector is read twice less, all of them in one go.
+//!
 //! Kept with as many numbers a vertex as it has unknowns: it is the largest of what a relaxation keeps
 //! besides its factor.
+//!
+//! Reference: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4.
 
 use std::collections::VecDeque;
 
-use nalgebra::Vector2;
-
 use crate::Vec3;
 use crate::parallel;
+use crate::parallel::vectors::{add_all, dots};
 
-/// Vectors with the unknowns of every vertex; what vertices have none of is 0.
-enum Stored {
-    Space(Vec<Vec3>),
-    Plane(Vec<Vector2<f64>>),
-}
+/// Curvatures along a step that are below this share of what they could be are round-off.
+const ROUND_OFF: f64 = 1e-14;
 
-impl Stored {
-    /// The difference of two; z is dropped if vertices move in a plane.
-    fn difference(planar: bool, a: &[Vec3], b: &[Vec3]) -> Self {
-        if planar {
-            let mut all = vec![Vector2::zeros(); a.len()];
-            parallel::fill(&mut all, |i| (a[i] - b[i]).xy());
-            Self::Plane(all)
-        } else {
-            let mut all = vec![Vec3::zeros(); a.len()];
-            parallel::fill(&mut all, |i| a[i] - b[i]);
-            Self::Space(all)
-        }
-    }
-
-    fn dot(&self, v: &[Vec3]) -> f64 {
-        match self {
-            Self::Space(all) => parallel::sum(v.len(), |i| all[i].dot(&v[i])),
-            Self::Plane(all) => parallel::sum(v.len(), |i| all[i].dot(&v[i].xy())),
-        }
-    }
-
-    fn dot_stored(&self, other: &Self) -> f64 {
-        match (self, other) {
-            (Self::Space(a), Self::Space(b)) => parallel::sum(a.len(), |i| a[i].dot(&b[i])),
-            (Self::Plane(a), Self::Plane(b)) => parallel::sum(a.len(), |i| a[i].dot(&b[i])),
-            // Vectors of one history are of one kind.
-            (Self::Space(_), Self::Plane(_)) | (Self::Plane(_), Self::Space(_)) => 0.0,
-        }
-    }
-
-    /// Adds `by` times this to `v`.
-    fn add_to(&self, by: f64, v: &mut [Vec3]) {
-        match self {
-            Self::Space(all) => parallel::update(v, |i, v| *v += by * all[i]),
-            Self::Plane(all) => parallel::update(v, |i, v| {
-                v.x += by * all[i].x;
-                v.y += by * all[i].y;
-            }),
-        }
-    }
-}
-
+#[derive(Default)]
 struct Pair {
-    step: Stored,
-    change: Stored,
-    inverse: f64,
+    step: Vec<f64>,
+    change: Vec<f64>,
+    /// `s_i·y` with this change and the steps of all pairs remembered, the last its own.
+    products: VecDeque<f64>,
+}
+
+impl Pair {
+    fn curvature(&self) -> f64 {
+        self.products.back().copied().unwrap_or_default()
+    }
 }
 
 /// The last pairs of a step and a change of the gradient.
@@ -69,12 +42,17 @@ pub(super) struct History {
     planar: bool,
     longest: usize,
     pairs: VecDeque<Pair>,
+    /// Memory of a pair that is forgotten.
+    spare: Pair,
+    /// What the recursion works on.
+    work: Vec<f64>,
 }
 
 impl History {
     /// Of at most `longest` pairs.
     pub(super) fn new(planar: bool, longest: usize) -> Self {
-        Self { planar, longest, pairs: VecDeque::new() }
+        let (spare, work) = (Pair::default(), Vec::new());
+        Self { planar, longest, pairs: VecDeque::new(), spare, work }
     }
 
     pub(super) fn clear(&mut self) {
@@ -84,30 +62,80 @@ impl History {
     /// Adds the step from one shape to the next and the change of its gradient, if the energy is convex
     /// along it; each as (before, after).
     pub(super) fn remember(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
-        let step = Stored::difference(self.planar, x.1, x.0);
-        let change = Stored::difference(self.planar, gradient.1, gradient.0);
-        let curvature = step.dot_stored(&change);
-        let size = step.dot_stored(&step) * change.dot_stored(&change);
-        if curvature > 1e-14 * size.sqrt() {
-            if self.pairs.len() == self.longest {
-                self.pairs.pop_front();
+        let Pair { mut step, mut change, mut products } = std::mem::take(&mut self.spare);
+        self.flatten(x.0.len(), |i| x.1[i] - x.0[i], &mut step);
+        self.flatten(x.0.len(), |i| gradient.1[i] - gradient.0[i], &mut change);
+        let own = dots([step.as_slice(), &change].into_iter(), &change);
+        let (curvature, size) = (own[0], own[1] * dots([step.as_slice()].into_iter(), &step)[0]);
+        if !(curvature > ROUND_OFF * size.sqrt()) {
+            self.spare = Pair { step, change, products };
+            return;
+        }
+        if self.pairs.len() == self.longest {
+            self.spare = self.pairs.pop_front().unwrap_or_default();
+            for pair in &mut self.pairs {
+                pair.products.pop_front();
             }
-            self.pairs.push_back(Pair { step, change, inverse: 1.0 / curvature });
+        }
+        products.clear();
+        products.extend(dots(self.pairs.iter().map(|pair| pair.step.as_slice()), &change));
+        products.push_back(curvature);
+        self.pairs.push_back(Pair { step, change, products });
+    }
+
+    /// The unknowns of `n` vertices in a row.
+    fn flatten(&self, n: usize, of: impl Fn(usize) -> Vec3 + Sync, out: &mut Vec<f64>) {
+        if self.planar {
+            out.resize(2 * n, 0.0);
+            let (vertices, _) = out.as_chunks_mut::<2>();
+            parallel::fill(vertices, |i| [of(i).x, of(i).y]);
+        } else {
+            out.resize(3 * n, 0.0);
+            let (vertices, _) = out.as_chunks_mut::<3>();
+            parallel::fill(vertices, |i| of(i).into());
         }
     }
 
-    /// The two-loop recursion: `d` becomes H d, with `first` for the H that it starts from.
-    pub(super) fn apply(&self, d: &mut [Vec3], first: impl FnOnce(&mut [Vec3])) {
-        let mut alphas = Vec::with_capacity(self.pairs.len());
-        for pair in self.pairs.iter().rev() {
-            let alpha = pair.inverse * pair.step.dot(d);
-            pair.change.add_to(-alpha, d);
-            alphas.push(alpha);
+    /// The reverse of [`Self::flatten`]; z stays what it is where vertices move in a plane.
+    fn unflatten(&self, numbers: &[f64], out: &mut [Vec3]) {
+        if self.planar {
+            let (vertices, _) = numbers.as_chunks::<2>();
+            parallel::update(out, |i, v| [v.x, v.y] = vertices[i]);
+        } else {
+            let (vertices, _) = numbers.as_chunks::<3>();
+            parallel::fill(out, |i| vertices[i].into());
         }
+    }
+
+    /// `d` becomes H d, with `first` for the M⁻¹ that it starts from.
+    pub(super) fn apply(&mut self, d: &mut [Vec3], first: impl FnOnce(&mut [Vec3])) {
+        if self.pairs.is_empty() {
+            first(d);
+            return;
+        }
+        let mut q = std::mem::take(&mut self.work);
+        self.flatten(d.len(), |i| d[i], &mut q);
+        let pairs = &self.pairs;
+        let mut alpha = dots(pairs.iter().map(|pair| pair.step.as_slice()), &q);
+        for j in (0..pairs.len()).rev() {
+            alpha[j] /= pairs[j].curvature();
+            for i in 0..j {
+                alpha[i] -= alpha[j] * pairs[j].products[i];
+            }
+        }
+        add_all(&mut q, pairs.iter().zip(&alpha).map(|(pair, a)| (-a, pair.change.as_slice())));
+        self.unflatten(&q, d);
         first(d);
-        for (pair, alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
-            let beta = pair.inverse * pair.change.dot(d);
-            pair.step.add_to(alpha - beta, d);
+        self.flatten(d.len(), |i| d[i], &mut q);
+        // Becomes α - β.
+        let beta = dots(pairs.iter().map(|pair| pair.change.as_slice()), &q);
+        for (i, beta) in beta.into_iter().enumerate() {
+            let earlier = alpha.iter().zip(&pairs[i].products).take(i);
+            let sum: f64 = earlier.map(|(share, product)| share * product).sum();
+            alpha[i] -= (beta + sum) / pairs[i].curvature();
         }
+        add_all(&mut q, pairs.iter().zip(&alpha).map(|(pair, a)| (*a, pair.step.as_slice())));
+        self.unflatten(&q, d);
+        self.work = q;
     }
 }

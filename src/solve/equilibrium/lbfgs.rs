@@ -26,7 +26,7 @@ use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::history::History;
 use super::preconditioner::{Inverse, LARGE, Preconditioner, SMALL};
-use super::stop::{dot, largest, level, reached};
+use super::stop::{COLLAPSED, dot, largest, level, reached};
 use super::{Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -47,8 +47,9 @@ const NEARLY_AT_REST: f64 = 1e-2;
 /// (`docs/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
 /// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
 const REFRESH: (usize, usize) = (5, 15);
-/// Iterations between two looks at the Hessian for a plain metric, which learns from steps.
-const REFRESH_PLAIN: usize = 100;
+/// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
+/// steps. On Model I, loosely relaxed, 30 needed a seventh less iterations than 100 with blocks.
+const REFRESH_PLAIN: (usize, usize) = (30, 100);
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Shift after a fresh factor gave no step, and by how much it grows from then on. Directions in
@@ -59,10 +60,13 @@ const MOST_SHIFT: f64 = 1.0;
 /// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
 /// metric is too soft: the shift grows.
 const SOFT: usize = 3;
-/// A factor made for weights of an anchor that differ by less than this serves.
-const OTHER_WEIGHT: f64 = 2.0;
+/// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
+/// grow: there the last digit would decide.
+const OTHER_WEIGHT: f64 = 2.5;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
 const NO_FALL: f64 = 1e-6;
+/// Iterations after which an iteration that may turn triangles over is taken to go around the kink of one.
+const KINK: usize = 25;
 /// Shortest step tried, as a share of the proposed one.
 const SHORTEST: f64 = 1e-8;
 
@@ -83,8 +87,6 @@ pub struct Lbfgs {
     shift: f64,
     try_full_below: f64,
     history: History,
-    /// Of a plain metric, by the last step.
-    scale: f64,
     /// Vertices of collapsed triangles, fixed.
     fixed: Vec<usize>,
 }
@@ -112,7 +114,6 @@ impl Lbfgs {
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             history: History::new(mechanics.is_planar(), options.memory.get()),
-            scale: 1.0,
             fixed: Vec::new(),
         })
     }
@@ -130,6 +131,14 @@ impl Lbfgs {
         residual: f64,
     ) -> Result<usize, SolveError> {
         self.fit(potential, x)?;
+        let weight = potential.anchor().map_or(0.0, |anchor| anchor.weights.least());
+        let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
+        // What has been learnt is forgotten only where no step was found with it.
+        if (self.factored && self.inverse.is_learnt()) || self.inverse.begins_with(unit) {
+            self.factored = true;
+            self.history.clear();
+            return Ok(0);
+        }
         let mut tried = 0;
         for part in [HessianPart::Full, HessianPart::Positive] {
             let plain = self.inverse.is_plain();
@@ -145,7 +154,6 @@ impl Lbfgs {
             if self.inverse.factorise(&self.matrix, terms, x, part == HessianPart::Positive).is_ok()
             {
                 self.factored = true;
-                self.scale = 1.0;
                 self.history.clear();
                 return Ok(tried);
             }
@@ -167,6 +175,7 @@ impl Lbfgs {
             let _scope = Linear::of(tally).factors.kept();
             self.inverse = Inverse::new(kind, precision, &pattern, tally)?;
             self.kind = kind;
+            self.factored = false;
         }
         if other {
             self.matrix = BlockMatrix::zeros(pattern);
@@ -178,13 +187,10 @@ impl Lbfgs {
     fn direction(&mut self, gradient: &[Vec3], d: &mut Vec<Vec3>) {
         d.clear();
         d.extend(gradient.iter().map(|g| -g));
-        let Self { history, gauge, inverse, fixed, scale, .. } = self;
+        let Self { history, gauge, inverse, fixed, .. } = self;
         history.apply(d, |d| {
             gauge.project(d);
             inverse.solve(d);
-            if *scale != 1.0 {
-                parallel::update(d, |_, d| *d *= *scale);
-            }
             gauge.project(d);
             for &i in fixed.iter() {
                 d[i] = Vec3::zeros();
@@ -199,21 +205,6 @@ impl Lbfgs {
             gradient[i] = Vec3::zeros();
         }
         energy
-    }
-
-    /// Learns the size of a plain metric M from a step s and the change y of the gradient, each as (before,
-    /// after): `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
-    fn measure(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
-        let difference = |(before, after): (&[Vec3], &[Vec3])| -> Vec<Vec3> {
-            before.iter().zip(after).map(|(before, after)| after - before).collect()
-        };
-        let (step, change) = (difference(x), difference(gradient));
-        let mut through = change.clone();
-        self.inverse.solve(&mut through);
-        let scale = dot(&step, &change) / dot(&change, &through);
-        if scale > 0.0 && scale.is_finite() {
-            self.scale = scale;
-        }
     }
 
     /// Enlarges the shift for the next factor.
@@ -243,6 +234,8 @@ impl Lbfgs {
         done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+        let turns = self.options.collapse == Some(Collapse::Turn);
+        let flat = if turns { COLLAPSED } else { 0.0 };
         let longest = self.options.largest_move.get() * potential.metric().mean_edge();
         // A factor kept from an earlier relaxation is not fresh: if no step is found with it, it is
         // renewed before giving up.
@@ -250,6 +243,8 @@ impl Lbfgs {
         let mut halvings = 0;
         // Whether the factor has the largest shift there is.
         let mut stiffest = false;
+        let kinks = turns && self.inverse.is_plain();
+        let patience = if kinks { patience.min(KINK) } else { patience };
         let mut progress = Progress::new(energy, potential.residual(&gradient), patience);
         let anchor = potential.anchor().map(|anchor| (anchor.weights.least(), anchor.slack));
         let (weight, slack) = anchor.unwrap_or_default();
@@ -265,8 +260,15 @@ impl Lbfgs {
             if reached(&done, goal)? {
                 return Ok((done, Outcome::AtRest));
             }
-            if self.may_hand_over() && progress.is_poor(&done) {
-                return Ok((done, Outcome::Poor));
+            if progress.is_poor(&done) {
+                if self.may_hand_over() {
+                    return Ok((done, Outcome::Poor));
+                }
+                // Around the kink of a flat triangle an iteration goes on without coming to rest.
+                if self.collapse(potential, x, &gradient, &mut done)? {
+                    energy = self.evaluate(potential, x, &mut gradient);
+                    continue;
+                }
             }
             if !self.factored || age >= self.refresh {
                 if age > 0 && halvings > SOFT * age {
@@ -275,11 +277,12 @@ impl Lbfgs {
                 self.gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
                 done.factorisations += self.refactor(potential, x, done.residual)?;
                 self.weight = weight;
-                stiffest = self.shift >= MOST_SHIFT;
+                stiffest = self.shift >= MOST_SHIFT || self.inverse.is_learnt();
                 self.shift = (0.1 * self.shift).max(SHIFT);
                 let far = small && done.residual > NEARLY_AT_REST;
                 let usual = match (self.inverse.is_plain(), far) {
-                    (true, _) => REFRESH_PLAIN,
+                    (true, _) if self.inverse.is_learnt() => REFRESH_PLAIN.1,
+                    (true, _) => REFRESH_PLAIN.0,
                     (false, true) => REFRESH.0,
                     (false, false) => REFRESH.1,
                 };
@@ -303,7 +306,8 @@ impl Lbfgs {
                     break None;
                 }
                 parallel::fill(&mut trial, |i| x[i] + length * d[i]);
-                if potential.allows(x, &trial, self.options.area_share.get()) {
+                let share = self.options.area_share.get();
+                if potential.allows_turning(x, &trial, share, flat) {
                     let e = self.evaluate(potential, &trial, &mut trial_gradient);
                     done.evaluations += 1;
                     let descends = e <= energy + ARMIJO * length * slope;
@@ -321,7 +325,7 @@ impl Lbfgs {
                 return Ok((done, Outcome::AtRest));
             }
             let falls = accepted.is_some_and(|e| e < energy - NO_FALL * energy.abs());
-            let far = done.residual > 10.0 * goal.tolerance;
+            let far = done.residual > 10.0 * goal.tolerance && !turns;
             if (accepted.is_none() || (far && !falls))
                 && self.collapse(potential, x, &gradient, &mut done)?
             {
@@ -339,7 +343,7 @@ impl Lbfgs {
             };
             self.history.remember((x, &trial), (&gradient, &trial_gradient));
             if self.inverse.is_plain() {
-                self.measure((x, &trial), (&gradient, &trial_gradient));
+                self.inverse.learn((x, &trial), (&gradient, &trial_gradient));
             }
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);

@@ -5,6 +5,7 @@
 
 mod constrained;
 mod descent;
+mod diagonal;
 mod fire;
 mod gauge;
 mod history;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::low_rank::LowRankUpdate;
 use super::super::part::Linear;
+use super::diagonal::Diagonal;
 use crate::Vec3;
 use crate::effects::LowRank;
 use crate::linear::{Block, BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
@@ -24,8 +25,8 @@ pub enum Preconditioner {
     Multigrid,
     /// Its 3 × 3 blocks on the diagonal, every vertex for itself.
     Blocks,
-    /// Not at all: one number for all, its mean diagonal. Short waves are relaxed first, as drag does, and
-    /// long ones hardly where tolerances are loose: the paper's scheme.
+    /// Not at all: one number for every unknown, learnt from steps. Short waves are relaxed first, as drag
+    /// does, and long ones hardly where tolerances are loose: the paper's scheme.
     None,
     /// The factor up to 50 000 vertices, multigrid beyond; under drag multigrid beyond 1000.
     #[default]
@@ -65,7 +66,9 @@ impl Preconditioner {
                 Self::Blocks => {
                     "blocks of the vertices on the diagonal of the Hessian's positive part"
                 }
-                _ => "no linear system, the mean diagonal of the Hessian's positive part instead",
+                _ => {
+                    "no linear system, a stiffness of every unknown that is learnt from steps instead"
+                }
             };
             return vec![format!("{what}, as {}", why(String::new()))];
         }
@@ -163,10 +166,9 @@ pub(super) struct Inverse {
 enum Sparse {
     Factor(Box<FrugalCholesky>),
     Multigrid(Box<Multigrid>),
-    /// Inverses of the blocks on the diagonal.
-    Blocks(Vec<Block>),
-    /// The inverse of the mean diagonal.
-    Number(f64),
+    /// Inverses of the blocks on the diagonal, and a number for all that is learnt from steps.
+    Blocks(Vec<Block>, f64),
+    Learnt(Diagonal),
 }
 
 impl Sparse {
@@ -174,8 +176,10 @@ impl Sparse {
         match self {
             Self::Factor(cholesky) => cholesky.solve(rhs),
             Self::Multigrid(multigrid) => multigrid.solve(rhs),
-            Self::Blocks(inverses) => parallel::update(rhs, |i, v| *v = inverses[i] * *v),
-            Self::Number(inverse) => parallel::update(rhs, |_, v| *v *= *inverse),
+            Self::Blocks(inverses, scale) => {
+                parallel::update(rhs, |i, v| *v = *scale * (inverses[i] * *v));
+            }
+            Self::Learnt(diagonal) => diagonal.solve(rhs),
         }
     }
 }
@@ -192,8 +196,8 @@ impl Inverse {
         let _scope = meters.factors.kept();
         let rows = pattern.rows();
         let sparse = match kind.on(rows, false) {
-            Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows]),
-            Preconditioner::None => Sparse::Number(1.0),
+            Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows], 1.0),
+            Preconditioner::None => Sparse::Learnt(Diagonal::new(rows, 1.0)),
             Preconditioner::Multigrid => Sparse::Multigrid(Box::new(Multigrid::new(pattern)?)),
             Preconditioner::Factor | Preconditioner::Auto => {
                 let double = precision.is_double(rows);
@@ -219,20 +223,52 @@ impl Inverse {
         match sparse {
             Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
             Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
-            Sparse::Blocks(inverses) => {
+            Sparse::Blocks(inverses, scale) => {
+                *scale = 1.0;
                 let unit = matrix.mean_diagonal();
                 parallel::update(inverses, |i, inverse| *inverse = inverted(matrix, i, unit));
             }
-            Sparse::Number(inverse) => *inverse = 1.0 / matrix.mean_diagonal(),
+            Sparse::Learnt(diagonal) => diagonal.reset(matrix.mean_diagonal()),
         }
         *low_rank = LowRankUpdate::new(terms, |rhs| sparse.solve(rhs));
         if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
     }
 
-    /// Whether it knows stiffnesses in proportion only, so that their size is to be learnt from steps; the
-    /// whole Hessian is no better then than its positive part.
+    /// Whether vertices are taken for themselves, which makes the whole Hessian no better than its positive
+    /// part, and stiffnesses are learnt from steps.
     pub(super) fn is_plain(&self) -> bool {
-        matches!(self.sparse, Sparse::Blocks(_) | Sparse::Number(_))
+        matches!(self.sparse, Sparse::Blocks(..) | Sparse::Learnt(_))
+    }
+
+    /// Whether it has no use for a matrix.
+    pub(super) fn is_learnt(&self) -> bool {
+        matches!(self.sparse, Sparse::Learnt(_))
+    }
+
+    /// Whether it has no use for a matrix. It begins with the same stiffness `unit` everywhere then.
+    pub(super) fn begins_with(&mut self, unit: f64) -> bool {
+        let Sparse::Learnt(diagonal) = &mut self.sparse else { return false };
+        diagonal.reset(unit);
+        true
+    }
+
+    /// Learns from the step from one shape to the next and the change of its gradient, each as (before,
+    /// after). Of blocks M it is their size, `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
+    pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
+        match &mut self.sparse {
+            Sparse::Factor(_) | Sparse::Multigrid(_) => {}
+            Sparse::Learnt(diagonal) => diagonal.learn(x, gradient),
+            Sparse::Blocks(inverses, scale) => {
+                let change = |i: usize| gradient.1[i] - gradient.0[i];
+                let all = inverses.len();
+                let along = parallel::sum(all, |i| (x.1[i] - x.0[i]).dot(&change(i)));
+                let through = parallel::sum(all, |i| change(i).dot(&(inverses[i] * change(i))));
+                let size = along / through;
+                if size > 0.0 && size.is_finite() {
+                    *scale = size;
+                }
+            }
+        }
     }
 
     /// Replaces `rhs` by the solution, or nearly.
