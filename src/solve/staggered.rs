@@ -37,7 +37,7 @@
 //!       ‖x_{n+1} - x*‖ / ((atol edge + rtol max|x - X|) √n)                             the larger
 //! ```
 //!
-//! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::Model)).
+//! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
