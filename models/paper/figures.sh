@@ -4,8 +4,9 @@
 #     models/paper/figures.sh evolution        runs it, prints its numbers, draws its picture
 #     models/paper/figures.sh                  lists the figures
 #
-# Results and pictures go to results/paper (FIGURES=DIR for another folder). What is complete is not run again.
-# CHECK=1 only checks that every scene can be run. Run from anywhere; needs what `tests/run.sh` installs.
+# Results and pictures go to results/paper (FIGURES=DIR for another folder); of sweeps, NAME/pictures.png. A run that
+# is complete is not repeated: remove its folder after a change. CHECK=1 only checks that every scene can be run. Run from
+# anywhere; needs `cargo build --release --workspace` and what `tests/run.sh` installs (ParaView, Python with VTK).
 set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 rumple="${RUMPLE:-$here/target/release/rumple}"
@@ -71,7 +72,7 @@ draw() {
     echo "drew $out/$figure.png"
 }
 
-# Model I in time at three thicknesses (figure D0evo, a and b).
+# Model I in time at three thicknesses (the paper's evolution at D = 0, a and b).
 evolution() {
     run h0.5 "$model_i" --set time.until=60
     run h1 "$model_i" --set material.thickness=1 --set time.until=140 --set output.every=10
@@ -80,7 +81,7 @@ evolution() {
     draw evolution c 4 h0.5:{4,10,20,30}:top h1:{20,60,100,140}:top h1.5:{60,140,220,300}:top
 }
 
-# Model I with a high threshold (figure D0evo, c). The dose must be above it.
+# Model I with a high threshold (the same, c). The initial Gaussian must be above it.
 threshold() {
     local high=(--set kinetics.parameters.c_star=0.4 --set kinetics.initial.c.gaussian.amplitude=0.75)
     run c0.4 "$model_i" --set material.thickness=1.5 --set time.until=200 --set output.every=20 "${high[@]}"
@@ -88,9 +89,9 @@ threshold() {
     draw threshold c 4 c0.4:{20,80,140,200}:top
 }
 
-# Thickness and diffusion (figure Disk_D-h), on a coarser mesh.
+# Thickness and diffusion (the paper's map of h and D), on a coarser mesh.
 map() {
-    sweep map "$model_i" --over material.thickness=0.5,1,1.5,2 \
+    sweep map "$model_i" --over material.thickness=1,1.5,2 \
         --over effect.diffusion.coefficient=0,1,10,50 \
         --set sheet.vertices=8000 --set time.until=20 --set output.every=5 --level 0.1
 }
@@ -124,17 +125,15 @@ shell() {
     sweep shell-growth "$sphere" --over kinetics.parameters.lambda_min=0.65,0.75,0.85,0.92 --level 0.25
 }
 
-# Whether d is the model's or the mesh's.
+# Whether d is the model's or the mesh's: densities of 8 000, 20 000 and 80 000 vertices on R = 100.
 mesh() {
-    run h0.5 "$model_i" --set time.until=60
-    run h0.5-80000 "$model_i" --set sheet.vertices=80000
-    for name in h0.5 h0.5-80000; do numbers $name c 0.1 0.4; done
-    draw mesh c 2 h0.5:{16,30}:top h0.5-80000:{16,30}:top
+    sweep mesh-h0.5 "$model_i" --over sheet.vertices=5000,20000 --set sheet.radius=50 \
+        --set time.until=20 --set output.every=5 --level 0.1
     sweep mesh-h1 "$model_i" --over sheet.vertices=2000,5000,20000 --set sheet.radius=50 \
         --set material.thickness=1 --set time.until=60 --set output.every=10 --level 0.1
 }
 
-# Model II in time (figure MotorsEvo).
+# Model II in time.
 motors() {
     run motors "$model_ii"
     numbers motors m 0.5
@@ -157,15 +156,17 @@ feedback() {
     local a=2.2222e-6,4.4444e-6,8.8889e-6,1.3333e-5,2.2222e-5,4.4444e-5,1e-4,2.2222e-4,4.4444e-4
     sweep feedback "$model_ii" --over kinetics.parameters.a=$a --set sheet.radius=50 --set sheet.vertices=5000 \
         --set time.until=60 --set output.every=10 --level 0.5
-    run strong "$model_ii" --set kinetics.parameters.a=4.4444e-4 --set output.every=10
-    numbers strong m 0.5
 }
 
 figures=(evolution threshold map thick relaxed loosely shell mesh motors starts feedback)
 [[ $# -gt 0 ]] || { echo "figures: ${figures[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${figures[@]}"
+failed=()
 for figure in "$@"; do
     [[ " ${figures[*]} " == *" $figure "* ]] || { echo "no figure \`$figure\`: ${figures[*]}" >&2; exit 2; }
     mkdir -p "$out"
-    "$figure"
+    # In a shell of its own, so that one that fails does not end the others.
+    (set -e; "$figure") &
+    wait $! || failed+=("$figure")
 done
+((${#failed[@]} == 0)) || { echo "failed: ${failed[*]}" >&2; exit 1; }

@@ -74,10 +74,10 @@ impl DragSpec {
 
 /// What a table of drag has, one of both.
 #[derive(Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Table {
-    PerVertex(Coefficient),
-    PerArea(Coefficient),
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Table {
+    per_vertex: Option<Coefficient>,
+    per_area: Option<Coefficient>,
 }
 
 impl<'de> Deserialize<'de> for DragSpec {
@@ -100,10 +100,14 @@ impl<'de> Deserialize<'de> for DragSpec {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DragSpec, A::Error> {
-                Ok(match Table::deserialize(MapAccessDeserializer::new(map))? {
-                    Table::PerVertex(coefficient) => DragSpec::PerVertex(coefficient),
-                    Table::PerArea(coefficient) => DragSpec::PerArea(coefficient),
-                })
+                let table = Table::deserialize(MapAccessDeserializer::new(map))?;
+                match (table.per_vertex, table.per_area) {
+                    (Some(coefficient), None) => Ok(DragSpec::PerVertex(coefficient)),
+                    (None, Some(coefficient)) => Ok(DragSpec::PerArea(coefficient)),
+                    _ => Err(serde::de::Error::custom(
+                        "a drag has one of the keys `per-vertex` and `per-area`",
+                    )),
+                }
             }
         }
 

@@ -90,9 +90,9 @@ pub enum SolveError {
     #[error(
         "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
          area is nearly zero, and no step lowers the energy further (largest force \
-         {residual:.3e}); its optimal lengths are {optimal:?}. Use a finer mesh or a smoother \
-         length factor, or go on with equilibrium = {{ method = \"lbfgs\", collapse = \"hold\" \
-         }}, which holds its vertices"
+         {residual:.3e}); its optimal lengths are {optimal:.3?}. Use a finer mesh or a smoother \
+         length factor, or go on with equilibrium.collapse = \"hold\", which fixes its vertices, or \
+         \"turn\", which lets it turn over"
     )]
     Collapsed {
         /// The triangle.

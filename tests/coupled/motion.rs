@@ -194,6 +194,10 @@ fn drag_that_makes_no_sense_is_refused() {
     for drag in ["-1.0", "0", "{per-area=-2.0}", "\"high\"", "{per-face=1.0}", "{}"] {
         assert!(refused(drag, staggered).contains("drag"), "{}", refused(drag, staggered));
     }
+    for drag in ["{}", "{per-vertex=1.0,per-area=1.0}", "{per-area=1.0,per-vertex=1.0}"] {
+        let which = refused(drag, staggered);
+        assert!(which.contains("one of the keys `per-vertex` and `per-area`"), "{which}");
+    }
     let unknown = refused("{per-aria=1.0}", staggered);
     assert!(unknown.contains("per-area"), "{unknown}");
     let half = refused("{per-area={normal=1.0}}", staggered);
