@@ -7,10 +7,13 @@ use crate::ode::{Failure, OdeError};
 /// Shorthand for results with [`SolveError`].
 pub type Result<T, E = SolveError> = std::result::Result<T, E>;
 
+/// Residual forces above this correspond to strains of a per cent: no tolerance to recommend.
+const LOOSEST: f64 = 1e-2;
+
 /// What to try when a relaxation comes to no end: keys with values.
 fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> String {
     let mut ways = Vec::new();
-    if residual <= 1e3 * tolerance {
+    if residual <= (1e3 * tolerance).min(0.5 * LOOSEST) {
         ways.push(format!(
             "equilibrium.tolerance = {:.0e} if that force is small enough",
             2.0 * residual

@@ -76,6 +76,11 @@ fn hopeless_relaxations_are_reported() {
     let one = Goal { tolerance: 1e-9, max_iterations: 1, interrupted: &|| false };
     let error = solver.relax(&mut mechanics, &mut x, &one).unwrap_err();
     assert!(matches!(error, SolveError::NotConverged { iterations: 1, .. }), "{error}");
+    // Strains of per cents are no tolerance to recommend, however loose the one asked for.
+    let error = SolveError::NotConverged { iterations: 1, residual: 0.1, tolerance: 0.01 };
+    assert!(!error.to_string().contains("equilibrium.tolerance"), "{error}");
+    let error = SolveError::NotConverged { iterations: 1, residual: 1e-4, tolerance: 1e-6 };
+    assert!(error.to_string().contains("equilibrium.tolerance = 2e-4"), "{error}");
     let stop = Goal { tolerance: 1e-9, max_iterations: 100, interrupted: &|| true };
     let error = solver.relax(&mut mechanics, &mut x, &stop).unwrap_err();
     assert!(matches!(error, SolveError::Interrupted));
