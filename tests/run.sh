@@ -67,7 +67,8 @@ heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
 
 heading "tests"
-cargo test --release --workspace
+# Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.
+env --default-signal=INT,QUIT,HUP cargo test --release --workspace
 
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
