@@ -84,9 +84,9 @@ evolution() {
 # Model I with a high threshold (the same, c). The initial Gaussian must be above it.
 threshold() {
     local high=(--set kinetics.parameters.c_star=0.4 --set kinetics.initial.c.gaussian.amplitude=0.75)
-    run c0.4 "$model_i" --set material.thickness=1.5 --set time.until=200 --set output.every=20 "${high[@]}"
+    run c0.4 "$model_i" --set material.thickness=1.5 --set time.until=60 --set output.every=10 "${high[@]}"
     numbers c0.4 c 0.4
-    draw threshold c 4 c0.4:{20,80,140,200}:top
+    draw threshold c 3 c0.4:{10,20,60}:top
 }
 
 # Thickness and diffusion (the paper's map of h and D), on a coarser mesh.
@@ -166,7 +166,12 @@ for figure in "$@"; do
     [[ " ${figures[*]} " == *" $figure "* ]] || { echo "no figure \`$figure\`: ${figures[*]}" >&2; exit 2; }
     mkdir -p "$out"
     # In a shell of its own, so that one that fails does not end the others.
-    (set -e; "$figure") &
-    wait $! || failed+=("$figure")
+    set +e
+    (set -e; "$figure")
+    code=$?
+    set -e
+    ((code == 0)) || failed+=("$figure")
+    # Ctrl-C and kill end all of it.
+    ((code <= 128)) || exit "$code"
 done
 ((${#failed[@]} == 0)) || { echo "failed: ${failed[*]}" >&2; exit 1; }
