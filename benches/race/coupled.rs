@@ -2,8 +2,8 @@
 //!
 //! Same mesh, start, rates, printed energy and step; species on triangles, carried to vertices with
 //! weights 1/distance. Their relaxations stop at a largest force of 5·10⁻³ Y/(mean edge), ours at
-//! `--tolerance` of it; in the loose race at the same, in plain metrics as theirs is. One difference remains: their mean curvature divides by barycentric areas,
-//! ours by Voronoi areas of the rest triangles.
+//! `--tolerance` of it; in the loose race at the same, in plain metrics as theirs is. One difference
+//! remains: their mean curvature divides by barycentric areas, ours by Voronoi areas of the rest triangles.
 
 use std::fs;
 

@@ -50,9 +50,8 @@ impl Model {
         if !self.moves() {
             return 0.0;
         }
-        let rest = self.sheet().rest();
-        let largest = parallel::max(rest.len(), |i| (b.x[i] - rest[i]).norm());
-        misfit(rest.len(), self.shape_unit(b, tolerance), |i| {
+        let (rest, largest) = (self.sheet().rest(), self.largest_displacement(b));
+        misfit(rest.len(), self.length_unit(largest, tolerance), |i| {
             let moved = (b.x[i] - start.x[i]).norm();
             (moved, (b.x[i] - a.x[i]).norm(), (b.x[i] - rest[i]).norm() / largest)
         })
@@ -60,9 +59,16 @@ impl Model {
 
     /// The unit of [`Model::shape_misfit`]: the length that tolerances mean.
     #[must_use]
-    pub fn shape_unit(&self, state: &State, (rtol, atol): (f64, f64)) -> f64 {
+    pub fn shape_unit(&self, state: &State, tolerance: (f64, f64)) -> f64 {
+        self.length_unit(self.largest_displacement(state), tolerance)
+    }
+
+    fn largest_displacement(&self, state: &State) -> f64 {
         let rest = self.sheet().rest();
-        let largest = parallel::max(rest.len(), |i| (state.x[i] - rest[i]).norm());
+        parallel::max(rest.len(), |i| (state.x[i] - rest[i]).norm())
+    }
+
+    fn length_unit(&self, largest: f64, (rtol, atol): (f64, f64)) -> f64 {
         atol * self.mechanics.reference().mean_edge() + rtol * largest
     }
 }

@@ -32,8 +32,8 @@ pub fn update<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     });
 }
 
-/// Hands out the blocks of `out` of that `size`, each with the index of its first entry. Compiled once for each T,
-/// not for each loop.
+/// Hands out the blocks of `out` of that `size`, each with the index of its first entry. Compiled once
+/// for each T, not for each loop.
 fn in_blocks<T: Send>(out: &mut [T], size: usize, f: &(dyn Fn(usize, &mut [T]) + Sync)) {
     out.par_chunks_mut(size).enumerate().for_each(|(block, chunk)| f(block * size, chunk));
 }

@@ -228,7 +228,8 @@ impl Inverse {
                 let unit = matrix.mean_diagonal();
                 parallel::update(inverses, |i, inverse| *inverse = inverted(matrix, i, unit));
             }
-            Sparse::Learnt(diagonal) => diagonal.reset(matrix.mean_diagonal()),
+            // It has no use for a matrix.
+            Sparse::Learnt(_) => {}
         }
         *low_rank = LowRankUpdate::new(terms, |rhs| sparse.solve(rhs));
         if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
@@ -245,7 +246,7 @@ impl Inverse {
         matches!(self.sparse, Sparse::Learnt(_))
     }
 
-    /// Whether it has no use for a matrix. It begins with the same stiffness `unit` everywhere then.
+    /// Forgets what was learnt where [`Self::is_learnt`], which it says: the same stiffness `unit` everywhere.
     pub(super) fn begins_with(&mut self, unit: f64) -> bool {
         let Sparse::Learnt(diagonal) = &mut self.sparse else { return false };
         diagonal.reset(unit);
