@@ -9,7 +9,7 @@
 
 #![allow(missing_docs)]
 
-#[expect(dead_code, reason = "the races use the rest")]
+#[allow(dead_code, reason = "the races use the rest")]
 mod common;
 
 use std::alloc::System;

@@ -72,7 +72,7 @@ const LONG_ENOUGH: f64 = 0.5;
 fn main() -> ExitCode {
     let options = Options::parse();
     let done = match &options.child {
-        Some(member) => child(&options, &member[0], member[1] == "small"),
+        Some(member) => common::on_threads(1, || child(&options, &member[0], member[1] == "small")),
         None => parent(&options),
     };
     match done {
@@ -109,7 +109,6 @@ fn scene(options: &Options, case: &str, small: bool) -> Result<Scene> {
 }
 
 fn child(options: &Options, case: &str, small: bool) -> Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let scene = scene(options, case, small)?;
     let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
     let start = cpu_seconds()?;

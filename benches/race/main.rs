@@ -86,7 +86,8 @@ enum Part {
 }
 
 fn main() -> ExitCode {
-    match run(Options::parse()) {
+    let options = Options::parse();
+    match common::on_threads(1, || run(options)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("race: {error}");
@@ -100,7 +101,6 @@ fn run(mut options: Options) -> Result<()> {
         println!("race: no baselines are given (benches/race.sh --bench DIR); nothing to do");
         return Ok(());
     };
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     fs::create_dir_all(&options.out)?;
     options.out = fs::canonicalize(&options.out)?;
     let scratch = options.out.join("baselines");

@@ -82,7 +82,7 @@ struct Options {
 fn main() -> ExitCode {
     let options = Options::parse();
     let done = match &options.child {
-        Some(member) => child(&options, &member[0], &member[1]),
+        Some(member) => common::on_threads(1, || child(&options, &member[0], &member[1])),
         None => parent(&options),
     };
     match done {
@@ -95,7 +95,6 @@ fn main() -> ExitCode {
 }
 
 fn child(options: &Options, name: &str, method: &str) -> Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let entries = list::read(&options.out)?;
     let entry = entries.into_iter().find(|e| e.name == name).ok_or("no such relaxation")?;
     let (_, set) = METHODS.iter().find(|m| m.0 == method).ok_or("no such method")?;

@@ -90,8 +90,8 @@ fn main() -> ExitCode {
 }
 
 fn child(options: &Options, vertices: usize) -> Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(options.threads).build_global()?;
-    println!("{}", measure::row(options, vertices)?.join("\t"));
+    let row = common::on_threads(options.threads, || measure::row(options, vertices))?;
+    println!("{}", row.join("\t"));
     Ok(())
 }
 
