@@ -9,6 +9,7 @@ macro_rules! say {
     }};
 }
 
+mod accuracy;
 mod check;
 mod compare;
 mod explain;
@@ -55,6 +56,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Run a scene over lists and ranges of its keys: tables, pictures, plots.
     Sweep(Box<sweep::SweepArgs>),
+    /// Say what accuracy costs: a scene by several integrators and tolerances, against references.
+    Accuracy(Box<accuracy::AccuracyArgs>),
     /// Generate, check and describe meshes.
     Mesh(mesh::MeshArgs),
     /// Write, list, describe, validate and time kinetics plugins.
@@ -170,6 +173,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),
+        Command::Accuracy(args) => accuracy::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
     };

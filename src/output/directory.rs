@@ -32,6 +32,10 @@ impl ResultDirectory {
     pub const MEASURES: &'static str = "measures.csv";
     /// Name of the state that its picture shows.
     pub const SHOWN: &'static str = "shown.vtu";
+    /// Name of the states of a member at its output times.
+    pub const STATES: &'static str = "states.bin";
+    /// Name of what says how long the steps of a member take.
+    pub const TIMING: &'static str = "timing.json";
 
     /// The directory of a run for which none was named: the scene's stem and the time in UTC, as
     /// `spots-20261121-123456` in the working directory.
@@ -270,6 +274,8 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::COSTS,
         ResultDirectory::MEASURES,
         ResultDirectory::SHOWN,
+        ResultDirectory::STATES,
+        ResultDirectory::TIMING,
         Claim::STATUS,
     ]
     .contains(&finished(name))

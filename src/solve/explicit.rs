@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use super::monolithic::Monolithic;
 use super::{
-    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step, part,
+    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
+    fixed_step, part, scaled,
 };
 use crate::model::{Coupled, Part, State, Storage};
 use crate::num::checked::Positive;
@@ -72,6 +73,19 @@ impl IntegratorSpec for ExplicitSpec {
 
     fn parts(&self, _: Storage) -> Vec<String> {
         vec!["all unknowns move by their rates: no linear system".into()]
+    }
+
+    fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec> {
+        let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
+        let step = match self.method {
+            ExplicitMethod::Euler => Some(fixed_step(tolerance, until)),
+            ExplicitMethod::Tsit45 => self.step,
+        };
+        Box::new(Self { rtol, atol, step, ..self.clone() })
+    }
+
+    fn has_fixed_steps(&self) -> bool {
+        self.method == ExplicitMethod::Euler
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {

@@ -22,6 +22,7 @@ pub(crate) use workspace::Relaxer;
 pub use workspace::{Control, Workspace};
 
 use crate::model::{Mechanics, State, Storage};
+use crate::num::checked::Positive;
 use equilibrium::{Equilibrium, Relaxation};
 
 /// The integrator of a scene that names none.
@@ -64,6 +65,13 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     fn differentiates(&self) -> bool {
         false
     }
+
+    /// The same at another tolerance, the ratio of relative to absolute kept. A method with fixed steps makes
+    /// steps of `tolerance` times the span `until`.
+    fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec>;
+
+    /// Whether its steps are fixed.
+    fn has_fixed_steps(&self) -> bool;
 
     /// Makes it ready for a policy.
     ///
@@ -127,6 +135,17 @@ pub(crate) trait Integrator: Send {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport>;
+}
+
+/// A relative tolerance and the absolute one that has the same ratio to it as before.
+fn scaled(tolerance: Positive, rtol: Positive, atol: Positive) -> (Positive, Positive) {
+    let absolute = atol.get() / rtol.get() * tolerance.get();
+    (tolerance, Positive::new(absolute).unwrap_or(tolerance))
+}
+
+/// The step that is this share of the span.
+fn fixed_step(share: Positive, span: Positive) -> Positive {
+    Positive::new(share.get() * span.get()).unwrap_or(share)
 }
 
 /// End of a fixed step, which is never shortened but to hit an output time.

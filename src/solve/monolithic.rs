@@ -12,7 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::chemistry::SteadyChemistry;
 use super::equilibrium::Relaxation;
-use super::{Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part};
+use super::{
+    Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part, scaled,
+};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
@@ -98,6 +100,15 @@ impl IntegratorSpec for MonolithicSpec {
 
     fn differentiates(&self) -> bool {
         true
+    }
+
+    fn at_tolerance(&self, tolerance: Positive, _: Positive) -> Box<dyn IntegratorSpec> {
+        let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
+        Box::new(Self { rtol, atol, ..self.clone() })
+    }
+
+    fn has_fixed_steps(&self) -> bool {
+        false
     }
 
     fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {

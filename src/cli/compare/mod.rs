@@ -15,6 +15,7 @@ use crate::output::{Interrupt, Mode, Progress, ResultDirectory, RunStatus, atomi
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
+use crate::study::choice::{quoted, settings, table_of};
 use crate::study::compare::{Member, Timescales, contact_sheet, figure, member};
 
 /// Arguments of `compare`.
@@ -200,33 +201,6 @@ fn write(root: &Path, members: &[Member]) -> Result<()> {
         atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
     }
     Ok(())
-}
-
-/// What of a table for an integrator its name does not say, as in `, rtol = 1e-4`.
-fn settings(table: &str) -> String {
-    let inner = table.trim().trim_start_matches('{').trim_end_matches('}');
-    let said = ["kind", "method", "chemistry"];
-    let rest = inner.split(',').filter(|pair| {
-        let key = pair.split('=').next().unwrap_or_default().trim();
-        !key.is_empty() && !said.contains(&key)
-    });
-    rest.map(|pair| {
-        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
-        format!(", {} = {}", key.trim(), value.trim())
-    })
-    .collect()
-}
-
-/// A table as it is; a name as that of the kind.
-fn table_of(integrator: &str) -> String {
-    let table = integrator.trim_start().starts_with('{');
-    if table { integrator.to_owned() } else { format!("{{ kind = {} }}", quoted(integrator)) }
-}
-
-/// A name in quotes; a table as it is.
-fn quoted(value: &str) -> String {
-    let table = value.trim_start().starts_with(['{', '"']);
-    if table { value.to_owned() } else { format!("\"{value}\"") }
 }
 
 fn folder(name: &str, number: usize) -> String {

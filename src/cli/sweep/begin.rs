@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::{PlanArgs, counts, outcome, report, room};
-use crate::cli::warn;
+use super::{HowArgs, PlanArgs, counts, outcome, report, room};
+use crate::cli::{SceneArgs, warn};
 use crate::kinetics::Search;
 use crate::output::plot::label;
 use crate::output::{Claim, Interrupt, RunStatus, interrupt};
@@ -18,46 +18,169 @@ use crate::study::sweep::{
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
-    crate::cli::watchdog::start(scene.plugin_limit);
-    let directories = Search::from_environment(&scene.plugin_path).directories().to_vec();
     let mut plan = Plan::new(&scene.scene, &scene.overrides, axes(args)?)?;
     plan.level = args.level;
+    made_by(&mut plan, scene)?;
+    let (how, prepare) = (&args.how, &|_: &Path| Ok(()));
+    Work { command: "sweep", how, jobs: None, prepare, gather: &gathered }.on(plan)
+}
+
+/// Gives members what the command line says of threads and plugins.
+pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
+    crate::cli::watchdog::start(scene.plugin_limit);
+    let directories = Search::from_environment(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);
     plan.plugin_limit = scene.plugin_limit;
     plan.plugin_path =
         directories.iter().map(|path| crate::cli::absolute(path)).collect::<Result<_>>()?;
-    let root = args.out.clone().unwrap_or_else(|| {
-        let stem = scene.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
-        PathBuf::from(format!("{stem}-sweep"))
-    });
-    // A plugin may change the working directory.
-    let root = crate::cli::absolute(&root)?;
-    let program = std::env::current_exe()
-        .map_err(|error| Error::Refused(format!("the program does not find itself: {error}")))?;
-    {
-        // What is wrong with every member is wrong with the first.
-        let first = plan.scene(0)?;
-        let simulation = Simulation::new(&first, &plan.search())?;
-        crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
-        if !args.quiet {
-            simulation.notes().iter().for_each(|note| warn(note));
+    Ok(())
+}
+
+/// Runs of many members, and what is made of them.
+pub(in crate::cli) struct Work<'a> {
+    /// The command that makes them.
+    pub(in crate::cli) command: &'a str,
+    /// How they are run.
+    pub(in crate::cli) how: &'a HowArgs,
+    /// How many at once, if the user does not say; as many as there are cores for, if not given.
+    pub(in crate::cli) jobs: Option<usize>,
+    /// What is done in the directory before any is run.
+    pub(in crate::cli) prepare: &'a dyn Fn(&Path) -> Result<()>,
+    /// Gathers what there is of a plan in a directory, in silence or not; says how it stands.
+    pub(in crate::cli) gather: &'a dyn Fn(&Plan, &Path, bool) -> Result<String>,
+}
+
+impl Work<'_> {
+    /// Begins with `plan`, or goes on with it.
+    pub(in crate::cli) fn on(&self, mut plan: Plan) -> Result<()> {
+        let root = self.how.out.clone().unwrap_or_else(|| {
+            let stem = plan.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
+            PathBuf::from(format!("{stem}-{}", self.command))
+        });
+        // A plugin may change the working directory.
+        let root = crate::cli::absolute(&root)?;
+        let program = std::env::current_exe().map_err(|error| {
+            Error::Refused(format!("the program does not find itself: {error}"))
+        })?;
+        {
+            // What is wrong with every member is wrong with the first.
+            let first = plan.scene(0)?;
+            let simulation = Simulation::new(&first, &plan.search())?;
+            crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
+            if !self.how.quiet {
+                simulation.notes().iter().for_each(|note| warn(note));
+            }
+        }
+        plan.seal()?;
+        let interrupt = Interrupt::install()?;
+        let claim = room::make(&root, &plan, self.how.force)?;
+        let outcome = (self.prepare)(&root).and_then(|()| match self.how.slurm {
+            true => self.submit(&plan, &root, program),
+            false => self.here(&plan, &root, program, interrupt),
+        });
+        let (standing, reason) = match &outcome {
+            Ok(reason) => (RunStatus::Complete, reason.clone()),
+            Err(Error::Solve(SolveError::Interrupted)) => {
+                (RunStatus::Interrupted, interrupt::reason().to_owned())
+            }
+            Err(error) => (RunStatus::Failed, error.to_string()),
+        };
+        let ended = Claim::end(&claim, standing, &reason);
+        outcome?;
+        Ok(ended?)
+    }
+
+    /// The members that are to be run: those that are not complete, those that failed only if asked for.
+    fn open(&self, plan: &Plan, root: &Path) -> Vec<usize> {
+        let is_open = |number: &usize| match status(&plan.directory(root, *number)).0 {
+            MemberStatus::Complete => false,
+            MemberStatus::Failed => self.how.retry_failed,
+            _ => true,
+        };
+        (0..plan.members.len()).filter(is_open).collect()
+    }
+
+    /// Submits the members as an array job; says what was done.
+    fn submit(&self, plan: &Plan, root: &Path, program: PathBuf) -> Result<String> {
+        let members = self.open(plan, root);
+        if members.is_empty() {
+            return (self.gather)(plan, root, self.how.quiet);
+        }
+        let options = &self.how.slurm_option;
+        let array = Array { plan, root, program, jobs: self.how.jobs.map(usize::from), options };
+        let script = array.write(&members)?;
+        let tell = |text: &str| {
+            if !self.how.quiet {
+                say!("{text}");
+            }
+        };
+        let collect = match self.command {
+            "sweep" => format!("rumple sweep collect {}", root.display()),
+            other => format!("rumple {other} {}", root.display()),
+        };
+        if self.how.no_submit {
+            tell(&format!(
+                "{}: {} tasks; submit it with sbatch, then {collect}",
+                script.display(),
+                members.len(),
+            ));
+            return Ok("the job script is written".into());
+        }
+        let job = array.submit(&script)?;
+        tell(&format!("job {job}: {} tasks; gather what there is with {collect}", members.len(),));
+        Ok(format!("submitted to Slurm as job {job}"))
+    }
+
+    /// Runs the members as child processes; says how many came to their end.
+    fn here(
+        &self,
+        plan: &Plan,
+        root: &Path,
+        program: PathBuf,
+        interrupt: Interrupt,
+    ) -> Result<String> {
+        let members = self.open(plan, root);
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let usual = self.jobs.unwrap_or((cores / usize::from(plan.threads)).max(1));
+        let jobs = self.how.jobs.map_or(usual, usize::from);
+        let memory = self.how.memory.or_else(available);
+        let pool = Pool { plan, root, program, jobs, memory };
+        if !self.how.quiet && !members.is_empty() {
+            warn(&format!(
+                "{}; {} to run, {} at once at most",
+                counts(&gather(plan, root, false)),
+                members.len(),
+                jobs.min(members.len())
+            ));
+        }
+        let (mut ended, mut broken) = (0, None);
+        let (mut written, mut took) = (Instant::now(), Duration::ZERO);
+        let mut happens = |event: &Event| {
+            if matches!(event, Event::Ended { .. }) {
+                ended += 1;
+                // The tables of thousands of members take a while.
+                if written.elapsed() >= SELDOM * took {
+                    let began = Instant::now();
+                    let outcome = write_tables(plan, &gather(plan, root, false), root);
+                    // The first failure to write is the one to report, when all has ended.
+                    broken = broken.take().or(outcome.err());
+                    (written, took) = (Instant::now(), began.elapsed());
+                }
+            }
+            if !self.how.quiet {
+                warn(&said(plan, event, ended, members.len()));
+            }
+        };
+        pool.run(&members, interrupt, &mut happens)?;
+        match broken {
+            Some(error) => Err(error),
+            None if interrupt.requested() => {
+                let _ = (self.gather)(plan, root, self.how.quiet);
+                Err(Error::Solve(SolveError::Interrupted))
+            }
+            None => (self.gather)(plan, root, self.how.quiet),
         }
     }
-    plan.seal()?;
-    let interrupt = Interrupt::install()?;
-    let claim = room::make(&root, &plan, args.force)?;
-    let work = if args.slurm { submit } else { here };
-    let outcome = work(args, &plan, &root, program, interrupt);
-    let (standing, reason) = match &outcome {
-        Ok(reason) => (RunStatus::Complete, reason.clone()),
-        Err(Error::Solve(SolveError::Interrupted)) => {
-            (RunStatus::Interrupted, interrupt::reason().to_owned())
-        }
-        Err(error) => (RunStatus::Failed, error.to_string()),
-    };
-    let ended = Claim::end(&claim, standing, &reason);
-    outcome?;
-    Ok(ended?)
 }
 
 /// The keys that are varied; seeds last.
@@ -80,112 +203,14 @@ fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
     Ok(axes)
 }
 
-/// The members that are to be run: those that are not complete, those that failed only if asked for.
-fn open(args: &PlanArgs, plan: &Plan, root: &Path) -> Vec<usize> {
-    let is_open = |number: &usize| match status(&plan.directory(root, *number)).0 {
-        MemberStatus::Complete => false,
-        MemberStatus::Failed => args.retry_failed,
-        _ => true,
-    };
-    (0..plan.members.len()).filter(is_open).collect()
-}
-
-/// Submits the members as an array job; says what was done.
-fn submit(
-    args: &PlanArgs,
-    plan: &Plan,
-    root: &Path,
-    program: PathBuf,
-    _: Interrupt,
-) -> Result<String> {
-    let members = open(args, plan, root);
-    if members.is_empty() {
-        return gathered(args, plan, root);
-    }
-    let options = &args.slurm_option;
-    let array = Array { plan, root, program, jobs: args.jobs.map(usize::from), options };
-    let script = array.write(&members)?;
-    let tell = |text: &str| {
-        if !args.quiet {
-            say!("{text}");
-        }
-    };
-    if args.no_submit {
-        tell(&format!(
-            "{}: {} tasks; submit it with sbatch, then rumple sweep collect {}",
-            script.display(),
-            members.len(),
-            root.display()
-        ));
-        return Ok("the job script is written".into());
-    }
-    let job = array.submit(&script)?;
-    tell(&format!(
-        "job {job}: {} tasks; gather what there is with rumple sweep collect {}",
-        members.len(),
-        root.display()
-    ));
-    Ok(format!("submitted to Slurm as job {job}"))
-}
-
-/// Runs the members as child processes; says how many came to their end.
-fn here(
-    args: &PlanArgs,
-    plan: &Plan,
-    root: &Path,
-    program: PathBuf,
-    interrupt: Interrupt,
-) -> Result<String> {
-    let members = open(args, plan, root);
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = args.jobs.map_or((cores / usize::from(plan.threads)).max(1), usize::from);
-    let memory = args.memory.or_else(available);
-    let pool = Pool { plan, root, program, jobs, memory };
-    if !args.quiet && !members.is_empty() {
-        warn(&format!(
-            "{}; {} to run, {} at once at most",
-            counts(&gather(plan, root, false)),
-            members.len(),
-            jobs.min(members.len())
-        ));
-    }
-    let (mut ended, mut broken) = (0, None);
-    let (mut written, mut took) = (Instant::now(), Duration::ZERO);
-    let mut happens = |event: &Event| {
-        if matches!(event, Event::Ended { .. }) {
-            ended += 1;
-            // The tables of thousands of members take a while.
-            if written.elapsed() >= SELDOM * took {
-                let began = Instant::now();
-                let outcome = write_tables(plan, &gather(plan, root, false), root);
-                // The first failure to write is the one to report, when all has ended.
-                broken = broken.take().or(outcome.err());
-                (written, took) = (Instant::now(), began.elapsed());
-            }
-        }
-        if !args.quiet {
-            warn(&said(plan, event, ended, members.len()));
-        }
-    };
-    pool.run(&members, interrupt, &mut happens)?;
-    match broken {
-        Some(error) => Err(error),
-        None if interrupt.requested() => {
-            let _ = gathered(args, plan, root);
-            Err(Error::Solve(SolveError::Interrupted))
-        }
-        None => gathered(args, plan, root),
-    }
-}
-
 /// Tables are written after so many times the time that it takes, at the earliest.
 const SELDOM: u32 = 20;
 
 /// Gathers everything; fails if members did.
-fn gathered(args: &PlanArgs, plan: &Plan, root: &Path) -> Result<String> {
+fn gathered(plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
     let found = gather(plan, root, true);
     write(plan, &found, root)?;
-    report(plan, &found, root, args.quiet);
+    report(plan, &found, root, quiet);
     outcome(&found, true)?;
     Ok(counts(&found))
 }

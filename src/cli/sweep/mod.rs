@@ -1,6 +1,6 @@
 //! `rumple sweep SCENE`: the same scene over lists and ranges of its keys.
 
-mod begin;
+pub(super) mod begin;
 mod room;
 
 use std::path::{Path, PathBuf};
@@ -97,39 +97,46 @@ pub(super) struct PlanArgs {
     /// random starts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     seeds: Option<u16>,
-    /// Directory for the results; by default the scene's name and `-sweep`.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
     /// Value of the first species above which there is a spot; by default half way between its least and
     /// largest values.
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     level: Option<f64>,
+    #[command(flatten)]
+    how: HowArgs,
+}
+
+/// How the runs of many members are made.
+#[derive(Debug, Args)]
+pub(super) struct HowArgs {
+    /// Directory for the results; by default named after the scene and the command.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
     /// Members at once; by default as many as there are cores for their --threads, which are 1 each if
     /// not given. Never more than fit into memory.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    jobs: Option<u16>,
+    pub(super) jobs: Option<u16>,
     /// Memory that all members together may take, as in 8GB; by default 90 % of what is free.
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
-    memory: Option<u64>,
+    pub(super) memory: Option<u64>,
     /// Run members again that failed.
     #[arg(long)]
-    retry_failed: bool,
+    pub(super) retry_failed: bool,
     /// Replace an earlier sweep in that directory.
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
     /// Print nothing but errors.
     #[arg(long)]
-    quiet: bool,
+    pub(super) quiet: bool,
     /// Write a job script for Slurm, an array with a task for every member that is not complete, and
     /// submit it.
     #[arg(long)]
-    slurm: bool,
+    pub(super) slurm: bool,
     /// An option of sbatch for the script, as in `--slurm-option=--time=1:00:00`; may be repeated.
     #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
-    slurm_option: Vec<String>,
+    pub(super) slurm_option: Vec<String>,
     /// Write the job script, but do not submit it.
     #[arg(long, requires = "slurm")]
-    no_submit: bool,
+    pub(super) no_submit: bool,
 }
 
 pub(super) fn run(args: &SweepArgs) -> Result<()> {
@@ -143,7 +150,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
 }
 
 /// The plan of the sweep in `directory`.
-fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
+pub(super) fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
     let root = super::absolute(directory)?;
     match Plan::read(&root)? {
         Some(plan) => Ok((root, plan)),
@@ -209,7 +216,7 @@ fn report(plan: &Plan, members: &[Found], root: &Path, quiet: bool) {
 }
 
 /// `3 complete, 1 failed`.
-fn counts(members: &[Found]) -> String {
+pub(super) fn counts(members: &[Found]) -> String {
     let all = [
         MemberStatus::Complete,
         MemberStatus::Failed,

@@ -6,6 +6,7 @@ use std::path::Path;
 use crate::cli::remove_run;
 use crate::output::{Claim, OutputError};
 use crate::run::Result;
+use crate::study::accuracy::Study;
 use crate::study::sweep::{PAGE, PICTURES, PLOT, Plan, TABLE, slurm};
 
 /// Makes room in `root` for `plan`, and the directory where there is none. A sweep that is there goes on if
@@ -77,7 +78,7 @@ fn clear(root: &Path) -> Result<()> {
         }
         let _ = fs::remove_dir(logs);
     }
-    let ours = [Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT];
+    let ours = [&[Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT], &Study::FILES[..]].concat();
     for path in entries(root) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));

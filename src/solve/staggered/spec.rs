@@ -7,7 +7,7 @@ use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::motion::{Motion, MotionMethod};
-use crate::solve::{Integrator, IntegratorSpec, Result, SolveError};
+use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, fixed_step, scaled};
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -95,6 +95,19 @@ impl IntegratorSpec for StaggeredSpec {
             (false, _) => "species: brought to their steady state".to_owned(),
         };
         vec![shape, species]
+    }
+
+    fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec> {
+        let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
+        let step = match self.method {
+            Method::Euler => Some(fixed_step(tolerance, until)),
+            Method::Heun => self.step,
+        };
+        Box::new(Self { rtol, atol, step, ..self.clone() })
+    }
+
+    fn has_fixed_steps(&self) -> bool {
+        self.method == Method::Euler
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {

@@ -29,6 +29,9 @@ pub struct Axis {
     /// Whether they are spaced by equal ratios.
     #[serde(default)]
     pub logarithmic: bool,
+    /// What every value sets, where values are names of settings: overrides, in place of `paths`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub settings: Vec<Vec<String>>,
 }
 
 impl Axis {
@@ -76,14 +79,28 @@ impl Axis {
                 });
             }
         }
-        Ok(Self { key: key.to_owned(), paths: vec![key.to_owned()], values, logarithmic })
+        Ok(Self {
+            key: key.to_owned(),
+            paths: vec![key.to_owned()],
+            values,
+            logarithmic,
+            settings: Vec::new(),
+        })
     }
 
     /// Seeds 1 to `count` for all the keys `paths` at once.
     #[must_use]
     pub fn seeds(paths: Vec<String>, count: usize) -> Self {
         let values = (1..=count).map(|seed| seed.to_string()).collect();
-        Self { key: SEED.to_owned(), paths, values, logarithmic: false }
+        let (logarithmic, settings) = (false, Vec::new());
+        Self { key: SEED.to_owned(), paths, values, logarithmic, settings }
+    }
+
+    /// Named groups of overrides, under the key `key`.
+    #[must_use]
+    pub fn named(key: &str, named: Vec<(String, Vec<String>)>) -> Self {
+        let (values, settings) = named.into_iter().unzip();
+        Self { key: key.to_owned(), paths: Vec::new(), values, logarithmic: false, settings }
     }
 
     /// Whether its values are repetitions of one thing by other random numbers.
@@ -95,7 +112,8 @@ impl Axis {
     /// The overrides that give it value `k`.
     pub fn overrides(&self, k: usize) -> impl Iterator<Item = String> {
         let value = self.values.get(k).map_or("", String::as_str);
-        self.paths.iter().map(move |path| format!("{path}={value}"))
+        let set = self.settings.get(k).into_iter().flatten().cloned();
+        set.chain(self.paths.iter().map(move |path| format!("{path}={value}")))
     }
 
     /// The last word of the key, as in `thickness`.
@@ -111,10 +129,15 @@ impl Axis {
         self.values.iter().map(|value| number(value)).collect()
     }
 
-    /// `key = value` of value `k`, the key without the tables that it is in.
+    /// `key = value` of value `k`, the key without the tables that it is in; settings have a name alone.
     #[must_use]
     pub fn label(&self, k: usize) -> String {
-        format!("{} = {}", self.short(), plain(self.values.get(k).map_or("", String::as_str)))
+        let value = plain(self.values.get(k).map_or("", String::as_str));
+        if self.settings.is_empty() {
+            format!("{} = {value}", self.short())
+        } else {
+            value.to_owned()
+        }
     }
 }
 

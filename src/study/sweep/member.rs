@@ -2,13 +2,16 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::plan::Plan;
+use super::timing::Timing;
 use crate::kinetics::Search;
 use crate::model::Evaluation;
-use crate::num::real;
+use crate::num::{Short, real};
 use crate::output::{
     Claim, Compression, Field, Frame, Interrupt, Ledger, OutputError, Progress, ResultDirectory,
     RunStatus, Standing, vtu,
@@ -18,6 +21,7 @@ use crate::run::{Costs, Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::read::surface;
 use crate::study::measures::{Measures, measure};
+use crate::study::states::StateFile;
 
 /// How a member stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,6 +90,10 @@ pub struct Found {
     pub memory: Option<u64>,
     /// Steps.
     pub steps: Option<u64>,
+    /// Evaluations of energies and rates.
+    pub evaluations: Option<u64>,
+    /// How long its steps take.
+    pub timing: Option<Timing>,
     /// What its picture shows.
     pub shown: Option<Shown>,
 }
@@ -120,6 +128,8 @@ pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
         memory: costs.as_ref().and_then(|costs| costs.peak_resident_bytes),
         steps: costs.as_ref().map(|costs| costs.steps),
         measures,
+        evaluations: None,
+        timing: Timing::read(&directory),
         shown: if picture { read_shown(&directory) } else { None },
     }
 }
@@ -212,6 +222,32 @@ impl Observer for Record<'_> {
     }
 }
 
+/// Keeps the states at the output times.
+struct Keep(StateFile);
+
+impl Observer for Keep {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if info.frame {
+            self.0.append(at.state())?;
+        }
+        Ok(())
+    }
+}
+
+/// Asks the run to end when it has taken `limit` seconds; whether it was asked.
+fn limited(limit: Option<u64>, interrupt: Interrupt) -> Arc<AtomicBool> {
+    let expired = Arc::new(AtomicBool::new(false));
+    if let Some(limit) = limit {
+        let expired = Arc::clone(&expired);
+        thread::spawn(move || {
+            thread::sleep(Duration::from_secs(limit));
+            expired.store(true, Ordering::SeqCst);
+            interrupt.request();
+        });
+    }
+    expired
+}
+
 /// Longest time that a member waits for one who still writes to its directory.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -252,9 +288,29 @@ pub fn run(
         record(&scene, &simulation, &directory)?;
         let columns = COLUMNS.map(str::to_owned);
         let measures = Ledger::create(&directory.root().join(ResultDirectory::MEASURES), &columns)?;
+        let mut keep = match plan.states {
+            true => Some(Keep(StateFile::create(&directory.root().join(ResultDirectory::STATES))?)),
+            false => None,
+        };
+        let expired = limited(point.limit, interrupt);
         let mut record = Record { directory: &directory, level: plan.level, measures };
-        let observers: &mut [&mut dyn Observer] = &mut [&mut record];
-        run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)
+        let mut observers: Vec<&mut dyn Observer> = Vec::new();
+        observers.extend(keep.as_mut().map(|keep| -> &mut dyn Observer { keep }));
+        observers.push(&mut record);
+        let observers = &mut observers[..];
+        let summary =
+            run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
+        if summary.ending == Ending::Interrupted && expired.load(Ordering::SeqCst) {
+            let limit = point.limit.unwrap_or_default();
+            let message =
+                format!("given up at t = {}: the time limit of {limit} s", Short(summary.time));
+            return Err(Error::Incomplete(message));
+        }
+        if plan.repeats > 0 && summary.ending != Ending::Interrupted {
+            drop(simulation);
+            Timing::of(&scene, &plan.search(), &summary, plan.repeats)?.write(&directory)?;
+        }
+        Ok(summary)
     })?;
     Ok(Some(summary))
 }

@@ -23,6 +23,7 @@ mod plots;
 mod pool;
 pub mod slurm;
 mod table;
+mod timing;
 
 pub use axis::{Axis, MOST};
 pub use drawn::contact_sheet;
@@ -33,6 +34,7 @@ pub use plan::{Plan, Point};
 pub use plots::{drawn_keys, figure};
 pub use pool::{Event, Pool};
 pub use table::{COLUMNS, Column, csv, markdown};
+pub use timing::Timing;
 
 use std::path::Path;
 

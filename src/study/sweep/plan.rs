@@ -12,9 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, MOST, plain};
 use super::keys::check_keys;
+use super::member::{MemberStatus, status};
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, fingerprint};
-use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::output::{Claim, OutputError, ResultDirectory, atomic};
 use crate::run::{Error, Result};
 use crate::scene::{Scene, Shape, SheetSource};
 
@@ -37,6 +38,12 @@ pub struct Plan {
     pub plugin_path: Vec<PathBuf>,
     /// Seconds that one call of a plugin may take.
     pub plugin_limit: f64,
+    /// Whether members keep their states at output times.
+    #[serde(default)]
+    pub states: bool,
+    /// How often the steps of a member are made, to time them, if they are short.
+    #[serde(default)]
+    pub repeats: u16,
     /// The members.
     pub members: Vec<Point>,
 }
@@ -52,6 +59,9 @@ pub struct Point {
     pub fingerprint: String,
     /// What its memory goes with: vertices, or bytes of its mesh file.
     pub size: u64,
+    /// Wall time after which it is given up, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<u64>,
 }
 
 impl Plan {
@@ -89,6 +99,8 @@ impl Plan {
             threads: 1,
             plugin_path: Vec::new(),
             plugin_limit: f64::INFINITY,
+            states: false,
+            repeats: 1,
             members: Vec::new(),
         };
         for number in 0..count {
@@ -99,6 +111,7 @@ impl Plan {
                 at,
                 fingerprint: String::new(),
                 size: size(&scene),
+                limit: None,
             };
             plan.members.push(point);
         }
@@ -300,6 +313,31 @@ impl Plan {
         Ok(())
     }
 
+    /// Takes member `number` over from the sweep in `other`, if that has one of the same scene that is complete.
+    ///
+    /// # Errors
+    /// It has one of the same name and another scene; a file that cannot be copied.
+    pub fn adopt(&self, number: usize, root: &Path, other: &Path) -> Result<()> {
+        let Some(theirs) = Self::read(other)? else { return Ok(()) };
+        let point = &self.members[number];
+        let same = theirs.members.iter().position(|m| m.fingerprint == point.fingerprint);
+        let Some(same) = same else {
+            if theirs.members.iter().any(|m| m.folder == point.folder) {
+                let what = self.difference(number, other)?;
+                let message =
+                    format!("{}: has references of another scene: {what}", other.display());
+                return Err(Error::Refused(message));
+            }
+            return Ok(());
+        };
+        let (from, to) = (theirs.directory(other, same), self.directory(root, number));
+        let complete = |path: &Path| status(path).0 == MemberStatus::Complete;
+        if complete(&from) && !complete(&to) {
+            copy(&from, &to)?;
+        }
+        Ok(())
+    }
+
     /// What of a member has changed since it was run.
     fn difference(&self, number: usize, root: &Path) -> Result<String> {
         let now = self.scene(number)?.resolved()?;
@@ -317,6 +355,29 @@ impl Plan {
             None => format!("a file that the scene names or a plugin has changed, for {name}"),
         })
     }
+}
+
+/// Copies a folder, what says how it stands last.
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    let read = |source| OutputError::Read { path: from.to_owned(), source };
+    let write = |source| OutputError::Write { path: to.to_owned(), source };
+    fs::create_dir_all(to).map_err(write)?;
+    let mut last = None;
+    for entry in fs::read_dir(from).map_err(read)? {
+        let entry = entry.map_err(read)?;
+        let (path, target) = (entry.path(), to.join(entry.file_name()));
+        if path.is_dir() {
+            copy(&path, &target)?;
+        } else if entry.file_name() == Claim::STATUS {
+            last = Some((path, target));
+        } else {
+            fs::copy(&path, &target).map_err(write)?;
+        }
+    }
+    if let Some((path, target)) = last {
+        fs::copy(&path, &target).map_err(write)?;
+    }
+    Ok(())
 }
 
 /// Most characters of the name of a folder: systems allow 255 bytes.

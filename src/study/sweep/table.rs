@@ -6,6 +6,7 @@ use super::plan::Plan;
 use crate::num::real;
 use crate::output::plot::label;
 use crate::study::measures::Measures;
+use crate::study::tables::{csv_table, markdown_table};
 
 /// A number of a member.
 pub struct Column {
@@ -48,12 +49,7 @@ pub fn csv(plan: &Plan, members: &[Found]) -> String {
         row.push(said(found).to_owned());
         rows.push(row);
     }
-    let cell = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.clone(),
-    };
-    let line = |row: &Vec<String>| row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n";
-    rows.iter().map(line).collect()
+    csv_table(&rows)
 }
 
 /// The same for people, in Markdown: without folders, numbers in few digits, and only columns that have
@@ -72,23 +68,7 @@ pub fn markdown(plan: &Plan, members: &[Found]) -> String {
         row.extend(columns.iter().map(|c| (c.of)(found).map_or("-".into(), label)));
         rows.push(row);
     }
-    let mut text = String::new();
-    let widths: Vec<usize> = (0..rows[0].len())
-        .map(|k| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0).max(3))
-        .collect();
-    for (number, row) in rows.iter().enumerate() {
-        for (cell, width) in row.iter().zip(&widths) {
-            let cell = cell.replace('|', "\\|");
-            text += &format!("| {cell:<width$} ");
-        }
-        text += "|\n";
-        if number == 0 {
-            for width in &widths {
-                text += &format!("| {} ", "-".repeat(*width));
-            }
-            text += "|\n";
-        }
-    }
+    let mut text = markdown_table(&rows);
     let ended = members.iter().filter(|f| !said(f).is_empty());
     let notes: Vec<String> =
         ended.map(|f| format!("* {}: {}: {}\n", f.name, f.status, said(f))).collect();

@@ -1,0 +1,193 @@
+//! `rumple accuracy SCENE`: what accuracy costs, as a picture and a sentence.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::sweep::begin::{Work, made_by};
+use super::sweep::{HowArgs, counts};
+use super::{SceneArgs, absolute};
+use crate::kinetics::Search;
+use crate::num::checked::Positive;
+use crate::run::{Error, Result};
+use crate::study::accuracy::{Options, Quantity, Study};
+use crate::study::sweep::{Axis, Found, MemberStatus, Plan, gather, write_tables};
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct AccuracyArgs {
+    /// A scene; or the directory of a study, to gather what there is of it.
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// An integrator: a name, or a table as in `{ kind = "monolithic", linear = "ilu" }`; may be repeated.
+    /// Without it, the usual ones of the scene's policy.
+    #[arg(long = "integrator", value_name = "NAME|TABLE")]
+    integrators: Vec<String>,
+    /// Tolerances, as values of `sweep --over`: a list or a range. Of a method with fixed steps, steps as a
+    /// share of the whole time.
+    #[arg(long, value_name = "VALUES", default_value = "1e-1,1e-2,1e-3,1e-4")]
+    tolerances: String,
+    /// Force tolerances that every tolerance is combined with; that of the scene if not given.
+    #[arg(long, value_name = "VALUES")]
+    force_tolerances: Option<String>,
+    /// Another key of the scene and its values, as of `sweep`: a case for each, with references of its own;
+    /// may be repeated.
+    #[arg(long, value_name = "KEY=VALUES")]
+    over: Vec<String>,
+    /// The error that you can live with, as a share.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    want: f64,
+    /// What it is an error of; the field that changes most, or the number of spots where paths part.
+    #[arg(long, value_name = "QUANTITY")]
+    of: Option<Quantity>,
+    /// An integrator for the references, 100 times tighter than the tightest tolerance; may be repeated, the
+    /// best first. Without it monolithic BDF and ESDIRK34, and staggered 10 times tighter.
+    #[arg(long = "reference", value_name = "NAME|TABLE")]
+    references: Vec<String>,
+    /// Take the references of the study in DIR; refused if scene, mesh or law are not the same.
+    #[arg(long, value_name = "DIR", conflicts_with = "references")]
+    references_from: Option<PathBuf>,
+    /// Runs with other random numbers, whose spread says which error is worth paying for.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    seeds: u16,
+    /// Wall time of a run, s; references may take 5 times as long.
+    #[arg(long, value_name = "S", default_value_t = 300)]
+    limit: u64,
+    /// How often short runs are made, to time them.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    repeats: u16,
+    /// Value of the first species above which there is a spot; by default half way between its least and
+    /// largest values.
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    level: Option<f64>,
+    #[command(flatten)]
+    how: HowArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  rumple accuracy scene.toml
+  rumple accuracy scene.toml --want 0.05 --of spots --tolerances 1e-1..1e-3:5:log
+  rumple accuracy scene.toml --over sheet.vertices=500,1000,2000     the mesh, with order and limit
+  rumple accuracy scene.toml --over time.policy=quasi-static,simultaneous
+  rumple accuracy scene.toml --force-tolerances 1e-4,1e-5,1e-6       the floor that forces put under errors
+  rumple accuracy scene-accuracy                                     gather what there is
+
+Runs are made one at a time, so that they do not disturb one another's times; --jobs N makes N at once.
+The same command again goes on where it was stopped. Runs that fail or take too long are shown as such; exit
+code 1 if no reference came to its end, or a run ended without a word.";
+
+pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
+    let path = &args.scene.scene;
+    if path.is_dir() {
+        let root = absolute(path)?;
+        let (Some(study), Some(plan)) = (Study::read(&root)?, Plan::read(&root)?) else {
+            let message = format!(
+                "{}: no {}: expected a scene, or the directory of a study",
+                path.display(),
+                Study::FILE
+            );
+            return Err(Error::Refused(message));
+        };
+        return gathered(&study, &plan, &root, args.how.quiet).map(|_| ());
+    }
+    let scene = &args.scene;
+    let search = Search::from_environment(&scene.plugin_path);
+    let others = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
+    let others = others.collect::<Result<Vec<_>>>()?;
+    let options = options(args)?;
+    let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, others, &search, &options)?;
+    plan.level = args.level;
+    plan.repeats = args.repeats.max(1);
+    made_by(&mut plan, scene)?;
+    let prepare = |root: &Path| {
+        study.write(root)?;
+        if let (Some(other), Some(plan)) = (&args.references_from, Plan::read(root)?) {
+            study.adopt(&plan, root, &absolute(other)?)?;
+        }
+        Ok(())
+    };
+    let gather = |plan: &Plan, root: &Path, quiet: bool| gathered(&study, plan, root, quiet);
+    let (how, prepare, gather) = (&args.how, &prepare, &gather);
+    Work { command: "accuracy", how, jobs: Some(1), prepare, gather }.on(plan)
+}
+
+fn options(args: &AccuracyArgs) -> Result<Options> {
+    if !(args.want > 0.0 && args.want.is_finite()) {
+        return Err(Error::Refused(format!("--want {}: expected a share above 0", args.want)));
+    }
+    let taken = match &args.references_from {
+        None => None,
+        Some(other) => {
+            let root = absolute(other)?;
+            match (Study::read(&root)?, Plan::read(&root)?) {
+                (Some(study), Some(plan)) => Some((study, plan)),
+                _ => {
+                    let message = format!("{}: expected the directory of a study", other.display());
+                    return Err(Error::Refused(message));
+                }
+            }
+        }
+    };
+    Ok(Options {
+        integrators: args.integrators.clone(),
+        tolerances: numbers("--tolerances", &args.tolerances)?,
+        forces: match &args.force_tolerances {
+            None => Vec::new(),
+            Some(text) => numbers("--force-tolerances", text)?,
+        },
+        references: args.references.clone(),
+        taken,
+        seeds: args.seeds,
+        limit: args.limit.max(1),
+        wanted: args.want,
+        of: args.of,
+    })
+}
+
+/// Numbers above 0 from a list or a range.
+fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
+    let refuse = |what: String| Err(Error::Refused(format!("{option} {text}: {what}")));
+    let axis = match Axis::parse(&format!("values={text}")) {
+        Ok(axis) => axis,
+        Err(what) => {
+            let what = what.split_once(": ").map_or(what.as_str(), |(_, what)| what);
+            return refuse(what.replace("values", "it"));
+        }
+    };
+    let mut all = Vec::new();
+    for value in &axis.values {
+        match value.parse().ok().and_then(Positive::new) {
+            Some(number) => all.push(number),
+            None => return refuse(format!("`{value}` is not a number above 0")),
+        }
+    }
+    Ok(all)
+}
+
+/// Gathers everything and prints the advice; fails where no errors are known.
+fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
+    let found = gather(plan, root, false);
+    write_tables(plan, &found, root)?;
+    let advice = study.gather(plan, root)?;
+    if !quiet {
+        say!("{advice}");
+        say!("{}; report, tables and plots: {}", counts(&found), root.display());
+    }
+    let silent = |f: &&Found| f.status == MemberStatus::Killed;
+    if let Some(first) = found.iter().find(silent) {
+        let message = format!(
+            "{} ended without a word; the first: {}",
+            found.iter().filter(silent).count(),
+            first.name
+        );
+        return Err(Error::Incomplete(message));
+    }
+    match study.has_references(plan, &found) {
+        true => Ok(counts(&found)),
+        false => {
+            Err(Error::Incomplete("no reference came to its end: errors are not known".into()))
+        }
+    }
+}

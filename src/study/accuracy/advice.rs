@@ -1,0 +1,199 @@
+//! The advice in words: what to use for the error that one can live with.
+
+use super::errors::{Case, Point};
+use super::{Quantity, Study};
+use crate::output::plot::label;
+
+/// References are to agree so many times better than the smallest error that is shown.
+const BETTER: f64 = 10.0;
+
+/// What the advice is about: what was asked for; without that a field, or the number of spots where paths
+/// part.
+pub(super) fn subject(study: &Study, case: &Case) -> Quantity {
+    let known = |quantity: &Quantity| case.points.iter().any(|p| p.error(*quantity).is_some());
+    let parted = case.reference.as_ref().is_some_and(|r| r.parted.is_some());
+    let order = match parted {
+        false => [Quantity::Species, Quantity::Shape, Quantity::Energy],
+        true => [Quantity::Spots, Quantity::Energy, Quantity::Amplitude],
+    };
+    study.of.or_else(|| order.into_iter().find(known)).unwrap_or(Quantity::Species)
+}
+
+/// Points of a case with an error of `quantity` and a time, the cheapest first.
+pub(super) fn ranked(case: &Case, quantity: Quantity) -> Vec<(&Point, f64, f64)> {
+    let all = case.points.iter();
+    let mut ranked: Vec<_> =
+        all.filter_map(|p| Some((p, p.error(quantity)?, p.seconds()?))).collect();
+    ranked.sort_by(|a, b| a.2.total_cmp(&b.2));
+    ranked
+}
+
+/// One recommendation, why, and how far it can be trusted.
+pub(super) fn advice(study: &Study, case: &Case) -> String {
+    let Some(reference) = &case.reference else {
+        return "No reference came to its end, so errors are not known: give --references, or a longer \
+                --limit."
+            .to_owned();
+    };
+    let quantity = subject(study, case);
+    let ranked = ranked(case, quantity);
+    let name = quantity.name();
+    let wanted = percent(study.wanted);
+    let mut text = match reference.parted.filter(|_| quantity.is_field()) {
+        Some(parted) => format!("For {wanted} in the {name} before t = {}: ", label(parted)),
+        None => format!("For {wanted} in the {name}: "),
+    };
+    let spread = case.spread_of(quantity);
+    let enough = study.wanted.max(spread.unwrap_or(0.0));
+    let good: Vec<_> = ranked.iter().filter(|(_, error, _)| *error <= enough).collect();
+    match good.first() {
+        None => {
+            let best = ranked.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            text += &match best {
+                Some((point, error, seconds)) => format!(
+                    "no run is as accurate; the best is {} with an error of {} in {}. Give tighter \
+                     --tolerances.",
+                    described(study, point),
+                    percent(*error),
+                    time(*seconds)
+                ),
+                None => format!("no run came to its end with an error of the {name}."),
+            };
+        }
+        Some((point, error, seconds)) => {
+            text += &format!(
+                "{}, {} (error {}",
+                described(study, point),
+                time(*seconds),
+                percent(*error)
+            );
+            text += &neighbours(study, case, point, quantity);
+            text += ")";
+            let other = good.iter().find(|(other, ..)| other.curve != point.curve);
+            text += &match other {
+                Some((other, error, slower)) => format!(
+                    "; next best {}, {} (error {}; {} times as long).",
+                    described(study, other),
+                    time(*slower),
+                    percent(*error),
+                    label(two_digits(slower / seconds))
+                ),
+                None => "; no other integrator is as accurate at these tolerances.".to_owned(),
+            };
+            if let Some(spread) = spread.filter(|spread| *spread > study.wanted) {
+                text += &format!(
+                    " Seeds spread the {name} by {}: a smaller error is not worth paying for, and so \
+                     this is all that is asked here.",
+                    percent(spread)
+                );
+            }
+        }
+    }
+    text + &trust(case, quantity, &ranked)
+}
+
+/// How far the references can be trusted.
+fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
+    let Some(reference) = &case.reference else { return String::new() };
+    let Some((second, apart)) = &reference.confirmed else {
+        return format!(
+            " Flagged as unreliable: nothing confirms the reference, {}.",
+            reference.name
+        );
+    };
+    let Some(agreement) = apart.get(quantity) else { return String::new() };
+    let smallest = ranked.iter().map(|(_, error, _)| *error).fold(f64::INFINITY, f64::min);
+    let times = smallest / agreement;
+    if !smallest.is_finite() {
+        return String::new();
+    }
+    let text = format!(
+        " The references, {} and {second}, agree to {}",
+        reference.name,
+        percent(agreement)
+    );
+    match times {
+        times if times >= BETTER => {
+            format!(
+                "{text}, {} times below the smallest error shown.",
+                label(two_digits(times.min(1e6)))
+            )
+        }
+        times => format!(
+            "{text}, only {} times below the smallest error shown: errors below {} are flagged as \
+             unreliable.",
+            label(two_digits(times)),
+            percent(BETTER * agreement)
+        ),
+    }
+}
+
+/// What the next tolerances of the same integrator take.
+fn neighbours(study: &Study, case: &Case, point: &Point, quantity: Quantity) -> String {
+    let same = |p: &&Point| p.curve == point.curve && p.force == point.force;
+    let all = || case.points.iter().filter(same);
+    let tighter = all()
+        .filter(|p| p.tolerance < point.tolerance)
+        .max_by(|a, b| a.tolerance.total_cmp(&b.tolerance));
+    let looser = all()
+        .filter(|p| p.tolerance > point.tolerance)
+        .min_by(|a, b| a.tolerance.total_cmp(&b.tolerance));
+    let what =
+        if study.curves.get(point.curve).is_some_and(|c| c.fixed_steps) { "steps" } else { "at" };
+    let said = |p: &Point| -> Option<String> {
+        let (error, seconds) = (p.error(quantity)?, p.seconds()?);
+        let tolerance = Power(p.tolerance);
+        Some(format!("; {what} {tolerance} {} for {}", time(seconds), percent(error)))
+    };
+    [looser, tighter].into_iter().flatten().filter_map(said).collect()
+}
+
+/// A tolerance, as 3e-2.
+pub(super) struct Power(pub(super) f64);
+
+impl std::fmt::Display for Power {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // Without what rounding leaves behind.
+        let text = format!("{:.3e}", self.0);
+        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+        write!(f, "{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
+    }
+}
+
+/// An integrator with its tolerance.
+pub(super) fn described(study: &Study, point: &Point) -> String {
+    let curve = study.curves.get(point.curve);
+    let name = curve.map_or("", |c| c.name.as_str());
+    let tolerance = Power(point.tolerance);
+    let mut text = match curve.is_some_and(|c| c.fixed_steps) {
+        true => format!("{name}, steps of {tolerance} of the whole time"),
+        false => format!("{name}, rtol {tolerance}"),
+    };
+    if let Some(force) = point.force {
+        text += &format!(", force tolerance {}", Power(force));
+    }
+    text
+}
+
+/// `2.3 %`, or `4e-6` where that is shorter.
+pub(super) fn percent(share: f64) -> String {
+    match share {
+        0.0 => "0".to_owned(),
+        share if share < 1e-5 => format!("{share:.1e}"),
+        share => format!("{} %", label(two_digits(100.0 * share))),
+    }
+}
+
+/// A time for people.
+pub(super) fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.9995 => format!("{} ms", label(two_digits(1e3 * s))),
+        s if s < 600.0 => format!("{} s", label(two_digits(s))),
+        s => format!("{:.0} min", s / 60.0),
+    }
+}
+
+/// Rounded to two digits.
+pub(super) fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}

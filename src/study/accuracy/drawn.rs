@@ -1,0 +1,288 @@
+//! The plots of a study.
+
+use super::errors::{Case, Point};
+use super::{Quantity, Study};
+use crate::num::real;
+use crate::output::plot::{Curve, Figure, Panel};
+use crate::study::sweep::{Axis, Plan};
+
+/// Errors below this are round-off, and drawn there.
+const LEAST: f64 = 1e-15;
+
+/// Name, caption and drawing of every plot.
+pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String, String, Figure)> {
+    let mut all = Vec::new();
+    for case in cases {
+        let end = match case.name.is_empty() {
+            true => String::new(),
+            false => format!(",{}", plain(&case.name)),
+        };
+        let mut add = |name: &str, caption: &str, figure: Figure| {
+            if !figure.panels.is_empty() {
+                let caption = match case.name.is_empty() {
+                    true => caption.to_owned(),
+                    false => format!("{}. {caption}", case.name),
+                };
+                all.push((format!("{name}{end}"), caption, figure));
+            }
+        };
+        add(
+            "work-precision",
+            "What accuracy costs: error against processor time of the steps, and beside it against work that \
+             does not depend on the machine. Lower left is better. Crosses: failed, at the time they took. The \
+             last line is how far the references are apart: nothing below it means anything.",
+            work_precision(study, case),
+        );
+        add(
+            "error-in-time",
+            "Errors along time, of every integrator at its middle tolerance. Where the references part, so \
+             does the meaning of these distances.",
+            in_time(study, case),
+        );
+        add(
+            "tolerance",
+            "The error that one gets for the tolerance that one asks for. On the diagonal they are equal; \
+             for fixed steps the tolerance is the step as a share of the whole time.",
+            trust(study, case),
+        );
+        add(
+            "measures",
+            "Errors of what can be measured on any branch of a bifurcation, at the end, against wall time. \
+             Below the last line they are smaller than what other random numbers change.",
+            measures(study, case),
+        );
+        add(
+            "map",
+            "Error against the force tolerance, a line for every tolerance of the first integrator: where a \
+             line is flat, forces are exact enough; what it comes down to is the error in time.",
+            map(study, case),
+        );
+    }
+    for (k, axis) in plan.axes.iter().enumerate().skip(1) {
+        let across = across(plan, cases, k, axis);
+        if !across.panels.is_empty() {
+            let name = format!("cases-{}", plan.plot_name(k));
+            let caption = format!("Measures of the references at the end against {}.", axis.key);
+            all.push((name, caption, across));
+        }
+    }
+    all
+}
+
+/// A name for files.
+fn plain(name: &str) -> String {
+    let name = name.replace(" = ", "=").replace(", ", ",");
+    name.replace(|c: char| !c.is_ascii_alphanumeric() && !"=,.+_-".contains(c), "-")
+}
+
+fn names(study: &Study, more: &[&str]) -> Vec<String> {
+    let curves = study.curves.iter().map(|line| line.name.clone());
+    curves.chain(more.iter().map(|name| (*name).to_owned())).collect()
+}
+
+fn panel(title: &str, across: &str, curves: Vec<Curve>) -> Option<Panel> {
+    let some = curves.iter().any(|curve| !curve.points.is_empty());
+    some.then(|| Panel {
+        title: title.to_owned(),
+        across: across.to_owned(),
+        logarithmic: (true, true),
+        curves,
+        failed: Vec::new(),
+    })
+}
+
+/// Points of one curve, from loose to tight, of all force tolerances or of the tightest alone.
+fn line(case: &Case, curve: usize) -> impl Iterator<Item = &Point> {
+    let tightest = case.points.iter().filter_map(|p| p.force).fold(f64::INFINITY, f64::min);
+    let tight = move |p: &&Point| p.force.is_none_or(|force| force <= tightest);
+    case.points.iter().filter(move |p| p.curve == curve).filter(tight)
+}
+
+/// Error of `quantity` against `cost`, with how far the references are apart.
+fn against(
+    study: &Study,
+    case: &Case,
+    quantity: Quantity,
+    cost: fn(&Point) -> Option<f64>,
+) -> (Vec<Curve>, Vec<(usize, f64)>) {
+    let mut curves = Vec::new();
+    let mut failed = Vec::new();
+    for (name, _) in study.curves.iter().enumerate() {
+        let points = line(case, name)
+            .filter_map(|p| Some((cost(p)?, p.error(quantity)?.max(LEAST))))
+            .filter(|p| p.0 > 0.0);
+        curves.push(Curve { name, points: points.collect() });
+        let lost = line(case, name).filter(|p| !p.ended());
+        failed.extend(lost.filter_map(|p| Some((name, cost(p).or(took(p))?))));
+    }
+    let places = || curves.iter().flat_map(|c| c.points.iter().map(|p| p.0));
+    let (least, most) = places().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
+    let apart = case.reference.as_ref().and_then(|r| r.confirmed.as_ref()?.1.get(quantity));
+    if let Some(apart) = apart.filter(|apart| *apart > LEAST && least < most) {
+        let points = vec![(least, apart), (most, apart)];
+        curves.push(Curve { name: study.curves.len(), points });
+    }
+    (curves, failed)
+}
+
+/// Wall time that a run took which did not come to its end.
+fn took(point: &Point) -> Option<f64> {
+    point.found.seconds.filter(|seconds| *seconds > 0.0)
+}
+
+fn work_precision(study: &Study, case: &Case) -> Figure {
+    let mut panels = Vec::new();
+    for quantity in [Quantity::Species, Quantity::Shape] {
+        let costs: [(&str, fn(&Point) -> Option<f64>); 2] = [
+            ("wall time of the steps [s]", Point::seconds),
+            ("evaluations", |p| p.found.evaluations.map(|n| real(usize::try_from(n).unwrap_or(0)))),
+        ];
+        for (title, cost) in costs {
+            let (curves, failed) = against(study, case, quantity, cost);
+            let title_up = format!("error of the {}", quantity.name());
+            if let Some(mut panel) = panel(&title_up, title, curves) {
+                panel.failed = failed;
+                panels.push(panel);
+            }
+        }
+    }
+    Figure { names: names(study, &["references, apart"]), panels, columns: 2 }
+}
+
+fn measures(study: &Study, case: &Case) -> Figure {
+    let mut panels = Vec::new();
+    for quantity in Quantity::ALL.into_iter().filter(|q| !q.is_field()) {
+        let (mut curves, failed) = against(study, case, quantity, Point::seconds);
+        let places = || curves.iter().flat_map(|c| c.points.iter().map(|p| p.0));
+        let (least, most) =
+            places().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
+        if let Some(spread) = case.spread_of(quantity).filter(|spread| *spread > 0.0) {
+            let points = vec![(least, spread), (most, spread)];
+            curves.push(Curve { name: study.curves.len() + 1, points });
+        }
+        let title = format!("error of the {}", quantity.name());
+        if let Some(mut panel) = panel(&title, "wall time of the steps [s]", curves) {
+            panel.failed = failed;
+            panels.push(panel);
+        }
+    }
+    let more = ["references, apart", "spread over seeds"];
+    Figure { names: names(study, &more), panels, columns: 3 }
+}
+
+fn in_time(study: &Study, case: &Case) -> Figure {
+    let mut panels = Vec::new();
+    let distances: [(&str, fn(&(f64, f64, f64)) -> f64); 2] =
+        [("error of the species", |c| c.1), ("error of the shape", |c| c.2)];
+    for (title, of) in distances {
+        let points = |course: &[(f64, f64, f64)]| -> Vec<(f64, f64)> {
+            course.iter().map(|c| (c.0, of(c))).filter(|p| p.0 > 0.0 && p.1 > LEAST).collect()
+        };
+        let mut curves = Vec::new();
+        for (name, _) in study.curves.iter().enumerate() {
+            let ended: Vec<&Point> = line(case, name).filter(|p| p.errors.is_some()).collect();
+            let middle = ended.get(ended.len() / 2);
+            let course = middle.and_then(|p| p.errors.as_ref()).map(|e| points(&e.course));
+            curves.push(Curve { name, points: course.unwrap_or_default() });
+        }
+        if let Some((_, apart)) = case.reference.as_ref().and_then(|r| r.confirmed.as_ref()) {
+            curves.push(Curve { name: study.curves.len(), points: points(&apart.course) });
+        }
+        if let Some(mut panel) = panel(title, "time", curves) {
+            panel.logarithmic = (false, true);
+            panels.push(panel);
+        }
+    }
+    Figure { names: names(study, &["references, apart"]), panels, columns: 2 }
+}
+
+fn trust(study: &Study, case: &Case) -> Figure {
+    let mut panels = Vec::new();
+    for quantity in [Quantity::Species, Quantity::Shape] {
+        let mut curves = Vec::new();
+        for (name, _) in study.curves.iter().enumerate() {
+            let points =
+                line(case, name).filter_map(|p| Some((p.tolerance, p.error(quantity)?.max(LEAST))));
+            curves.push(Curve { name, points: points.collect() });
+        }
+        let asked = || case.points.iter().map(|p| p.tolerance);
+        let (least, most) = asked().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
+        if curves.iter().any(|c| !c.points.is_empty()) && least < most {
+            let points = vec![(least, least), (most, most)];
+            curves.push(Curve { name: study.curves.len(), points });
+            let title = format!("error of the {}", quantity.name());
+            panels.extend(panel(&title, "tolerance", curves));
+        }
+    }
+    Figure { names: names(study, &["error = tolerance"]), panels, columns: 2 }
+}
+
+fn map(study: &Study, case: &Case) -> Figure {
+    let mut panels = Vec::new();
+    let mut tolerances: Vec<f64> = Vec::new();
+    for point in case.points.iter().filter(|p| p.curve == 0 && p.force.is_some()) {
+        if !tolerances.contains(&point.tolerance) {
+            tolerances.push(point.tolerance);
+        }
+    }
+    for quantity in [Quantity::Species, Quantity::Shape] {
+        let line = |(name, tolerance): (usize, &f64)| {
+            let mine = |p: &&Point| p.curve == 0 && p.tolerance == *tolerance;
+            let points = case.points.iter().filter(mine);
+            let points = points.filter_map(|p| Some((p.force?, p.error(quantity)?.max(LEAST))));
+            Curve { name, points: points.collect() }
+        };
+        let curves = tolerances.iter().enumerate().map(line).collect();
+        panels.extend(panel(
+            &format!("error of the {}", quantity.name()),
+            "force tolerance",
+            curves,
+        ));
+    }
+    let name = study.curves.first().map_or("", |c| c.name.as_str());
+    let named = tolerances.iter().map(|t| format!("{name}, {}", super::advice::Power(*t)));
+    Figure { names: named.collect(), panels, columns: 2 }
+}
+
+/// Measures of the references of all cases against one of the other keys.
+fn across(plan: &Plan, cases: &[Case], key: usize, axis: &Axis) -> Figure {
+    let none = Figure { names: Vec::new(), panels: Vec::new(), columns: 1 };
+    let Some(places) = axis.numbers().filter(|all| all.len() > 1) else { return none };
+    let wide = places.iter().all(|x| *x > 0.0);
+    // A line for every combination of the keys that are left.
+    let rest = |case: &Case| -> Vec<usize> {
+        let at = case.at.iter().enumerate();
+        at.filter(|(k, _)| k + 1 != key).map(|(_, at)| *at).collect()
+    };
+    let mut lines: Vec<(Vec<usize>, String)> = Vec::new();
+    for case in cases {
+        let rest = rest(case);
+        if !lines.iter().any(|(known, _)| *known == rest) {
+            let others = plan.axes.iter().enumerate().skip(1).filter(|(k, _)| *k != key);
+            let named = others.map(|(_, axis)| axis).zip(&rest);
+            let name: Vec<String> = named.map(|(axis, k)| axis.label(*k)).collect();
+            let name = if name.is_empty() { "references".to_owned() } else { name.join(", ") };
+            lines.push((rest, name));
+        }
+    }
+    let mut panels = Vec::new();
+    for quantity in Quantity::ALL.into_iter().filter(|q| !q.is_field()) {
+        let mut curves = Vec::new();
+        for (name, (known, _)) in lines.iter().enumerate() {
+            let mine = cases.iter().filter(|case| rest(case) == *known);
+            let point = |case: &Case| {
+                let place = places.get(*case.at.get(key - 1)?)?;
+                Some((*place, quantity.of(&case.reference.as_ref()?.measures)?))
+            };
+            let mut points: Vec<(f64, f64)> = mine.filter_map(point).collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            curves.push(Curve { name, points });
+        }
+        if let Some(mut panel) = panel(quantity.name(), &axis.key, curves) {
+            panel.logarithmic = (wide, false);
+            panels.push(panel);
+        }
+    }
+    let columns = panels.len().clamp(1, 3);
+    Figure { names: lines.into_iter().map(|(_, name)| name).collect(), panels, columns }
+}

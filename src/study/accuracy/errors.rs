@@ -1,0 +1,325 @@
+//! How far the runs of a study are from their references.
+
+use std::path::Path;
+
+use super::{Quantity, Role, Study};
+use crate::model::State;
+use crate::output::ResultDirectory;
+use crate::run::Simulation;
+use crate::study::differences::differences;
+use crate::study::measures::Measures;
+use crate::study::states;
+use crate::study::sweep::{Found, MemberStatus, Plan, Timing, read};
+
+/// References that are further apart than this, relative to the fields, are on different paths.
+const PARTED: f64 = 0.1;
+
+/// The runs of one combination of the keys that are varied besides.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Keys and values; empty where nothing else is varied.
+    pub name: String,
+    /// Which values of the other keys it has.
+    pub at: Vec<usize>,
+    /// What others are compared with; none if no reference came to its end.
+    pub reference: Option<Reference>,
+    /// The runs that are compared.
+    pub points: Vec<Point>,
+    /// For every quantity, half of the range that it has over the seeds, relative to the reference.
+    pub spread: [Option<f64>; Quantity::ALL.len()],
+    /// How many seeds came to their end.
+    pub seeds: usize,
+}
+
+/// What the runs of a case are compared with.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    /// What made it.
+    pub name: String,
+    /// Another one, and how far that is from it.
+    pub confirmed: Option<(String, Errors)>,
+    /// The output time from which on the two are on different paths.
+    pub parted: Option<f64>,
+    /// Measures at the output times.
+    pub measures: Vec<Measures>,
+    /// Wall time of its steps, s.
+    pub seconds: Option<f64>,
+    /// References that did not come to their end, and why.
+    pub failed: Vec<(String, String)>,
+}
+
+/// One integrator at one tolerance.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// What it is called.
+    pub name: String,
+    /// Which of the curves of the study.
+    pub curve: usize,
+    /// Its tolerance.
+    pub tolerance: f64,
+    /// Its force tolerance, if that is varied.
+    pub force: Option<f64>,
+    /// What is known of the run.
+    pub found: Found,
+    /// Its errors; none if it did not come to its end or there is no reference.
+    pub errors: Option<Errors>,
+}
+
+/// How far a run is from another.
+#[derive(Debug, Clone, Default)]
+pub struct Errors {
+    /// Of every quantity of [`Quantity::ALL`]: of fields the largest before paths part.
+    pub of: [Option<f64>; Quantity::ALL.len()],
+    /// Output time, distance of species and of shapes.
+    pub course: Vec<(f64, f64, f64)>,
+}
+
+impl Errors {
+    /// The error of `quantity`.
+    #[must_use]
+    pub fn get(&self, quantity: Quantity) -> Option<f64> {
+        let k = Quantity::ALL.iter().position(|q| *q == quantity)?;
+        self.of[k]
+    }
+}
+
+impl Point {
+    /// Wall time of its steps, s: the median where they were made several times.
+    #[must_use]
+    pub fn seconds(&self) -> Option<f64> {
+        self.found.timing.as_ref().map(Timing::median)
+    }
+
+    /// The error of `quantity`, if the run came to its end.
+    #[must_use]
+    pub fn error(&self, quantity: Quantity) -> Option<f64> {
+        self.errors.as_ref()?.get(quantity)
+    }
+
+    /// Whether it came to its end.
+    #[must_use]
+    pub fn ended(&self) -> bool {
+        self.found.status == MemberStatus::Complete
+    }
+}
+
+impl Case {
+    /// The spread of `quantity` over seeds.
+    #[must_use]
+    pub fn spread_of(&self, quantity: Quantity) -> Option<f64> {
+        let k = Quantity::ALL.iter().position(|q| *q == quantity)?;
+        self.spread[k]
+    }
+}
+
+/// Everything that is known of the runs in `root`, case by case.
+#[must_use]
+pub fn cases(study: &Study, plan: &Plan, root: &Path) -> Vec<Case> {
+    let mut all: Vec<Vec<usize>> = Vec::new();
+    for member in &plan.members {
+        let at = member.at.get(1..).unwrap_or_default().to_vec();
+        if !all.contains(&at) {
+            all.push(at);
+        }
+    }
+    all.into_iter().map(|at| case(study, plan, root, at)).collect()
+}
+
+/// A run and its states.
+struct Kept {
+    found: Found,
+    states: Vec<State>,
+}
+
+fn kept(plan: &Plan, root: &Path, member: usize) -> Kept {
+    let found = read(plan, root, member, false);
+    let states = states::read(&plan.directory(root, member).join(ResultDirectory::STATES));
+    Kept { found, states }
+}
+
+fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
+    let others = plan.axes.iter().skip(1).zip(&at);
+    let name = others.map(|(axis, k)| axis.label(*k)).collect::<Vec<_>>().join(", ");
+    let member = |run: usize| {
+        let same = |m: &&crate::study::sweep::Point| m.at[0] == run && m.at[1..] == at[..];
+        plan.members.iter().position(|m| same(&m))
+    };
+    let runs = || study.runs.iter().enumerate().filter_map(|(k, role)| Some((k, role, member(k)?)));
+    let mut references: Vec<(String, Kept)> = Vec::new();
+    let mut failed = Vec::new();
+    for (_, role, number) in runs() {
+        let Role::Reference { name } = role else { continue };
+        let kept = kept(plan, root, number);
+        if kept.found.status == MemberStatus::Complete {
+            references.push((name.clone(), kept));
+        } else if kept.found.status != MemberStatus::NotBegun {
+            failed.push((name.clone(), format!("{}: {}", kept.found.status, kept.found.reason)));
+        }
+    }
+    // Rest shape and typical magnitudes are what differences are relative to.
+    let yardstick = runs().next().and_then(|(_, _, number)| Yardstick::of(plan, number));
+    let mut case = Case {
+        name,
+        at: at.clone(),
+        reference: None,
+        points: Vec::new(),
+        spread: Default::default(),
+        seeds: 0,
+    };
+    let mut truth: Option<Kept> = None;
+    if let Some(yardstick) = &yardstick
+        && let Some((first, second)) = yardstick.closest(&references)
+    {
+        let confirmed = second.map(|second| {
+            let (name, second) = &references[second];
+            let first = &references[first].1;
+            let course = yardstick.course(&second.states, &first.states);
+            let apart = course.iter().find(|(_, a, b)| a.max(*b) > PARTED);
+            let parted = apart.map(|(time, ..)| *time);
+            (parted, (name.clone(), yardstick.errors(second, first, parted)))
+        });
+        let (name, first) = references.swap_remove(first);
+        case.reference = Some(Reference {
+            name,
+            parted: confirmed.as_ref().and_then(|(parted, _)| *parted),
+            confirmed: confirmed.map(|(_, confirmed)| confirmed),
+            measures: first.found.measures.clone(),
+            seconds: first.found.timing.as_ref().map(Timing::median),
+            failed,
+        });
+        truth = Some(first);
+    }
+    let parted = case.reference.as_ref().and_then(|r| r.parted);
+    let mut others: Vec<(usize, Vec<Measures>)> = Vec::new();
+    for (run, role, number) in runs() {
+        match role {
+            Role::Reference { .. } => {}
+            Role::Point { curve, tolerance, force } => {
+                let kept = kept(plan, root, number);
+                let ended = kept.found.status == MemberStatus::Complete;
+                let errors = match (&truth, &yardstick) {
+                    (Some(truth), Some(yardstick)) if ended => {
+                        Some(yardstick.errors(&kept, truth, parted))
+                    }
+                    _ => None,
+                };
+                if ended {
+                    others.push((run, kept.found.measures.clone()));
+                }
+                let axis = plan.axes.first();
+                let name = axis.and_then(|a| a.values.get(run)).cloned().unwrap_or_default();
+                let (curve, tolerance, force) = (*curve, *tolerance, *force);
+                case.points.push(Point {
+                    name,
+                    curve,
+                    tolerance,
+                    force,
+                    found: kept.found,
+                    errors,
+                });
+            }
+            Role::Seed { like, .. } => {
+                let found = read(plan, root, number, false);
+                if found.status == MemberStatus::Complete {
+                    case.seeds += 1;
+                    others.push((*like, found.measures));
+                }
+            }
+        }
+    }
+    if let Some(reference) = &case.reference
+        && case.seeds > 0
+    {
+        let like = study.runs.iter().find_map(|role| match role {
+            Role::Seed { like, .. } => Some(*like),
+            _ => None,
+        });
+        let courses: Vec<&[Measures]> =
+            others.iter().filter(|(run, _)| Some(*run) == like).map(|(_, m)| &m[..]).collect();
+        case.spread = Quantity::ALL.map(|quantity| spread(quantity, &courses, &reference.measures));
+    }
+    case
+}
+
+/// Half of the range of a measure over `courses`, relative to the reference.
+fn spread(quantity: Quantity, courses: &[&[Measures]], reference: &[Measures]) -> Option<f64> {
+    let values: Vec<f64> = courses.iter().filter_map(|course| quantity.of(course)).collect();
+    if values.len() < 2 {
+        return None;
+    }
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let size = quantity.of(reference)?.abs();
+    (size > 0.0).then(|| 0.5 * (most - least) / size)
+}
+
+/// What differences of states are relative to.
+struct Yardstick {
+    rest: Vec<crate::Vec3>,
+    typical: Vec<f64>,
+    species: bool,
+    moves: bool,
+}
+
+impl Yardstick {
+    /// That of a member; none if its scene cannot be made ready any more.
+    fn of(plan: &Plan, number: usize) -> Option<Self> {
+        let scene = plan.scene(number).ok()?;
+        let simulation = Simulation::new(&scene, &plan.search()).ok()?;
+        let model = simulation.model();
+        let chemistry = model.chemistry();
+        let typical = chemistry.map(|c| c.descriptor().species.iter().map(|s| s.typical).collect());
+        let typical: Vec<f64> = typical.unwrap_or_default();
+        let rest = simulation.sheet().rest().to_vec();
+        Some(Self { rest, species: !typical.is_empty(), typical, moves: model.moves() })
+    }
+
+    /// The two references that are the least apart at the end, the one that is preferred first; the only one.
+    fn closest(&self, references: &[(String, Kept)]) -> Option<(usize, Option<usize>)> {
+        let mut best: Option<(f64, usize, usize)> = None;
+        for (a, (_, first)) in references.iter().enumerate() {
+            for (b, (_, second)) in references.iter().enumerate().skip(a + 1) {
+                let course = self.course(&second.states, &first.states);
+                let apart = course.iter().map(|(_, a, b)| a.max(*b)).fold(0.0, f64::max);
+                if !course.is_empty() && best.is_none_or(|(least, ..)| apart < least) {
+                    best = Some((apart, a, b));
+                }
+            }
+        }
+        match best {
+            Some((_, a, b)) => Some((a, Some(b))),
+            None => (!references.is_empty()).then_some((0, None)),
+        }
+    }
+
+    /// Output time, distance of species, distance of shapes.
+    fn course(&self, states: &[State], truth: &[State]) -> Vec<(f64, f64, f64)> {
+        let mut course = Vec::new();
+        for state in states {
+            let near = |s: &&State| (s.time - state.time).abs() <= 1e-9 * state.time.abs();
+            let Some(same) = truth.iter().find(near) else { continue };
+            let found = differences(state, same, &self.rest, &self.typical);
+            let species = found.worst_species().map_or(0.0, |(_, by)| by.relative());
+            course.push((state.time, species, found.shape.relative()));
+        }
+        course
+    }
+
+    fn errors(&self, run: &Kept, truth: &Kept, parted: Option<f64>) -> Errors {
+        let course = self.course(&run.states, &truth.states);
+        let before = |c: &&(f64, f64, f64)| parted.is_none_or(|parted| c.0 < parted);
+        let largest = |of: fn(&(f64, f64, f64)) -> f64| {
+            let later = course.iter().filter(|c| c.0 > 0.0).filter(before);
+            later
+                .map(of)
+                .fold(None, |largest: Option<f64>, e| Some(largest.map_or(e, |l| l.max(e))))
+        };
+        let of = Quantity::ALL.map(|quantity| match quantity {
+            Quantity::Species if self.species => largest(|c| c.1),
+            Quantity::Shape if self.moves => largest(|c| c.2),
+            Quantity::Species | Quantity::Shape => None,
+            measure => measure.error(&run.found.measures, &truth.found.measures),
+        });
+        Errors { of, course }
+    }
+}

@@ -1,0 +1,180 @@
+//! What accuracy costs: one scene by several integrators at several tolerances, against references.
+//!
+//! ```text
+//! DIR/sweep.json, members/    a sweep whose first key is which run it is: every other key makes a case
+//! DIR/accuracy.json           what every run is for
+//! DIR/accuracy.csv            every run: errors of every quantity, time, work
+//! DIR/accuracy.md, .html      the report: advice, tables, plots
+//! DIR/*.svg, *.png            the plots
+//! ```
+//!
+//! A [`Study`] plans the runs. Two of every case are references by different methods, a hundred times
+//! tighter than the tightest tolerance; how well they agree bounds what can be said of the others. From the
+//! output time on at which they are apart, on different branches of a bifurcation, distances of fields mean
+//! nothing and only measures are compared, with their spread over seeds as the yardstick.
+
+mod advice;
+mod drawn;
+mod errors;
+mod page;
+mod plan;
+mod quantity;
+mod report;
+mod richardson;
+
+pub use errors::{Case, Point, Reference, cases};
+pub use plan::Options;
+pub use quantity::Quantity;
+
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::sweep::{Found, MemberStatus, PLOT, Plan};
+use crate::output::{OutputError, atomic};
+use crate::run::{Error, Result};
+
+/// What is studied.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// Integrators, a curve each.
+    pub curves: Vec<Line>,
+    /// The runs of every case, in the order of the first key's values.
+    pub runs: Vec<Role>,
+    /// What was left out, and why.
+    pub left_out: Vec<String>,
+    /// The error that the user can live with.
+    pub wanted: f64,
+    /// What the error is wanted of; the field that matters, or a measure where paths part, if not given.
+    pub of: Option<Quantity>,
+}
+
+/// An integrator that is studied.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// What it is called.
+    pub name: String,
+    /// Whether tolerances are steps, as a share of the whole time.
+    pub fixed_steps: bool,
+}
+
+/// What a run is for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// One integrator at one tolerance.
+    Point {
+        /// Which of the curves.
+        curve: usize,
+        /// Its tolerance.
+        tolerance: f64,
+        /// The force tolerance, if that is varied.
+        force: Option<f64>,
+    },
+    /// A reference, the best first.
+    Reference {
+        /// What makes it.
+        name: String,
+    },
+    /// The same scene with other random numbers.
+    Seed {
+        /// Which.
+        seed: u64,
+        /// The run that it is compared with.
+        like: usize,
+    },
+}
+
+impl Study {
+    /// Name of its file.
+    pub const FILE: &'static str = "accuracy.json";
+    /// Every file that it writes, but for plots.
+    pub const FILES: [&'static str; 4] =
+        [Self::FILE, "accuracy.csv", "accuracy.md", "accuracy.html"];
+
+    /// Reads that in `root`; none where there is none.
+    ///
+    /// # Errors
+    /// If its file cannot be read.
+    pub fn read(root: &Path) -> Result<Option<Self>> {
+        let path = root.join(Self::FILE);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(OutputError::Read { path, source }.into()),
+        };
+        serde_json::from_str(&text).map(Some).map_err(|error| {
+            Error::Refused(format!("{}: is not what a study writes: {error}", path.display()))
+        })
+    }
+
+    /// Writes it into `root`.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn write(&self, root: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        Ok(atomic::replace(&root.join(Self::FILE), |writer| writeln!(writer, "{text}"))?)
+    }
+
+    /// Whether every case has a reference that came to its end, or may still.
+    #[must_use]
+    pub fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
+        let reference = |f: &&Found| {
+            let role = f.at.first().and_then(|k| self.runs.get(*k));
+            let lost = matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
+            matches!(role, Some(Role::Reference { .. })) && !lost
+        };
+        let case = |f: &Found| f.at.get(1..).map(<[usize]>::to_vec);
+        let cases: Vec<_> = found.iter().filter(reference).map(case).collect();
+        plan.members.iter().all(|m| cases.contains(&m.at.get(1..).map(<[usize]>::to_vec)))
+    }
+
+    /// Takes references that are complete over from the study in `other`, whose settings [`Options::taken`] gave
+    /// this one, so that they are not made again.
+    ///
+    /// # Errors
+    /// A reference of another scene, mesh or law; a file that cannot be copied.
+    pub fn adopt(&self, plan: &Plan, root: &Path, other: &Path) -> Result<()> {
+        for (number, member) in plan.members.iter().enumerate() {
+            let role = member.at.first().and_then(|k| self.runs.get(*k));
+            if matches!(role, Some(Role::Reference { .. })) {
+                plan.adopt(number, root, other)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads what there is of all runs and writes tables, plots and reports into `root`; the advice in words.
+    ///
+    /// # Errors
+    /// A plot that cannot be drawn, a file that cannot be written.
+    pub fn gather(&self, plan: &Plan, root: &Path) -> Result<String> {
+        let cases = cases(self, plan, root);
+        let advice: Vec<String> = cases.iter().map(|case| advice::advice(self, case)).collect();
+        let figures = drawn::figures(self, plan, &cases);
+        let [_, csv, md, html] = Self::FILES.map(str::to_owned);
+        let mut files = vec![(csv, report::csv(self, &cases).into_bytes())];
+        let mut drawings = Vec::new();
+        for (name, caption, figure) in figures {
+            let name = format!("{PLOT}{name}");
+            let svg = figure.svg()?;
+            files.push((format!("{name}.svg"), svg.clone().into_bytes()));
+            files.push((format!("{name}.png"), figure.picture()?.png()?));
+            drawings.push(page::Drawing { name, caption, svg });
+        }
+        let blocks = report::blocks(self, plan, &cases, &advice, drawings);
+        files.push((md, page::markdown(&blocks).into_bytes()));
+        files.push((html, page::html(&blocks).into_bytes()));
+        for (name, bytes) in files {
+            atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
+        }
+        let named = cases.iter().zip(advice);
+        let text = |(case, advice): (&Case, String)| match case.name.is_empty() {
+            true => advice,
+            false => format!("{}: {advice}", case.name),
+        };
+        Ok(named.map(text).collect::<Vec<_>>().join("\n\n"))
+    }
+}

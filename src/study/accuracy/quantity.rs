@@ -1,0 +1,97 @@
+//! What an error is of.
+
+use serde::{Deserialize, Serialize};
+
+use crate::num::real;
+use crate::study::measures::Measures;
+
+/// What an error is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Values of the species: root mean square of the difference over that of the values, of the worst species,
+    /// the largest over the output times.
+    Species,
+    /// Positions: the same over that of the displacement, after the best rigid motion.
+    Shape,
+    /// Elastic energy at the end.
+    Energy,
+    /// Largest displacement at the end.
+    Amplitude,
+    /// Number of regions above the level at the end.
+    Spots,
+    /// Their separation d at the end.
+    Separation,
+    /// The time at which the largest displacement first comes half way from its start to its largest.
+    Buckling,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Species,
+        Self::Shape,
+        Self::Energy,
+        Self::Amplitude,
+        Self::Spots,
+        Self::Separation,
+        Self::Buckling,
+    ];
+
+    /// What it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Species => "species",
+            Self::Shape => "shape",
+            Self::Energy => "energy",
+            Self::Amplitude => "amplitude",
+            Self::Spots => "number of spots",
+            Self::Separation => "separation",
+            Self::Buckling => "time of buckling",
+        }
+    }
+
+    /// Whether it is a distance of fields, which means nothing after paths have parted.
+    #[must_use]
+    pub fn is_field(self) -> bool {
+        matches!(self, Self::Species | Self::Shape)
+    }
+
+    /// Its value, where it is a measure.
+    #[must_use]
+    pub fn of(self, course: &[Measures]) -> Option<f64> {
+        let last = course.last()?;
+        match self {
+            Self::Species | Self::Shape => None,
+            Self::Energy => Some(last.energy).filter(|energy| *energy != 0.0),
+            Self::Amplitude => Some(last.amplitude).filter(|amplitude| *amplitude > 0.0),
+            Self::Spots => Some(real(last.spots)).filter(|spots| *spots > 0.0),
+            Self::Separation => last.separation,
+            Self::Buckling => buckling(course),
+        }
+    }
+
+    /// How far `course` is from `reference`, where it is a measure, relative to that.
+    #[must_use]
+    pub fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
+        let (a, b) = (self.of(course)?, self.of(reference)?);
+        (b != 0.0).then(|| (a - b).abs() / b.abs())
+    }
+}
+
+/// The sheet has buckled where displacements have grown by this factor.
+const GROWN: f64 = 2.0;
+
+/// When the amplitude comes half way, linearly between output times.
+fn buckling(course: &[Measures]) -> Option<f64> {
+    let first = course.first()?.amplitude;
+    let most = course.iter().map(|m| m.amplitude).fold(first, f64::max);
+    if !(most > GROWN * first) {
+        return None;
+    }
+    let half = 0.5 * (first + most);
+    let after = course.iter().position(|m| m.amplitude >= half)?;
+    let (a, b) = (course.get(after.checked_sub(1)?)?, &course[after]);
+    Some(a.time + (b.time - a.time) * (half - a.amplitude) / (b.amplitude - a.amplitude))
+}

@@ -1,0 +1,219 @@
+//! The report of a study: tables, and words around the plots.
+
+use super::advice::{described, percent, time, two_digits};
+use super::errors::{Case, Point};
+use super::page::{Block, Drawing};
+use super::richardson::limit;
+use super::{Quantity, Study};
+use crate::num::Short;
+use crate::output::plot::label;
+use crate::study::sweep::{Axis, MemberStatus, Plan};
+use crate::study::tables::csv_table;
+
+/// A row for every run that is compared: what it is, how it ended, its errors, what it took.
+pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
+    let mut head: Vec<String> = ["case", "integrator", "tolerance", "force tolerance", "status"]
+        .map(str::to_owned)
+        .to_vec();
+    head.extend(Quantity::ALL.map(|q| format!("error of the {}", q.name())));
+    let rest =
+        ["steps [s]", "least [s]", "most [s]", "start [s]", "steps", "evaluations", "reason"];
+    head.extend(rest.map(str::to_owned));
+    let mut rows = vec![head];
+    let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
+    for case in cases {
+        for point in &case.points {
+            let found = &point.found;
+            let curve = study.curves.get(point.curve).map_or("", |c| c.name.as_str());
+            let mut row = vec![case.name.clone(), curve.to_owned(), point.tolerance.to_string()];
+            row.extend([number(point.force), found.status.to_string()]);
+            row.extend(Quantity::ALL.map(|q| number(point.error(q))));
+            let timing = found.timing.as_ref();
+            let spread = timing.map(|t| t.spread());
+            row.push(number(point.seconds()));
+            row.extend([number(spread.map(|s| s.0)), number(spread.map(|s| s.1))]);
+            row.push(number(timing.map(|t| t.start)));
+            let count = |n: Option<u64>| n.map_or(String::new(), |n| n.to_string());
+            row.extend([count(found.steps), count(found.evaluations)]);
+            let ended = found.status == MemberStatus::Complete;
+            row.push(if ended { String::new() } else { found.reason.clone() });
+            rows.push(row);
+        }
+    }
+    csv_table(&rows)
+}
+
+/// The report.
+pub(super) fn blocks(
+    study: &Study,
+    plan: &Plan,
+    cases: &[Case],
+    advice: &[String],
+    drawings: Vec<Drawing>,
+) -> Vec<Block> {
+    let scene = plan.scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut blocks = vec![Block::Heading(1, format!("What accuracy costs: {scene}"))];
+    for set in &plan.set {
+        blocks.push(Block::Text(format!("With {set}.")));
+    }
+    let mut drawings = drawings.into_iter().peekable();
+    for (case, advice) in cases.iter().zip(advice) {
+        if !case.name.is_empty() {
+            blocks.push(Block::Heading(2, case.name.clone()));
+        }
+        blocks.push(Block::Advice(advice.clone()));
+        blocks.push(Block::List(known(case)));
+        let end = case.name.clone();
+        let mine = |d: &Drawing| !d.name.contains("-cases-") && d.caption.starts_with(&end);
+        while let Some(drawing) = drawings.next_if(mine) {
+            blocks.push(Block::Plot(drawing));
+        }
+        blocks.push(Block::Heading(if case.name.is_empty() { 2 } else { 3 }, "All runs".into()));
+        blocks.push(Block::Table(table(study, case)));
+        blocks.push(Block::Heading(
+            if case.name.is_empty() { 2 } else { 3 },
+            "Errors in units of the tolerance".into(),
+        ));
+        blocks.push(Block::Text(
+            "One asks for a tolerance and gets an error: 1 is what was asked for. Fixed steps have no \
+             tolerance and are left out."
+                .into(),
+        ));
+        blocks.push(Block::Table(ratios(study, case)));
+    }
+    for (k, axis) in plan.axes.iter().enumerate().skip(1) {
+        if let Some(rows) = mesh(cases, k, axis) {
+            blocks.push(Block::Heading(2, "The mesh".into()));
+            blocks.push(Block::Text(
+                "Measures of the references at the end on ever finer meshes, the order of convergence that \
+                 the three finest show for edges as long as N^(-1/2), and what they tend to (Richardson). \
+                 No order: the three do not converge evenly."
+                    .into(),
+            ));
+            blocks.push(Block::Table(rows));
+        }
+    }
+    blocks.extend(drawings.map(Block::Plot));
+    if !study.left_out.is_empty() {
+        blocks.push(Block::Heading(2, "Left out".into()));
+        blocks.push(Block::List(study.left_out.clone()));
+    }
+    blocks
+}
+
+/// How a case stands.
+fn known(case: &Case) -> Vec<String> {
+    let mut items = Vec::new();
+    if let Some(reference) = &case.reference {
+        let took = reference.seconds.map_or(String::new(), |s| format!(", {}", time(s)));
+        items.push(format!("Reference: {}{took}.", reference.name));
+        if let Some((second, apart)) = &reference.confirmed {
+            let all = Quantity::ALL.iter().filter_map(|q| Some((q, apart.get(*q)?)));
+            let all: Vec<String> =
+                all.map(|(q, error)| format!("{} {}", q.name(), percent(error))).collect();
+            items.push(format!("Confirmed by {second}; apart by: {}.", all.join(", ")));
+        }
+        if let Some(parted) = reference.parted {
+            items.push(format!(
+                "The references part at t = {}: from there on they are on different branches, distances of \
+                 fields mean nothing, and errors of species and shape are the largest before. Number of \
+                 spots, energy, amplitude and separation are compared at the end.",
+                label(parted)
+            ));
+        }
+        let failed = reference.failed.iter();
+        items.extend(failed.map(|(name, why)| format!("Reference {name}: {why}.")));
+    }
+    if case.seeds > 0 {
+        let all = Quantity::ALL.iter().filter_map(|q| Some((q, case.spread_of(*q)?)));
+        let all: Vec<String> =
+            all.map(|(q, spread)| format!("{} {}", q.name(), percent(spread))).collect();
+        items.push(format!(
+            "Spread over {} seeds (half of the range): {}. An error below it is not worth paying for.",
+            case.seeds + 1,
+            all.join(", ")
+        ));
+    }
+    for point in case.points.iter().filter(|p| !p.ended()) {
+        items.push(format!("{}: {}: {}", point.name, point.found.status, point.found.reason));
+    }
+    items
+}
+
+fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
+    let has = |q: &Quantity| case.points.iter().any(|p| p.error(*q).is_some());
+    let quantities: Vec<Quantity> = Quantity::ALL.into_iter().filter(has).collect();
+    let mut head = vec!["integrator".to_owned(), "status".to_owned()];
+    head.extend(quantities.iter().map(|q| q.name().to_owned()));
+    head.extend(["time".to_owned(), "spread".to_owned(), "steps".to_owned(), "evaluations".into()]);
+    let mut rows = vec![head];
+    for point in &case.points {
+        let mut row = vec![described(study, point), point.found.status.to_string()];
+        let error = |q: &Quantity| point.error(*q).map_or("-".to_owned(), percent);
+        row.extend(quantities.iter().map(error));
+        row.push(point.seconds().map_or("-".into(), time));
+        let timing = point.found.timing.as_ref().filter(|t| t.steps.len() > 1);
+        let spread = timing.map(|t| format!("{} … {}", time(t.spread().0), time(t.spread().1)));
+        row.push(spread.unwrap_or("-".into()));
+        let count = |n: Option<u64>| n.map_or("-".to_owned(), |n| n.to_string());
+        row.extend([count(point.found.steps), count(point.found.evaluations)]);
+        rows.push(row);
+    }
+    rows
+}
+
+/// Error over tolerance of every integrator: least, median and largest.
+fn ratios(study: &Study, case: &Case) -> Vec<Vec<String>> {
+    let mut rows =
+        vec![["integrator", "of", "least", "median", "largest"].map(str::to_owned).to_vec()];
+    for (number, line) in study.curves.iter().enumerate().filter(|(_, line)| !line.fixed_steps) {
+        for quantity in [Quantity::Species, Quantity::Shape] {
+            let mine = case.points.iter().filter(|p| p.curve == number);
+            let ratio = |p: &Point| Some(p.error(quantity)? / p.tolerance);
+            let mut all: Vec<f64> = mine.filter_map(ratio).collect();
+            all.sort_by(f64::total_cmp);
+            let (Some(least), Some(largest)) = (all.first(), all.last()) else { continue };
+            let median = all[all.len() / 2];
+            let cells = [*least, median, *largest].map(|v| label(two_digits(v)));
+            rows.push(
+                [vec![line.name.clone(), quantity.name().to_owned()], cells.to_vec()].concat(),
+            );
+        }
+    }
+    rows
+}
+
+/// Measures of the references against the number of vertices; none where that is not varied alone.
+fn mesh(cases: &[Case], key: usize, axis: &Axis) -> Option<Vec<Vec<String>>> {
+    let vertices = axis.numbers().filter(|_| axis.key == "sheet.vertices")?;
+    if vertices.len() < 2 || cases.len() != vertices.len() {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..vertices.len()).collect();
+    order.sort_by(|a, b| vertices[*a].total_cmp(&vertices[*b]));
+    let mut head = vec!["measure".to_owned()];
+    head.extend(order.iter().map(|k| Short(vertices[*k]).to_string()));
+    head.extend(["order".to_owned(), "limit".to_owned()]);
+    let mut rows = vec![head];
+    for quantity in Quantity::ALL.into_iter().filter(|q| !q.is_field()) {
+        let value = |k: &usize| {
+            let case = cases.iter().find(|case| case.at.get(key - 1) == Some(k))?;
+            quantity.of(&case.reference.as_ref()?.measures)
+        };
+        let values: Vec<Option<f64>> = order.iter().map(value).collect();
+        if values.iter().all(Option::is_none) {
+            continue;
+        }
+        let mut row = vec![quantity.name().to_owned()];
+        row.extend(values.iter().map(|v| v.map_or("-".to_owned(), label)));
+        let known =
+            order.iter().zip(&values).filter_map(|(k, v)| Some((vertices[*k].powf(-0.5), (*v)?)));
+        let known: Vec<(f64, f64)> = known.collect();
+        let last: Option<[(f64, f64); 3]> = known.last_chunk::<3>().copied();
+        let found = last.and_then(limit);
+        row.push(found.map_or("-".into(), |(order, _)| format!("{order:.2}")));
+        row.push(found.map_or("-".into(), |(_, limit)| label(limit)));
+        rows.push(row);
+    }
+    Some(rows)
+}

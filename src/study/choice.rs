@@ -1,0 +1,95 @@
+//! Integrators as people name them: by a name alone, or by a table as in scenes.
+
+use std::path::Path;
+
+use crate::num::checked::Positive;
+use crate::run::{Error, Result};
+use crate::scene::Scene;
+
+/// An integrator for a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Choice {
+    /// What it is called, with settings that its name does not say.
+    pub name: String,
+    /// Its table.
+    table: String,
+    /// Whether its steps are fixed, and a tolerance is a step as a share of the whole time.
+    pub fixed_steps: bool,
+}
+
+impl Choice {
+    /// The integrator `text`, a name or a table, of the scene file `scene` with `set`.
+    ///
+    /// # Errors
+    /// The scene is not valid, or there is no such integrator.
+    pub fn read(scene: &Path, set: &[String], text: &str) -> Result<Self> {
+        let table = table_of(text);
+        let scene = Scene::varied(scene, set, &[key(&table)])?;
+        let integrator = &scene.time.integrator;
+        let name = integrator.name() + &settings(&table);
+        Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table })
+    }
+
+    /// The integrator that a scene has.
+    ///
+    /// # Errors
+    /// The scene is not valid.
+    pub fn of_scene(scene: &Path, set: &[String]) -> Result<Self> {
+        let scene = Scene::varied(scene, set, &[])?;
+        let integrator = &scene.time.integrator;
+        let table = inline(&scene)?;
+        Ok(Self { name: integrator.name(), fixed_steps: integrator.has_fixed_steps(), table })
+    }
+
+    /// The override that gives a scene this integrator at `tolerance`.
+    ///
+    /// # Errors
+    /// The scene is not valid.
+    pub fn at(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
+        let mut scene = Scene::varied(scene, set, &[key(&self.table)])?;
+        let until = scene.time.span.until;
+        scene.time.integrator = scene.time.integrator.at_tolerance(tolerance, until);
+        Ok(key(&inline(&scene)?))
+    }
+}
+
+fn key(table: &str) -> String {
+    format!("time.integrator={table}")
+}
+
+/// The integrator of a scene as a table in one line.
+fn inline(scene: &Scene) -> Result<String> {
+    let value = toml::Value::try_from(&scene.time.integrator);
+    let value = value.map_err(|error| Error::Refused(error.to_string()))?;
+    Ok(value.to_string())
+}
+
+/// What of a table for an integrator its name does not say, as in `, rtol = 1e-4`.
+#[must_use]
+pub fn settings(table: &str) -> String {
+    let inner = table.trim().trim_start_matches('{').trim_end_matches('}');
+    let said = ["kind", "method", "chemistry"];
+    let rest = inner.split(',').filter(|pair| {
+        let key = pair.split('=').next().unwrap_or_default().trim();
+        !key.is_empty() && !said.contains(&key)
+    });
+    rest.map(|pair| {
+        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+        format!(", {} = {}", key.trim(), value.trim())
+    })
+    .collect()
+}
+
+/// A table as it is; a name as that of the kind.
+#[must_use]
+pub fn table_of(integrator: &str) -> String {
+    let table = integrator.trim_start().starts_with('{');
+    if table { integrator.to_owned() } else { format!("{{ kind = {} }}", quoted(integrator)) }
+}
+
+/// A name in quotes; a table as it is.
+#[must_use]
+pub fn quoted(value: &str) -> String {
+    let table = value.trim_start().starts_with(['{', '"']);
+    if table { value.to_owned() } else { format!("\"{value}\"") }
+}

@@ -1,0 +1,89 @@
+//! States of a run at its output times, to the last bit and with all species, whatever its frames hold.
+//!
+//! ```text
+//! header   16 bytes of text
+//! state    time, step, count of vertices, count of species, count of points of every species
+//!          positions, then values of every species
+//! ```
+//!
+//! Numbers are little-endian, of 64 bits. A file is appended to; a last state that is cut short is none.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::Vec3;
+use crate::model::State;
+use crate::output::OutputError;
+
+const HEADER: &[u8; 16] = b"rumple states 1\n";
+
+/// Writes states one after the other.
+pub struct StateFile {
+    file: File,
+    path: PathBuf,
+}
+
+impl StateFile {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let failed = |source| OutputError::Write { path: path.to_owned(), source };
+        let mut file = File::create(path).map_err(failed)?;
+        file.write_all(HEADER).map_err(failed)?;
+        Ok(Self { file, path: path.to_owned() })
+    }
+
+    /// Appends a state.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn append(&mut self, state: &State) -> Result<(), OutputError> {
+        let mut bytes = state.time.to_le_bytes().to_vec();
+        let counts = [state.x.len(), state.species.len()];
+        let counts = counts.into_iter().chain(state.species.iter().map(Vec::len));
+        bytes.extend(state.step.to_le_bytes());
+        bytes.extend(counts.flat_map(|count| (count as u64).to_le_bytes()));
+        bytes.extend(state.x.iter().flat_map(|x| x.iter()).flat_map(|x| x.to_le_bytes()));
+        bytes.extend(state.species.iter().flatten().flat_map(|c| c.to_le_bytes()));
+        let failed = |source| OutputError::Write { path: self.path.clone(), source };
+        self.file.write_all(&bytes).map_err(failed)
+    }
+}
+
+/// The states in a file, as far as they are whole; none where there is no such file.
+#[must_use]
+pub fn read(path: &Path) -> Vec<State> {
+    let bytes = fs::read(path).unwrap_or_default();
+    let Some(mut rest) = bytes.strip_prefix(HEADER) else { return Vec::new() };
+    let mut states = Vec::new();
+    while let Some(state) = next(&mut rest) {
+        states.push(state);
+    }
+    states
+}
+
+fn next(rest: &mut &[u8]) -> Option<State> {
+    let mut word = || -> Option<[u8; 8]> {
+        let (word, after) = rest.split_first_chunk::<8>()?;
+        *rest = after;
+        Some(*word)
+    };
+    let (time, step) = (f64::from_le_bytes(word()?), u64::from_le_bytes(word()?));
+    let mut count = || word().and_then(|word| usize::try_from(u64::from_le_bytes(word)).ok());
+    let (vertices, species) = (count()?, count()?);
+    // Ends with the bytes, however many there are said to be.
+    let points: Vec<usize> = (0..species).map(|_| count()).collect::<Option<_>>()?;
+    let mut numbers = |count: usize| -> Option<Vec<f64>> {
+        let (bytes, after) = rest.split_at_checked(count.checked_mul(8)?)?;
+        *rest = after;
+        let number = |word: &[u8]| word.try_into().map_or(f64::NAN, f64::from_le_bytes);
+        Some(bytes.chunks_exact(8).map(number).collect())
+    };
+    let x = numbers(vertices.checked_mul(3)?)?;
+    let x = x.chunks_exact(3).map(|x| Vec3::new(x[0], x[1], x[2])).collect();
+    let species = points.into_iter().map(numbers).collect::<Option<_>>()?;
+    Some(State { time, step, x, species })
+}

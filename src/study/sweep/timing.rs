@@ -1,0 +1,100 @@
+//! How long the steps of a member take, without making it ready and without output.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::kinetics::Search;
+use crate::num::real;
+use crate::output::{ResultDirectory, atomic};
+use crate::run::run::Summary;
+use crate::run::{Result, Simulation};
+use crate::scene::Scene;
+
+/// Wall times of a member, s.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Of the first relaxation.
+    pub start: f64,
+    /// Of all steps, as often as they were made.
+    pub steps: Vec<f64>,
+}
+
+/// Steps that take longer than this are made once, s.
+const LONG: f64 = 3.0;
+
+impl Timing {
+    /// Of the run of `scene` that `summary` tells of, and of `repeats` - 1 more where that was short.
+    ///
+    /// # Errors
+    /// Whatever ends a run.
+    pub fn of(scene: &Scene, search: &Search, summary: &Summary, repeats: u16) -> Result<Self> {
+        let Summary { wall, output, start, .. } = summary;
+        let first = wall.saturating_sub(*output).saturating_sub(*start).as_secs_f64();
+        let mut timing = Self { start: start.as_secs_f64(), steps: vec![first] };
+        if first < LONG {
+            for _ in 1..repeats {
+                timing.steps.push(again(scene, search, summary.time)?);
+            }
+        }
+        Ok(timing)
+    }
+
+    /// The median of the steps.
+    #[must_use]
+    pub fn median(&self) -> f64 {
+        let mut all = self.steps.clone();
+        all.sort_by(f64::total_cmp);
+        let middle = all.len() / 2;
+        match (all.get(middle.wrapping_sub(1)), all.get(middle)) {
+            (Some(a), Some(b)) if all.len() % 2 == 0 => 0.5 * (a + b),
+            (_, Some(b)) => *b,
+            (_, None) => f64::NAN,
+        }
+    }
+
+    /// The least and the most that the steps took.
+    #[must_use]
+    pub fn spread(&self) -> (f64, f64) {
+        let all = self.steps.iter();
+        all.fold((f64::INFINITY, 0.0), |(least, most), s| (s.min(least), s.max(most)))
+    }
+
+    fn path(directory: &Path) -> PathBuf {
+        directory.join(ResultDirectory::TIMING)
+    }
+
+    /// Writes it into the directory of the run.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn write(&self, directory: &ResultDirectory) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        let path = Self::path(directory.root());
+        Ok(atomic::replace(&path, |writer| writeln!(writer, "{text}"))?)
+    }
+
+    /// Reads that of the run in `directory`, if there is one.
+    #[must_use]
+    pub fn read(directory: &Path) -> Option<Self> {
+        serde_json::from_str(&fs::read_to_string(Self::path(directory)).ok()?).ok()
+    }
+}
+
+/// Wall time of the steps of `scene` to the time `end`, s.
+fn again(scene: &Scene, search: &Search, end: f64) -> Result<f64> {
+    let mut simulation = Simulation::new(scene, search)?;
+    simulation.prepare()?;
+    let began = Instant::now();
+    let every = scene.output.every.map_or(end, f64::from);
+    let mut output = 1usize;
+    while simulation.state().time < end {
+        while real(output) * every <= simulation.state().time {
+            output += 1;
+        }
+        simulation.step((real(output) * every).min(end))?;
+    }
+    Ok(began.elapsed().as_secs_f64())
+}
