@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::advice::Power;
-use super::advice::Power;
 use super::{Line, Quantity, Role, Study};
 use crate::kinetics::Search;
+use crate::model::Policy;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
