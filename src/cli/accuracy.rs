@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::sweep::begin::{Work, made_by};
+use super::sweep::begin::{Runs, made_by};
 use super::sweep::{HowArgs, counts};
 use super::{SceneArgs, absolute};
 use crate::kinetics::Search;
@@ -110,7 +110,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     };
     let gather = |plan: &Plan, root: &Path, quiet: bool| gathered(&study, plan, root, quiet);
     let (how, prepare, gather) = (&args.how, &prepare, &gather);
-    Work { command: "accuracy", how, jobs: Some(1), prepare, gather }.on(plan)
+    Runs { command: "accuracy", how, jobs: Some(1), prepare, gather }.on(plan)
 }
 
 fn options(args: &AccuracyArgs) -> Result<Options> {

@@ -30,15 +30,11 @@ impl Choice {
         Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table })
     }
 
-    /// The integrator that a scene has.
-    ///
-    /// # Errors
-    /// The scene is not valid.
-    pub fn of_scene(scene: &Path, set: &[String]) -> Result<Self> {
-        let scene = Scene::varied(scene, set, &[])?;
-        let integrator = &scene.time.integrator;
-        let table = inline(&scene)?;
-        Ok(Self { name: integrator.name(), fixed_steps: integrator.has_fixed_steps(), table })
+    /// Its method: what steps are made of, whatever solves for their parts.
+    #[must_use]
+    pub fn method(&self) -> &str {
+        let mut commas = self.name.match_indices(',').map(|(at, _)| at);
+        self.name.get(..commas.nth(1).unwrap_or(self.name.len())).unwrap_or_default()
     }
 
     /// The override that gives a scene this integrator at `tolerance`.

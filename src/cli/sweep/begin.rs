@@ -22,7 +22,7 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
     plan.level = args.level;
     made_by(&mut plan, scene)?;
     let (how, prepare) = (&args.how, &|_: &Path| Ok(()));
-    Work { command: "sweep", how, jobs: None, prepare, gather: &gathered }.on(plan)
+    Runs { command: "sweep", how, jobs: None, prepare, gather: &gathered }.on(plan)
 }
 
 /// Gives members what the command line says of threads and plugins.
@@ -37,7 +37,7 @@ pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> 
 }
 
 /// Runs of many members, and what is made of them.
-pub(in crate::cli) struct Work<'a> {
+pub(in crate::cli) struct Runs<'a> {
     /// The command that makes them.
     pub(in crate::cli) command: &'a str,
     /// How they are run.
@@ -50,7 +50,7 @@ pub(in crate::cli) struct Work<'a> {
     pub(in crate::cli) gather: &'a dyn Fn(&Plan, &Path, bool) -> Result<String>,
 }
 
-impl Work<'_> {
+impl Runs<'_> {
     /// Begins with `plan`, or goes on with it.
     pub(in crate::cli) fn on(&self, mut plan: Plan) -> Result<()> {
         let root = self.how.out.clone().unwrap_or_else(|| {

@@ -107,8 +107,12 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
     if !smallest.is_finite() {
         return String::new();
     }
+    let alike = match reference.alike {
+        true => " (of one method: no other came to its end)",
+        false => "",
+    };
     let text = format!(
-        " The references, {} and {second}, agree to {}",
+        " The references, {} and {second}{alike}, agree to {}",
         reference.name,
         percent(agreement)
     );

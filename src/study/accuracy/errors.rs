@@ -38,6 +38,8 @@ pub struct Reference {
     pub name: String,
     /// Another one, and how far that is from it.
     pub confirmed: Option<(String, Errors)>,
+    /// Whether both are of one method.
+    pub alike: bool,
     /// The output time from which on the two are on different paths.
     pub parted: Option<f64>,
     /// Measures at the output times.
@@ -145,13 +147,13 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
         plan.members.iter().position(|m| same(&m))
     };
     let runs = || study.runs.iter().enumerate().filter_map(|(k, role)| Some((k, role, member(k)?)));
-    let mut references: Vec<(String, Kept)> = Vec::new();
+    let mut references: Vec<(String, String, Kept)> = Vec::new();
     let mut failed = Vec::new();
     for (_, role, number) in runs() {
-        let Role::Reference { name } = role else { continue };
+        let Role::Reference { name, method } = role else { continue };
         let kept = kept(plan, root, number);
         if kept.found.status == MemberStatus::Complete {
-            references.push((name.clone(), kept));
+            references.push((name.clone(), method.clone(), kept));
         } else if kept.found.status != MemberStatus::NotBegun {
             failed.push((name.clone(), format!("{}: {}", kept.found.status, kept.found.reason)));
         }
@@ -170,18 +172,20 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
     if let Some(yardstick) = &yardstick
         && let Some((first, second)) = yardstick.closest(&references)
     {
+        let alike = second.is_some_and(|second| references[first].1 == references[second].1);
         let confirmed = second.map(|second| {
-            let (name, second) = &references[second];
-            let first = &references[first].1;
+            let (name, _, second) = &references[second];
+            let first = &references[first].2;
             let course = yardstick.course(&second.states, &first.states);
             let apart = course.iter().find(|(_, a, b)| a.max(*b) > PARTED);
             let parted = apart.map(|(time, ..)| *time);
             (parted, (name.clone(), yardstick.errors(second, first, parted)))
         });
-        let (name, first) = references.swap_remove(first);
+        let (name, _, first) = references.swap_remove(first);
         case.reference = Some(Reference {
             name,
             parted: confirmed.as_ref().and_then(|(parted, _)| *parted),
+            alike,
             confirmed: confirmed.map(|(_, confirmed)| confirmed),
             measures: first.found.measures.clone(),
             seconds: first.found.timing.as_ref().map(Timing::median),
@@ -274,15 +278,17 @@ impl Yardstick {
         Some(Self { rest, species: !typical.is_empty(), typical, moves: model.moves() })
     }
 
-    /// The two references that are the least apart at the end, the one that is preferred first; the only one.
-    fn closest(&self, references: &[(String, Kept)]) -> Option<(usize, Option<usize>)> {
-        let mut best: Option<(f64, usize, usize)> = None;
-        for (a, (_, first)) in references.iter().enumerate() {
-            for (b, (_, second)) in references.iter().enumerate().skip(a + 1) {
+    /// The two references that are the least apart, two of different methods if there are any, the one that is
+    /// preferred first; or the only one.
+    fn closest(&self, references: &[(String, String, Kept)]) -> Option<(usize, Option<usize>)> {
+        let mut best: Option<((bool, f64), usize, usize)> = None;
+        for (a, (_, method, first)) in references.iter().enumerate() {
+            for (b, (_, other, second)) in references.iter().enumerate().skip(a + 1) {
                 let course = self.course(&second.states, &first.states);
                 let apart = course.iter().map(|(_, a, b)| a.max(*b)).fold(0.0, f64::max);
-                if !course.is_empty() && best.is_none_or(|(least, ..)| apart < least) {
-                    best = Some((apart, a, b));
+                let rank = (method == other, apart);
+                if !course.is_empty() && best.is_none_or(|(least, ..)| rank < least) {
+                    best = Some((rank, a, b));
                 }
             }
         }

@@ -76,6 +76,8 @@ pub enum Role {
     Reference {
         /// What makes it.
         name: String,
+        /// Its method. Two of one method do not confirm one another as well as two of different ones.
+        method: String,
     },
     /// The same scene with other random numbers.
     Seed {

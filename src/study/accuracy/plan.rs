@@ -69,10 +69,11 @@ fn usual(policy: Policy, moves: bool) -> &'static [&'static str] {
 }
 
 /// By what references are made, the best first, and how much tighter than the tightest tolerance.
-const REFERENCES: [(&str, f64); 3] = [
+const REFERENCES: [(&str, f64); 4] = [
     (r#"{ kind = "monolithic", method = "esdirk34" }"#, TIGHTER),
     (r#"{ kind = "monolithic", method = "bdf" }"#, TIGHTER),
     (r#"{ kind = "staggered" }"#, TIGHTER_STAGGERED),
+    (r#"{ kind = "staggered", chemistry = "exponential" }"#, 0.5 * TIGHTER_STAGGERED),
 ];
 /// Errors of kinetics alone grow with every period, and tight runs of them cost little.
 const STILL_TIGHTER: f64 = 100.0;
@@ -226,7 +227,8 @@ fn references(
         let mut sets = vec![choice.at(scene, base, tolerance)?];
         sets.extend(force.map(|force| forced(TIGHTER_FORCES * force)));
         let name = format!("{}, {}", choice.name, Power(tolerance.get()));
-        let role = Role::Reference { name: name.clone() };
+        let method = choice.method().to_owned();
+        let role = Role::Reference { name: name.clone(), method };
         planned.push((role, format!("reference: {name}"), sets));
     }
     Ok(planned)

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -234,18 +234,51 @@ impl Observer for Keep {
     }
 }
 
-/// Asks the run to end when it has taken `limit` seconds; whether it was asked.
-fn limited(limit: Option<u64>, interrupt: Interrupt) -> Arc<AtomicBool> {
-    let expired = Arc::new(AtomicBool::new(false));
-    if let Some(limit) = limit {
-        let expired = Arc::clone(&expired);
-        thread::spawn(move || {
-            thread::sleep(Duration::from_secs(limit));
-            expired.store(true, Ordering::SeqCst);
-            interrupt.request();
-        });
+/// A run that has used this share of its time limit …
+const SOON: f64 = 0.2;
+/// … and not gone this share of its way is given up.
+const LITTLE: f64 = 0.01;
+
+/// Ends a run that takes too long.
+#[derive(Default)]
+struct Limited {
+    /// The time that the run has reached, as bits.
+    reached: AtomicU64,
+    expired: AtomicBool,
+}
+
+impl Limited {
+    /// Asks the run to `until` to end when it has taken `limit` seconds, or sooner if it does not get on.
+    fn watch(limit: Option<u64>, until: f64, interrupt: Interrupt) -> Arc<Self> {
+        let limited = Arc::new(Self::default());
+        if let Some(limit) = limit {
+            let watched = Arc::clone(&limited);
+            thread::spawn(move || {
+                let all = Duration::from_secs(limit);
+                thread::sleep(all.mul_f64(SOON));
+                if f64::from_bits(watched.reached.load(Ordering::SeqCst)) > LITTLE * until {
+                    thread::sleep(all.mul_f64(1.0 - SOON));
+                }
+                watched.expired.store(true, Ordering::SeqCst);
+                interrupt.request();
+            });
+        }
+        limited
     }
-    expired
+
+    /// The error of a run that was ended at `time` because of the `limit`.
+    fn error(&self, time: f64, limit: Option<u64>) -> Option<Error> {
+        let limit = limit.filter(|_| self.expired.load(Ordering::SeqCst))?;
+        let time = Short(time);
+        Some(Error::Incomplete(format!("given up at t = {time}: the time limit of {limit} s")))
+    }
+}
+
+impl Observer for Arc<Limited> {
+    fn observe(&mut self, at: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
+        self.reached.store(at.state().time.to_bits(), Ordering::SeqCst);
+        Ok(())
+    }
 }
 
 /// Longest time that a member waits for one who still writes to its directory.
@@ -292,19 +325,19 @@ pub fn run(
             true => Some(Keep(StateFile::create(&directory.root().join(ResultDirectory::STATES))?)),
             false => None,
         };
-        let expired = limited(point.limit, interrupt);
+        let mut limited = Limited::watch(point.limit, scene.time.span.until.get(), interrupt);
         let mut record = Record { directory: &directory, level: plan.level, measures };
         let mut observers: Vec<&mut dyn Observer> = Vec::new();
         observers.extend(keep.as_mut().map(|keep| -> &mut dyn Observer { keep }));
+        observers.push(&mut limited);
         observers.push(&mut record);
         let observers = &mut observers[..];
         let summary =
             run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
-        if summary.ending == Ending::Interrupted && expired.load(Ordering::SeqCst) {
-            let limit = point.limit.unwrap_or_default();
-            let message =
-                format!("given up at t = {}: the time limit of {limit} s", Short(summary.time));
-            return Err(Error::Incomplete(message));
+        if summary.ending == Ending::Interrupted
+            && let Some(error) = limited.error(summary.time, point.limit)
+        {
+            return Err(error);
         }
         if plan.repeats > 0 && summary.ending != Ending::Interrupted {
             drop(simulation);
