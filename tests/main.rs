@@ -1,5 +1,6 @@
 //! Integration tests, one binary.
 //!
+//! * `accuracy`: studies of what accuracy costs: errors, reports, advice, references.
 //! * `answers`: plates, strips, membranes, growth, cantilevers against theory, over meshes.
 //! * `chebyshev`: order, stability, error control and failures of the stabilised integrator.
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
@@ -18,6 +19,7 @@
 
 #![allow(missing_docs, clippy::cast_precision_loss)]
 
+mod accuracy;
 mod answers;
 mod chebyshev;
 mod common;

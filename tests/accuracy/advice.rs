@@ -1,0 +1,68 @@
+//! The advice is the cheapest run that is accurate enough.
+
+use std::fs;
+
+use super::{DECAY, GROWING, number, study, table, text};
+
+#[test]
+fn the_cheapest_run_that_is_accurate_enough_is_recommended() {
+    for want in ["0.05", "1e-3"] {
+        let (folder, out) = study(DECAY, &["--want", want]);
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        let want: f64 = want.parse().unwrap();
+        let rows = table(folder.path());
+        let good = rows.iter().filter(|row| {
+            row["status"] == "complete" && number(row, "error of the species") <= want
+        });
+        let best =
+            good.min_by(|a, b| number(a, "steps [s]").total_cmp(&number(b, "steps [s]"))).unwrap();
+        let said = text(&out.stdout);
+        let name = format!("{}, ", best["integrator"]);
+        let advice = said.split_once(": ").unwrap().1;
+        assert!(advice.starts_with(&name), "{said}\n{best:?}");
+        let tolerance = format!("{:e}", number(best, "tolerance"));
+        assert!(advice.contains(&tolerance), "{said}\n{best:?}");
+    }
+}
+
+#[test]
+fn an_error_that_no_run_has_is_not_promised() {
+    let (_folder, out) = study(DECAY, &["--want", "1e-14", "--tolerances", "1e-1,1e-2"]);
+    let said = text(&out.stdout);
+    assert!(said.contains("no run is as accurate"), "{said}");
+    assert!(said.contains("tighter --tolerances"), "{said}");
+}
+
+#[test]
+fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
+    let noise =
+        "bump = { amplitude = 0.3, width = 2.0 }, imperfection = { amplitude = 0.05, seed = 3 }";
+    let scene = GROWING.replace("bump = { amplitude = 0.3, width = 2.0 }", noise);
+    let arguments = ["--of", "energy", "--want", "1e-9", "--tolerances", "1e-1,1e-2,1e-3"];
+    let (folder, out) = study(&scene, &arguments);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let said = text(&out.stdout);
+    assert!(said.contains("Seeds spread the energy by"), "{said}");
+    assert!(said.contains("not worth paying for"), "{said}");
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    assert!(page.contains("Spread over 3 seeds"), "{page}");
+}
+
+#[test]
+fn bad_arguments_are_refused_before_anything_is_made() {
+    let cases: [(&[&str], &str); 6] = [
+        (&["--want", "0"], "above 0"),
+        (&["--tolerances", "1e-2,none"], "`none` is not a number above 0"),
+        (&["--tolerances", ""], "no values"),
+        (&["--integrator", "stagered"], "did you mean staggered"),
+        (&["--integrator", "explicit"], "an explicit integrator needs a rate"),
+        (&["--of", "colour"], "possible values"),
+    ];
+    for (arguments, expected) in cases {
+        let (folder, out) = study(GROWING, arguments);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert!(!folder.path().join("out").exists(), "{arguments:?}");
+    }
+}

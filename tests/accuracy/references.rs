@@ -1,0 +1,59 @@
+//! References: kept, taken over, refused; studies that go on.
+
+use std::fs;
+
+use super::{DECAY, again, study, table, text};
+
+#[test]
+fn a_study_goes_on_with_the_runs_that_are_left() {
+    let (folder, out) = study(DECAY, &["--tolerances", "1e-1,1e-2"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let before = table(folder.path());
+    let member = folder.path().join("out/members/run=monolithic,-BDF,-1e-2");
+    fs::remove_dir_all(&member).unwrap();
+    let out = again(folder.path(), &["--tolerances", "1e-1,1e-2"]);
+    let said = text(&out.stderr);
+    assert!(out.status.success(), "{said}");
+    assert_eq!(said.matches(": begun").count(), 1, "{said}");
+    let errors = |rows: &[std::collections::BTreeMap<String, String>]| -> Vec<String> {
+        rows.iter().map(|row| row["error of the species"].clone()).collect()
+    };
+    assert_eq!(errors(&before), errors(&table(folder.path())));
+    // What there is can be gathered again from its folder alone.
+    let out = crate::run::program::rumple(folder.path(), &["accuracy", "out"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+}
+
+#[test]
+fn references_are_taken_over_where_the_scene_is_the_same() {
+    let (folder, out) = study(DECAY, &["--tolerances", "1e-1,1e-3"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let take = ["accuracy", "scene.toml", "--out", "other", "--references-from", "out"];
+    let more = ["--tolerances", "3e-2,1e-2"];
+    let out = crate::run::program::rumple(folder.path(), &[&take[..], &more].concat());
+    let said = text(&out.stderr);
+    assert!(out.status.success(), "{said}");
+    assert!(!said.contains("reference: monolithic, BDF, 1e-7: begun"), "{said}");
+    let page = fs::read_to_string(folder.path().join("other/accuracy.md")).unwrap();
+    assert!(page.contains("1e-7"), "{page}");
+    // Another law has other solutions.
+    let changed = DECAY.replace("k = 1.0", "k = 2.0");
+    fs::write(folder.path().join("scene.toml"), changed).unwrap();
+    let take = ["accuracy", "scene.toml", "--out", "third", "--references-from", "out"];
+    let out = crate::run::program::rumple(folder.path(), &[&take[..], &more].concat());
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{said}");
+    assert!(said.contains("has references of another scene"), "{said}");
+    assert!(said.contains("k = 1.0") && said.contains("k = 2.0"), "{said}");
+}
+
+#[test]
+fn without_a_reference_errors_are_not_known() {
+    let arguments =
+        ["--reference", "{ kind = \"staggered\", method = \"euler\" }", "--tolerances", "1e-1"];
+    let scene = DECAY.replace("-k*c", "sqrt(0.5 - t)");
+    let (_folder, out) = study(&scene, &arguments);
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(1), "{said}");
+    assert!(said.contains("errors are not known"), "{said}");
+}
