@@ -209,6 +209,7 @@ fn ours(
     if let Err(error) = &done {
         eprintln!("  {}: {error}", entry.label);
     }
+    let work = simulation.spent().work;
     let mut at = simulation.evaluate();
     let state = at.state();
     let mut gradient = vec![Vec3::zeros(); vertices];
@@ -219,18 +220,18 @@ fn ours(
         Some(c) => real(c.iter().filter(|c| **c > SWITCH).count()) / real(vertices),
     };
     let steps = real(usize::try_from(state.step)? + 1);
-    let (iterations, factorisations, failed) = match &done {
-        Ok(done) => (number(real(done.iterations)), number(real(done.factorisations)), "0".into()),
-        Err(_) => (String::new(), String::new(), format!("stopped at t = {}", state.time)),
+    let failed = match &done {
+        Ok(_) => "0".into(),
+        Err(_) => format!("stopped at t = {}", state.time),
     };
     let row = vec![
         format!("rumple, {}", entry.label),
         number(cpu),
         number(steps),
         number(cpu / steps),
-        iterations,
-        evaluations(&directory)?,
-        factorisations,
+        work.iterations.to_string(),
+        work.gradients.to_string(),
+        work.factorisations.to_string(),
         failed,
         format!("{:.0e}", entry.tolerance),
         format!("{residual:.1e}"),
@@ -239,16 +240,4 @@ fn ours(
         format!("{:.1}", smallest_angle(&sheet, &state.x)),
     ];
     Ok((cpu / steps, row))
-}
-
-/// Evaluations of all relaxations, from the ledger.
-fn evaluations(directory: &ResultDirectory) -> Result<String> {
-    let ledger = fs::read_to_string(directory.ledger())?;
-    let mut lines = ledger.lines();
-    let titles = lines.next().unwrap_or_default();
-    let column = titles.split(',').position(|t| t.trim_matches('"') == "evaluations");
-    let column = column.ok_or("the ledger counts no evaluations")?;
-    let cells = lines.map(|line| line.split(',').nth(column).unwrap_or_default());
-    let total: f64 = cells.map(|cell| cell.parse().unwrap_or(f64::NAN)).sum();
-    Ok(number(total))
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use rumple::num::real;
 use rumple::sheet::Sheet;
-use rumple::solve::equilibrium::{Goal, Relaxation};
+use rumple::solve::equilibrium::Goal;
 
 use crate::common::{Result, Table, cpu_seconds, equilibrium, number};
 use crate::problem::{
@@ -156,22 +156,20 @@ fn ours(
     let asked = relative * norm / mechanics.force_scale();
     let enough = asked / real(x.len()).sqrt();
     let mut solver = spec.build(mechanics.mechanics())?;
-    let mut work = Relaxation::default();
+    let before = mechanics.mechanics().tally().work();
     let (mut failure, mut now) = (None, (f64::NAN, f64::NAN));
     for tolerance in [asked / 3.0, asked / 30.0, enough] {
         let max_iterations = options.iterations.unwrap_or(spec.max_iterations());
         let goal = Goal { tolerance, max_iterations, interrupted: &|| false };
         let done = solver.relax(&mut mechanics, &mut x, &goal);
         now = energy_and_norm(&mut mechanics, &x);
-        match done {
-            Ok(done) => work.add(&done),
-            Err(error) => failure = Some(error.to_string()),
-        }
+        failure = done.err().map(|error| error.to_string());
         if now.1 <= relative * norm || failure.is_some() {
             break;
         }
     }
     let cpu = cpu_seconds()? - began;
+    let work = mechanics.mechanics().tally().work() - before;
     if let Some(failure) = &failure {
         eprintln!("  {method}: {failure}");
     }
@@ -179,7 +177,8 @@ fn ours(
     Ok(Row {
         solver: format!("rumple, {method}{stopped}"),
         cpu,
-        work: [work.iterations, work.evaluations, work.factorisations].map(real),
+        work: [work.iterations, work.gradients, work.factorisations]
+            .map(|n| real(usize::try_from(n).unwrap_or(usize::MAX))),
         energy: now.0,
         relative: now.1 / norm,
         angle: smallest_angle(sheet, &x),

@@ -106,9 +106,9 @@ fn child(options: &Options, name: &str, method: &str) -> Result<()> {
     let tolerance = simulation.force_tolerance();
     let before = cpu_seconds()?;
     simulation.set_control(limited(before + options.limit));
-    let mut done = Relaxation::default();
-    let ended = run(&entry, &mut simulation, &mut done);
+    let ended = run(&entry, &mut simulation);
     let seconds = cpu_seconds()? - before;
+    let work = simulation.model().tally().work();
     let energy = simulation.energies().map_or(f64::NAN, |all| all.iter().map(|e| e.1).sum());
     let x = &simulation.state().x;
     let corners = simulation.sheet().triangles().iter().map(|t| t.map(|v| x[v as usize]));
@@ -118,8 +118,8 @@ fn child(options: &Options, name: &str, method: &str) -> Result<()> {
         vertices: x.len(),
         tolerance,
         seconds,
-        iterations: done.iterations,
-        factorisations: done.factorisations,
+        iterations: work.iterations,
+        factorisations: work.factorisations,
         energy,
         angle,
         failure: failure.map(|text| match text.as_str() {
@@ -146,18 +146,18 @@ fn limited(limit: f64) -> Control {
     Control::new(over, |_| ())
 }
 
-/// What the entry asks for; the work is added to `done`.
-fn run(entry: &Entry, simulation: &mut Simulation, done: &mut Relaxation) -> Result<()> {
+/// What the entry asks for.
+fn run(entry: &Entry, simulation: &mut Simulation) -> Result<()> {
     if let Some(until) = entry.steps_until {
-        done.add(&simulation.prepare()?);
+        simulation.prepare()?;
         while simulation.state().time < until {
-            done.add(&simulation.step(until)?.relaxation);
+            simulation.step(until)?;
         }
         return Ok(());
     }
     for time in &entry.at {
         simulation.state_mut().time = *time;
-        done.add(&simulation.relax()?);
+        simulation.relax()?;
     }
     Ok(())
 }

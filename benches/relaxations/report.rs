@@ -18,8 +18,8 @@ pub struct Outcome {
     pub vertices: usize,
     pub tolerance: f64,
     pub seconds: f64,
-    pub iterations: usize,
-    pub factorisations: usize,
+    pub iterations: u64,
+    pub factorisations: u64,
     pub energy: f64,
     /// Smallest angle, in degrees.
     pub angle: f64,

@@ -152,12 +152,14 @@ fn relax(
         max_iterations: spec.max_iterations(),
         interrupted: &|| false,
     };
+    let before = mechanics.mechanics().tally().work();
     let (done, time) = timed(|| spec.build(mechanics.mechanics())?.relax(mechanics, x, &goal))?;
     row.push(seconds(time));
     match done {
         Ok(done) => {
+            let work = mechanics.mechanics().tally().work() - before;
             row.extend(
-                [done.iterations, done.evaluations, done.factorisations].map(|n| n.to_string()),
+                [work.iterations, work.gradients, work.factorisations].map(|n| n.to_string()),
             );
             row.push(format!("{:.1e}", done.residual));
         }

@@ -95,17 +95,20 @@ fn work(
 
 fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
-    say!(
-        "{} steps ({} rejected), {} iterations, {} factorisations",
-        done.steps,
-        done.rejected,
-        done.iterations,
-        done.factorisations
-    );
+    let work = done.spent.work;
+    let mut counts = vec![format!("{} steps ({} rejected)", work.steps, work.rejected)];
+    let kinds = [
+        (work.iterations, "iterations"),
+        (work.newton_iterations, "Newton iterations"),
+        (work.right_hand_sides, "right-hand sides"),
+        (work.factorisations, "factorisations"),
+    ];
+    counts.extend(kinds.iter().filter(|k| k.0 > 0).map(|(count, what)| format!("{count} {what}")));
+    say!("{}", counts.join(", "));
     say!(
         "{:.1} s, of these {:.1} s for the first relaxation and {:.1} s for output",
         done.wall.as_secs_f64(),
-        done.start.as_secs_f64(),
+        done.start.wall_seconds,
         done.output.as_secs_f64()
     );
     if done.frames > 0 {

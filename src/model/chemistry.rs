@@ -29,6 +29,7 @@ pub struct Chemistry {
     transports: Vec<TransportTerm>,
     measure: Measure,
     flagged: Flagged,
+    tally: Tally,
     law: Meter,
     /// One for each transport.
     meters: Vec<Meter>,
@@ -78,6 +79,7 @@ impl Chemistry {
             transports,
             measure,
             flagged,
+            tally: tally.clone(),
             law,
             meters,
         };
@@ -88,6 +90,7 @@ impl Chemistry {
     /// Counts what it costs with `tally` from now on.
     pub(super) fn count(&mut self, tally: &Tally) {
         let descriptor = self.kinetics.descriptor();
+        self.tally = tally.clone();
         self.law = meters::of_law(tally, &descriptor.title());
         let name = |k: usize| descriptor.species.get(k).map_or("", |s| s.name.as_str());
         let of = |t: &TransportTerm| format!("{} of {}", t.name(), name(t.species()));
@@ -105,6 +108,15 @@ impl Chemistry {
     /// The scope of `what` of transport number k.
     pub(super) fn transport_scope(&self, k: usize, what: usize) -> Option<Scope> {
         self.meters.get(k).map(|meter| meter.scope(what))
+    }
+
+    /// The scope of one call of the law, for so many points.
+    fn call(&self, what: usize, points: usize) -> Scope {
+        self.tally.count(|work| {
+            work.law_calls += 1;
+            work.law_sites += points as u64;
+        });
+        self.law.scope(what)
     }
 
     /// What the kinetics says about itself.
@@ -202,7 +214,7 @@ impl Chemistry {
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
         let kinetics = self.kinetics.as_ref();
-        let _scope = self.law.scope(law::SLOPES);
+        let _scope = self.call(law::SLOPES, count);
         let outcome = field::length_factor_partials(kinetics, &batch, &mut factor, &mut out);
         self.flagged.note(location, outcome)?;
         Ok(Some(slopes))
@@ -234,7 +246,7 @@ impl Chemistry {
         };
         let mut factor = vec![1.0; count];
         if self.descriptor().capabilities.length_factor {
-            let _scope = self.law.scope(law::FACTOR);
+            let _scope = self.call(law::FACTOR, count);
             let outcome = field::length_factor(self.kinetics.as_ref(), &batch, &mut factor);
             self.flagged.note(location, outcome)?;
         }
@@ -272,7 +284,7 @@ impl Chemistry {
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
         let kinetics = self.kinetics.as_ref();
-        let _scope = self.law.scope(law::RATES);
+        let _scope = self.call(law::RATES, species.first().map_or(0, |c| c.len()));
         let outcome = self.batch(species, signals, |batch| field::rates(kinetics, batch, out));
         self.flagged.note(self.location, outcome)
     }
@@ -296,7 +308,7 @@ impl Chemistry {
         // What a law leaves unwritten must not be taken for a result.
         let mut all = vec![vec![f64::NAN; count]; self.descriptor().observables.len()];
         let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
-        let _scope = self.law.scope(law::OBSERVABLES);
+        let _scope = self.call(law::OBSERVABLES, count);
         self.batch(species, signals, |batch| {
             field::observe(self.kinetics.as_ref(), batch, &mut out)
         })?;
@@ -327,7 +339,7 @@ impl Chemistry {
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let mut rates = field::Columns::new(n, count);
         let mut partials = field::Columns::new(n * inputs, count);
-        let _scope = self.law.scope(law::PARTIALS);
+        let _scope = self.call(law::PARTIALS, count);
         let outcome = self.batch(species, signals, |batch| {
             field::rate_partials(
                 self.kinetics.as_ref(),

@@ -125,5 +125,5 @@ pub(super) fn of_steps(tally: &Tally) -> Meter {
 }
 
 pub(super) fn of_jacobian(tally: &Tally) -> Meter {
-    tally.meter("solver", "coupled Jacobian", &["evaluations"])
+    tally.meter("solver", "coupled Jacobian", &[])
 }

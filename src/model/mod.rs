@@ -31,7 +31,7 @@ mod time_course;
 
 pub use anchor::Anchor;
 pub use chemistry::{Chemistry, SignalColumns, Surface};
-pub use coupled::{Coupled, CoupledWork, Layout, Part};
+pub use coupled::{Coupled, Layout, Part};
 pub use drag::{Drag, Weights};
 pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};

@@ -173,6 +173,12 @@ impl Potential {
         let sheet = self.mechanics.sheet();
         let shape = Shape { sheet, metric: &self.metric, time: self.time, x };
         let meters = self.mechanics.meters();
+        self.mechanics.tally().count(|work| match what {
+            energy::ENERGY => work.energies += 1,
+            energy::GRADIENT => work.gradients += 1,
+            energy::HESSIAN => work.hessians += 1,
+            _ => {}
+        });
         for (k, (term, work)) in self.mechanics.terms().iter().zip(&mut self.work).enumerate() {
             if !energy::declared(what, term.coupling()) {
                 continue;

@@ -8,6 +8,12 @@
 //! Times are those of the calling thread, from beginning to end: other threads that it waits for are in them.
 //! Memory is what remains allocated by the whole program, if it says how much that is
 //! ([`watch_memory`]). A scope costs two readings of the clock; counts are integers.
+//!
+//! A tally also keeps one account of [`Work`] for the whole model: what was done, whoever did it.
+
+mod work;
+
+pub use work::{Spent, Work};
 
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -53,6 +59,7 @@ struct Sums {
 pub struct Tally {
     all: Arc<Sums>,
     meters: Arc<Mutex<Vec<Meter>>>,
+    work: Arc<Mutex<Work>>,
 }
 
 /// The meter of one kind of work; copies are the same meter.
@@ -100,6 +107,17 @@ impl Tally {
             Meter(Arc::new(Entry { group, name: name.to_owned(), labels, counts, own, all }));
         meters.push(made.clone());
         made
+    }
+
+    /// Adds to the account of work; for pieces as large as an evaluation of the model.
+    pub fn count(&self, add: impl FnOnce(&mut Work)) {
+        add(&mut self.work.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// The work done so far.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        *self.work.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What all meters show, in the order in which they were made.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIR/.lock        locked by the process that writes; the system frees it, however that ends
-//! DIR/status.json  running, complete, interrupted or failed; why; the time reached
+//! DIR/status.json  running, complete, interrupted or failed; why; the time reached; what that has cost
 //! ```
 //!
 //! A run that is killed stays `running` with its lock free.
@@ -10,14 +10,16 @@
 use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
-use serde_json::json;
+use serde::Serialize;
+use serde_json::{Value, from_value, json, to_value};
 
 use super::{OutputError, atomic, clock};
 use rumple_growing::Growing;
+use rumple_numerics::tally::{Spent, Work};
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +43,20 @@ impl fmt::Display for RunStatus {
             Self::Failed => "failed",
         })
     }
+}
+
+/// How far a run is, and what that has cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Reached {
+    /// The time reached.
+    pub time: f64,
+    /// What relaxing the start and all steps have cost, without making ready and output.
+    #[serde(flatten)]
+    pub spent: Spent,
+    /// Of these the start.
+    pub start: Spent,
+    /// Largest resident memory of the process, bytes, where the system says it; known at the end.
+    pub peak_resident_bytes: Option<u64>,
 }
 
 /// The right to write to a directory, until it is dropped.
@@ -105,7 +121,7 @@ impl Claim {
             ALL.push(Status {
                 path,
                 started: clock::iso(SystemTime::now()),
-                time: AtomicU64::new(0),
+                reached: Mutex::default(),
                 open: AtomicBool::new(true),
             })
             .1
@@ -113,10 +129,10 @@ impl Claim {
         status.write(RunStatus::Running, "")
     }
 
-    /// Records the time that the run has reached.
-    pub fn reached(&self, time: f64) {
+    /// Records how far the run is.
+    pub fn tell(&self, change: impl FnOnce(&mut Reached)) {
         if let Some(status) = self.status.get() {
-            status.time.store(time.to_bits(), Ordering::Relaxed);
+            change(&mut status.reached.lock().unwrap_or_else(PoisonError::into_inner));
         }
     }
 
@@ -150,6 +166,14 @@ pub struct Standing {
     pub reason: String,
     /// The time reached when that was written.
     pub time: f64,
+    /// Work up to then.
+    pub work: Option<Work>,
+    /// Of that the start.
+    pub start: Option<Work>,
+    /// Processor time of that work, s.
+    pub cpu_seconds: Option<f64>,
+    /// Largest resident memory of the process, bytes.
+    pub peak_resident_bytes: Option<u64>,
     /// Whether a process writes to the directory.
     pub in_use: bool,
 }
@@ -159,13 +183,22 @@ impl Standing {
     #[must_use]
     pub fn of(root: &Path) -> Option<Self> {
         let text = fs::read_to_string(root.join(Claim::STATUS)).ok()?;
-        let about: serde_json::Value = serde_json::from_str(&text).ok()?;
+        let mut about: Value = serde_json::from_str(&text).ok()?;
         let known =
             [RunStatus::Running, RunStatus::Complete, RunStatus::Interrupted, RunStatus::Failed];
         let status = known.into_iter().find(|s| about["status"] == s.to_string())?;
         let in_use = status == RunStatus::Running && Claim::in_use(root);
         let reason = about["reason"].as_str().unwrap_or_default().to_owned();
-        Some(Self { status, reason, time: about["time"].as_f64().unwrap_or(0.0), in_use })
+        Some(Self {
+            status,
+            reason,
+            time: about["time"].as_f64().unwrap_or(0.0),
+            work: from_value(about["work"].take()).ok(),
+            start: from_value(about["start"]["work"].take()).ok(),
+            cpu_seconds: about["cpu_seconds"].as_f64(),
+            peak_resident_bytes: about["peak_resident_bytes"].as_u64(),
+            in_use,
+        })
     }
 }
 
@@ -174,8 +207,7 @@ impl Standing {
 struct Status {
     path: PathBuf,
     started: String,
-    /// Bits of the time reached.
-    time: AtomicU64,
+    reached: Mutex<Reached>,
     /// Whether the run goes on.
     open: AtomicBool,
 }
@@ -184,13 +216,17 @@ static ALL: Growing<Status> = Growing::new();
 
 impl Status {
     fn text(&self, standing: RunStatus, reason: &str) -> String {
-        let about = json!({
+        let mut about = json!({
             "status": standing.to_string(),
             "reason": reason,
-            "time": f64::from_bits(self.time.load(Ordering::Relaxed)),
             "started": self.started,
             "process": std::process::id(),
         });
+        let reached = *self.reached.lock().unwrap_or_else(PoisonError::into_inner);
+        if let (Value::Object(about), Ok(Value::Object(reached))) = (&mut about, to_value(reached))
+        {
+            about.extend(reached);
+        }
         format!("{about:#}\n")
     }
 

@@ -41,7 +41,7 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
-pub use claim::{Claim, RunStatus, Standing};
+pub use claim::{Claim, Reached, RunStatus, Standing};
 pub use directory::ResultDirectory;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};

@@ -13,7 +13,7 @@ use crate::num::real;
 use crate::output::{OutputError, ResultDirectory, atomic};
 use crate::scene::Scene;
 use crate::solve::part;
-use crate::tally::{Cost, allocated};
+use crate::tally::{Cost, Work, allocated};
 
 /// What a run cost, as `costs.json` has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,8 +25,8 @@ pub struct Costs {
     /// Processor time of all threads of the process, s, where the system says it.
     #[serde(default)]
     pub cpu_seconds: Option<f64>,
-    /// Accepted steps.
-    pub steps: u64,
+    /// What was done to relax the start and in all steps.
+    pub work: Work,
     /// Threads that computed.
     pub threads: usize,
     /// Bytes allocated at the end and not before; `None` in a program whose allocator does not count.
@@ -100,7 +100,7 @@ impl PartCost {
 
 /// Processor time of all threads of this process, s.
 #[cfg(unix)]
-fn processor_time() -> Option<f64> {
+pub(super) fn processor_time() -> Option<f64> {
     use rustix::time::{ClockId, clock_gettime};
     let time = clock_gettime(ClockId::ProcessCPUTime);
     let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u64::try_from);
@@ -108,7 +108,7 @@ fn processor_time() -> Option<f64> {
 }
 
 #[cfg(not(unix))]
-fn processor_time() -> Option<f64> {
+pub(super) fn processor_time() -> Option<f64> {
     None
 }
 
@@ -152,7 +152,7 @@ impl Costs {
             scene: scene.name().to_owned(),
             seconds,
             cpu_seconds: processor_time(),
-            steps: simulation.state().step,
+            work: simulation.spent().work,
             threads: rayon::current_num_threads(),
             bytes: counted.then_some(kept),
             peak_resident_bytes: peak_resident(None),
@@ -256,7 +256,7 @@ impl std::fmt::Display for Costs {
             "{}: {} in all, {} steps, {} {threads}",
             self.scene,
             duration(self.seconds),
-            self.steps,
+            self.work.steps,
             self.threads
         )?;
         let counted = self.bytes.is_some();
@@ -285,6 +285,11 @@ impl std::fmt::Display for Costs {
                 let _ = write!(line, "  ({place})");
             }
             writeln!(f, "{}", line.trim_end())?;
+        }
+        writeln!(f, "work")?;
+        let done = Work::NAMES.iter().zip(self.work.values()).filter(|(_, count)| *count > 0);
+        for ((name, what), count) in done {
+            writeln!(f, "  {:17}  {count:>12}  {what}", name.replace('_', " "))?;
         }
         match self.bytes {
             Some(kept) => {

@@ -203,7 +203,19 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let workspace = Workspace::new(model, relaxer);
     let faults = Vec::new();
     built.end(workspace.model.tally());
-    Ok(Simulation { area, workspace, state, integrator, plugins, fields, notes, faults, built })
+    let spent = crate::tally::Spent::default();
+    Ok(Simulation {
+        area,
+        workspace,
+        state,
+        integrator,
+        plugins,
+        fields,
+        notes,
+        faults,
+        built,
+        spent,
+    })
 }
 
 /// How the shape is relaxed; `None` where it does not move.

@@ -11,18 +11,10 @@ use crate::num::real;
 use crate::parallel::{self, BLOCK};
 use crate::sheet::Sheet;
 use crate::solve::StepReport;
+use crate::tally::Work;
 
-/// Titles of the ledger's columns where there is no space; species follow.
-const POINT: [&str; 8] = [
-    "step",
-    "time",
-    "step size [time]",
-    "error estimate",
-    "rejected",
-    "iterations",
-    "factorisations",
-    "wall time [s]",
-];
+/// Titles of the ledger's first columns.
+const STEP: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
 
 fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
@@ -30,25 +22,23 @@ fn is_point(model: &Model) -> bool {
 
 /// Titles of the ledger's columns, with units.
 pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
+    let mut all = STEP.map(str::to_owned).to_vec();
+    // A row is a step.
+    let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
     if is_point(model) {
-        let mut all = POINT.map(str::to_owned).to_vec();
+        all.extend(work.chain(["wall time [s]".to_owned()]));
         if let Some(chemistry) = model.chemistry() {
             all.extend(chemistry.descriptor().species.iter().map(|s| s.name.clone()));
         }
         return all;
     }
-    let mut all: Vec<String> = ["step", "time", "step size [time]", "error estimate", "rejected"]
-        .map(str::to_owned)
-        .to_vec();
     all.extend(model.mechanics().names().map(|name| format!("energy of {name} [energy]")));
     for name in model.mechanics().constraint_names() {
         all.push(format!("constraint {name}"));
         all.push(format!("multiplier of {name} [energy]"));
     }
-    all.extend(
-        ["total energy [energy]", "iterations", "evaluations", "factorisations", "force residual"]
-            .map(str::to_owned),
-    );
+    all.push("total energy [energy]".to_owned());
+    all.extend(work.chain(["force residual".to_owned()]));
     if watched {
         all.push("negative directions".to_owned());
     }
@@ -124,17 +114,16 @@ pub(super) fn row(
     let (model, state) = (at.model(), at.state());
     let sheet = model.sheet();
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
+    let mut row = vec![step, state.time, report.step, report.error];
+    let work = report.work.values().into_iter().skip(1);
+    let work = work.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)));
     if is_point(model) {
-        let work = &report.relaxation;
-        let mut row = vec![step, state.time, report.step, report.error, real(report.rejected)];
-        row.extend([work.iterations, work.factorisations].map(real));
+        row.extend(work);
         row.push(wall);
         row.extend(state.species.iter().flatten());
         return Ok(row);
     }
-    let mut row = vec![step, state.time, report.step, report.error, real(report.rejected)];
     let energies = at.energies()?;
-    let work = &report.relaxation;
     row.extend(&energies);
     if model.mechanics().is_constrained() {
         let potential = at.potential()?;
@@ -142,8 +131,8 @@ pub(super) fn row(
         row.extend(values.iter().zip(potential.multipliers()).flat_map(|(g, l)| [*g, *l]));
     }
     row.push(energies.iter().sum());
-    row.extend([work.iterations, work.evaluations, work.factorisations].map(real));
-    row.push(work.residual);
+    row.extend(work);
+    row.push(report.relaxation.residual);
     row.extend(negative);
     // An amount is per rest area, a concentration per current area.
     let amount = model.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
@@ -166,7 +155,7 @@ pub(super) fn row(
     }
     row.push(shape.least_quality);
     row.push(real(at.potential()?.metric().impossible_triangles()));
-    row.push(real(work.collapsed));
+    row.push(real(report.relaxation.collapsed));
     row.push(wall);
     Ok(row)
 }

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::costs::Costs;
+use super::costs::{Costs, peak_resident};
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::Reported;
 use super::watch::{self, Watch};
@@ -15,6 +15,7 @@ use crate::output::{
 };
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
+use crate::tally::Spent;
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,20 +48,14 @@ pub struct Summary {
     pub ending: Ending,
     /// Time reached.
     pub time: f64,
-    /// Accepted steps.
-    pub steps: u64,
     /// Frames written.
     pub frames: usize,
-    /// All relaxation work.
-    pub iterations: usize,
-    /// Numeric factorisations.
-    pub factorisations: usize,
-    /// Rejected steps.
-    pub rejected: usize,
+    /// What relaxing the start and all steps have cost.
+    pub spent: Spent,
+    /// Of these the start.
+    pub start: Spent,
     /// Wall time of the whole run.
     pub wall: Duration,
-    /// Wall time of the first relaxation.
-    pub start: Duration,
     /// Wall time of writing.
     pub output: Duration,
 }
@@ -131,6 +126,11 @@ pub fn observed(
     others: &mut [&mut dyn Observer],
 ) -> Result<Summary> {
     let outcome = stepped(scene, simulation, directory, progress, interrupt, others);
+    directory.claim().tell(|reached| {
+        // A last step that failed included.
+        reached.spent = simulation.spent();
+        reached.peak_resident_bytes = peak_resident(None);
+    });
     let written = Costs::of(scene, simulation).write(directory);
     // The first failure is the one to report.
     let summary = outcome?;
@@ -165,17 +165,15 @@ fn stepped(
         observers.push(frames);
     }
     let (first, mut negative) = begin(scene, simulation, &mut watch, directory, progress)?;
-    let start = began.elapsed();
+    let start = simulation.spent();
+    directory.claim().tell(|reached| reached.start = start);
     let mut summary = Summary {
         ending: Ending::Reached,
         time: 0.0,
-        steps: 0,
         frames: 0,
-        iterations: first.relaxation.iterations,
-        factorisations: first.relaxation.factorisations,
-        rejected: 0,
-        wall: start,
+        spent: start,
         start,
+        wall: Duration::ZERO,
         output: Duration::ZERO,
     };
     let until = scene.time.span.until.get();
@@ -186,12 +184,11 @@ fn stepped(
     let (mut reported, mut failed) = (Reported::default(), 0);
     loop {
         let stopwatch = Instant::now();
-        let Simulation { workspace, state, .. } = &mut *simulation;
+        let Simulation { workspace, state, spent, .. } = &mut *simulation;
         let state = &*state;
         let mut at = workspace.at(state);
-        directory.claim().reached(state.time);
+        directory.claim().tell(|reached| (reached.time, reached.spent) = (state.time, *spent));
         summary.time = state.time;
-        summary.steps = state.step;
         let mut see = || -> Result<Option<Ending>> {
             let mut ending = None;
             for observer in &mut observers {
@@ -249,9 +246,7 @@ fn stepped(
                 progress.message(&format!("step size repeatedly reduced: {reason}"));
             }
         }
-        summary.iterations += latest.relaxation.iterations;
-        summary.factorisations += latest.relaxation.factorisations;
-        summary.rejected += latest.rejected;
+        summary.spent = simulation.spent();
         progress.update(&ProgressLine {
             time: simulation.state.time,
             step: simulation.state.step,
@@ -282,9 +277,11 @@ fn begin(
     let asked = simulation.state.x.clone();
     let mut first = StepReport::default();
     match simulation.prepare() {
-        Ok(done) => first.relaxation = done,
+        Ok(done) => (first.relaxation, first.work) = (done, simulation.spent().work),
         // The start is then shown as far as it got, not as an equilibrium.
-        Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
+        Err(Error::Solve(SolveError::Interrupted)) => {
+            (first.relaxation.residual, first.work) = (f64::NAN, simulation.spent().work);
+        }
         Err(error) => return Err(stopped(simulation, directory, compression, error)),
     }
     if let Err(error) = look_again(simulation, progress) {
@@ -331,7 +328,9 @@ fn look(
 ) -> Result<f64> {
     let _scope =
         simulation.model().tally().meter("solver", "stability analysis", &["shapes"]).scope(0);
-    match watch.look(simulation, &mut report.relaxation, progress) {
+    let (seen, spent) = simulation.spend(|s| watch.look(s, &mut report.relaxation, progress));
+    report.work += spent.work;
+    match seen {
         Ok(negative) => Ok(negative),
         // The state is then still the saddle.
         Err(Error::Solve(SolveError::Interrupted)) => Ok(f64::NAN),

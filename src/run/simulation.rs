@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::built::Built;
+use super::costs::processor_time;
 use super::{Fields, Result, prepare};
 use crate::geometry::VertexArea;
 use crate::kinetics::Search;
@@ -13,6 +14,7 @@ use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, Integrator, StepReport, Workspace};
+use crate::tally::Spent;
 
 /// A scene made ready: its model, its state, and how it advances.
 ///
@@ -48,6 +50,8 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// What its effects brought, and what it cost to make.
     pub(crate) built: Built,
+    /// What relaxing the start and stepping have cost.
+    pub(crate) spent: Spent,
 }
 
 impl Simulation {
@@ -115,7 +119,7 @@ impl Simulation {
     /// # Errors
     /// If a relaxation or a law fails.
     pub fn prepare(&mut self) -> Result<Relaxation> {
-        Ok(self.integrator.prepare(&mut self.workspace, &mut self.state)?)
+        self.spend(|s| Ok(s.integrator.prepare(&mut s.workspace, &mut s.state)?)).0
     }
 
     /// Brings the shape into equilibrium with its species.
@@ -131,7 +135,33 @@ impl Simulation {
     /// # Errors
     /// Whatever no smaller step cures; the state is as before then, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
-        Ok(self.integrator.advance(&mut self.workspace, &mut self.state, until)?)
+        let (report, spent) = self.spend(|s| -> Result<StepReport> {
+            let report = s.integrator.advance(&mut s.workspace, &mut s.state, until)?;
+            s.model().tally().count(|work| work.steps += 1);
+            Ok(report)
+        });
+        Ok(StepReport { work: spent.work, ..report? })
+    }
+
+    /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,
+    /// and without whoever looks at states in between.
+    #[must_use]
+    pub fn spent(&self) -> Spent {
+        self.spent
+    }
+
+    /// Does `what`, and adds what it cost to what is spent.
+    pub(crate) fn spend<R>(&mut self, what: impl FnOnce(&mut Self) -> R) -> (R, Spent) {
+        let now = |s: &Self| Spent {
+            work: s.model().tally().work(),
+            cpu_seconds: processor_time().unwrap_or(f64::NAN),
+            wall_seconds: s.built.began.elapsed().as_secs_f64(),
+        };
+        let before = now(self);
+        let done = what(self);
+        let more = now(self) - before;
+        self.spent += more;
+        (done, more)
     }
 
     /// The frame of its state, with the fields that its scene asks for.

@@ -84,7 +84,7 @@ impl Watch {
 
     /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
     ///
-    /// Work of a second relaxation is added to `work`. A factor dominated by round-off is reported and
+    /// Where a second relaxation leads is added to `done`. A factor dominated by round-off is reported and
     /// gives NaN.
     ///
     /// # Errors
@@ -93,10 +93,10 @@ impl Watch {
     pub(super) fn look(
         &mut self,
         simulation: &mut Simulation,
-        work: &mut Relaxation,
+        done: &mut Relaxation,
         progress: &mut Progress,
     ) -> Result<f64> {
-        let Some(inertia) = self.count(simulation, work, progress)? else { return Ok(f64::NAN) };
+        let Some(inertia) = self.count(simulation, progress)? else { return Ok(f64::NAN) };
         let now = inertia.negative > 0;
         let before = self.unstable.replace(now);
         let kind = match (before, now) {
@@ -116,11 +116,11 @@ impl Watch {
         }
         match (self.perturb, modes.first()) {
             (Some(by), Some(mode)) if leaves && !self.moving => {
-                self.leave(simulation, mode, by, work, progress)
+                self.leave(simulation, mode, by, done, progress)
             }
             (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
                 displace(simulation, mode, by)?;
-                work.residual = simulation.evaluate().residual()?;
+                done.residual = simulation.evaluate().residual()?;
                 self.report(simulation, DISPLACED, inertia.negative, &modes, progress)?;
                 Ok(crate::num::real(inertia.negative))
             }
@@ -131,10 +131,8 @@ impl Watch {
     fn count(
         &mut self,
         simulation: &mut Simulation,
-        work: &mut Relaxation,
         progress: &mut Progress,
     ) -> Result<Option<Inertia>> {
-        work.factorisations += 1;
         let mut at = simulation.evaluate();
         let x = &at.state().x;
         let counted = self.stability.inertia(at.potential()?, x);
@@ -174,19 +172,19 @@ impl Watch {
         simulation: &mut Simulation,
         mode: &Mode,
         by: f64,
-        work: &mut Relaxation,
+        done: &mut Relaxation,
         progress: &mut Progress,
     ) -> Result<f64> {
         let saddle = simulation.state.x.clone();
         displace(simulation, mode, by)?;
         match simulation.relax() {
-            Ok(done) => work.add(&done),
+            Ok(later) => done.add(&later),
             Err(error) => {
                 simulation.state.x = saddle;
                 return Err(error);
             }
         }
-        let Some(inertia) = self.count(simulation, work, progress)? else { return Ok(f64::NAN) };
+        let Some(inertia) = self.count(simulation, progress)? else { return Ok(f64::NAN) };
         self.unstable = Some(inertia.negative > 0);
         let modes = self.modes(simulation, progress)?;
         let kind = if inertia.negative == 0 { "left along the mode" } else { FELL_BACK };

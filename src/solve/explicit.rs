@@ -145,7 +145,6 @@ impl Integrator for Euler {
         model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
         workspace.project(&mut next)?;
         let mut report = StepReport { step, ..StepReport::default() };
-        report.relaxation.evaluations = 1;
         report.relaxation.residual = workspace.at(&next).residual()?;
         *state = next;
         Ok(report)

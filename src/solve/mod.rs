@@ -23,6 +23,7 @@ pub use workspace::{Control, Workspace};
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;
+use crate::tally::Work;
 use equilibrium::{Equilibrium, Relaxation};
 
 /// The integrator of a scene that names none.
@@ -181,10 +182,10 @@ pub struct StepReport {
     pub step: f64,
     /// Error estimate in units of the tolerance (0 for fixed steps).
     pub error: f64,
-    /// Tries that were rejected before.
-    pub rejected: usize,
-    /// Why the last of these came to no result, if it did not.
+    /// Why the last try before came to no result, if it did not.
     pub reason: Option<String>,
-    /// Work of all relaxations of the step, rejected ones included.
+    /// Where the relaxations of the step led.
     pub relaxation: Relaxation,
+    /// All work of the step, rejected tries included; integrators leave it to whoever asks for the step.
+    pub work: Work,
 }

@@ -261,23 +261,22 @@ impl Monolithic {
         };
         *at = None;
         let tolerance = (self.rtol, self.atol);
-        let earlier = integration.work();
         let model = &workspace.model;
         let mut next = state.clone();
-        integration.step(until, &mut |time, y| {
+        let rejected = integration.step(until, &mut |time, y| {
             layout.unpack(model.mechanics(), time, y, &mut next);
             let kept = model.keep_in_range(&mut next.species, time, tolerance);
             kept.map_err(|e| SolveError::from(e).into_failure())
         })?;
         next.step += 1;
-        let work = integration.work();
-        let mut report = StepReport {
-            step: next.time - state.time,
-            rejected: work.rejected - earlier.rejected,
-            ..StepReport::default()
-        };
-        report.relaxation.iterations = work.iterations - earlier.iterations;
-        report.relaxation.factorisations = work.factorisations - earlier.factorisations;
+        model.tally().count(|work| match self.part {
+            Part::Whole => work.rejected += rejected,
+            Part::Shape | Part::Chemistry => {
+                work.substeps += 1;
+                work.rejected_substeps += rejected;
+            }
+        });
+        let mut report = StepReport { step: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
             report.relaxation.residual = workspace.at(&next).residual()?;
         }
@@ -292,7 +291,7 @@ impl Integrator for Monolithic {
         let mut done = workspace.relax(state)?;
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
-            done.factorisations += self.steady.solve(workspace, state, tolerance)?;
+            self.steady.solve(workspace, state, tolerance)?;
             done.residual = workspace.at(state).residual()?;
         }
         Ok(done)

@@ -21,9 +21,10 @@ pub(crate) fn part(tally: &Tally, name: &str) -> Scope {
 #[derive(Debug, Clone)]
 pub(super) struct Linear {
     pub(super) factors: Meter,
-    pub(super) solutions: Meter,
+    solutions: Meter,
     /// Of the matrix itself.
     pub(super) matrix: Meter,
+    tally: Tally,
 }
 
 /// Room that the library for matrix products reserves for itself, once a thread.
@@ -36,9 +37,22 @@ impl Linear {
             reserve_scratch();
         }
         Self {
-            factors: tally.meter("solver", FACTORS, &["factorisations"]),
-            solutions: tally.meter("solver", SOLUTIONS, &["solutions"]),
+            factors: tally.meter("solver", FACTORS, &[]),
+            solutions: tally.meter("solver", SOLUTIONS, &[]),
             matrix: tally.meter("solver", "Hessian and its pattern", &[]),
+            tally: tally.clone(),
         }
+    }
+
+    /// The scope of one factorisation.
+    pub(super) fn factorise(&self) -> Scope {
+        self.tally.count(|work| work.factorisations += 1);
+        self.factors.scope(0)
+    }
+
+    /// The scope of one solution.
+    pub(super) fn solve(&self) -> Scope {
+        self.tally.count(|work| work.solves += 1);
+        self.solutions.scope(0)
     }
 }

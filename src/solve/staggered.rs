@@ -109,10 +109,10 @@ struct Staggered {
 
 impl Integrator for Staggered {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let mut done = workspace.relax(state)?;
+        let done = workspace.relax(state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            done.factorisations += self.steady.solve(workspace, state, inner)?;
+            self.steady.solve(workspace, state, inner)?;
         }
         Ok(done)
     }
@@ -241,7 +241,7 @@ impl Staggered {
         self.follow_shape(workspace, state, &mut next, &mut relaxation)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            relaxation.factorisations += self.steady.solve(workspace, &mut next, inner)?;
+            self.steady.solve(workspace, &mut next, inner)?;
         }
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
@@ -260,7 +260,7 @@ impl Staggered {
         };
         let shortest = SHORTEST * *self.first.get_or_insert(tried);
         let now = workspace.at(state).signals()?.clone();
-        let mut report = StepReport::default();
+        let (mut report, mut first) = (StepReport::default(), true);
         loop {
             let proposed = tried.min(longest);
             let time = end_of_step(state.time, proposed, until);
@@ -271,7 +271,7 @@ impl Staggered {
                     report.step = step;
                     report.error = error;
                     self.error = error;
-                    let limit = if report.rejected > 0 { 1.0 } else { GROWTH };
+                    let limit = if first { GROWTH } else { 1.0 };
                     let factor = (SAFETY / error.sqrt()).min(limit);
                     // A step cut short by an output time says nothing against longer ones.
                     let longer = (step * factor).max(if factor >= 1.0 { proposed } else { 0.0 });
@@ -291,7 +291,8 @@ impl Staggered {
                 }
                 Err(error) => return Err(error),
             }
-            report.rejected += 1;
+            first = false;
+            workspace.model.tally().count(|work| work.rejected += 1);
             self.step = Some(tried);
             if !(tried >= shortest) {
                 return Err(SolveError::StepTooSmall { time: state.time, step: tried });
@@ -378,10 +379,10 @@ impl Staggered {
         let inner = self.inner();
         let done = &mut report.relaxation;
         self.follow_shape(workspace, state, &mut next, done)?;
-        done.factorisations += self.steady.solve(workspace, &mut next, inner)?;
+        self.steady.solve(workspace, &mut next, inner)?;
         let mut predicted = next.clone();
         let coarse = self.follow_shape(workspace, state, &mut next, done)?;
-        done.factorisations += self.steady.solve(workspace, &mut next, inner)?;
+        self.steady.solve(workspace, &mut next, inner)?;
         let model = &workspace.model;
         let error = model.species_misfit(state, (&predicted, &next), tolerance);
         let shape = self.shape_error(workspace, state, &predicted, &next);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
+use rumple::tally::Tally;
 use rumple_numerics::linear::{
     Assembly, Block, BlockCholesky, BlockLdlt, BlockMatrix, BlockPattern, Entries, LinearChoice,
     Precision, Shifted, Sparse,
@@ -208,7 +209,7 @@ fn general_factors() {
         let x = on_all(&name, || {
             let mut matrix = Shifted::new(&jacobian, choice, None).unwrap();
             let mut x = b.clone();
-            matrix.solve(&jacobian, |_| (1.0, weight), &mut x).unwrap();
+            matrix.solve(&jacobian, |_| (1.0, weight), &mut x, &Tally::default()).unwrap();
             x
         });
         let mut product = vec![0.0; b.len()];

@@ -67,9 +67,13 @@ fn they_reach_the_minimum_of_lbfgs() {
         let mut solver = method(name, mechanics.mechanics());
         let mut x = start.clone();
         let limit = 1_000_000;
+        let before = mechanics.mechanics().tally().work();
         let done = relax(&mut *solver, &mut mechanics, &mut x, 1e-8, limit).unwrap();
-        assert!(done.residual <= 1e-8 && done.evaluations > done.iterations, "{name} {done:?}");
-        println!("{name}: {done:?}");
+        let work = mechanics.mechanics().tally().work() - before;
+        println!("{name}: {done:?} {work:?}");
+        assert_eq!(work.iterations, done.iterations as u64, "{name}");
+        assert!(done.residual <= 1e-8 && work.gradients > work.iterations, "{name} {work:?}");
+        assert_eq!(work.factorisations == 0, !["lbfgs", "newton"].contains(&name), "{name}");
         results.push((name, done, x));
     }
     let height = results[0].2.iter().map(|x| x.z).fold(0.0, f64::max);
@@ -81,7 +85,6 @@ fn they_reach_the_minimum_of_lbfgs() {
         let apart = x.iter().zip(&results[0].2).map(|(a, b)| (a.z - b.z).abs());
         let apart = apart.fold(0.0, f64::max);
         assert!(apart < 1e-4, "{name} {apart}");
-        assert_eq!(done.factorisations == 0, *name != "newton");
     }
     let iterations = |k: usize| results[k].1.iterations;
     assert!(iterations(1) < iterations(2) && iterations(2) < iterations(3));

@@ -9,6 +9,7 @@ use rumple::run::run::{Ending, Summary};
 use rumple::solve::SolveError;
 use rumple::study::compare::{Member, Ran, contact_sheet, figure};
 use rumple::study::{Measures, differences};
+use rumple::tally::{Spent, Work};
 use rumple::{Error, Vec3};
 
 use crate::common::lattice;
@@ -34,16 +35,14 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         share: 0.5,
         rate: 0.0,
     };
+    let work = Work { steps: 2, iterations: 10, factorisations: 1, ..Work::default() };
     let summary = Summary {
         ending: Ending::Reached,
         time: 2.0,
-        steps: 2,
         frames: 3,
-        iterations: 10,
-        factorisations: 1,
-        rejected: 0,
+        spent: Spent { work, wall_seconds: seconds, ..Spent::default() },
+        start: Spent::default(),
         wall: Duration::from_secs_f64(seconds),
-        start: Duration::ZERO,
         output: Duration::ZERO,
     };
     let ran = Ran {

@@ -9,7 +9,7 @@ use crate::study::compare::{DIVERGED, Divergence, Member, Ran};
 /// Every member's distance from the first that ran as far as they are on one branch, its last
 /// measures, and its cost.
 pub(super) fn table(members: &[Member]) -> String {
-    const HEAD: [[&str; 12]; 2] = [
+    const HEAD: [[&str; 13]; 2] = [
         [
             "",
             "distance",
@@ -22,11 +22,12 @@ pub(super) fn table(members: &[Member]) -> String {
             "s",
             "steps",
             "iterations",
+            "Newton",
             "factors",
         ],
-        ["", "shape", "species", "", "", "", "", "", "", "", "", ""],
+        ["", "shape", "species", "", "", "", "", "", "", "", "", "", ""],
     ];
-    let mut rows: Vec<[String; 12]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
+    let mut rows: Vec<[String; 13]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
     let reference = reference(members);
     let mut notes = String::new();
     let mut diverged = false;
@@ -34,7 +35,7 @@ pub(super) fn table(members: &[Member]) -> String {
         match (&member.outcome, reference) {
             (Ok(ran), Some((first, reference))) => {
                 let Some(measures) = ran.measures.last() else { continue };
-                let deviations = ran.deviations(reference);
+                let (deviations, work) = (ran.deviations(reference), ran.summary.spent.work);
                 if let Some(by) = &deviations.diverged {
                     diverged = true;
                     let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
@@ -54,9 +55,10 @@ pub(super) fn table(members: &[Member]) -> String {
                     measures.spots.to_string(),
                     measures.nearest.map_or("-".into(), |d| format!("{d:.2}")),
                     format!("{:.2}", ran.seconds()),
-                    ran.summary.steps.to_string(),
-                    ran.summary.iterations.to_string(),
-                    ran.summary.factorisations.to_string(),
+                    work.steps.to_string(),
+                    work.iterations.to_string(),
+                    work.newton_iterations.to_string(),
+                    work.factorisations.to_string(),
                 ]);
             }
             (Err(error), _) => {
@@ -73,7 +75,7 @@ pub(super) fn table(members: &[Member]) -> String {
         );
     }
     let widths: Vec<usize> =
-        (0..12).map(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0)).collect();
+        (0..13).map(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0)).collect();
     let mut text = String::new();
     for row in rows {
         for (k, (cell, width)) in row.iter().zip(&widths).enumerate() {

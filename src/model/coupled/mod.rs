@@ -20,6 +20,7 @@ use std::sync::Arc;
 use super::{Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface, TimeCourse};
 use crate::Vec3;
 use crate::linear::{Displacements, Sparse};
+use crate::tally::Tally;
 use jacobian::{Inputs, Jacobian};
 
 /// What of the model moves.
@@ -33,15 +34,6 @@ pub enum Part {
     Chemistry,
 }
 
-/// Work done since the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct CoupledWork {
-    /// Evaluations of F.
-    pub residuals: usize,
-    /// Evaluations of ∂F/∂y.
-    pub jacobians: usize,
-}
-
 /// F, its derivatives and M of a [`Model`], or of a part of it.
 pub struct Coupled {
     model: Arc<Model>,
@@ -53,7 +45,6 @@ pub struct Coupled {
     rates: Vec<Vec<f64>>,
     jacobian: Jacobian,
     course: Option<TimeCourse>,
-    work: CoupledWork,
 }
 
 impl Coupled {
@@ -80,7 +71,6 @@ impl Coupled {
             rates: Vec::new(),
             jacobian: Jacobian::default(),
             course: None,
-            work: CoupledWork::default(),
         }
     }
 
@@ -96,10 +86,10 @@ impl Coupled {
         &self.mass
     }
 
-    /// Work so far.
+    /// Where work on it is counted.
     #[must_use]
-    pub fn work(&self) -> CoupledWork {
-        self.work
+    pub fn tally(&self) -> &Tally {
+        self.model.tally()
     }
 
     /// Which unknowns are displacements, for linear solvers that treat them apart; `None` without any.
@@ -174,7 +164,7 @@ impl Coupled {
     /// # Errors
     /// If a law fails, or optimal lengths make no triangle where strains are read.
     pub fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), ModelError> {
-        self.work.residuals += 1;
+        self.tally().count(|work| work.right_hand_sides += 1);
         self.show(time, y);
         let given = self.given_signals(time);
         let Self { model, layout, state, memory, gradient, rates, .. } = self;
@@ -203,7 +193,7 @@ impl Coupled {
     /// # Errors
     /// As for [`Coupled::residual`].
     pub fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, ModelError> {
-        self.work.jacobians += 1;
+        self.tally().count(|work| work.jacobians += 1);
         self.show(time, y);
         let given = self.given_signals(time);
         let Self { model, layout, state, memory, jacobian, .. } = self;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::LinearError;
 use super::{Displacements, Ilu, SparseLu, TwoFields};
+use crate::tally::Tally;
 
 /// How linear systems are solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,14 +60,16 @@ impl Factor {
         })
     }
 
-    /// Records a matrix of the pattern.
+    /// Records a matrix of the pattern; counted with `tally`.
     ///
     /// # Errors
     /// [`LinearError`] if it is singular.
     pub fn factorise(
         &mut self,
         matrix: SparseColMatRef<'_, usize, f64>,
+        tally: &Tally,
     ) -> Result<(), LinearError> {
+        tally.count(|work| work.factorisations += 1);
         match self {
             Self::Lu(lu) => lu.factorise(matrix),
             Self::Ilu(ilu) => ilu.factorise(matrix),
@@ -74,15 +77,20 @@ impl Factor {
         }
     }
 
-    /// Solves in place with the last matrix.
+    /// Solves in place with the last matrix; counted with `tally`.
     ///
     /// # Errors
     /// [`LinearError`] if the matrix is singular or the iteration does not converge.
-    pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
-        match self {
-            Self::Lu(lu) => lu.solve(x),
-            Self::Ilu(ilu) => ilu.solve(x),
-            Self::Blocks(blocks) => blocks.solve(x),
-        }
+    pub fn solve(&mut self, x: &mut [f64], tally: &Tally) -> Result<(), LinearError> {
+        let (result, iterations) = match self {
+            Self::Lu(lu) => (lu.solve(x), 0),
+            Self::Ilu(ilu) => (ilu.solve(x), ilu.krylov.iterations),
+            Self::Blocks(blocks) => (blocks.solve(x), blocks.krylov.iterations),
+        };
+        tally.count(|work| {
+            work.solves += 1;
+            work.krylov_iterations += iterations;
+        });
+        result
     }
 }

@@ -14,7 +14,7 @@ const TOLERANCE: f64 = 1e-2;
 /// Iterations before the basis is dropped.
 const BASIS: usize = 40;
 /// Iterations after which the preconditioner has failed.
-const MOST: usize = 400;
+const MOST: u64 = 400;
 /// Vectors of each kind that are kept for the next system: few systems need more.
 const KEPT: usize = 8;
 
@@ -82,6 +82,8 @@ pub(super) struct Krylov {
     /// The basis after the preconditioner.
     changed: Vec<Vec<f64>>,
     residual: Vec<f64>,
+    /// Of the last system.
+    pub(super) iterations: u64,
 }
 
 impl Krylov {
@@ -114,17 +116,18 @@ impl Krylov {
         let mut size = norm(&self.residual);
         let goal = TOLERANCE * size;
         x.fill(0.0);
-        let mut iterations = 0;
+        self.iterations = 0;
         // Of systems that need a second basis.
         let mut b: Option<Vec<f64>> = None;
         loop {
             if size <= goal {
                 return Ok(());
             }
-            if iterations >= MOST || !size.is_finite() {
+            if self.iterations >= MOST || !size.is_finite() {
                 return Err(LinearError::new(format!(
-                    "the linear solver has a residual of {:.1e} after {iterations} iterations",
-                    size / (goal / TOLERANCE)
+                    "the linear solver has a residual of {:.1e} after {} iterations",
+                    size / (goal / TOLERANCE),
+                    self.iterations
                 )));
             }
             // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
@@ -142,7 +145,7 @@ impl Krylov {
                 let (known, next) = self.basis.split_at_mut(k + 1);
                 let next = &mut next[0];
                 multiply(changed, next);
-                iterations += 1;
+                self.iterations += 1;
                 let mut column = vec![dot(&known[0], next)];
                 for i in 0..=k {
                     let then = known.get(i + 1).map(Vec::as_slice);

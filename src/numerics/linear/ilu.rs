@@ -22,7 +22,7 @@ pub struct Ilu {
     upper: Triangle,
     /// Inverse pivots.
     inverse: Vec<f64>,
-    krylov: Krylov,
+    pub(super) krylov: Krylov,
     work: Vec<f64>,
 }
 

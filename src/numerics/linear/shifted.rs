@@ -5,6 +5,7 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
 use super::LinearError;
 use super::{Displacements, Factor, LinearChoice, Sparse};
+use crate::tally::Tally;
 
 /// The matrix for Jacobians of one pattern, and what solves with it.
 pub struct Shifted {
@@ -42,7 +43,8 @@ impl Shifted {
         Ok(Self { matrix: SparseColMat::new(pattern, values), place, row, diagonal, factor })
     }
 
-    /// Solves `(D - W J) x = b` in place; `row` gives the entries of D and W.
+    /// Solves `(D - W J) x = b` in place; `row` gives the entries of D and W. One iteration of Newton's method,
+    /// counted with `tally`.
     ///
     /// # Errors
     /// [`LinearError`] if the matrix is singular or the iteration does not converge.
@@ -51,14 +53,16 @@ impl Shifted {
         jacobian: &Sparse,
         row: impl Fn(usize) -> (f64, f64),
         x: &mut [f64],
+        tally: &Tally,
     ) -> Result<(), LinearError> {
+        tally.count(|work| work.newton_iterations += 1);
         let from = jacobian.values();
         for (k, value) in self.matrix.val_mut().iter_mut().enumerate() {
             let (shift, weight) = row(self.row[k]);
             let shift = if self.diagonal[k] { shift } else { 0.0 };
             *value = shift - weight * from[self.place[k] as usize];
         }
-        self.factor.factorise(self.matrix.as_ref())?;
-        self.factor.solve(x)
+        self.factor.factorise(self.matrix.as_ref(), tally)?;
+        self.factor.solve(x, tally)
     }
 }

@@ -55,7 +55,7 @@ pub struct TwoFields {
     /// Place in the matrix of every number of the second field.
     rest_from: Vec<usize>,
     rest: Option<(SparseColMat<usize, f64>, Ilu)>,
-    krylov: Krylov,
+    pub(super) krylov: Krylov,
     work: Vec<f64>,
 }
 

@@ -59,7 +59,7 @@ pub(super) fn make_consistent(
             }
         };
         let row = |i: usize| if stored[i] { (1.0, 0.0) } else { (0.0, 1.0) };
-        if newton.solve(jacobian, row, &mut change).is_err() {
+        if newton.solve(jacobian, row, &mut change, &options.tally).is_err() {
             return Ok(());
         }
         let mut largest: f64 = 0.0;

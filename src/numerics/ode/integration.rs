@@ -12,7 +12,7 @@ use self_cell::self_cell;
 use super::consistent::make_consistent;
 use super::equations::Equations;
 use super::stepper::{Problem, Stepper, problem};
-use super::{Accept, OdeProblem, OdeWork, Options, Result};
+use super::{Accept, OdeProblem, Options, Result};
 use crate::linear::Shifted;
 
 self_cell!(
@@ -76,18 +76,12 @@ impl<P: OdeProblem> Integration<P> {
     /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
     /// it. `accept` may refuse the new solution (time, values): the step is then repeated with a smaller
     /// size; numbers that are not finite are never shown to it, nor are those from where
-    /// the next step would find no finite rates.
+    /// the next step would find no finite rates. Returns how many tries were rejected.
     ///
     /// # Errors
     /// An error of F or of `accept` that no smaller step cures, or the last one if none did.
-    pub fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<()> {
+    pub fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<u64> {
         self.running.with_dependent_mut(|_, stepper| stepper.step(until, accept))
-    }
-
-    /// Work so far.
-    #[must_use]
-    pub fn work(&self) -> OdeWork {
-        self.running.with_dependent(|_, stepper| stepper.work())
     }
 }
 

@@ -63,19 +63,6 @@ impl OdeMethod {
     }
 }
 
-/// Work of an integration.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct OdeWork {
-    /// Accepted steps.
-    pub steps: usize,
-    /// Tries that the error test or Newton's method rejected.
-    pub rejected: usize,
-    /// Iterations of Newton's method.
-    pub iterations: usize,
-    /// Factorisations or set-ups of the linear solver.
-    pub factorisations: usize,
-}
-
 /// Why an integration stopped, or a value was not found.
 #[derive(Debug, thiserror::Error)]
 pub enum OdeError {

@@ -25,6 +25,8 @@ pub(super) struct NewtonSolver {
     /// The solver, or why there is none; made with the first matrix.
     factor: RefCell<Option<Result<Factor>>>,
     spare: Spare,
+    /// Where its work is counted.
+    tally: Tally,
     /// Of the factor and of the solutions.
     meters: Option<[Meter; 2]>,
 }
@@ -46,10 +48,11 @@ impl NewtonSolver {
         tally: &Tally,
     ) -> Self {
         let meters = Some([
-            tally.meter("solver", "factors of coupled systems", &["factorisations"]),
-            tally.meter("solver", "solutions of coupled systems", &["solutions"]),
+            tally.meter("solver", "factors of coupled systems", &[]),
+            tally.meter("solver", "solutions of coupled systems", &[]),
         ]);
-        Self { choice, displacements, matrix: None, factor: RefCell::default(), spare, meters }
+        let (matrix, factor) = (None, RefCell::default());
+        Self { choice, displacements, matrix, factor, spare, tally: tally.clone(), meters }
     }
 
     fn factorised(&self, matrix: &FaerSparseMat<f64>) -> Result<Factor> {
@@ -67,7 +70,7 @@ impl NewtonSolver {
                 None => Factor::new(self.choice, matrix.symbolic(), self.displacements.as_ref())?,
             },
         };
-        factor.factorise(matrix)?;
+        factor.factorise(matrix, &self.tally)?;
         Ok(factor)
     }
 }
@@ -102,7 +105,9 @@ impl LinearSolver<FaerSparseMat<f64>> for NewtonSolver {
         let _scope = self.meters.as_ref().map(|[_, solution]| solution.scope(0));
         let x = x.inner_mut().col_as_slice_mut(0);
         match &mut *self.factor.borrow_mut() {
-            Some(Ok(factor)) => factor.solve(x).map_err(|error| LaError::Other(error.to_string())),
+            Some(Ok(factor)) => {
+                factor.solve(x, &self.tally).map_err(|error| LaError::Other(error.to_string()))
+            }
             Some(Err(error)) => Err(LaError::Other(error.to_string())),
             None => Err(LaError::Other("there is no factor".into())),
         }

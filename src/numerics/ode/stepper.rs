@@ -8,7 +8,7 @@ use diffsol::{
 
 use super::equations::Equations;
 use super::newton::{NewtonSolver, Spare};
-use super::{Accept, OdeError, OdeMethod, OdeWork, Result};
+use super::{Accept, OdeError, OdeMethod, Result};
 use crate::linear::{Displacements, LinearChoice};
 use crate::tally::Tally;
 
@@ -29,7 +29,7 @@ pub struct Options {
     pub step: Option<f64>,
     /// A length of time that matters, for the least step and where slopes say nothing.
     pub span: f64,
-    /// What linear systems cost is counted there.
+    /// Where the work of Newton's method is counted.
     pub tally: Tally,
 }
 
@@ -95,8 +95,6 @@ pub(super) struct Stepper<'a> {
     options: Options,
     /// None after a start that failed.
     method: Option<Method<'a>>,
-    /// Work of the solvers that were replaced.
-    before: OdeWork,
     shortest: f64,
     spare: Spare,
     /// Time reached: the stop time itself where the solver has come within round-off of it.
@@ -113,9 +111,8 @@ impl<'a> Stepper<'a> {
         let first = Self::first_step(problem, options, time, &y)?;
         let (shortest, spare) = (SHORTEST * first, Spare::default());
         let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
-        let method = Some(started);
-        let (before, options) = (OdeWork::default(), options.clone());
-        Ok(Self { problem, options, method, before, shortest, spare, time })
+        let (method, options) = (Some(started), options.clone());
+        Ok(Self { problem, options, method, shortest, spare, time })
     }
 
     /// Starts anew from `y` at `time`, with no memory of the way there but factors' patterns.
@@ -125,12 +122,10 @@ impl<'a> Stepper<'a> {
     pub(super) fn restart(&mut self, time: f64, y: &[f64], span: f64) -> Result<()> {
         self.options.span = span;
         self.problem.eqn.take_error();
-        let (before, y) = (self.work(), vector(y));
+        let y = vector(y);
         let first = Self::first_step(self.problem, &self.options, time, &y)?;
         self.shortest = SHORTEST * first;
-        self.begin(time, y, first)?;
-        self.before = before;
-        Ok(())
+        self.begin(time, y, first)
     }
 
     fn begin(&mut self, time: f64, y: FaerVec<f64>, step: f64) -> Result<()> {
@@ -256,36 +251,32 @@ impl<'a> Stepper<'a> {
         every!(&self.method, solver => solver.state().y.inner().col_as_slice(0).to_vec(), none => Vec::new())
     }
 
-    /// Work so far.
-    pub(super) fn work(&self) -> OdeWork {
-        let now = every!(&self.method, solver => {
+    /// Tries that the solver rejected and its iterations of Newton's method, since its start.
+    fn statistics(&self) -> [u64; 2] {
+        let both = every!(&self.method, solver => {
             let s = solver.get_statistics();
-            OdeWork {
-                steps: s.number_of_steps,
-                rejected: s.number_of_error_test_failures + s.number_of_nonlinear_solver_fails,
-                iterations: s.number_of_nonlinear_solver_iterations,
-                factorisations: s.number_of_linear_solver_setups,
-            }
-        }, none => OdeWork::default());
-        OdeWork {
-            steps: self.before.steps + now.steps,
-            rejected: self.before.rejected + now.rejected,
-            iterations: self.before.iterations + now.iterations,
-            factorisations: self.before.factorisations + now.factorisations,
-        }
+            let failed = s.number_of_error_test_failures + s.number_of_nonlinear_solver_fails;
+            [failed, s.number_of_nonlinear_solver_iterations]
+        }, none => [0; 2]);
+        both.map(|count| count as u64)
     }
 
     /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
     /// it. `accept` may refuse the new solution (time, values): the step is then taken back and tried
     /// again, shorter; numbers that are not finite are never shown to it, nor are those from where
-    /// the next step would find no finite rates.
+    /// the next step would find no finite rates. Returns how many tries were rejected.
     ///
     /// # Errors
     /// An error of F or of `accept` that no shorter step cures, or the last one if none did.
-    pub(super) fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<()> {
+    pub(super) fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<u64> {
+        let mut rejected = 0;
         for retry in 0.. {
             let (time, start) = (self.time, self.solution());
+            let before = self.statistics();
             let stepped = self.raw_step(until);
+            let [failed, iterations] = self.statistics();
+            self.options.tally.count(|work| work.newton_iterations += iterations - before[1]);
+            rejected += failed - before[0];
             let stored_error = self.problem.eqn.take_error();
             let error = match stepped {
                 Ok(()) => {
@@ -300,7 +291,7 @@ impl<'a> Stepper<'a> {
                         (Ok(()), Some(error)) if !error.is_recoverable() => {
                             return Err(error);
                         }
-                        (Ok(()), _) => return Ok(()),
+                        (Ok(()), _) => return Ok(rejected),
                         // What F said is the better reason for numbers that are not finite.
                         (Err(_), Some(error)) if !finite => error,
                         (Err(error), _) => error,
@@ -314,13 +305,10 @@ impl<'a> Stepper<'a> {
             if hopeless || !error.is_recoverable() {
                 return Err(error);
             }
-            let mut work = self.work();
-            work.steps = work.steps.saturating_sub(1);
-            work.rejected += 1;
+            rejected += 1;
             self.begin(time, vector(&start), step)?;
-            self.before = work;
         }
-        Ok(())
+        Ok(rejected)
     }
 
     /// Whether the solution is finite, and the rates there that an explicit method begins its next

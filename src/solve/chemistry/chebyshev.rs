@@ -18,6 +18,7 @@
 use crate::num::{real, whole};
 use crate::parallel;
 use crate::solve::{Result, SolveError};
+use crate::tally::Work;
 
 /// Damping of the stability polynomial; keeps a strip around the negative axis stable.
 const DAMPING: f64 = 2.0 / 13.0;
@@ -41,17 +42,6 @@ pub struct Tolerance<'a> {
     pub absolute: &'a [f64],
 }
 
-/// Work done since the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Evaluations of the right-hand side.
-    pub evaluations: usize,
-    /// Accepted steps.
-    pub steps: usize,
-    /// Rejected steps.
-    pub rejected: usize,
-}
-
 /// The integrator with its work arrays.
 #[derive(Debug, Default)]
 pub struct Chebyshev {
@@ -64,7 +54,7 @@ pub struct Chebyshev {
 }
 
 impl Chebyshev {
-    /// Work done so far.
+    /// Work done so far: substeps and calls of `rate`.
     #[must_use]
     pub fn work(&self) -> Work {
         self.work
@@ -111,7 +101,7 @@ impl Chebyshev {
         let mut t = from;
         let mut step = until - from;
         rate(t, y, &mut self.f0)?;
-        self.work.evaluations += 1;
+        self.work.right_hand_sides += 1;
         for _ in 0..MOST_STEPS {
             if bound > 0.0 {
                 step = step.min(stable / bound);
@@ -132,14 +122,14 @@ impl Chebyshev {
             if error <= 1.0 {
                 y.copy_from_slice(&self.y2);
                 std::mem::swap(&mut self.f0, &mut self.f);
-                self.work.steps += 1;
+                self.work.substeps += 1;
                 t = end;
                 if last {
                     return Ok(());
                 }
                 step = h * (SAFETY / error.cbrt()).clamp(0.5, 4.0);
             } else {
-                self.work.rejected += 1;
+                self.work.rejected_substeps += 1;
                 let finite = error.is_finite();
                 step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
                 if step.is_nan() || step < shortest {
@@ -188,7 +178,7 @@ impl Chebyshev {
             let mu_rate = mu * w1 / w0;
             let gamma = mu_rate * a_last;
             rate(t + h * time_last, last, &mut self.f)?;
-            self.work.evaluations += 1;
+            self.work.right_hand_sides += 1;
             let (f, recent) = (&self.f, &*last);
             parallel::update(before, |i, old| {
                 *old = mu * recent[i]
@@ -203,7 +193,7 @@ impl Chebyshev {
             (z0, z1, d0, d1, dd0, dd1) = (z1, z, d1, d, dd1, dd);
         }
         rate(t + h, last, &mut self.f)?;
-        self.work.evaluations += 1;
+        self.work.right_hand_sides += 1;
         Ok(())
     }
 

@@ -53,6 +53,7 @@ pub(super) fn integrate(
                 Ok(Some((next, error))) if error <= 1.0 => {
                     *y = next;
                     t = end;
+                    coupled.tally().count(|work| work.substeps += 1);
                     if last {
                         return Ok(());
                     }
@@ -64,6 +65,7 @@ pub(super) fn integrate(
                 Err(e) if e.is_recoverable() => (f64::INFINITY, Some(e)),
                 Err(e) => return Err(e),
             };
+            coupled.tally().count(|work| work.rejected_substeps += 1);
             let finite = error.is_finite();
             step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
             if step < shortest {
@@ -88,7 +90,9 @@ fn step_of(
     let unit: Vec<f64> =
         y.iter().zip(tolerance.absolute).map(|(y, a)| a + tolerance.relative * y.abs()).collect();
     // In units of the tolerance, so that the Euclidean norm is the one that counts.
+    let tally = coupled.tally().clone();
     let apply = |v: &[f64], out: &mut [f64]| {
+        tally.count(|work| work.krylov_iterations += 1);
         let v: Vec<f64> = v.iter().zip(&unit).map(|(v, unit)| v * unit).collect();
         jacobian.multiply(&v, out);
         out.iter_mut().zip(&unit).for_each(|(out, unit)| *out /= unit);

@@ -26,6 +26,7 @@ use super::monolithic::Monolithic;
 use super::{Result, SolveError, Workspace, part, under_way};
 use crate::model::{Coupled, Part, State, TimeCourse};
 use crate::ode::OdeMethod;
+use crate::tally::Work;
 
 /// What sub-steps are called where their progress is reported.
 const CHEMISTRY: &str = "integrating the chemistry";
@@ -158,7 +159,14 @@ impl ChemistrySteps {
                     Ok(coupled.residual(t, y, out)?)
                 };
                 let span = (state.time, until);
-                self.chebyshev.integrate(span.0, span.1, &mut y, &tolerance, bound, rate)?;
+                let before = self.chebyshev.work();
+                let done =
+                    self.chebyshev.integrate(span.0, span.1, &mut y, &tolerance, bound, rate);
+                let more = self.chebyshev.work() - before;
+                // Right-hand sides are counted where they are evaluated.
+                let more = Work { right_hand_sides: 0, ..more };
+                model.tally().count(|work| *work += more);
+                done?;
             }
         }
         let mut next = state.clone();
@@ -200,6 +208,7 @@ fn euler(
     still: bool,
     y: &mut [f64],
 ) -> Result<()> {
+    coupled.tally().count(|work| work.substeps += 1);
     let step = until - from;
     let start = y.to_vec();
     let mut first = vec![0.0; y.len()];

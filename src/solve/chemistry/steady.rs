@@ -33,8 +33,7 @@ pub(in crate::solve) struct SteadyChemistry {
 }
 
 impl SteadyChemistry {
-    /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests;
-    /// returns the factorisations.
+    /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests.
     ///
     /// # Errors
     /// [`SolveError::NotSteady`] if it comes to no rest; errors of the plugin.
@@ -43,7 +42,7 @@ impl SteadyChemistry {
         workspace: &mut Workspace,
         state: &mut State,
         (rtol, atol): (f64, f64),
-    ) -> Result<usize> {
+    ) -> Result<()> {
         let Workspace { model, control, .. } = workspace;
         let _scope = part(model.tally(), part::SETTLING);
         let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
@@ -64,7 +63,7 @@ impl SteadyChemistry {
         let mut rejected = 0;
         for step in 0..MOST {
             if first == 0.0 {
-                return Ok(step);
+                return Ok(());
             }
             control.check()?;
             control.report(|| {
@@ -81,7 +80,9 @@ impl SteadyChemistry {
                 None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
             };
             let mut change = rate.clone();
-            if let Err(failure) = newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change) {
+            if let Err(failure) =
+                newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change, model.tally())
+            {
                 // A shorter step makes the matrix easier; with no step to speak of it is the identity.
                 inverse_step = 4.0 * inverse_step.max(1e-9 * first);
                 rejected += 1;
@@ -130,7 +131,7 @@ impl SteadyChemistry {
                 coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
                 model.keep_in_range(&mut next.species, time, (rtol, atol))?;
                 *state = next;
-                return Ok(step + 1);
+                return Ok(());
             }
             let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
             inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };

@@ -50,7 +50,6 @@ pub fn relax(
         if potential.project(&mut near) <= MET {
             potential.balance(&near, false);
             done.energy = potential.energy_gradient(&near, &mut gradient);
-            done.evaluations += 1;
             let residual = potential.residual(&gradient);
             if residual <= goal.tolerance {
                 done.residual = residual;

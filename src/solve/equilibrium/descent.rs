@@ -23,7 +23,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{dot, largest, level, reached, stalled};
+use super::stop::{dot, iterated, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
@@ -124,9 +124,9 @@ impl Equilibrium for Descent {
         let edge = potential.metric().mean_edge();
         let longest = self.options.largest_move.get() * edge;
         let softness = edge / potential.force_scale();
-        let mut done = Relaxation { evaluations: 1, ..Relaxation::default() };
-        done.energy = potential.energy_gradient(x, &mut gradient);
-        done.residual = potential.residual(&gradient);
+        let energy = potential.energy_gradient(x, &mut gradient);
+        let residual = potential.residual(&gradient);
+        let mut done = Relaxation { energy, residual, ..Relaxation::default() };
         let enough = self.options.steps.map_or(usize::MAX, AtLeast::get);
         while done.iterations < enough && !reached(&done, goal)? {
             let square = dot(&gradient, &gradient);
@@ -136,7 +136,6 @@ impl Equilibrium for Descent {
             let mut accepted = None;
             if potential.allows(x, &trial, self.options.area_share.get()) {
                 let energy = potential.energy_gradient(&trial, &mut trial_gradient);
-                done.evaluations += 1;
                 let descends = energy <= done.energy - DECREASE * step * square;
                 let level =
                     level(potential, done.energy, energy) && dot(&gradient, &trial_gradient) >= 0.0;
@@ -154,7 +153,7 @@ impl Equilibrium for Descent {
             std::mem::swap(&mut gradient, &mut trial_gradient);
             done.energy = energy;
             done.residual = potential.residual(&gradient);
-            done.iterations += 1;
+            iterated(&mut done, potential);
             self.step = GROWTH * self.step.max(step / softness);
         }
         Ok(done)

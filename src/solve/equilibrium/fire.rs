@@ -18,7 +18,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{dot, largest, reached, stalled};
+use super::stop::{dot, iterated, largest, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
@@ -118,9 +118,9 @@ impl Equilibrium for Fire {
         let unit = (edge / potential.force_scale()).sqrt();
         let longest_move = self.options.largest_move.get() * edge;
         let share = self.options.area_share.get();
-        let mut done = Relaxation { evaluations: 1, ..Relaxation::default() };
-        done.energy = potential.energy_gradient(x, &mut gradient);
-        done.residual = potential.residual(&gradient);
+        let energy = potential.energy_gradient(x, &mut gradient);
+        let residual = potential.residual(&gradient);
+        let mut done = Relaxation { energy, residual, ..Relaxation::default() };
         let (mut step, mut steer, mut downhill) = (FIRST, STEER, 0);
         while !reached(&done, goal)? {
             let uphill = dot(&gradient, &velocity) >= 0.0;
@@ -171,8 +171,7 @@ impl Equilibrium for Fire {
             x.copy_from_slice(&trial);
             done.energy = potential.energy_gradient(x, &mut gradient);
             done.residual = potential.residual(&gradient);
-            done.evaluations += 1;
-            done.iterations += 1;
+            iterated(&mut done, potential);
             if !(step >= SHORTEST) {
                 return Err(stalled(&done, goal));
             }

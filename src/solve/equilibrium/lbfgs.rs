@@ -26,7 +26,7 @@ use super::super::part::Linear;
 use super::gauge::Gauge;
 use super::history::History;
 use super::preconditioner::{Inverse, LARGE, Preconditioner, SMALL};
-use super::stop::{COLLAPSED, dot, largest, level, reached};
+use super::stop::{COLLAPSED, dot, iterated, largest, level, reached};
 use super::{Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -119,7 +119,7 @@ impl Lbfgs {
     }
 
     /// Renews the factor: of the whole Hessian where it is positive and the shape nearly at rest,
-    /// of its positive part otherwise. Returns the number of factorisations tried.
+    /// of its positive part otherwise.
     ///
     /// Far from equilibrium the positive part is the better metric even where the Hessian happens
     /// to be positive: from a violent start it led to minima with a third less energy and in a
@@ -129,7 +129,7 @@ impl Lbfgs {
         potential: &mut Potential,
         x: &[Vec3],
         residual: f64,
-    ) -> Result<usize, SolveError> {
+    ) -> Result<(), SolveError> {
         self.fit(potential, x)?;
         let weight = potential.anchor().map_or(0.0, |anchor| anchor.weights.least());
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
@@ -137,9 +137,8 @@ impl Lbfgs {
         if (self.factored && self.inverse.is_learnt()) || self.inverse.begins_with(unit) {
             self.factored = true;
             self.history.clear();
-            return Ok(0);
+            return Ok(());
         }
-        let mut tried = 0;
         for part in [HessianPart::Full, HessianPart::Positive] {
             let plain = self.inverse.is_plain();
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
@@ -150,12 +149,11 @@ impl Lbfgs {
             let unit = self.matrix.mean_diagonal();
             self.gauge.support(&mut self.matrix, unit);
             self.matrix.add_diagonal(self.shift * unit);
-            tried += 1;
             if self.inverse.factorise(&self.matrix, terms, x, part == HessianPart::Positive).is_ok()
             {
                 self.factored = true;
                 self.history.clear();
-                return Ok(tried);
+                return Ok(());
             }
             self.try_full_below = 0.1 * residual;
         }
@@ -231,7 +229,6 @@ impl Lbfgs {
         let mut gradient = vec![Vec3::zeros(); n];
         self.fixed.clear();
         let mut energy = self.evaluate(potential, x, &mut gradient);
-        done.evaluations += 1;
         let (mut d, mut trial, mut trial_gradient) =
             (Vec::with_capacity(n), vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let turns = self.options.collapse == Some(Collapse::Turn);
@@ -275,7 +272,7 @@ impl Lbfgs {
                     self.stiffen();
                 }
                 self.gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
-                done.factorisations += self.refactor(potential, x, done.residual)?;
+                self.refactor(potential, x, done.residual)?;
                 self.weight = weight;
                 stiffest = self.shift >= MOST_SHIFT || self.inverse.is_learnt();
                 self.shift = (0.1 * self.shift).max(SHIFT);
@@ -309,7 +306,6 @@ impl Lbfgs {
                 let share = self.options.area_share.get();
                 if potential.allows_turning(x, &trial, share, flat) {
                     let e = self.evaluate(potential, &trial, &mut trial_gradient);
-                    done.evaluations += 1;
                     let descends = e <= energy + ARMIJO * length * slope;
                     // At round-off the slopes tell: still downhill, or not far uphill, at the end.
                     let level = level(potential, energy, e)
@@ -348,7 +344,7 @@ impl Lbfgs {
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);
             energy = e;
-            done.iterations += 1;
+            iterated(&mut done, potential);
             age += 1;
             if last {
                 done.residual = potential.residual(&gradient);

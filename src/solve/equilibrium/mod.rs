@@ -45,10 +45,6 @@ pub struct Goal<'a> {
 pub struct Relaxation {
     /// Steps taken.
     pub iterations: usize,
-    /// Evaluations of energy and gradient.
-    pub evaluations: usize,
-    /// Numeric factorisations.
-    pub factorisations: usize,
     /// Largest force left, in units of the force scale.
     pub residual: f64,
     /// Energy reached.
@@ -58,11 +54,9 @@ pub struct Relaxation {
 }
 
 impl Relaxation {
-    /// Adds the work of a later relaxation, and takes over what it reached.
+    /// Adds the steps of a later relaxation, and takes over what it reached.
     pub fn add(&mut self, later: &Self) {
         self.iterations += later.iterations;
-        self.evaluations += later.evaluations;
-        self.factorisations += later.factorisations;
         self.residual = later.residual;
         self.energy = later.energy;
         self.collapsed = later.collapsed;

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::super::low_rank::LowRankUpdate;
 use super::super::part::Linear;
 use super::gauge::Gauge;
-use super::stop::{largest, level, reached, stalled};
+use super::stop::{iterated, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -133,7 +133,7 @@ impl Newton {
     }
 
     fn solve(&mut self, rhs: &mut [Vec3], update: &LowRankUpdate) {
-        let _scope = self.meters.solutions.scope(0);
+        let _scope = self.meters.solve();
         self.cholesky.solve(rhs);
         update.correct(rhs);
     }
@@ -162,7 +162,6 @@ impl Equilibrium for Newton {
         let (mut step, mut trial) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let (mut after, mut defect) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let mut energy = potential.energy_gradient(x, &mut gradient);
-        done.evaluations += 1;
         let allowed = self.options.path_error.get() * potential.metric().mean_edge();
         let mut sigma = FIRST;
         loop {
@@ -186,8 +185,7 @@ impl Equilibrium for Newton {
                 }
                 self.matrix.add_diagonal((sigma - shifted) * unit);
                 shifted = sigma;
-                done.factorisations += 1;
-                let scope = self.meters.factors.scope(0);
+                let scope = self.meters.factorise();
                 let update = self
                     .cholesky
                     .factorise(&self.matrix)
@@ -209,7 +207,6 @@ impl Equilibrium for Newton {
                     continue;
                 }
                 let e = potential.energy_gradient(&trial, &mut after);
-                done.evaluations += 1;
                 // Since H δ = -∂U - σ D δ, the defect is ∂U(x+δ) + σ D δ.
                 let drag = sigma * unit;
                 parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
@@ -232,7 +229,7 @@ impl Equilibrium for Newton {
                 }
                 break;
             }
-            done.iterations += 1;
+            iterated(&mut done, potential);
         }
     }
 }

@@ -219,7 +219,7 @@ impl Inverse {
         insist: bool,
     ) -> Result<(), NotPositive> {
         let Self { sparse, low_rank, meters } = self;
-        let _scope = meters.factors.scope(0);
+        let _scope = meters.factorise();
         match sparse {
             Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
             Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
@@ -274,7 +274,7 @@ impl Inverse {
 
     /// Replaces `rhs` by the solution, or nearly.
     pub(super) fn solve(&mut self, rhs: &mut [Vec3]) {
-        let _scope = self.meters.solutions.scope(0);
+        let _scope = self.meters.solve();
         self.sparse.solve(rhs);
         self.low_rank.correct(rhs);
     }

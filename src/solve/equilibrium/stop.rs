@@ -34,6 +34,12 @@ pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>) -> Result<bool, SolveE
     Ok(false)
 }
 
+/// One more iteration.
+pub(super) fn iterated(done: &mut Relaxation, potential: &Potential) {
+    done.iterations += 1;
+    potential.mechanics().tally().count(|work| work.iterations += 1);
+}
+
 /// The error of a method whose steps became too short.
 pub(super) fn stalled(done: &Relaxation, goal: &Goal<'_>) -> SolveError {
     SolveError::Stalled {

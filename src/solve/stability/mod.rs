@@ -39,6 +39,7 @@ use crate::linear::{BlockLdlt, BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
 use crate::num::real;
 use crate::parallel;
+use crate::tally::Tally;
 
 /// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
 /// softest bending mode of a disc with 100 edges along its radius and half an edge thick is at 10⁻⁹.
@@ -93,6 +94,7 @@ pub struct Stability {
     mass: Vec<f64>,
     matrix: BlockMatrix,
     ldlt: BlockLdlt,
+    tally: Tally,
 }
 
 impl Stability {
@@ -115,6 +117,7 @@ impl Stability {
             mass,
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             ldlt: BlockLdlt::new(pattern)?,
+            tally: mechanics.tally().clone(),
         })
     }
 
@@ -203,7 +206,8 @@ impl Stability {
     }
 
     fn restricted(&mut self, rigid: Vec<Vec<Vec3>>, terms: Vec<LowRank>) -> Restricted<'_> {
-        Restricted::new(&mut self.ldlt, &self.matrix, &self.mass, rigid, terms)
+        let factor = (&mut self.ldlt, &self.tally);
+        Restricted::new(factor, &self.matrix, &self.mass, rigid, terms)
     }
 }
 

@@ -21,6 +21,7 @@ use crate::effects::LowRank;
 use crate::linear::{BlockLdlt, BlockMatrix};
 use crate::parallel;
 use crate::solve::SolveError;
+use crate::tally::Tally;
 
 /// What a factorisation says.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +36,7 @@ pub(super) struct Count {
 /// The factor of `H + s M` and what restricts it.
 pub(super) struct Restricted<'a> {
     ldlt: &'a mut BlockLdlt,
+    tally: &'a Tally,
     matrix: &'a BlockMatrix,
     mass: &'a [f64],
     rigid: Vec<Vec<Vec3>>,
@@ -53,7 +55,7 @@ pub(super) fn inner(mass: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
 impl<'a> Restricted<'a> {
     /// Not yet factorised; `rigid` is orthonormal in the mass.
     pub(super) fn new(
-        ldlt: &'a mut BlockLdlt,
+        (ldlt, tally): (&'a mut BlockLdlt, &'a Tally),
         matrix: &'a BlockMatrix,
         mass: &'a [f64],
         rigid: Vec<Vec<Vec3>>,
@@ -61,7 +63,7 @@ impl<'a> Restricted<'a> {
     ) -> Self {
         let (solved, inverse) = (Vec::new(), DMatrix::zeros(0, 0));
         let update = LowRankUpdate::default();
-        Self { ldlt, matrix, mass, rigid, terms, update, solved, inverse, shift: 0.0 }
+        Self { ldlt, tally, matrix, mass, rigid, terms, update, solved, inverse, shift: 0.0 }
     }
 
     /// The mass of every vertex.
@@ -78,6 +80,7 @@ impl<'a> Restricted<'a> {
     pub(super) fn factorise(&mut self, shift: f64) -> Result<Count, SolveError> {
         let mass = self.mass;
         self.shift = shift;
+        self.tally.count(|work| work.factorisations += 1);
         let sparse = self.ldlt.factorise(self.matrix, |i| shift * mass[i])?;
         let ldlt = &mut *self.ldlt;
         self.update = LowRankUpdate::new(self.terms.clone(), |rhs| ldlt.solve(rhs));
@@ -91,10 +94,9 @@ impl<'a> Restricted<'a> {
             return Ok(Count { negative, error });
         }
         self.solved.clear();
-        for v in &self.rigid {
-            let mut z: Vec<Vec3> = (0..v.len()).map(|i| mass[i] * v[i]).collect();
-            self.ldlt.solve(&mut z);
-            self.update.correct(&mut z);
+        for k in 0..count {
+            let mut z: Vec<Vec3> = self.rigid[k].iter().zip(mass).map(|(v, m)| *m * v).collect();
+            self.solve_whole(&mut z);
             self.solved.push(z);
         }
         let entry = |a: usize, b: usize| inner(mass, &self.rigid[a], &self.solved[b]);
@@ -123,8 +125,7 @@ impl<'a> Restricted<'a> {
         };
         let rhs: Vec<Vec3> = mass.iter().map(|m| *m * Vec3::from_fn(|a, _| component(a))).collect();
         let mut y = rhs.clone();
-        self.ldlt.solve(&mut y);
-        self.update.correct(&mut y);
+        self.solve_whole(&mut y);
         let mut left = product(self.matrix, &y);
         self.update.add_product(&y, &mut left);
         parallel::update(&mut left, |i, v| *v += shift * mass[i] * y[i] - rhs[i]);
@@ -132,10 +133,16 @@ impl<'a> Restricted<'a> {
         largest(&left) / (self.matrix.mean_diagonal() * largest(&y) + largest(&rhs))
     }
 
-    /// Replaces `w` by the solution on the complement, which `w` need not lie in.
-    pub(super) fn solve(&mut self, w: &mut [Vec3]) {
+    /// Replaces `w` by the solution on the whole space.
+    fn solve_whole(&mut self, w: &mut [Vec3]) {
+        self.tally.count(|work| work.solves += 1);
         self.ldlt.solve(w);
         self.update.correct(w);
+    }
+
+    /// Replaces `w` by the solution on the complement, which `w` need not lie in.
+    pub(super) fn solve(&mut self, w: &mut [Vec3]) {
+        self.solve_whole(w);
         let count = self.rigid.len();
         if count == 0 {
             return;

@@ -135,7 +135,7 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
     for quantity in [Quantity::Species, Quantity::Shape] {
         let costs: [(&str, fn(&Point) -> Option<f64>); 2] = [
             ("wall time of the steps [s]", Point::seconds),
-            ("evaluations", |p| p.found.evaluations.map(|n| real(usize::try_from(n).unwrap_or(0)))),
+            ("evaluations", |p| p.evaluations().map(|n| real(usize::try_from(n).unwrap_or(0)))),
         ];
         for (title, cost) in costs {
             let (curves, failed) = against(study, case, quantity, cost);

@@ -92,6 +92,12 @@ impl Point {
         self.found.timing.as_ref().map(Timing::median)
     }
 
+    /// Evaluations of energies and right-hand sides in its steps.
+    #[must_use]
+    pub fn evaluations(&self) -> Option<u64> {
+        Some((self.found.work? - self.found.start?).evaluations())
+    }
+
     /// The error of `quantity`, if the run came to its end.
     #[must_use]
     pub fn error(&self, quantity: Quantity) -> Option<f64> {

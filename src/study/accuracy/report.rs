@@ -34,7 +34,7 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
             row.extend([number(spread.map(|s| s.0)), number(spread.map(|s| s.1))]);
             row.push(number(timing.map(|t| t.start)));
             let count = |n: Option<u64>| n.map_or(String::new(), |n| n.to_string());
-            row.extend([count(found.steps), count(found.evaluations)]);
+            row.extend([count(found.work.map(|work| work.steps)), count(point.evaluations())]);
             let ended = found.status == MemberStatus::Complete;
             row.push(if ended { String::new() } else { found.reason.clone() });
             rows.push(row);
@@ -156,7 +156,7 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
         let spread = timing.map(|t| format!("{} … {}", time(t.spread().0), time(t.spread().1)));
         row.push(spread.unwrap_or("-".into()));
         let count = |n: Option<u64>| n.map_or("-".to_owned(), |n| n.to_string());
-        row.extend([count(point.found.steps), count(point.found.evaluations)]);
+        row.extend([count(point.found.work.map(|work| work.steps)), count(point.evaluations())]);
         rows.push(row);
     }
     rows

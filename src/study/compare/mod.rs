@@ -108,8 +108,7 @@ impl Ran {
     /// Wall time of the steps: without the first relaxation and without output.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        let Summary { wall, output, start, .. } = self.summary;
-        wall.saturating_sub(output).saturating_sub(start).as_secs_f64()
+        (self.summary.spent - self.summary.start).wall_seconds
     }
 }
 

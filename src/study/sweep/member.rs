@@ -17,11 +17,12 @@ use crate::output::{
     RunStatus, Standing, vtu,
 };
 use crate::run::run::{self, Ending, Summary};
-use crate::run::{Costs, Error, Observer, Result, Simulation, StepInfo};
+use crate::run::{Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::read::surface;
 use crate::study::measures::{Measures, measure};
 use crate::study::states::StateFile;
+use crate::tally::Work;
 
 /// How a member stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,14 +85,14 @@ pub struct Found {
     pub measures: Vec<Measures>,
     /// The time at which no species changed any more, if the run ended for that.
     pub steady: Option<f64>,
-    /// Processor time, s.
+    /// Processor time of relaxing the start and of all steps, s.
     pub seconds: Option<f64>,
     /// Largest resident memory, bytes.
     pub memory: Option<u64>,
-    /// Steps.
-    pub steps: Option<u64>,
-    /// Evaluations of energies and rates.
-    pub evaluations: Option<u64>,
+    /// The work of that.
+    pub work: Option<Work>,
+    /// That of the start.
+    pub start: Option<Work>,
     /// How long its steps take.
     pub timing: Option<Timing>,
     /// What its picture shows.
@@ -114,7 +115,9 @@ pub struct Shown {
 pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
     let directory = plan.directory(root, number);
     let (status, reason) = status(&directory);
-    let costs = Costs::read(&directory).ok();
+    // What goes on, or was killed, has left no word of that.
+    let ended = |standing: &Standing| standing.status != RunStatus::Running;
+    let spent = Standing::of(&directory).filter(ended);
     let measures = read_measures(&directory);
     let last = measures.last().map(|m: &Measures| m.time);
     let steady = status == MemberStatus::Complete && reason == Ending::Steady.to_string();
@@ -124,11 +127,11 @@ pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
         status,
         reason: reason.lines().next().unwrap_or_default().to_owned(),
         steady: last.filter(|_| steady),
-        seconds: costs.as_ref().and_then(|costs| costs.cpu_seconds),
-        memory: costs.as_ref().and_then(|costs| costs.peak_resident_bytes),
-        steps: costs.as_ref().map(|costs| costs.steps),
+        seconds: spent.as_ref().and_then(|s| s.cpu_seconds),
+        memory: spent.as_ref().and_then(|s| s.peak_resident_bytes),
+        work: spent.as_ref().and_then(|s| s.work),
+        start: spent.and_then(|s| s.start),
         measures,
-        evaluations: None,
         timing: Timing::read(&directory),
         shown: if picture { read_shown(&directory) } else { None },
     }

@@ -7,6 +7,7 @@ use crate::num::real;
 use crate::output::plot::label;
 use crate::study::measures::Measures;
 use crate::study::tables::{csv_table, markdown_table};
+use crate::tally::Work;
 
 /// A number of a member.
 pub struct Column {
@@ -32,13 +33,16 @@ pub const COLUMNS: [Column; 11] = [
     Column { title: "time to steady", of: |f| f.steady },
     Column { title: "CPU [s]", of: |f| f.seconds },
     Column { title: "memory [MB]", of: |f| Some(real(usize::try_from(f.memory?).ok()?) / 1e6) },
-    Column { title: "steps", of: |f| Some(real(usize::try_from(f.steps?).ok()?)) },
+    Column { title: "steps", of: |f| Some(real(usize::try_from(f.work?.steps).ok()?)) },
 ];
 
-/// The table as CSV: `member`, the keys, `status`, the measures, `reason`. What has no value is empty.
+/// The table as CSV: `member`, the keys, `status`, the measures, all counts of work but `steps`, which is one of
+/// these, `reason`. What has no value is empty.
 #[must_use]
 pub fn csv(plan: &Plan, members: &[Found]) -> String {
     let mut rows = vec![head(plan).map(|cell| cell.to_owned()).collect::<Vec<_>>()];
+    let counts = &Work::NAMES[1..];
+    rows[0].extend(counts.iter().map(|(name, _)| name.replace('_', " ")));
     rows[0].push("reason".into());
     for (number, found) in members.iter().enumerate() {
         let folder = plan.members.get(number).map_or("", |point| &point.folder);
@@ -46,6 +50,9 @@ pub fn csv(plan: &Plan, members: &[Found]) -> String {
         row.extend(values(plan, found).map(str::to_owned));
         row.push(found.status.to_string());
         row.extend(COLUMNS.iter().map(|c| (c.of)(found).map_or(String::new(), |v| v.to_string())));
+        let work = found.work.map(|work| work.values());
+        let count = |k: usize| work.map_or(String::new(), |work| work[k].to_string());
+        row.extend((1..Work::NAMES.len()).map(count));
         row.push(said(found).to_owned());
         rows.push(row);
     }

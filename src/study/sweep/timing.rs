@@ -31,9 +31,9 @@ impl Timing {
     /// # Errors
     /// Whatever ends a run.
     pub fn of(scene: &Scene, search: &Search, summary: &Summary, repeats: u16) -> Result<Self> {
-        let Summary { wall, output, start, .. } = summary;
-        let first = wall.saturating_sub(*output).saturating_sub(*start).as_secs_f64();
-        let mut timing = Self { start: start.as_secs_f64(), steps: vec![first] };
+        let Summary { spent, start, .. } = *summary;
+        let first = (spent - start).wall_seconds;
+        let mut timing = Self { start: start.wall_seconds, steps: vec![first] };
         if first < LONG {
             for _ in 1..repeats {
                 timing.steps.push(again(scene, search, summary.time)?);
