@@ -29,7 +29,7 @@ use clap::Parser;
 use rumple::Simulation;
 use rumple::kinetics::Search;
 use rumple::sheet::quality::triangle_angles;
-use rumple::solve::{Control, equilibrium::Relaxation};
+use rumple::solve::Control;
 
 use common::{Result, cpu_seconds};
 use list::Entry;

@@ -110,15 +110,6 @@ impl Chemistry {
         self.meters.get(k).map(|meter| meter.scope(what))
     }
 
-    /// The scope of one call of the law, for so many points.
-    fn call(&self, what: usize, points: usize) -> Scope {
-        self.tally.count(|work| {
-            work.law_calls += 1;
-            work.law_sites += points as u64;
-        });
-        self.law.scope(what)
-    }
-
     /// What the kinetics says about itself.
     #[must_use]
     pub fn descriptor(&self) -> &Descriptor {
@@ -199,23 +190,13 @@ impl Chemistry {
             return Ok(None);
         }
         let at_edges = self.at_edges(sheet, surface, species);
-        let columns: Vec<Column<'_>> = at_edges.iter().map(Into::into).collect();
-        let (location, count) = (Location::Edge, sheet.edges().len());
-        let parameters = self.parameters.columns(location, count);
-        let batch = Batch {
-            location,
-            first: 0,
-            count,
-            species: &columns,
-            signals: &[],
-            parameters: &parameters,
-        };
+        let (location, count) = (Location::Edge, at_edges.first().map_or(0, Vec::len));
         let mut factor = vec![1.0; count];
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
-        let kinetics = self.kinetics.as_ref();
-        let _scope = self.call(law::SLOPES, count);
-        let outcome = field::length_factor_partials(kinetics, &batch, &mut factor, &mut out);
+        let outcome = self.call(law::SLOPES, location, &at_edges, &[], |kinetics, batch| {
+            field::length_factor_partials(kinetics, batch, &mut factor, &mut out)
+        });
         self.flagged.note(location, outcome)?;
         Ok(Some(slopes))
     }
@@ -233,21 +214,11 @@ impl Chemistry {
         location: Location,
         species: &[Vec<f64>],
     ) -> Result<Vec<f64>, KineticsError> {
-        let columns: Vec<Column<'_>> = species.iter().map(Into::into).collect();
-        let count = species.first().map_or(0, Vec::len);
-        let parameters = self.parameters.columns(location, count);
-        let batch = Batch {
-            location,
-            first: 0,
-            count,
-            species: &columns,
-            signals: &[],
-            parameters: &parameters,
-        };
-        let mut factor = vec![1.0; count];
+        let mut factor = vec![1.0; species.first().map_or(0, Vec::len)];
         if self.descriptor().capabilities.length_factor {
-            let _scope = self.call(law::FACTOR, count);
-            let outcome = field::length_factor(self.kinetics.as_ref(), &batch, &mut factor);
+            let outcome = self.call(law::FACTOR, location, species, &[], |kinetics, batch| {
+                field::length_factor(kinetics, batch, &mut factor)
+            });
             self.flagged.note(location, outcome)?;
         }
         Ok(factor)
@@ -255,22 +226,35 @@ impl Chemistry {
 
     fn batch<R>(
         &self,
-        species: &[&[f64]],
-        signals: &SignalColumns,
-        f: impl FnOnce(&Batch<'_>) -> R,
+        location: Location,
+        species: &[impl AsRef<[f64]>],
+        signals: &[Vec<f64>],
+        f: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
     ) -> R {
-        let count = species.first().map_or(0, |c| c.len());
-        let species: Vec<Column<'_>> = species.iter().map(|c| (*c).into()).collect();
+        let count = species.first().map_or(0, |c| c.as_ref().len());
+        let species: Vec<Column<'_>> = species.iter().map(|c| c.as_ref().into()).collect();
         let signals: Vec<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
-        let parameters = self.parameters.columns(self.location, count);
-        f(&Batch {
-            location: self.location,
-            first: 0,
-            count,
-            species: &species,
-            signals: &signals,
-            parameters: &parameters,
-        })
+        let parameters = &self.parameters.columns(location, count);
+        let (species, signals) = (&species, &signals);
+        let batch = Batch { location, first: 0, count, species, signals, parameters };
+        f(self.kinetics.as_ref(), &batch)
+    }
+
+    /// One call of the law, of which `what` is counted.
+    fn call<R>(
+        &self,
+        what: usize,
+        location: Location,
+        species: &[impl AsRef<[f64]>],
+        signals: &[Vec<f64>],
+        f: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
+    ) -> R {
+        let _scope = self.law.scope(what);
+        self.tally.count(|work| {
+            work.law_calls += 1;
+            work.law_sites += species.first().map_or(0, |c| c.as_ref().len()) as u64;
+        });
+        self.batch(location, species, signals, f)
     }
 
     /// Reaction rates R at every point, one column a species.
@@ -283,9 +267,9 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
-        let kinetics = self.kinetics.as_ref();
-        let _scope = self.call(law::RATES, species.first().map_or(0, |c| c.len()));
-        let outcome = self.batch(species, signals, |batch| field::rates(kinetics, batch, out));
+        let outcome = self.call(law::RATES, self.location, species, signals, |kinetics, batch| {
+            field::rates(kinetics, batch, out)
+        });
         self.flagged.note(self.location, outcome)
     }
 
@@ -308,9 +292,8 @@ impl Chemistry {
         // What a law leaves unwritten must not be taken for a result.
         let mut all = vec![vec![f64::NAN; count]; self.descriptor().observables.len()];
         let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
-        let _scope = self.call(law::OBSERVABLES, count);
-        self.batch(species, signals, |batch| {
-            field::observe(self.kinetics.as_ref(), batch, &mut out)
+        self.call(law::OBSERVABLES, self.location, species, signals, |kinetics, batch| {
+            field::observe(kinetics, batch, &mut out)
         })?;
         Ok(all)
     }
@@ -322,7 +305,7 @@ impl Chemistry {
         signals: &SignalColumns,
         look: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
     ) -> R {
-        self.batch(species, signals, |batch| look(self.kinetics.as_ref(), batch))
+        self.batch(self.location, species, signals, look)
     }
 
     /// Partial derivatives of the reaction rates, column `s · inputs + j` for rate s by input j:
@@ -339,15 +322,11 @@ impl Chemistry {
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let mut rates = field::Columns::new(n, count);
         let mut partials = field::Columns::new(n * inputs, count);
-        let _scope = self.call(law::PARTIALS, count);
-        let outcome = self.batch(species, signals, |batch| {
-            field::rate_partials(
-                self.kinetics.as_ref(),
-                batch,
-                &mut rates.slices_mut(),
-                &mut partials.slices_mut(),
-            )
-        });
+        let outcome =
+            self.call(law::PARTIALS, self.location, species, signals, |kinetics, batch| {
+                let (rates, partials) = (&mut rates.slices_mut(), &mut partials.slices_mut());
+                field::rate_partials(kinetics, batch, rates, partials)
+            });
         self.flagged.note(self.location, outcome)?;
         Ok(partials)
     }

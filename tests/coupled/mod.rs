@@ -9,6 +9,7 @@ mod stiff;
 mod threads;
 mod turing;
 
+use rumple::Simulation;
 use rumple::model::State;
 
 use crate::common::prepare;
@@ -58,6 +59,11 @@ until = 1.0
 
 /// The state at the end time.
 pub fn final_state(text: &str, overrides: &[&str]) -> State {
+    finished(text, overrides).state().clone()
+}
+
+/// A run to the end time.
+pub fn finished(text: &str, overrides: &[&str]) -> Simulation {
     let (scene, mut simulation) = prepare(text, overrides);
     let until = scene.time.span.until.get();
     simulation.prepare().unwrap_or_else(|e| panic!("{e}"));
@@ -65,7 +71,7 @@ pub fn final_state(text: &str, overrides: &[&str]) -> State {
         let done = simulation.step(until);
         done.unwrap_or_else(|e| panic!("{overrides:?}, time {}: {e}", simulation.state().time));
     }
-    simulation.state().clone()
+    simulation
 }
 
 /// Largest differences of heights and species, each relative to the largest in `b`.

@@ -1,16 +1,20 @@
-//! Whole runs give the same bits on any number of threads: every policy with every integrator.
+//! Whole runs give the same bits on any number of threads, and do the same work for them: every policy with
+//! every integrator.
 
 use rumple::model::State;
+use rumple::tally::Work;
 
-use super::{DOME, final_state};
+use super::{DOME, finished};
 
-fn on(threads: usize, all: &[&str]) -> State {
+fn on(threads: usize, all: &[&str]) -> (State, Work) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| final_state(DOME, all))
+    let done = pool.install(|| finished(DOME, all));
+    (done.state().clone(), done.spent().work)
 }
 
 fn same(all: &[&str]) {
     let one = on(1, all);
+    assert!(one.1.steps > 0 && one.1.law_sites > one.1.law_calls, "{:?}", one.1);
     for threads in [2, 3] {
         assert!(on(threads, all) == one, "{all:?} on {threads} threads");
     }

@@ -9,6 +9,7 @@ mod notes;
 mod old_format;
 pub mod program;
 mod stability;
+mod work;
 
 use std::path::PathBuf;
 

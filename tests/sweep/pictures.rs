@@ -10,6 +10,8 @@ use rumple::study::sweep::{
     Axis, Found, MemberStatus, Plan, Point, Shown, contact_sheet, drawn_keys, figure,
 };
 
+use rumple::tally::Work;
+
 use crate::common::lattice;
 
 fn plan(axes: &[&str]) -> Plan {
@@ -68,7 +70,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
         steady: None,
         seconds: Some(1.0),
         memory: Some(20_000_000),
-        steps: Some(5),
+        work: Some(Work { steps: 5, ..Work::default() }),
         shown: Some(Shown {
             x: sheet.rest().to_vec(),
             triangles: sheet.triangles().to_vec(),
@@ -82,7 +84,7 @@ fn without(plan: &Plan, number: usize, status: MemberStatus) -> Found {
     let mut found = complete(plan, number, 0, 0.0);
     found.status = status;
     found.measures.clear();
-    (found.shown, found.seconds, found.memory, found.steps) = (None, None, None, None);
+    (found.shown, found.seconds, found.memory, found.work) = (None, None, None, None);
     found
 }
 
