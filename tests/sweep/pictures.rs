@@ -32,6 +32,7 @@ fn plan(axes: &[&str]) -> Plan {
         at: at(number),
         fingerprint: String::new(),
         size: 1,
+        limit: None,
     };
     let members = (0..count).map(point).collect();
     Plan {
@@ -43,6 +44,8 @@ fn plan(axes: &[&str]) -> Plan {
         threads: 1,
         plugin_path: Vec::new(),
         plugin_limit: 1.0,
+        states: false,
+        repeats: 0,
         members,
     }
 }
@@ -71,6 +74,8 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
         seconds: Some(1.0),
         memory: Some(20_000_000),
         work: Some(Work { steps: 5, ..Work::default() }),
+        start: None,
+        timing: None,
         shown: Some(Shown {
             x: sheet.rest().to_vec(),
             triangles: sheet.triangles().to_vec(),
