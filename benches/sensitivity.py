@@ -152,7 +152,7 @@ def run(program, scene, folder):
         return None, done.stderr.strip().splitlines()
     rows = list(csv.DictReader(open(out / "ledger.csv")))
     frames = sorted(glob.glob(str(out / "frames" / "*.vtu")))
-    work = (len(rows) - 1, sum(int(row.get("iterations", 0)) for row in rows))
+    work = (len(rows) - 1, sum(int(row[k]) for row in rows for k in ("iterations", "newton iterations")))
     return frames, work
 
 
