@@ -277,13 +277,12 @@ fn begin(
     let asked = simulation.state.x.clone();
     let mut first = StepReport::default();
     match simulation.prepare() {
-        Ok(done) => (first.relaxation, first.work) = (done, simulation.spent().work),
+        Ok(done) => first.relaxation = done,
         // The start is then shown as far as it got, not as an equilibrium.
-        Err(Error::Solve(SolveError::Interrupted)) => {
-            (first.relaxation.residual, first.work) = (f64::NAN, simulation.spent().work);
-        }
+        Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
         Err(error) => return Err(stopped(simulation, directory, compression, error)),
     }
+    first.work = simulation.spent().work;
     if let Err(error) = look_again(simulation, progress) {
         return Err(stopped(simulation, directory, compression, error));
     }

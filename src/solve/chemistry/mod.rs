@@ -162,9 +162,8 @@ impl ChemistrySteps {
                 let before = self.chebyshev.work();
                 let done =
                     self.chebyshev.integrate(span.0, span.1, &mut y, &tolerance, bound, rate);
-                let more = self.chebyshev.work() - before;
                 // Right-hand sides are counted where they are evaluated.
-                let more = Work { right_hand_sides: 0, ..more };
+                let more = Work { right_hand_sides: 0, ..self.chebyshev.work() - before };
                 model.tally().count(|work| *work += more);
                 done?;
             }
