@@ -29,7 +29,7 @@ pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String
         add(
             "work-precision",
             "What accuracy costs: error against processor time of the steps, and beside it against work that \
-             does not depend on the machine. Lower left is better. Crosses: failed, at the time they took. The \
+             does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed, at the time they took. The \
              last line is how far the references are apart: nothing below it means anything.",
             work_precision(study, case),
         );
@@ -47,7 +47,7 @@ pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String
         );
         add(
             "measures",
-            "Errors of what can be measured on any branch of a bifurcation, at the end, against wall time. \
+            "Errors of what can be measured on any branch of a bifurcation, at the end, against processor time. \
              Below the last line they are smaller than what other random numbers change.",
             measures(study, case),
         );
@@ -133,9 +133,10 @@ fn took(point: &Point) -> Option<f64> {
 fn work_precision(study: &Study, case: &Case) -> Figure {
     let mut panels = Vec::new();
     for quantity in [Quantity::Species, Quantity::Shape] {
-        let costs: [(&str, fn(&Point) -> Option<f64>); 2] = [
-            ("wall time of the steps [s]", Point::seconds),
-            ("evaluations", |p| p.evaluations().map(|n| real(usize::try_from(n).unwrap_or(0)))),
+        let costs: [(&str, fn(&Point) -> Option<f64>); 3] = [
+            ("processor time of the steps [s]", Point::seconds),
+            ("evaluations of forces and laws", |p| number(p.work()?.evaluations())),
+            ("factorisations", |p| number(p.work()?.factorisations)),
         ];
         for (title, cost) in costs {
             let (curves, failed) = against(study, case, quantity, cost);
@@ -146,7 +147,13 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
             }
         }
     }
-    Figure { names: names(study, &["references, apart"]), panels, columns: 2 }
+    let columns = panels.len().clamp(1, 3);
+    Figure { names: names(study, &["references, apart"]), panels, columns }
+}
+
+/// A count that can be drawn on a logarithmic axis.
+fn number(count: u64) -> Option<f64> {
+    usize::try_from(count).ok().filter(|count| *count > 0).map(real)
 }
 
 fn measures(study: &Study, case: &Case) -> Figure {
@@ -161,7 +168,7 @@ fn measures(study: &Study, case: &Case) -> Figure {
             curves.push(Curve { name: study.curves.len() + 1, points });
         }
         let title = format!("error of the {}", quantity.name());
-        if let Some(mut panel) = panel(&title, "wall time of the steps [s]", curves) {
+        if let Some(mut panel) = panel(&title, "processor time of the steps [s]", curves) {
             panel.failed = failed;
             panels.push(panel);
         }

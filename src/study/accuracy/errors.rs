@@ -10,6 +10,7 @@ use crate::study::differences::differences;
 use crate::study::measures::Measures;
 use crate::study::states;
 use crate::study::sweep::{Found, MemberStatus, Plan, Timing, read};
+use crate::tally::Work;
 
 /// References that are further apart than this, relative to the fields, are on different paths.
 const PARTED: f64 = 0.1;
@@ -44,7 +45,7 @@ pub struct Reference {
     pub parted: Option<f64>,
     /// Measures at the output times.
     pub measures: Vec<Measures>,
-    /// Wall time of its steps, s.
+    /// Processor time of its steps, s.
     pub seconds: Option<f64>,
     /// References that did not come to their end, and why.
     pub failed: Vec<(String, String)>,
@@ -86,16 +87,16 @@ impl Errors {
 }
 
 impl Point {
-    /// Wall time of its steps, s: the median where they were made several times.
+    /// Processor time of its steps, s: the median where they were made several times.
     #[must_use]
     pub fn seconds(&self) -> Option<f64> {
         self.found.timing.as_ref().map(Timing::median)
     }
 
-    /// Evaluations of energies and right-hand sides in its steps.
+    /// The work of its steps.
     #[must_use]
-    pub fn evaluations(&self) -> Option<u64> {
-        Some((self.found.work? - self.found.start?).evaluations())
+    pub fn work(&self) -> Option<Work> {
+        Some(self.found.work? - self.found.start?)
     }
 
     /// The error of `quantity`, if the run came to its end.

@@ -16,8 +16,16 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
         .map(str::to_owned)
         .to_vec();
     head.extend(Quantity::ALL.map(|q| format!("error of the {}", q.name())));
-    let rest =
-        ["steps [s]", "least [s]", "most [s]", "start [s]", "steps", "evaluations", "reason"];
+    let rest = [
+        "steps [s]",
+        "least [s]",
+        "most [s]",
+        "start [s]",
+        "steps",
+        "evaluations",
+        "factorisations",
+        "reason",
+    ];
     head.extend(rest.map(str::to_owned));
     let mut rows = vec![head];
     let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
@@ -33,8 +41,7 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
             row.push(number(point.seconds()));
             row.extend([number(spread.map(|s| s.0)), number(spread.map(|s| s.1))]);
             row.push(number(timing.map(|t| t.start)));
-            let count = |n: Option<u64>| n.map_or(String::new(), |n| n.to_string());
-            row.extend([count(found.work.map(|work| work.steps)), count(point.evaluations())]);
+            row.extend(counts(point).map(|n| n.map_or(String::new(), |n| n.to_string())));
             let ended = found.status == MemberStatus::Complete;
             row.push(if ended { String::new() } else { found.reason.clone() });
             rows.push(row);
@@ -146,6 +153,7 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
     let mut head = vec!["integrator".to_owned(), "status".to_owned()];
     head.extend(quantities.iter().map(|q| q.name().to_owned()));
     head.extend(["time".to_owned(), "spread".to_owned(), "steps".to_owned(), "evaluations".into()]);
+    head.push("factorisations".to_owned());
     let mut rows = vec![head];
     for point in &case.points {
         let mut row = vec![described(study, point), point.found.status.to_string()];
@@ -155,11 +163,16 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
         let timing = point.found.timing.as_ref().filter(|t| t.steps.len() > 1);
         let spread = timing.map(|t| format!("{} … {}", time(t.spread().0), time(t.spread().1)));
         row.push(spread.unwrap_or("-".into()));
-        let count = |n: Option<u64>| n.map_or("-".to_owned(), |n| n.to_string());
-        row.extend([count(point.found.work.map(|work| work.steps)), count(point.evaluations())]);
+        row.extend(counts(point).map(|n| n.map_or("-".to_owned(), |n| n.to_string())));
         rows.push(row);
     }
     rows
+}
+
+/// Steps, evaluations and factorisations of a run.
+fn counts(point: &Point) -> [Option<u64>; 3] {
+    let work = point.work();
+    [work.map(|w| w.steps), work.map(|w| w.evaluations()), work.map(|w| w.factorisations)]
 }
 
 /// Error over tolerance of every integrator: least, median and largest.

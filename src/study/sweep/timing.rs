@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +12,7 @@ use crate::run::run::Summary;
 use crate::run::{Result, Simulation};
 use crate::scene::Scene;
 
-/// Wall times of a member, s.
+/// Processor times of a member, s: of one thread the wall time, but for what others do on the machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// Of the first relaxation.
@@ -32,8 +31,8 @@ impl Timing {
     /// Whatever ends a run.
     pub fn of(scene: &Scene, search: &Search, summary: &Summary, repeats: u16) -> Result<Self> {
         let Summary { spent, start, .. } = *summary;
-        let first = (spent - start).wall_seconds;
-        let mut timing = Self { start: start.wall_seconds, steps: vec![first] };
+        let first = (spent - start).cpu_seconds;
+        let mut timing = Self { start: start.cpu_seconds, steps: vec![first] };
         if first < LONG {
             for _ in 1..repeats {
                 timing.steps.push(again(scene, search, summary.time)?);
@@ -83,11 +82,11 @@ impl Timing {
     }
 }
 
-/// Wall time of the steps of `scene` to the time `end`, s.
+/// Processor time of the steps of `scene` to the time `end`, s.
 fn again(scene: &Scene, search: &Search, end: f64) -> Result<f64> {
     let mut simulation = Simulation::new(scene, search)?;
     simulation.prepare()?;
-    let began = Instant::now();
+    let start = simulation.spent();
     let every = scene.output.every.map_or(end, f64::from);
     let mut output = 1usize;
     while simulation.state().time < end {
@@ -96,5 +95,5 @@ fn again(scene: &Scene, search: &Search, end: f64) -> Result<f64> {
         }
         simulation.step((real(output) * every).min(end))?;
     }
-    Ok(began.elapsed().as_secs_f64())
+    Ok((simulation.spent() - start).cpu_seconds)
 }
