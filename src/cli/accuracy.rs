@@ -149,11 +149,11 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
 /// Numbers above 0 from a list or a range.
 fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
     let refuse = |what: String| Err(Error::Refused(format!("{option} {text}: {what}")));
-    let axis = match Axis::parse(&format!("values={text}")) {
+    let axis = match Axis::parse(&format!("{}={text}", option.trim_start_matches('-'))) {
         Ok(axis) => axis,
         Err(what) => {
             let what = what.split_once(": ").map_or(what.as_str(), |(_, what)| what);
-            return refuse(what.replace("values", "it"));
+            return refuse(what.to_owned());
         }
     };
     let mut all = Vec::new();

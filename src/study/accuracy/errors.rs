@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use super::advice::Power;
+use super::peers::Peer;
 use super::{Quantity, Role, Study};
 use crate::model::State;
 use crate::output::ResultDirectory;
@@ -250,6 +252,33 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
         case.spread = Quantity::ALL.map(|quantity| spread(quantity, &courses, &reference.measures));
     }
     case
+}
+
+/// Adds the run of another program to the only case of a study.
+pub(super) fn add_peer(
+    case: &mut Case,
+    curve: usize,
+    peer: Peer,
+    plan: &Plan,
+    root: &Path,
+    study: &Study,
+) {
+    let name = format!("{}, {}", peer.integrator, Power(peer.tolerance));
+    let Peer { tolerance, found, states, .. } = peer;
+    let truth = case.reference.as_ref().and_then(|reference| {
+        let named =
+            |role: &Role| matches!(role, Role::Reference { name, .. } if *name == reference.name);
+        let run = study.runs.iter().position(named)?;
+        let number = plan.members.iter().position(|m| m.at.first() == Some(&run))?;
+        Some((kept(plan, root, number), Yardstick::of(plan, number)?))
+    });
+    let run = Kept { found: found.clone(), states };
+    let errors =
+        truth.filter(|_| found.status == MemberStatus::Complete).map(|(truth, yardstick)| {
+            let parted = case.reference.as_ref().and_then(|r| r.parted);
+            yardstick.errors(&run, &truth, parted)
+        });
+    case.points.push(Point { name, curve, tolerance, force: None, found, errors });
 }
 
 /// Half of the range of a measure over `courses`, relative to the reference.

@@ -17,6 +17,7 @@ mod advice;
 mod drawn;
 mod errors;
 mod page;
+mod peers;
 mod plan;
 mod quantity;
 mod report;
@@ -153,11 +154,34 @@ impl Study {
     /// # Errors
     /// A plot that cannot be drawn, a file that cannot be written.
     pub fn gather(&self, plan: &Plan, root: &Path) -> Result<String> {
-        let cases = cases(self, plan, root);
+        let (study, cases) = self.with_peers(cases(self, plan, root), plan, root);
+        study.report(&cases, plan, root)
+    }
+
+    /// With the runs of other programs, if there are any, of a study of one case.
+    fn with_peers(&self, mut cases: Vec<Case>, plan: &Plan, root: &Path) -> (Self, Vec<Case>) {
+        let mut study = self.clone();
+        let (peers, wrong) = peers::read(root);
+        study.left_out.extend(wrong);
+        if let [case] = &mut cases[..] {
+            for peer in peers {
+                let known = study.curves.iter().position(|line| line.name == peer.integrator);
+                let curve = known.unwrap_or_else(|| {
+                    let name = peer.integrator.clone();
+                    study.curves.push(Line { name, fixed_steps: false });
+                    study.curves.len() - 1
+                });
+                errors::add_peer(case, curve, peer, plan, root, self);
+            }
+        }
+        (study, cases)
+    }
+
+    fn report(&self, cases: &[Case], plan: &Plan, root: &Path) -> Result<String> {
         let advice: Vec<String> = cases.iter().map(|case| advice::advice(self, case)).collect();
-        let figures = drawn::figures(self, plan, &cases);
+        let figures = drawn::figures(self, plan, cases);
         let [_, csv, md, html] = Self::FILES.map(str::to_owned);
-        let mut files = vec![(csv, report::csv(self, &cases).into_bytes())];
+        let mut files = vec![(csv, report::csv(self, cases).into_bytes())];
         let mut drawings = Vec::new();
         for (name, caption, figure) in figures {
             let name = format!("{PLOT}{name}");
@@ -166,7 +190,7 @@ impl Study {
             files.push((format!("{name}.png"), figure.picture()?.png()?));
             drawings.push(page::Drawing { name, caption, svg });
         }
-        let blocks = report::blocks(self, plan, &cases, &advice, drawings);
+        let blocks = report::blocks(self, plan, cases, &advice, drawings);
         files.push((md, page::markdown(&blocks).into_bytes()));
         files.push((html, page::html(&blocks).into_bytes()));
         for (name, bytes) in files {

@@ -332,10 +332,7 @@ impl Plan {
         };
         let (from, to) = (theirs.directory(other, same), self.directory(root, number));
         let complete = |path: &Path| status(path).0 == MemberStatus::Complete;
-        if complete(&from) && !complete(&to) {
-            copy(&from, &to)?;
-        }
-        Ok(())
+        if complete(&from) && !complete(&to) { copy(&from, &to) } else { Ok(()) }
     }
 
     /// What of a member has changed since it was run.

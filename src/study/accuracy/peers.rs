@@ -1,0 +1,101 @@
+//! Runs of other programs beside those of a study.
+//!
+//! ```text
+//! DIR/peers/NAME/peer.json     { "integrator": "CVODE, BDF", "tolerance": 1e-6, "seconds": [0.8, 0.9, 0.8],
+//!                                "evaluations": 400, "factorisations": 30, "failed": "why, if it failed" }
+//! DIR/peers/NAME/states.bin    the states that it came to, as `study::states` has them
+//! ```
+//!
+//! Their errors are those of the same reference by the same measure.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::model::State;
+use crate::output::ResultDirectory;
+use crate::study::states;
+use crate::study::sweep::{Found, MemberStatus, Timing};
+use crate::tally::Work;
+
+/// Name of their folder.
+pub(super) const FOLDER: &str = "peers";
+const FILE: &str = "peer.json";
+
+/// What one run of another program says of itself.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Said {
+    integrator: String,
+    tolerance: f64,
+    seconds: Vec<f64>,
+    #[serde(default)]
+    steps: u64,
+    #[serde(default)]
+    evaluations: u64,
+    #[serde(default)]
+    factorisations: u64,
+    #[serde(default)]
+    failed: Option<String>,
+}
+
+/// One run of another program.
+pub(super) struct Peer {
+    /// What it is called.
+    pub(super) integrator: String,
+    /// Its tolerance.
+    pub(super) tolerance: f64,
+    /// What is known of it.
+    pub(super) found: Found,
+    /// Where it came to.
+    pub(super) states: Vec<State>,
+}
+
+/// Those in `root`, by name and from loose to tight; what of them cannot be read.
+pub(super) fn read(root: &Path) -> (Vec<Peer>, Vec<String>) {
+    let entries = fs::read_dir(root.join(FOLDER));
+    let mut folders: Vec<PathBuf> =
+        entries.map_or(Vec::new(), |all| all.flatten().map(|entry| entry.path()).collect());
+    folders.sort();
+    let (mut peers, mut wrong) = (Vec::new(), Vec::new());
+    for folder in folders {
+        let file = folder.join(FILE);
+        let said = fs::read_to_string(&file).map_err(|error| error.to_string());
+        let said = said.and_then(|text| {
+            serde_json::from_str::<Said>(&text).map_err(|error| error.to_string())
+        });
+        match said {
+            Ok(said) => peers.push(peer(said, &folder)),
+            Err(error) => wrong.push(format!("{}: {error}", file.display())),
+        }
+    }
+    peers.sort_by(|a, b| a.integrator.cmp(&b.integrator).then(b.tolerance.total_cmp(&a.tolerance)));
+    (peers, wrong)
+}
+
+fn peer(said: Said, folder: &Path) -> Peer {
+    let work = Work {
+        steps: said.steps,
+        right_hand_sides: said.evaluations,
+        factorisations: said.factorisations,
+        ..Work::default()
+    };
+    let status = if said.failed.is_some() { MemberStatus::Failed } else { MemberStatus::Complete };
+    let found = Found {
+        name: said.integrator.clone(),
+        at: Vec::new(),
+        status,
+        reason: said.failed.unwrap_or_default(),
+        measures: Vec::new(),
+        steady: None,
+        seconds: said.seconds.first().copied(),
+        memory: None,
+        work: Some(work),
+        start: Some(Work::default()),
+        timing: Some(Timing { start: 0.0, steps: said.seconds }),
+        shown: None,
+    };
+    let states = states::read(&folder.join(ResultDirectory::STATES));
+    Peer { integrator: said.integrator, tolerance: said.tolerance, found, states }
+}
