@@ -5,8 +5,9 @@
 #     models/paper/figures.sh                  lists the figures
 #
 # Results and pictures go to results/paper (FIGURES=DIR for another folder); of sweeps, NAME/pictures.png. A run that
-# is complete is not repeated: remove its folder after a change. CHECK=1 only checks that every scene can be run. Run from
-# anywhere; needs `cargo build --release --workspace` and what `tests/run.sh` installs (ParaView, Python with VTK).
+# is complete is not repeated, unless its scene or its keys have changed; after a change of the program remove its
+# folder. CHECK=1 only checks that every scene can be run. Run from anywhere; needs `cargo build --release --workspace`
+# and what `tests/run.sh` installs (ParaView, Python with VTK).
 set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 rumple="${RUMPLE:-$here/target/release/rumple}"
@@ -17,13 +18,22 @@ model_ii="$here/models/paper/model-ii.toml"
 sphere="$here/models/paper/sphere.toml"
 loose="$here/models/paper/loose.toml"
 
+# complete DIR SCENE [--set KEY=VALUE ...]: whether DIR has all of this scene with these keys
+complete() {
+    local dir=$1 wanted
+    shift
+    grep -qs '"status": "complete"' "$dir/status.json" || return 1
+    wanted=$("$rumple" check --resolved "$@") || return 1
+    [[ $wanted == "$(<"$dir/resolved.toml")" ]]
+}
+
 # run NAME SCENE [--set KEY=VALUE ...]
 run() {
     local name=$1 scene=$2
     shift 2
     if [[ -n ${CHECK:-} ]]; then
         "$rumple" check "$scene" "$@" >/dev/null
-    elif ! grep -qs '"status": "complete"' "$out/$name/status.json"; then
+    elif ! complete "$out/$name" "$scene" "$@"; then
         echo "== $name"
         "$rumple" run "$scene" --threads "${THREADS:-1}" --out "$out/$name" --force "$@"
     fi
