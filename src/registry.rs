@@ -14,7 +14,7 @@
 //! The registration is collected at link time; it exists beside typetag's because typetag
 //! buffers a table before it knows its type and so loses the place of every value.
 
-use crate::document::{Node, Place, Problem, Value, read};
+use crate::document::{Key, Node, Place, Problem, Value, read};
 
 #[doc(hidden)]
 pub use inventory;
@@ -37,6 +37,15 @@ impl<T: ?Sized + 'static> Kind<T> {
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name
+    }
+
+    /// The keys of its table, as the error about one that it cannot have lists them.
+    fn keys(&self, place: &Place) -> Vec<String> {
+        let impossible = Key { name: String::new(), place: place.clone() };
+        let value = Node::empty_table(place.clone());
+        let node = Node { value: Value::Table(vec![(impossible, value)]), place: place.clone() };
+        let refused = (self.read)(node).err();
+        refused.map_or_else(Vec::new, |problem| problem.allowed().to_vec())
     }
 }
 
@@ -129,10 +138,29 @@ pub(crate) fn choose<T: ?Sized + Family>(
         }
     };
     match T::kinds().into_iter().find(|kind| kind.name == name) {
-        Some(kind) => (kind.read)(node).map_err(|problem| problem.also_allowed(&[T::TAG])),
+        Some(kind) => {
+            (kind.read)(node).map_err(|problem| whose::<T>(problem.also_allowed(&[T::TAG]), &whole))
+        }
         None => Err(Problem::unknown_name(T::NOUN, &name, &names::<T>()).placed(&place)),
     }
     .map_err(|problem| problem.placed(&whole))
+}
+
+/// Says of an unknown key which other kinds have it.
+fn whose<T: ?Sized + Family>(problem: Problem, place: &Place) -> Problem {
+    let Some(key) = problem.unknown().map(str::to_owned) else { return problem };
+    let mut kinds = T::kinds();
+    kinds.retain(|kind| kind.keys(place).contains(&key));
+    let mut owners: Vec<String> =
+        kinds.iter().map(|kind| format!("{} = {:?}", T::TAG, kind.name)).collect();
+    owners.sort_unstable();
+    match owners.as_slice() {
+        [] => problem,
+        _ => {
+            let allowed = problem.allowed().join(", ");
+            problem.help(format!("{key} belongs to {}; allowed: {allowed}", owners.join(", ")))
+        }
+    }
 }
 
 fn untagged<T: ?Sized + Family>(place: &Place) -> Problem {

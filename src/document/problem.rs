@@ -129,6 +129,14 @@ impl Problem {
         self
     }
 
+    /// The key of this very table that is not known.
+    pub(crate) fn unknown(&self) -> Option<&str> {
+        match &self.0.what {
+            What::UnknownKey { key, .. } if self.0.path.is_empty() => Some(key),
+            _ => None,
+        }
+    }
+
     /// What could stand there, where a key or name is unknown.
     pub(crate) fn allowed(&self) -> &[String] {
         match &self.0.what {

@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicI32, Ordering};
 
 use super::{OutputError, RunStatus, claim};
 
-/// The first signal that came, or none.
+/// The first signal that came, or its negative where something else asked; or none.
 static REQUESTED: AtomicI32 = AtomicI32::new(NONE);
 static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
 
 const NONE: i32 = 0;
+/// No signal: the process that this one works for is gone.
+const ORPHANED: i32 = i32::MIN;
 /// The signal of Ctrl-C, everywhere.
 const SIGINT: i32 = 2;
 /// The signal that asks a process to end.
@@ -37,7 +39,24 @@ impl Interrupt {
 
     /// Asks to stop as SIGTERM does, if nobody has asked yet.
     pub fn request(self) {
-        let _ = REQUESTED.compare_exchange(NONE, SIGTERM, Ordering::SeqCst, Ordering::SeqCst);
+        self.pass_on(Some(SIGTERM));
+    }
+
+    /// Asks to stop, if nobody has asked yet, because the process that this one works for was given
+    /// `signal`, or is gone without a word. A signal of its own may follow, as Ctrl-C goes to both, and is
+    /// still the first.
+    pub fn pass_on(self, signal: Option<i32>) {
+        let passed_on = signal.map_or(ORPHANED, |signal| -signal);
+        let _ = REQUESTED.compare_exchange(NONE, passed_on, Ordering::SeqCst, Ordering::SeqCst);
+    }
+
+    /// The signal that came, if one did: what [`Interrupt::pass_on`] takes.
+    #[must_use]
+    pub fn signal(self) -> Option<i32> {
+        match REQUESTED.load(Ordering::SeqCst) {
+            NONE | ORPHANED => None,
+            signal => Some(signal.abs()),
+        }
     }
 
     /// Whether a signal came.
@@ -48,12 +67,13 @@ impl Interrupt {
 }
 
 /// The exit status of a process that a signal ended, 128 and its number as shells have it: of the
-/// one that came, or of Ctrl-C.
+/// one that came, or of Ctrl-C; of an orphan that of SIGTERM.
 #[must_use]
 pub fn exit_status() -> u8 {
     status_of(match REQUESTED.load(Ordering::SeqCst) {
         NONE => SIGINT,
-        signal => signal,
+        ORPHANED => SIGTERM,
+        signal => signal.abs(),
     })
 }
 
@@ -65,6 +85,7 @@ fn status_of(signal: i32) -> u8 {
 #[must_use]
 pub fn reason() -> &'static str {
     match exit_status() {
+        _ if REQUESTED.load(Ordering::SeqCst) == ORPHANED => "the process that began it is gone",
         129 => "the terminal was closed (SIGHUP)",
         143 => "asked to end (SIGTERM)",
         _ => "interrupted (SIGINT)",
@@ -74,7 +95,9 @@ pub fn reason() -> &'static str {
 /// Whether this is the first signal; the second ends the process: the user insists, and a run that
 /// does not come to the end of its step can be stopped no other way.
 fn came(signal: i32) -> bool {
-    let first = REQUESTED.compare_exchange(NONE, signal, Ordering::SeqCst, Ordering::SeqCst);
+    let first = REQUESTED.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |before| {
+        (before <= NONE).then_some(signal)
+    });
     if first.is_err() {
         claim::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
     }

@@ -5,7 +5,7 @@ use crate::geometry::aligned;
 use std::sync::Arc;
 
 use crate::Vec3;
-use crate::model::Potential;
+use crate::model::{Drag, Potential};
 use crate::num::Short;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
@@ -76,6 +76,18 @@ fn radius(sheet: &Sheet) -> f64 {
     let area = super::rest_areas(sheet).iter().sum::<f64>();
     let half = 0.5 * (0..3).map(extent).fold(0.0, f64::max);
     (area / std::f64::consts::PI).sqrt().min(half)
+}
+
+/// Looks at the drag under which a shape moves.
+pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
+    if scene.written("material.drag").is_none() {
+        notes.push(format!(
+            "the policy {} moves the shape under a drag, and the scene gives none: it is {} of every vertex, the \
+             default of material.drag; the paper's is 100",
+            scene.time.policy.name(),
+            Short(drag.at(0))
+        ));
+    }
 }
 
 /// Looks at the loads on a sheet at rest.

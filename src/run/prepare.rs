@@ -192,6 +192,9 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
     let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
     let drag = drag.on(&mechanics);
+    if storage.mechanics > 0.0 && !mechanics.is_empty() {
+        notes::on_drag(scene, &drag, &mut notes);
+    }
     let known = storage.mechanics == 0.0 || scene.time.integrator.knows_directions_of_drag();
     if !drag.is_isotropic() && !known {
         let message = "this integrator takes drag to be the same in all directions";

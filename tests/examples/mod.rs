@@ -1,6 +1,9 @@
 //! Every numbered example runs (03 prints tables of what `answers` tests); the effect of the crate
 //! `examples/indenter` gives a known answer.
 
+#[cfg(unix)]
+mod figures;
+
 #[path = "../../examples/01_grown_spot.rs"]
 mod grown_spot;
 #[path = "../../examples/02_scene_from_code.rs"]

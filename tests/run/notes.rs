@@ -82,6 +82,20 @@ fn a_poisson_ratio_that_bonds_do_not_have_is_told() {
 }
 
 #[test]
+fn a_drag_that_nobody_gave_is_told() {
+    for policy in ["simultaneous", "chemistry-fast"] {
+        let under = format!("time.policy=\"{policy}\"");
+        let text = reported(&[&under]);
+        assert!(text.contains(&format!("the policy {policy} moves")), "{text}");
+        assert!(text.contains("it is 1 of every vertex"), "{text}");
+        for drag in ["drag=1", "drag={per-area=64}", "drag.per-vertex=100"] {
+            assert_eq!(reported(&[&under, &format!("material.{drag}")]), "");
+        }
+    }
+    assert_eq!(reported(&["time.policy=\"quasi-static\""]), "");
+}
+
+#[test]
 fn a_thick_sheet_is_told() {
     let text = reported(&["material.thickness=2.5"]);
     assert!(text.contains("material.thickness = 2.5 is 0.18 of"), "{text}");

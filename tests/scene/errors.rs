@@ -1,10 +1,10 @@
-//! Every class of mistake: message, exact place, help.
+//! Every class of mistake: message, exact place, help. Words that are not known: `unknown`.
 
 use super::{SCENE, position, refused};
 
 /// Replaces `from` by `to` in the scene; the error must point to the first `needle` and read
 /// `message`, with `help`.
-fn wrong(from: &str, to: &str, needle: &str, message: &str, help: Option<&str>) {
+pub(super) fn wrong(from: &str, to: &str, needle: &str, message: &str, help: Option<&str>) {
     let text = SCENE.replacen(from, to, 1);
     assert_ne!(text, SCENE, "{from}");
     let error = refused(&text, &[]);
@@ -16,152 +16,6 @@ fn wrong(from: &str, to: &str, needle: &str, message: &str, help: Option<&str>) 
     assert_eq!(error.to_string(), format!("s.toml:{line}:{column}: {message}"));
     let rendered = error.rendered(false);
     assert!(rendered.contains(&format!("[s.toml:{line}:{column}]")), "{rendered}");
-}
-
-#[test]
-fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
-    wrong(
-        "young = 1e6",
-        "yung = 1e6",
-        "yung",
-        "unknown key yung in [material]",
-        Some("did you mean young? allowed: young, poisson, thickness, drag"),
-    );
-    wrong(
-        "weight = \"paper\"",
-        "wight = \"paper\"",
-        "wight",
-        "unknown key wight in effect[0]",
-        Some("did you mean weight? allowed: kind, stiffness, weight, share, anchors"),
-    );
-    wrong(
-        "vertices = 20000",
-        "vertices = 20000\nheight = 3",
-        "height",
-        "unknown key height in [sheet]",
-        Some("allowed: shape, file, planar, imperfection, bump, radius, vertices, seed"),
-    );
-    wrong(
-        "amplitude = 0.5",
-        "height = 0.5",
-        "height",
-        "unknown key height in [kinetics.initial.c.gaussian]",
-        Some("allowed: centre, width, amplitude, background"),
-    );
-    wrong(
-        "rtol = 1e-3",
-        "rtl = 1e-3",
-        "rtl",
-        "unknown key rtl in [time.integrator]",
-        Some("did you mean rtol? allowed: kind, method, rtol, atol, step, linear"),
-    );
-    wrong(
-        "kind = \"test-weightless\"",
-        "kind = \"test-weightless\"\nstrength = 1",
-        "strength",
-        "unknown key strength in effect[1]",
-        Some("allowed: kind"),
-    );
-    wrong(
-        "[output]",
-        "[outputs]",
-        "outputs",
-        "unknown key outputs",
-        Some(
-            "did you mean output? \
-             allowed: sheet, material, effect, kinetics, time, equilibrium, stability, output",
-        ),
-    );
-    wrong(
-        "shape = \"disc\"",
-        "shap = \"disc\"",
-        "shap",
-        "unknown key shap in [sheet]",
-        Some(
-            "did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, \
-             radius, width, height, inner, outer, irregular",
-        ),
-    );
-    wrong(
-        "shape = \"disc\"",
-        "file = \"disc.obj\"",
-        "radius",
-        "unknown key radius in [sheet]",
-        Some("allowed: file, planar, imperfection, bump"),
-    );
-}
-
-#[test]
-fn unknown_names_show_the_allowed_ones_and_the_nearest() {
-    wrong(
-        "\"disc\"",
-        "\"disk\"",
-        "\"disk\"",
-        "sheet: unknown shape \"disk\"",
-        Some("did you mean disc? allowed: disc, rectangle, annulus, sphere, cylinder, point"),
-    );
-    wrong(
-        "\"none\"",
-        "\"zlip\"",
-        "\"zlip\"",
-        "output.compression: unknown name \"zlip\"",
-        Some("did you mean zlib? allowed: zlib, none"),
-    );
-    wrong(
-        "\"paper\"",
-        "\"papr\"",
-        "\"papr\"",
-        "effect[0].weight: unknown name \"papr\"",
-        Some("did you mean paper? allowed: optimal-area, paper"),
-    );
-    wrong(
-        "gaussian",
-        "gausian",
-        "gausian",
-        "kinetics.initial.c: unknown name \"gausian\"",
-        Some(
-            "did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, \
-             formula",
-        ),
-    );
-}
-
-/// The registries grow with the engine, so only the beginning and the nearest word are fixed.
-#[test]
-fn unknown_kinds_of_a_registry() {
-    for (from, to, message, meant) in [
-        (
-            "\"simultaneous\"",
-            "\"simultaneos\"",
-            "time.policy: unknown timescale policy \"simultaneos\"",
-            "simultaneous",
-        ),
-        (
-            "\"monolithic\"",
-            "\"monolitic\"",
-            "time.integrator: unknown integrator \"monolitic\"",
-            "monolithic",
-        ),
-        (
-            "\"descent\"",
-            "\"decent\"",
-            "equilibrium: unknown equilibrium method \"decent\"",
-            "descent",
-        ),
-        (
-            "\"test-spring\"",
-            "\"test-sprig\"",
-            "effect[0]: unknown effect \"test-sprig\"",
-            "test-spring",
-        ),
-    ] {
-        let text = SCENE.replacen(from, to, 1);
-        let error = refused(&text, &[]);
-        assert_eq!(error.message(), message);
-        assert_eq!(error.position(), Some(position(&text, to)));
-        let help = error.advice().unwrap();
-        assert!(help.starts_with(&format!("did you mean {meant}? allowed: ")), "{help}");
-    }
 }
 
 #[test]

@@ -46,9 +46,13 @@ pub fn wait_until(what: &str, mut is: impl FnMut() -> bool) {
 }
 
 pub fn status_of(member: &Path) -> String {
+    said_at_its_end(member, "status")
+}
+
+fn said_at_its_end(member: &Path, key: &str) -> String {
     let text = fs::read_to_string(member.join("status.json")).unwrap_or_default();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-    json["status"].as_str().unwrap_or_default().to_owned()
+    json[key].as_str().unwrap_or_default().to_owned()
 }
 
 #[test]
@@ -64,6 +68,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     child.wait().unwrap();
     // Its member ends by itself after its step, as one that was interrupted.
     wait_until("the member ends", || status_of(&second) == "interrupted");
+    assert_eq!(said_at_its_end(&second, "reason"), "the process that began it is gone");
     let done = fs::read(first.join("status.json")).unwrap();
     let ledger = fs::read(first.join("ledger.csv")).unwrap();
 
@@ -131,22 +136,28 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
 #[cfg(unix)]
 #[test]
 fn a_sweep_that_is_interrupted_ends_its_members() {
-    let folder = folder(&slow());
-    let members = folder.path().join("out/members");
-    let mut child = start(folder.path());
-    wait_until("the first member", || {
-        fs::read_to_string(members.join("thickness=0.5/measures.csv"))
-            .is_ok_and(|text| text.lines().count() > 2)
-    });
-    let id = child.id().to_string();
-    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
-    assert_eq!(child.wait().unwrap().code(), Some(143));
-    assert_eq!(status_of(&members.join("thickness=0.5")), "interrupted");
-    assert!(!members.join("thickness=0.6").exists());
-    let json = fs::read_to_string(folder.path().join("out/status.json")).unwrap();
-    assert!(json.contains("interrupted"), "{json}");
-    let table = rows(&folder.path().join("out/sweep.csv"));
-    assert_eq!(statuses(&table)[0], "interrupted");
-    let time: f64 = table[0]["time"].parse().unwrap();
-    assert!(time > 0.0 && time < 0.2, "{time}");
+    for (signal, code, name) in [("-TERM", 143, "SIGTERM"), ("-INT", 130, "SIGINT")] {
+        let folder = folder(&slow());
+        let members = folder.path().join("out/members");
+        let mut child = start(folder.path());
+        wait_until("the first member", || {
+            fs::read_to_string(members.join("thickness=0.5/measures.csv"))
+                .is_ok_and(|text| text.lines().count() > 2)
+        });
+        // To the sweep alone: its members are told by it.
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        let first = members.join("thickness=0.5");
+        assert_eq!(status_of(&first), "interrupted");
+        let reason = said_at_its_end(&first, "reason");
+        assert!(reason.contains(name), "{reason}");
+        assert_eq!(reason, said_at_its_end(&folder.path().join("out"), "reason"));
+        assert!(!members.join("thickness=0.6").exists());
+        assert_eq!(status_of(&folder.path().join("out")), "interrupted");
+        let table = rows(&folder.path().join("out/sweep.csv"));
+        assert_eq!(statuses(&table)[0], "interrupted");
+        let time: f64 = table[0]["time"].parse().unwrap();
+        assert!(time > 0.0 && time < 0.2, "{time}");
+    }
 }

@@ -182,10 +182,11 @@ fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
     super::watchdog::start(plan.plugin_limit);
     let interrupt = Interrupt::install()?;
     if leash {
-        // Whoever started this member holds the other end, and is gone when that closes.
+        // Whoever started this member holds the other end: before it is closed comes the number of a signal,
+        // or nothing from one that was killed.
         thread::spawn(move || {
-            let _ = io::copy(&mut io::stdin(), &mut io::sink());
-            interrupt.request();
+            let said = io::read_to_string(io::stdin()).unwrap_or_default();
+            interrupt.pass_on(said.parse().ok());
         });
     }
     let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);

@@ -1,9 +1,11 @@
 //! Members as child processes, as many at once as cores and memory allow.
 //!
 //! A child holds one end of a pipe. When that closes, because the sweep was asked to end or was killed
-//! itself, the child ends after its step as if it was interrupted, its files whole.
+//! itself, the child ends after its step as if it was interrupted, its files whole. A signal that asked the
+//! sweep to end is passed on through the pipe, as a number.
 
 use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread;
@@ -115,7 +117,11 @@ impl Pool<'_> {
                 happens(&Event::Going { running: running.iter().map(time).collect() });
             }
             if interrupt.requested() {
-                running.iter_mut().for_each(|r| drop(r.leash.take()));
+                for mut leash in running.iter_mut().filter_map(|r| r.leash.take()) {
+                    let signal = interrupt.signal().map_or_else(String::new, |s| s.to_string());
+                    // One that has ended does not read it.
+                    let _ = leash.write_all(signal.as_bytes());
+                }
             } else if let Some(&member) = waiting.peek()
                 && running.len() < self.jobs
                 && self.fits(member, &running, &needs, &mut said, happens)
