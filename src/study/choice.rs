@@ -26,7 +26,7 @@ impl Choice {
         let table = table_of(text);
         let scene = Scene::varied(scene, set, &[key(&table)])?;
         let integrator = &scene.time.integrator;
-        let name = integrator.name() + &settings(&table);
+        let name = integrator.name() + &settings(&table, &["rtol", "atol", "step"]);
         Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table })
     }
 
@@ -60,20 +60,16 @@ fn inline(scene: &Scene) -> Result<String> {
     Ok(value.to_string())
 }
 
-/// What of a table for an integrator its name does not say, as in `, rtol = 1e-4`.
+/// What of a table for an integrator its name does not say, as in `, linear = "ilu"`; without the keys `but`.
 #[must_use]
-pub fn settings(table: &str) -> String {
+pub fn settings(table: &str, but: &[&str]) -> String {
     let inner = table.trim().trim_start_matches('{').trim_end_matches('}');
     let said = ["kind", "method", "chemistry"];
-    let rest = inner.split(',').filter(|pair| {
-        let key = pair.split('=').next().unwrap_or_default().trim();
-        !key.is_empty() && !said.contains(&key)
-    });
-    rest.map(|pair| {
-        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
-        format!(", {} = {}", key.trim(), value.trim())
-    })
-    .collect()
+    let rest = inner.split(',').map(|pair| pair.split_once('=').unwrap_or((pair, "")));
+    let rest = rest.map(|(key, value)| (key.trim(), value.trim()));
+    rest.filter(|(key, _)| !key.is_empty() && !said.contains(key) && !but.contains(key))
+        .map(|(key, value)| format!(", {key} = {value}"))
+        .collect()
 }
 
 /// A table as it is; a name as that of the kind.

@@ -152,7 +152,7 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
             let mut name =
                 format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
             if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
-                name += &settings(table);
+                name += &settings(table, &[]);
             }
             if planned.iter().any(|p| p.name == name) {
                 say!("{name}: listed twice, run once");

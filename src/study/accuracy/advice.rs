@@ -19,9 +19,10 @@ pub(super) fn subject(study: &Study, case: &Case) -> Quantity {
     study.of.or_else(|| order.into_iter().find(known)).unwrap_or(Quantity::Species)
 }
 
-/// Points of a case with an error of `quantity` and a time, the cheapest first.
+/// Points of a case with an error of `quantity` and a time, the cheapest first; other programs are not among
+/// them.
 pub(super) fn ranked(case: &Case, quantity: Quantity) -> Vec<(&Point, f64, f64)> {
-    let all = case.points.iter();
+    let all = case.points.iter().filter(|p| !p.is_peer());
     let mut ranked: Vec<_> =
         all.filter_map(|p| Some((p, p.error(quantity)?, p.seconds()?))).collect();
     ranked.sort_by(|a, b| a.2.total_cmp(&b.2));

@@ -1,10 +1,15 @@
 //! The plots of a study.
 
-use super::errors::{Case, Point};
+use super::errors::{Case, Distance, Point};
 use super::{Quantity, Study};
 use crate::num::real;
 use crate::output::plot::{Curve, Figure, Panel};
 use crate::study::sweep::{Axis, Plan};
+
+/// What a run cost, if that is known.
+type Cost = fn(&Point) -> Option<f64>;
+/// One of the distances.
+type Part = fn(&Distance) -> f64;
 
 /// Errors below this are round-off, and drawn there.
 const LEAST: f64 = 1e-15;
@@ -103,7 +108,7 @@ fn against(
     study: &Study,
     case: &Case,
     quantity: Quantity,
-    cost: fn(&Point) -> Option<f64>,
+    cost: Cost,
 ) -> (Vec<Curve>, Vec<(usize, f64)>) {
     let mut curves = Vec::new();
     let mut failed = Vec::new();
@@ -133,7 +138,7 @@ fn took(point: &Point) -> Option<f64> {
 fn work_precision(study: &Study, case: &Case) -> Figure {
     let mut panels = Vec::new();
     for quantity in [Quantity::Species, Quantity::Shape] {
-        let costs: [(&str, fn(&Point) -> Option<f64>); 3] = [
+        let costs: [(&str, Cost); 3] = [
             ("processor time of the steps [s]", Point::seconds),
             ("evaluations of forces and laws", |p| number(p.work()?.evaluations())),
             ("factorisations", |p| number(p.work()?.factorisations)),
@@ -179,11 +184,11 @@ fn measures(study: &Study, case: &Case) -> Figure {
 
 fn in_time(study: &Study, case: &Case) -> Figure {
     let mut panels = Vec::new();
-    let distances: [(&str, fn(&(f64, f64, f64)) -> f64); 2] =
-        [("error of the species", |c| c.1), ("error of the shape", |c| c.2)];
+    let distances: [(&str, Part); 2] =
+        [("error of the species", |d| d.species), ("error of the shape", |d| d.shape)];
     for (title, of) in distances {
-        let points = |course: &[(f64, f64, f64)]| -> Vec<(f64, f64)> {
-            course.iter().map(|c| (c.0, of(c))).filter(|p| p.0 > 0.0 && p.1 > LEAST).collect()
+        let points = |course: &[Distance]| -> Vec<(f64, f64)> {
+            course.iter().map(|d| (d.time, of(d))).filter(|p| p.0 > 0.0 && p.1 > LEAST).collect()
         };
         let mut curves = Vec::new();
         for (name, _) in study.curves.iter().enumerate() {

@@ -75,8 +75,25 @@ pub struct Point {
 pub struct Errors {
     /// Of every quantity of [`Quantity::ALL`]: of fields the largest before paths part.
     pub of: [Option<f64>; Quantity::ALL.len()],
-    /// Output time, distance of species and of shapes.
-    pub course: Vec<(f64, f64, f64)>,
+    /// Distances along time.
+    pub course: Vec<Distance>,
+}
+
+/// How far two runs are apart at an output time.
+#[derive(Debug, Clone, Copy)]
+pub struct Distance {
+    /// The time.
+    pub time: f64,
+    /// Of the worst species.
+    pub species: f64,
+    /// Of shapes.
+    pub shape: f64,
+}
+
+impl Distance {
+    fn largest(&self) -> f64 {
+        self.species.max(self.shape)
+    }
 }
 
 impl Errors {
@@ -105,6 +122,12 @@ impl Point {
     #[must_use]
     pub fn error(&self, quantity: Quantity) -> Option<f64> {
         self.errors.as_ref()?.get(quantity)
+    }
+
+    /// Whether another program made it.
+    #[must_use]
+    pub fn is_peer(&self) -> bool {
+        self.found.at.is_empty()
     }
 
     /// Whether it came to its end.
@@ -186,8 +209,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
             let (name, _, second) = &references[second];
             let first = &references[first].2;
             let course = yardstick.course(&second.states, &first.states);
-            let apart = course.iter().find(|(_, a, b)| a.max(*b) > PARTED);
-            let parted = apart.map(|(time, ..)| *time);
+            let parted = course.iter().find(|d| d.largest() > PARTED).map(|d| d.time);
             (parted, (name.clone(), yardstick.errors(second, first, parted)))
         });
         let (name, _, first) = references.swap_remove(first);
@@ -321,7 +343,7 @@ impl Yardstick {
         for (a, (_, method, first)) in references.iter().enumerate() {
             for (b, (_, other, second)) in references.iter().enumerate().skip(a + 1) {
                 let course = self.course(&second.states, &first.states);
-                let apart = course.iter().map(|(_, a, b)| a.max(*b)).fold(0.0, f64::max);
+                let apart = course.iter().map(Distance::largest).fold(0.0, f64::max);
                 let rank = (method == other, apart);
                 if !course.is_empty() && best.is_none_or(|(least, ..)| rank < least) {
                     best = Some((rank, a, b));
@@ -334,31 +356,31 @@ impl Yardstick {
         }
     }
 
-    /// Output time, distance of species, distance of shapes.
-    fn course(&self, states: &[State], truth: &[State]) -> Vec<(f64, f64, f64)> {
+    /// Distances of states from those at the same time.
+    fn course(&self, states: &[State], truth: &[State]) -> Vec<Distance> {
         let mut course = Vec::new();
         for state in states {
             let near = |s: &&State| (s.time - state.time).abs() <= 1e-9 * state.time.abs();
             let Some(same) = truth.iter().find(near) else { continue };
             let found = differences(state, same, &self.rest, &self.typical);
             let species = found.worst_species().map_or(0.0, |(_, by)| by.relative());
-            course.push((state.time, species, found.shape.relative()));
+            course.push(Distance { time: state.time, species, shape: found.shape.relative() });
         }
         course
     }
 
     fn errors(&self, run: &Kept, truth: &Kept, parted: Option<f64>) -> Errors {
         let course = self.course(&run.states, &truth.states);
-        let before = |c: &&(f64, f64, f64)| parted.is_none_or(|parted| c.0 < parted);
-        let largest = |of: fn(&(f64, f64, f64)) -> f64| {
-            let later = course.iter().filter(|c| c.0 > 0.0).filter(before);
+        let before = |d: &&Distance| parted.is_none_or(|parted| d.time < parted);
+        let largest = |of: fn(&Distance) -> f64| {
+            let later = course.iter().filter(|d| d.time > 0.0).filter(before);
             later
                 .map(of)
                 .fold(None, |largest: Option<f64>, e| Some(largest.map_or(e, |l| l.max(e))))
         };
         let of = Quantity::ALL.map(|quantity| match quantity {
-            Quantity::Species if self.species => largest(|c| c.1),
-            Quantity::Shape if self.moves => largest(|c| c.2),
+            Quantity::Species if self.species => largest(|d| d.species),
+            Quantity::Shape if self.moves => largest(|d| d.shape),
             Quantity::Species | Quantity::Shape => None,
             measure => measure.error(&run.found.measures, &truth.found.measures),
         });

@@ -23,7 +23,7 @@ mod quantity;
 mod report;
 mod richardson;
 
-pub use errors::{Case, Point, Reference, cases};
+pub use errors::{Case, Distance, Point, Reference, cases};
 pub use plan::Options;
 pub use quantity::Quantity;
 

@@ -48,7 +48,7 @@ impl Timing {
         all.sort_by(f64::total_cmp);
         let middle = all.len() / 2;
         match (all.get(middle.wrapping_sub(1)), all.get(middle)) {
-            (Some(a), Some(b)) if all.len() % 2 == 0 => 0.5 * (a + b),
+            (Some(a), Some(b)) if all.len().is_multiple_of(2) => 0.5 * (a + b),
             (_, Some(b)) => *b,
             (_, None) => f64::NAN,
         }
