@@ -52,6 +52,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::effects::LengthFactor;
+use crate::kinetics::Location;
 use crate::sheet::Sheet;
 use crate::tally::Tally;
 
@@ -165,6 +166,16 @@ impl Model {
     #[must_use]
     pub fn moves(&self) -> bool {
         !self.mechanics.is_empty()
+    }
+
+    /// Whether optimal lengths depend on the shape: species on faces that set them are carried to vertices with
+    /// weights of the current shape.
+    #[must_use]
+    pub fn lengths_follow_shape(&self) -> bool {
+        self.chemistry.as_ref().is_some_and(|chemistry| {
+            let on_faces = chemistry.location() == Location::Face;
+            on_faces && chemistry.descriptor().capabilities.length_factor
+        })
     }
 
     /// Whether any species diffuses.

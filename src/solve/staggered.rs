@@ -158,7 +158,7 @@ impl Staggered {
         done: &mut Relaxation,
     ) -> Result<Option<Vec<Vec3>>> {
         if self.policy.mechanics == 0.0 {
-            done.add(&workspace.relax(next)?);
+            done.add(&workspace.relax_once(next)?);
             return Ok(None);
         }
         if !workspace.model.moves() {

@@ -180,11 +180,11 @@ pub(super) fn described(study: &Study, point: &Point) -> String {
     text
 }
 
-/// `2.3 %`, or `4e-6` where that is shorter.
+/// `2.3 %`, or `4.0e-6` where that is shorter.
 pub(super) fn percent(share: f64) -> String {
     match share {
         0.0 => "0".to_owned(),
-        share if share < 1e-5 => format!("{share:.1e}"),
+        share if share < 1e-4 => format!("{share:.1e}"),
         share => format!("{} %", label(two_digits(100.0 * share))),
     }
 }

@@ -109,7 +109,7 @@ impl Point {
     /// Processor time of its steps, s: the median where they were made several times.
     #[must_use]
     pub fn seconds(&self) -> Option<f64> {
-        self.found.timing.as_ref().map(Timing::median)
+        self.found.timing.as_ref().map(Timing::median).filter(|seconds| seconds.is_finite())
     }
 
     /// The work of its steps.

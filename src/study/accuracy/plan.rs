@@ -42,6 +42,8 @@ const TIGHTER: f64 = 100.0;
 const TIGHTER_STAGGERED: f64 = 10.0;
 /// How much tighter the force tolerance of references is.
 const TIGHTER_FORCES: f64 = 0.01;
+/// Round-off leaves forces of some 1e-14.
+const LEAST_FORCE: f64 = 1e-12;
 /// References may take so many times as long as other runs.
 pub const PATIENCE: u64 = 5;
 /// What the first key is called.
@@ -225,7 +227,7 @@ fn references(
         }
         let Some(tolerance) = Positive::new(tightest / (tighter * still)) else { continue };
         let mut sets = vec![choice.at(scene, base, tolerance)?];
-        sets.extend(force.map(|force| forced(TIGHTER_FORCES * force)));
+        sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
         let name = format!("{}, {}", choice.name, Power(tolerance.get()));
         let method = choice.method().to_owned();
         let role = Role::Reference { name: name.clone(), method };
