@@ -36,6 +36,9 @@ stiff() {
     study "$name" "$scene" "${kinds[@]}" "${references[@]}" --seeds 0 "$@"
 }
 
+# A dome with a gentle feedback, smooth at all times.
+dome() { study dome policies/dome.toml --limit 60; }
+
 # Model I before it buckles.
 before() { study before accuracy/before.toml --limit 60; }
 
@@ -68,7 +71,7 @@ spacing() {
         --over sheet.vertices=2000,5000,10000 --limit 600 --reference '{ kind = "staggered", rtol = 3e-1, atol = 3e-1 }'
 }
 
-studies=(before ring motors sphere robertson oregonator brusselator plate spacing)
+studies=(dome before ring motors sphere robertson oregonator brusselator plate spacing)
 [[ $# -gt 0 ]] || { echo "studies: ${studies[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${studies[@]}"
 failed=()

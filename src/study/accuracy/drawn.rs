@@ -118,7 +118,7 @@ fn against(
             .filter(|p| p.0 > 0.0);
         curves.push(Curve { name, points: points.collect() });
         let lost = line(case, name).filter(|p| !p.ended());
-        failed.extend(lost.filter_map(|p| Some((name, cost(p).or(took(p))?))));
+        failed.extend(lost.filter_map(|p| Some((name, cost(p)?))));
     }
     let places = || curves.iter().flat_map(|c| c.points.iter().map(|p| p.0));
     let (least, most) = places().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
@@ -130,16 +130,11 @@ fn against(
     (curves, failed)
 }
 
-/// Wall time that a run took which did not come to its end.
-fn took(point: &Point) -> Option<f64> {
-    point.found.seconds.filter(|seconds| *seconds > 0.0)
-}
-
 fn work_precision(study: &Study, case: &Case) -> Figure {
     let mut panels = Vec::new();
     for quantity in [Quantity::Species, Quantity::Shape] {
         let costs: [(&str, Cost); 3] = [
-            ("processor time of the steps [s]", Point::seconds),
+            ("processor time of the steps [s]", seconds),
             ("evaluations of forces and laws", |p| number(p.work()?.evaluations())),
             ("factorisations", |p| number(p.work()?.factorisations)),
         ];
@@ -156,6 +151,11 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
     Figure { names: names(study, &["references, apart"]), panels, columns }
 }
 
+/// Processor time of the steps, or all that a run took which did not come to its end.
+fn seconds(point: &Point) -> Option<f64> {
+    point.seconds().or(point.found.seconds).filter(|seconds| *seconds > 0.0)
+}
+
 /// A count that can be drawn on a logarithmic axis.
 fn number(count: u64) -> Option<f64> {
     usize::try_from(count).ok().filter(|count| *count > 0).map(real)
@@ -164,7 +164,7 @@ fn number(count: u64) -> Option<f64> {
 fn measures(study: &Study, case: &Case) -> Figure {
     let mut panels = Vec::new();
     for quantity in Quantity::ALL.into_iter().filter(|q| !q.is_field()) {
-        let (mut curves, failed) = against(study, case, quantity, Point::seconds);
+        let (mut curves, failed) = against(study, case, quantity, seconds);
         let places = || curves.iter().flat_map(|c| c.points.iter().map(|p| p.0));
         let (least, most) =
             places().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
