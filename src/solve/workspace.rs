@@ -62,8 +62,8 @@ pub(crate) struct Relaxer {
     pub(crate) max_iterations: usize,
 }
 
-/// Most relaxations one after the other where lengths depend on the shape; what is left falls to a thousandth by each.
-const ROUNDS: usize = 5;
+/// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
+const ROUNDS: usize = 30;
 
 /// A model with what is needed to work on it.
 pub struct Workspace {
