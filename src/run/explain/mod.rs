@@ -8,8 +8,11 @@ mod effects;
 mod memory;
 mod solvers;
 
+use std::time::Duration;
+
 use serde::Serialize;
 
+use super::forecast::preview;
 use super::{Result, Simulation};
 use crate::scene::Scene;
 
@@ -102,6 +105,16 @@ impl Explanation {
             Section { title: "memory", lines: memory },
         ];
         Ok(Self { scene: scene.name().to_owned(), sections })
+    }
+}
+
+impl Explanation {
+    /// Adds how long a run takes, from its first steps, on which `budget` is spent at most; they move
+    /// the simulation.
+    pub fn predict(&mut self, scene: &Scene, simulation: &mut Simulation, budget: Duration) {
+        let (what, because) = preview(scene, simulation, budget);
+        let lines = vec![Line::new(what, because)];
+        self.sections.push(Section { title: "run time", lines });
     }
 }
 
