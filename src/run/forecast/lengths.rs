@@ -18,7 +18,7 @@ use super::{Taken, Way};
 /// Fewest steps that say how lengths go with time.
 const FEWEST: usize = 6;
 /// How much is thought to be known of a before, namely 0: the sum of squares of ln t that counts as much.
-const KNOWN: f64 = 2.0;
+const KNOWN: f64 = 0.3;
 /// Pieces of the way, equally long in ln t, with one length of steps each.
 const PIECES: u32 = 48;
 /// Steps that may grow before they are taken for grown.

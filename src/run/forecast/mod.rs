@@ -8,8 +8,8 @@
 //! left = Σ n(h) c(h)
 //! ```
 //!
-//! That is done again and again. A forecast is told once it has settled: those made over the later half of
-//! the steps say the same of the whole run within a factor of [`AGREE`], the steps no longer grow by as much as
+//! That is done again and again. A forecast is told once it has settled: those made since [`SINCE`] of the
+//! time reached say the same of the whole run within a factor of [`AGREE`], the steps no longer grow by as much as
 //! they may, and at least [`BEHIND`] of the way or of the cost is behind. Where the forecasts come to differ,
 //! as in a snap, nothing is told until they agree again.
 
@@ -20,7 +20,7 @@ mod preview;
 pub mod words;
 
 pub(super) use outlook::{Clock, Outlook, Told};
-pub use preview::preview;
+pub use preview::{Preview, preview};
 
 use std::collections::VecDeque;
 
@@ -32,6 +32,8 @@ pub use crate::solve::StepRule;
 
 /// Forecasts of the whole that are told differ by this factor at most.
 const AGREE: f64 = 2.0;
+/// Part of the time reached since which forecasts have to agree.
+const SINCE: f64 = 0.25;
 /// Part of the way, or of the forecast cost, that is behind when a forecast is told.
 const BEHIND: f64 = 0.1;
 /// Steps that grow by more than this share of what they may, on a logarithmic scale, are still growing.
@@ -109,11 +111,14 @@ impl Range {
     }
 }
 
-/// A forecast of the whole run, made after so many steps.
+/// A forecast of the whole run.
 #[derive(Debug, Clone, Copy)]
 struct Made {
-    after: u64,
-    whole: Range,
+    /// Steps by then, and the time that they had led to.
+    steps: u64,
+    time: f64,
+    /// Seconds, the start included.
+    whole: f64,
 }
 
 /// What the steps of a run have been, and what follows for the rest.
@@ -156,14 +161,15 @@ impl Forecast {
             *steps = (*steps - 1.0).max(0.0);
             *range = range.times_plus(1.0 - behind, 0.0);
         }
-        let last = self.made.back().map_or(0, |made| made.after);
+        let last = self.made.back().map_or(0, |made| made.steps);
         if self.steps.len() < FEWEST || real_of(self.count - last) < AGAIN * real_of(last) {
             return;
         }
         self.left = self.forecast();
         let Some((_, left)) = self.left else { return };
-        self.made.push_back(Made { after: self.count, whole: left.times_plus(1.0, self.spent) });
-        while self.made.front().is_some_and(|made| 2 * made.after < self.count)
+        let whole = self.spent + left.likely;
+        self.made.push_back(Made { steps: self.count, time: taken.time, whole });
+        while self.made.front().is_some_and(|made| made.time < SINCE * taken.time)
             && self.made.len() > FEWEST
         {
             self.made.pop_front();
@@ -181,10 +187,9 @@ impl Forecast {
     pub fn left(&self) -> Option<Range> {
         let (_, left) = self.left?;
         self.has_settled().then(|| {
-            let wholes = || self.made.iter().map(|made| made.whole);
-            let least = wholes().map(|w| w.likely - self.spent).fold(left.least, f64::min);
-            let most = wholes().map(|w| w.likely - self.spent).fold(left.most, f64::max);
-            Range { likely: left.likely, least: least.max(0.0), most }
+            let earlier = || self.made.iter().map(|made| made.whole - self.spent);
+            let least = earlier().fold(left.least, f64::min).max(0.0);
+            Range { least, most: earlier().fold(left.most, f64::max), ..left }
         })
     }
 
@@ -206,9 +211,8 @@ impl Forecast {
 
     fn has_settled(&self) -> bool {
         let Some((_, left)) = self.left else { return false };
-        let wholes = || self.made.iter().map(|made| made.whole.likely);
-        let (least, most) =
-            wholes().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), w| (a.min(w), b.max(w)));
+        let wholes = || self.made.iter().map(|made| made.whole);
+        let (least, most) = (wholes().fold(f64::INFINITY, f64::min), wholes().fold(0.0, f64::max));
         let behind = self.spent - self.start;
         let far =
             self.time() >= BEHIND * self.way.until || behind >= BEHIND * (behind + left.likely);

@@ -6,15 +6,26 @@ use super::lengths::next_output;
 use super::outlook::{Clock, Outlook};
 use super::{Way, words};
 use crate::num::Short;
+use crate::output::Predicted;
 use crate::run::{Error, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
 
-/// How long `scene`, made ready as `simulation`, would take to run, in words, and from what that follows. Its
-/// start is relaxed and steps are made until a forecast has settled, for as long as `budget` at most; the
-/// simulation is left where that has led to.
+/// What the first steps say of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preview {
+    /// How long it takes, in words.
+    pub what: String,
+    /// What that follows from.
+    pub because: String,
+    /// The numbers, if a forecast has settled.
+    pub predicted: Option<Predicted>,
+}
+
+/// How long `scene`, made ready as `simulation`, would take to run. Its start is relaxed and steps are made until
+/// a forecast has settled, for as long as `budget` at most; the simulation is left where that has led to.
 #[must_use]
-pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> (String, String) {
+pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> Preview {
     let began = Instant::now();
     simulation.set_control(Control::new(move || began.elapsed() >= budget, |_| {}));
     let clock = Clock::start();
@@ -24,13 +35,17 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
     };
     loop {
         let (steps, time, seconds) = outlook.reached();
-        let after =
-            format!("{steps} steps to time {}, in {}", Short(time), words::duration(seconds));
+        let seconds = words::duration(seconds);
+        let after = format!("{steps} steps to time {}", Short(time));
         if time >= way.until || way.max_steps.is_some_and(|most| steps >= most) {
-            return (words::duration(seconds), format!("because that took {after}: all there are"));
+            let because = format!("because it took that to make all {after}, without output");
+            return Preview { what: seconds, because, predicted: None };
         }
-        if let Some(text) = outlook.words() {
-            return (text, format!("from the start and the first {after}; without output"));
+        if let Some(what) = outlook.words() {
+            let because = format!(
+                "from relaxing the start and the first {after}, made in {seconds}, without output"
+            );
+            return Preview { what, because, predicted: outlook.predicted() };
         }
         let target = next_output(&way, time);
         match simulation.step(target) {
@@ -41,16 +56,17 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
 }
 
 /// What there is to say when a step, or the start, did not come to its end.
-fn gave_up(error: &Error, until: &str, budget: Duration) -> (String, String) {
-    match error {
-        Error::Solve(SolveError::Interrupted) => (
-            "not known yet".to_owned(),
-            format!(
-                "because {} is all that --predict allows and {until} says too little; a run tells it when its \
-                 steps have settled",
-                words::duration(budget.as_secs_f64())
-            ),
-        ),
-        error => ("not known".to_owned(), format!("because after {until} it fails: {error}")),
-    }
+fn gave_up(error: &Error, until: &str, budget: Duration) -> Preview {
+    let (what, because) = match error {
+        Error::Solve(SolveError::Interrupted) => {
+            let all = words::duration(budget.as_secs_f64());
+            let because = format!(
+                "because {all} is all that --predict allows, and {until} says too little; a run tells it \
+                 once its steps have settled"
+            );
+            ("not known yet", because)
+        }
+        error => ("not known", format!("because after {until} it fails: {error}")),
+    };
+    Preview { what: what.to_owned(), because, predicted: None }
 }

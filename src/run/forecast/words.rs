@@ -9,9 +9,15 @@ const SAME: f64 = 1.5;
 /// Units and their seconds.
 const UNITS: [(&str, f64); 4] = [("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)];
 
-/// `0.4 s`, `57 s`, `3.1 min`, `45 min`, `2.5 h`, `4 d`: two significant figures at most.
+/// Times below this are not told apart, s.
+const NOTHING: f64 = 0.1;
+
+/// `less than 0.1 s`, `0.4 s`, `57 s`, `3.1 min`, `45 min`, `2.5 h`, `4 d`: two significant figures at most.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
+    if seconds < NOTHING {
+        return format!("less than {NOTHING} s");
+    }
     let (value, unit) = in_units(seconds, unit_of(seconds));
     format!("{value} {unit}")
 }
@@ -30,6 +36,9 @@ pub fn about(range: Range) -> String {
     let likely = duration(range.likely);
     if range.most <= SAME * range.least {
         return format!("about {likely}");
+    }
+    if range.likely < NOTHING {
+        return likely;
     }
     format!("about {likely} ({})", between(range.least, range.most))
 }

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""How far off predictions of the time of a run are: every shipped scene, run to its end.
+
+    tests/scripts/predictions.py [--program target/release/rumple] [--only TEXT] [--predict S]
+
+Scenes that would take longer than about a minute on one core are cut short in time, by the times in CUT. For
+each the program says what `rumple explain` would have said, what the run said first, and what was true; ratios
+are those of processor time, which other programs on the machine hardly change. The plugins are looked for
+beside the program. Prints a table in Markdown, and the median and the worst ratio.
+"""
+
+import argparse
+import json
+import math
+import re
+import statistics
+import subprocess
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# time.until of scenes that take long: so far they come in about a minute.
+CUT = {
+    "model-i/spots": 1.0,
+    "model-ii/wrinkles": 4.0,
+    "paper/loose": 5.0,
+    "paper/model-i": 2.0,
+    "paper/model-ii": 6.0,
+    "paper/sphere": 4.0,
+}
+
+
+def measured(scene, options):
+    """What a run says of itself: its steps, its prediction, what it took."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder, "result")
+        command = [options.program, "run", scene, "--threads", "1", "--quiet", "--out", out, *options.set]
+        subprocess.run(command, check=True)
+        status = json.loads((out / "status.json").read_text())
+        costs = json.loads((out / "costs.json").read_text())
+        return status, costs["cpu_seconds"]
+
+
+def explained(scene, options):
+    """What `explain` says: the words, and the seconds if there are any."""
+    command = [options.program, "explain", scene, "--threads", "1", "--json"]
+    command += ["--predict", str(options.predict), *options.set]
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    sections = {section["title"]: section for section in json.loads(text)["sections"]}
+    return sections["run time"]["lines"][0]["what"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--program", default=ROOT / "target/release/rumple", type=Path)
+    parser.add_argument("--only", default="", help="scenes whose path contains this")
+    parser.add_argument("--predict", default=3.0, type=float, help="seconds that explain may spend")
+    options = parser.parse_args()
+    options.program = options.program.resolve()
+    print("| scene | steps | CPU s | explain | predicted after | steps, predicted/true | CPU time, predicted/true |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    ratios = []
+    for scene in sorted(ROOT.glob("models/*/*.toml")):
+        name = str(scene.relative_to(ROOT / "models").with_suffix(""))
+        if options.only not in name:
+            continue
+        options.set = ["--plugin-path", options.program.parent]
+        if name in CUT:
+            options.set += ["--set", f"time.until={CUT[name]}"]
+            name += f", to time {CUT[name]:g}"
+        status, cpu = measured(scene, options)
+        said = explained(scene, options).split(";")[0]
+        said = re.sub(r" (at rtol|in steps of) .*", "", said)
+        steps, row = status["work"]["steps"], status["predicted"]
+        cells = ["-", "-", "over sooner"]
+        if row:
+            took = row["took"]
+            cpu = took["cpu_seconds"]
+            ratio = row["cpu_seconds"] / cpu
+            ratios.append(ratio)
+            least, most = (row["cpu_seconds"] / row["seconds"] * row[f"{end}_seconds"] / cpu for end in ("least", "most"))
+            cells = [
+                f"step {row['after_steps']}, {100 * row['after_seconds'] / took['seconds']:.0f} %",
+                f"{row['steps'] / steps:.2f}",
+                f"{ratio:.2f} ({least:.2f} to {most:.2f})",
+            ]
+        print("| " + " | ".join([name, str(steps), f"{cpu:.1f}", said, *cells]) + " |", flush=True)
+    if ratios:
+        off = [math.exp(abs(math.log(ratio))) for ratio in ratios]
+        print(f"\n{len(off)} predictions: off by a factor of {statistics.median(off):.2f} (median), {max(off):.2f} (worst)")
+
+
+if __name__ == "__main__":
+    main()
