@@ -4,15 +4,14 @@
     tests/scripts/predictions.py [--program target/release/rumple] [--only TEXT] [--predict S]
 
 Scenes that would take longer than about a minute on one core are cut short in time, by the times in CUT. For
-each the program says what `rumple explain` would have said, what the run said first, and what was true; ratios
-are those of processor time, which other programs on the machine hardly change. The plugins are looked for
-beside the program. Prints a table in Markdown, and the median and the worst ratio.
+each: what `rumple explain` says in its three seconds, what the run said first and after which part of its time,
+both relative to what was true. Times are processor times, which other programs on the machine hardly change. The
+plugins are looked for beside the program. Prints a table in Markdown, and the median and the worst ratio.
 """
 
 import argparse
 import json
 import math
-import re
 import statistics
 import subprocess
 import tempfile
@@ -37,18 +36,17 @@ def measured(scene, options):
         out = Path(folder, "result")
         command = [options.program, "run", scene, "--threads", "1", "--quiet", "--out", out, *options.set]
         subprocess.run(command, check=True)
-        status = json.loads((out / "status.json").read_text())
-        costs = json.loads((out / "costs.json").read_text())
-        return status, costs["cpu_seconds"]
+        return json.loads((out / "status.json").read_text())
 
 
 def explained(scene, options):
-    """What `explain` says: the words, and the seconds if there are any."""
+    """What `explain` says: the words, and the processor time if there is a forecast."""
     command = [options.program, "explain", scene, "--threads", "1", "--json"]
     command += ["--predict", str(options.predict), *options.set]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    sections = {section["title"]: section for section in json.loads(text)["sections"]}
-    return sections["run time"]["lines"][0]["what"]
+    said = json.loads(text)
+    (section,) = (section for section in said["sections"] if section["title"] == "run time")
+    return section["lines"][0]["what"], said.get("predicted")
 
 
 def main():
@@ -58,9 +56,9 @@ def main():
     parser.add_argument("--predict", default=3.0, type=float, help="seconds that explain may spend")
     options = parser.parse_args()
     options.program = options.program.resolve()
-    print("| scene | steps | CPU s | explain | predicted after | steps, predicted/true | CPU time, predicted/true |")
+    print("| scene | steps | CPU s | explain | a run, after | steps | CPU time |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    ratios = []
+    said_by = {"explain": [], "runs": []}
     for scene in sorted(ROOT.glob("models/*/*.toml")):
         name = str(scene.relative_to(ROOT / "models").with_suffix(""))
         if options.only not in name:
@@ -69,26 +67,30 @@ def main():
         if name in CUT:
             options.set += ["--set", f"time.until={CUT[name]}"]
             name += f", to time {CUT[name]:g}"
-        status, cpu = measured(scene, options)
-        said = explained(scene, options).split(";")[0]
-        said = re.sub(r" (at rtol|in steps of) .*", "", said)
+        status = measured(scene, options)
+        words, before = explained(scene, options)
         steps, row = status["work"]["steps"], status["predicted"]
-        cells = ["-", "-", "over sooner"]
+        cpu = row["took"]["cpu_seconds"] if row else status["cpu_seconds"]
+        if before:
+            said_by["explain"].append(before["cpu_seconds"] / cpu)
+        said = words if before is None else f"{before['cpu_seconds'] / cpu:.2f}"
+        cells = ["-", "-", "over before"]
         if row:
             took = row["took"]
-            cpu = took["cpu_seconds"]
             ratio = row["cpu_seconds"] / cpu
-            ratios.append(ratio)
-            least, most = (row["cpu_seconds"] / row["seconds"] * row[f"{end}_seconds"] / cpu for end in ("least", "most"))
+            said_by["runs"].append(ratio)
+            least, most = (ratio * row[f"{end}_seconds"] / row["seconds"] for end in ("least", "most"))
             cells = [
                 f"step {row['after_steps']}, {100 * row['after_seconds'] / took['seconds']:.0f} %",
                 f"{row['steps'] / steps:.2f}",
                 f"{ratio:.2f} ({least:.2f} to {most:.2f})",
             ]
         print("| " + " | ".join([name, str(steps), f"{cpu:.1f}", said, *cells]) + " |", flush=True)
-    if ratios:
-        off = [math.exp(abs(math.log(ratio))) for ratio in ratios]
-        print(f"\n{len(off)} predictions: off by a factor of {statistics.median(off):.2f} (median), {max(off):.2f} (worst)")
+    for who, ratios in said_by.items():
+        if ratios:
+            off = [math.exp(abs(math.log(ratio))) for ratio in ratios]
+            middle, worst = statistics.median(off), max(off)
+            print(f"\n{who}: {len(off)} predictions, off by a factor of {middle:.2f} (median), {worst:.2f} (worst)")
 
 
 if __name__ == "__main__":

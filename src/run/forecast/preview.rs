@@ -22,6 +22,10 @@ pub struct Preview {
     pub predicted: Option<Predicted>,
 }
 
+/// Part of the budget that is spent though a forecast has settled: later ones are better, and what is over by
+/// then needs none.
+const SPENT: f64 = 0.25;
+
 /// How long `scene`, made ready as `simulation`, would take to run. Its start is relaxed and steps are made until
 /// a forecast has settled, for as long as `budget` at most; the simulation is left where that has led to.
 #[must_use]
@@ -35,22 +39,32 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
     };
     loop {
         let (steps, time, seconds) = outlook.reached();
-        let seconds = words::duration(seconds);
         let after = format!("{steps} steps to time {}", Short(time));
+        let made = format!("{after}, made in {}, without output", words::duration(seconds));
         if time >= way.until || way.max_steps.is_some_and(|most| steps >= most) {
-            let because = format!("because it took that to make all {after}, without output");
-            return Preview { what: seconds, because, predicted: None };
+            let because = format!("because the start was relaxed, and all {made}");
+            return Preview { what: words::duration(seconds), because, predicted: None };
         }
-        if let Some(what) = outlook.words() {
-            let because = format!(
-                "from relaxing the start and the first {after}, made in {seconds}, without output"
-            );
-            return Preview { what, because, predicted: outlook.predicted() };
-        }
+        let settled = |outlook: &Outlook| {
+            let because = format!("from relaxing the start and the first {made}");
+            Some(Preview { what: outlook.words()?, because, predicted: outlook.predicted() })
+        };
         let target = next_output(&way, time);
-        match simulation.step(target) {
+        let spent = began.elapsed();
+        let known = spent >= budget.mul_f64(SPENT) && outlook.predicted().is_some();
+        let stepped = if known || spent >= budget {
+            Err(Error::Solve(SolveError::Interrupted))
+        } else {
+            simulation.step(target)
+        };
+        match stepped {
             Ok(report) => outlook.step(&report, simulation.state().time, target),
-            Err(error) => return gave_up(&error, &format!("the first {after}"), budget),
+            Err(error) => {
+                let interrupted = matches!(error, Error::Solve(SolveError::Interrupted));
+                let known = interrupted.then(|| settled(&outlook)).flatten();
+                return known
+                    .unwrap_or_else(|| gave_up(&error, &format!("the first {after}"), budget));
+            }
         }
     }
 }
@@ -61,8 +75,8 @@ fn gave_up(error: &Error, until: &str, budget: Duration) -> Preview {
         Error::Solve(SolveError::Interrupted) => {
             let all = words::duration(budget.as_secs_f64());
             let because = format!(
-                "because {all} is all that --predict allows, and {until} says too little; a run tells it \
-                 once its steps have settled"
+                "because {until} says too little, and {all} is all that --predict allows; a run tells it once \
+                 its steps have settled"
             );
             ("not known yet", because)
         }
