@@ -9,7 +9,8 @@
 //! ```
 //!
 //! That is done again and again. A forecast is told once it has settled: those made since [`SINCE`] of the
-//! time reached say the same of the whole run within a factor of [`AGREE`], the steps no longer grow by as much as
+//! time reached say the same of the whole run within a factor of [`AGREE`] and what may be assumed within
+//! [`WIDEST`], the steps no longer grow by as much as
 //! they may, and at least [`BEHIND`] of the way or of the cost is behind. Where the forecasts come to differ,
 //! as in a snap, nothing is told until they agree again.
 
@@ -36,6 +37,10 @@ const AGREE: f64 = 2.0;
 const SINCE: f64 = 0.25;
 /// Part of the way, or of the forecast cost, that is behind when a forecast is told.
 const BEHIND: f64 = 0.1;
+/// What may be assumed gives wholes that differ by this factor at most.
+const WIDEST: f64 = 4.0;
+/// Shares of how lengths have gone with time, and costs with lengths, that are assumed to go on.
+const LIKELY: (f64, f64) = (0.75, 1.0);
 /// Steps that grow by more than this share of what they may, on a logarithmic scale, are still growing.
 const GROWING: f64 = 0.7;
 /// Part of the way after which steps that still grow are as long as they become.
@@ -102,6 +107,12 @@ pub struct Range {
 }
 
 impl Range {
+    /// These seconds alone.
+    #[must_use]
+    pub fn of(likely: f64) -> Self {
+        Self { likely, least: likely, most: likely }
+    }
+
     /// So many times as long, and then longer by so much.
     #[must_use]
     pub fn times_plus(self, factor: f64, more: f64) -> Self {
@@ -204,8 +215,8 @@ impl Forecast {
     #[must_use]
     pub fn whole_at(&self, factor: f64) -> Option<f64> {
         let whole = self.whole()?.likely;
-        let (_, now) = self.seconds_left(1.0, (0.5, 1.0))?;
-        let (_, then) = self.seconds_left(factor, (0.5, 1.0))?;
+        let (_, now) = self.seconds_left(1.0, LIKELY)?;
+        let (_, then) = self.seconds_left(factor, LIKELY)?;
         Some(self.start + (whole - self.start) * (then / now))
     }
 
@@ -216,7 +227,8 @@ impl Forecast {
         let behind = self.spent - self.start;
         let far =
             self.time() >= BEHIND * self.way.until || behind >= BEHIND * (behind + left.likely);
-        self.made.len() >= FEWEST && most <= AGREE * least && far && self.has_grown()
+        let narrow = self.spent + left.most <= WIDEST * (self.spent + left.least);
+        self.made.len() >= FEWEST && most <= AGREE * least && narrow && far && self.has_grown()
     }
 
     /// Whether steps are no longer those of the beginning, which grow as fast as they may.
@@ -239,10 +251,10 @@ impl Forecast {
 
     /// Steps and seconds that are left: the range is that of what may be assumed of lengths and costs.
     fn forecast(&self) -> Option<(f64, Range)> {
-        let (steps, likely) = self.seconds_left(1.0, (0.5, 1.0))?;
+        let (steps, likely) = self.seconds_left(1.0, LIKELY)?;
         let scatter = self.cost().error().exp();
-        let mut range = Range { likely, least: likely, most: likely };
-        for assumed in [(0.0, 1.0), (1.0, 1.0), (0.5, 0.0)] {
+        let mut range = Range::of(likely);
+        for assumed in [(0.0, 1.0), (1.0, 1.0), (LIKELY.0, 0.0)] {
             let (_, other) = self.seconds_left(1.0, assumed)?;
             range.least = range.least.min(other);
             range.most = range.most.max(other);

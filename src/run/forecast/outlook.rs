@@ -98,10 +98,10 @@ impl Outlook {
         let mut text = format!("{}{} {here}", self.at_most(), words::about(whole));
         let other = |factor| {
             let seconds = self.forecast.whole_at(factor)?;
-            Some(words::duration(self.pace() * seconds))
+            Some(words::about(Range::of(self.pace() * seconds)))
         };
         if let (Some(half), Some(double)) = (other(0.5), other(2.0)) {
-            text += &format!("; half the {what} about {half}, double about {double}");
+            text += &format!("; half the {what} {half}, double {double}");
         }
         Some(text)
     }
@@ -109,7 +109,8 @@ impl Outlook {
     /// What is left in words, where that is known.
     pub(in crate::run) fn left(&self) -> Option<String> {
         let left = self.in_wall_time(self.forecast.left()?);
-        Some(format!("{}{} left", self.at_most(), words::shortly(left)))
+        let matters = left.likely >= words::NOTHING;
+        matters.then(|| format!("{}{} left", self.at_most(), words::shortly(left)))
     }
 
     /// Steps so far, the time that they have led to, and seconds since the beginning.
@@ -127,8 +128,10 @@ impl Outlook {
         if pace.is_finite() { pace } else { 1.0 }
     }
 
+    /// Other programs that slow this one down may end: at least, in wall time, is without them.
     fn in_wall_time(&self, range: Range) -> Range {
-        range.times_plus(self.pace(), 0.0)
+        let pace = self.pace();
+        Range { least: range.least * pace.min(1.0), ..range.times_plus(pace, 0.0) }
     }
 }
 

@@ -10,7 +10,7 @@ const SAME: f64 = 1.5;
 const UNITS: [(&str, f64); 4] = [("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)];
 
 /// Times below this are not told apart, s.
-const NOTHING: f64 = 0.1;
+pub const NOTHING: f64 = 0.1;
 
 /// `less than 0.1 s`, `0.4 s`, `57 s`, `3.1 min`, `45 min`, `2.5 h`, `4 d`: two significant figures at most.
 #[must_use]
@@ -34,11 +34,11 @@ pub fn between(least: f64, most: f64) -> String {
 #[must_use]
 pub fn about(range: Range) -> String {
     let likely = duration(range.likely);
-    if range.most <= SAME * range.least {
-        return format!("about {likely}");
-    }
     if range.likely < NOTHING {
         return likely;
+    }
+    if range.most <= SAME * range.least {
+        return format!("about {likely}");
     }
     format!("about {likely} ({})", between(range.least, range.most))
 }
