@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory};
+use crate::run::forecast::words;
 use crate::run::run::{self, Ending, Summary, with_status};
 use crate::run::{Error, Result, Simulation, inspect, laws};
 use crate::scene::Scene;
@@ -111,6 +112,9 @@ fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
         done.start.wall_seconds,
         done.output.as_secs_f64()
     );
+    if let Some(predicted) = done.predicted {
+        say!("{}", words::judged(&predicted));
+    }
     if done.frames > 0 {
         let index = directory.index(format);
         say!("{} frames; open {} in ParaView", done.frames, index.display());

@@ -34,14 +34,13 @@ pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod provenance;
-pub mod remaining;
 pub mod series;
 pub mod vtk;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
-pub use claim::{Claim, Reached, RunStatus, Standing};
+pub use claim::{Claim, Predicted, Reached, RunStatus, Standing, Took};
 pub use directory::ResultDirectory;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};

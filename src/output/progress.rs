@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::remaining::{Remaining, duration};
 use rumple_numerics::num::Short;
 
 /// How progress is shown.
@@ -49,6 +48,8 @@ pub struct ProgressLine {
     pub dt: f64,
     /// Force residual, or whatever norm the solver stops by.
     pub residual: f64,
+    /// The time that is left, in words, if that is known.
+    pub left: String,
     /// Anything else worth a few words.
     pub note: String,
 }
@@ -64,8 +65,6 @@ pub struct Progress {
     sink: Arc<Mutex<Sink>>,
     start: f64,
     end: f64,
-    began: Instant,
-    remaining: Remaining,
     last: Option<ProgressLine>,
     last_shown: bool,
 }
@@ -99,20 +98,11 @@ impl Progress {
 
     fn with_sink(sink: Sink, start: f64, end: f64) -> Self {
         let sink = Arc::new(Mutex::new(sink));
-        Self {
-            sink,
-            start,
-            end,
-            began: Instant::now(),
-            remaining: Remaining::default(),
-            last: None,
-            last_shown: false,
-        }
+        Self { sink, start, end, last: None, last_shown: false }
     }
 
     /// Tells what is known after a step.
     pub fn update(&mut self, line: &ProgressLine) {
-        self.remaining.step(self.began.elapsed().as_secs_f64(), line.time);
         let text = self.describe(line);
         let share = self.share(line.time);
         self.last_shown = match &mut *lock(&self.sink) {
@@ -167,14 +157,14 @@ impl Progress {
     }
 
     fn describe(&self, line: &ProgressLine) -> String {
-        let ProgressLine { time, step, dt, residual, note } = line;
+        let ProgressLine { time, step, dt, residual, left, note } = line;
         let mut text = format!(
             "time {} of {}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
             if self.end.abs() < 1e-3 { format!("{time:.6e}") } else { format!("{time:.6}") },
             Short(self.end)
         );
-        if let Some(left) = self.remaining.seconds(self.end) {
-            text += &format!("  about {} left", duration(left));
+        if !left.is_empty() {
+            text += &format!("  {left}");
         }
         if !note.is_empty() {
             text += &format!("  {note}");

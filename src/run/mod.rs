@@ -3,13 +3,15 @@
 //! [`Simulation`] is a scene made ready: the sheet is read or generated, plugins are loaded, every listed
 //! effect is bound. It steps and can be asked for its state and energies. [`run`](run::run) steps it to
 //! the end of the scene and shows every accepted state to [`Observer`]s: frames, ledger, stop rules.
-//! [`inspect`] and [`stability`] look at one state without running.
+//! [`forecast`] says
+//! how long that takes. [`inspect`] and [`stability`] look at one state without running.
 
 mod built;
 mod costs;
 mod error;
 pub mod explain;
 mod fields;
+pub mod forecast;
 pub mod inspect;
 pub mod laws;
 mod magnitudes;

@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::costs::{Costs, peak_resident};
+use super::forecast::{Clock, Outlook, Told};
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::Reported;
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, laws, notes};
 use crate::num::real;
 use crate::output::{
-    Compression, Interrupt, Progress, ProgressLine, ResultDirectory, RunStatus, interrupt, vtu,
+    Compression, Interrupt, Predicted, Progress, ProgressLine, ResultDirectory, RunStatus,
+    interrupt, vtu,
 };
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
@@ -58,6 +60,8 @@ pub struct Summary {
     pub wall: Duration,
     /// Wall time of writing.
     pub output: Duration,
+    /// How long it was first predicted to take, if it was, and took.
+    pub predicted: Option<Predicted>,
 }
 
 /// A run that failed, with the last good state on the disk.
@@ -147,7 +151,7 @@ fn stepped(
     interrupt: Interrupt,
     others: &mut [&mut dyn Observer],
 ) -> Result<Summary> {
-    let began = Instant::now();
+    let clock = Clock::start();
     let aside = progress.aside();
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let compression = scene.output.compression;
@@ -166,6 +170,7 @@ fn stepped(
     }
     let (first, mut negative) = begin(scene, simulation, &mut watch, directory, progress)?;
     let start = simulation.spent();
+    let (mut outlook, mut told) = (Outlook::new(scene, clock), Told::default());
     directory.claim().tell(|reached| reached.start = start);
     let mut summary = Summary {
         ending: Ending::Reached,
@@ -175,6 +180,7 @@ fn stepped(
         start,
         wall: Duration::ZERO,
         output: Duration::ZERO,
+        predicted: None,
     };
     let until = scene.time.span.until.get();
     let every = scene.output.every.map_or(until, |e| e.get().min(until));
@@ -204,7 +210,7 @@ fn stepped(
             // After an interrupted try the state is the one shown before.
             let new = shown.replace(state.step) != Some(state.step);
             if new || frame {
-                let wall = began.elapsed().as_secs_f64();
+                let wall = clock.wall();
                 let info = StepInfo { report: &latest, frame, new, negative, wall };
                 for observer in &mut observers {
                     observer.observe(&mut at, &info)?;
@@ -247,17 +253,25 @@ fn stepped(
             }
         }
         summary.spent = simulation.spent();
+        outlook.step(&latest, simulation.state.time, target);
+        if let Some((predicted, words)) = told.now(&outlook) {
+            directory.claim().tell(|reached| reached.predicted = Some(predicted));
+            progress.message(&words);
+        }
         progress.update(&ProgressLine {
             time: simulation.state.time,
             step: simulation.state.step,
             dt: latest.step,
             residual: latest.relaxation.residual,
+            left: outlook.left().unwrap_or_default(),
             note: format!("{} iterations", latest.relaxation.iterations),
         });
     }
     drop(observers);
     summary.frames = frames.map_or(0, |frames| frames.count());
-    summary.wall = began.elapsed();
+    summary.predicted = told.judged(&outlook);
+    directory.claim().tell(|reached| reached.predicted = summary.predicted);
+    summary.wall = Duration::from_secs_f64(clock.wall());
     Ok(summary)
 }
 

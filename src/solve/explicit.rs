@@ -13,10 +13,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::monolithic::Monolithic;
+use super::monolithic::{Monolithic, controlled};
 use super::{
-    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, end_of_fixed_step,
-    fixed_step, part, scaled,
+    Integrator, IntegratorSpec, Result, SolveError, StepReport, StepRule, Workspace,
+    end_of_fixed_step, fixed_step, part, scaled,
 };
 use crate::model::{Coupled, Part, State, Storage};
 use crate::num::checked::Positive;
@@ -84,8 +84,11 @@ impl IntegratorSpec for ExplicitSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
-    fn has_fixed_steps(&self) -> bool {
-        self.method == ExplicitMethod::Euler
+    fn rule(&self) -> StepRule {
+        match self.method {
+            ExplicitMethod::Euler => StepRule::Fixed(self.step.map_or(STEP, Positive::get)),
+            ExplicitMethod::Tsit45 => controlled(OdeMethod::Tsit45, self.rtol),
+        }
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use super::chemistry::SteadyChemistry;
 use super::equilibrium::Relaxation;
 use super::{
-    Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, part, scaled,
+    Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, StepRule, Workspace, part,
+    scaled,
 };
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
@@ -107,8 +108,8 @@ impl IntegratorSpec for MonolithicSpec {
         Box::new(Self { rtol, atol, ..self.clone() })
     }
 
-    fn has_fixed_steps(&self) -> bool {
-        false
+    fn rule(&self) -> StepRule {
+        controlled(self.method.into(), self.rtol)
     }
 
     fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {
@@ -120,6 +121,12 @@ impl IntegratorSpec for MonolithicSpec {
 }
 
 crate::register_kind!(dyn IntegratorSpec, "monolithic", MonolithicSpec);
+
+/// Steps of a method of diffsol: how long the next one may be is not told.
+pub(super) fn controlled(method: OdeMethod, rtol: Positive) -> StepRule {
+    let (longest, growth) = (f64::INFINITY, f64::INFINITY);
+    StepRule::Controlled { rtol: rtol.get(), power: method.error_power(), longest, growth }
+}
 
 /// The coupled system as an integrator sees it: rows with storage divided by their mass.
 struct Problem {

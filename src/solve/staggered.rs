@@ -60,6 +60,8 @@ use crate::ode::OdeMethod;
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
 const GROWTH: f64 = 2.0;
+/// The error estimate grows with this power of the step.
+const ERROR_POWER: f64 = 2.0;
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.9;
 /// Part of its typical magnitude that the fastest species changes by in the first step, relative to √rtol.
@@ -270,6 +272,7 @@ impl Staggered {
                     *state = next;
                     report.step = step;
                     report.error = error;
+                    report.allowed = Some(step * SAFETY / error.sqrt());
                     self.error = error;
                     let limit = if first { GROWTH } else { 1.0 };
                     let factor = (SAFETY / error.sqrt()).min(limit);

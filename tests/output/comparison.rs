@@ -44,6 +44,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         start: Spent::default(),
         wall: Duration::from_secs_f64(seconds),
         output: Duration::ZERO,
+        predicted: None,
     };
     let ran = Ran {
         summary,

@@ -4,6 +4,7 @@ mod coupling;
 mod ends;
 mod explain;
 mod files;
+mod forecast;
 mod inspect;
 mod notes;
 mod old_format;

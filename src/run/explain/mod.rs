@@ -8,18 +8,25 @@ mod effects;
 mod memory;
 mod solvers;
 
+use std::time::Duration;
+
 use serde::Serialize;
 
+use super::forecast::{Preview, preview};
 use super::{Result, Simulation};
+use crate::output::Predicted;
 use crate::scene::Scene;
 
 /// What a scene calls for.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// The scene's file.
     pub scene: String,
     /// Its parts, by subject.
     pub sections: Vec<Section>,
+    /// How long a run takes, if that was asked and is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predicted: Option<Predicted>,
 }
 
 /// The lines on one subject.
@@ -101,7 +108,18 @@ impl Explanation {
             Section { title: "not in this scene", lines: absent::lines(scene, simulation) },
             Section { title: "memory", lines: memory },
         ];
-        Ok(Self { scene: scene.name().to_owned(), sections })
+        Ok(Self { scene: scene.name().to_owned(), sections, predicted: None })
+    }
+}
+
+impl Explanation {
+    /// Adds how long a run takes, from its first steps, on which `budget` is spent at most; they move
+    /// the simulation.
+    pub fn predict(&mut self, scene: &Scene, simulation: &mut Simulation, budget: Duration) {
+        let Preview { what, because, predicted } = preview(scene, simulation, budget);
+        self.predicted = predicted;
+        let lines = vec![Line::new(what, because)];
+        self.sections.push(Section { title: "run time", lines });
     }
 }
 

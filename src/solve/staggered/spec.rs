@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FIRST_ERROR, Staggered, USUAL};
+use super::{ERROR_POWER, FIRST_ERROR, GROWTH, Staggered, USUAL};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::motion::{Motion, MotionMethod};
-use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, fixed_step, scaled};
+use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -106,8 +106,16 @@ impl IntegratorSpec for StaggeredSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
-    fn has_fixed_steps(&self) -> bool {
-        self.method == Method::Euler
+    fn rule(&self) -> StepRule {
+        match self.method {
+            Method::Euler => StepRule::Fixed(self.step.map_or(STEP, Positive::get)),
+            Method::Heun => StepRule::Controlled {
+                rtol: self.rtol.get(),
+                power: ERROR_POWER,
+                longest: self.longest_step.map_or(f64::INFINITY, Positive::get),
+                growth: GROWTH,
+            },
+        }
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
