@@ -127,7 +127,6 @@ struct Problem {
     control: Control,
     /// Factors that turn the mass of rows with storage into 1.
     scale: Vec<f64>,
-    matrix: Sparse,
 }
 
 impl OdeProblem for Problem {
@@ -153,9 +152,13 @@ impl OdeProblem for Problem {
     fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, Failure> {
         self.control.check().map_err(SolveError::into_failure)?;
         let jacobian = self.coupled.jacobian(time, y);
-        self.matrix.clone_from(jacobian.map_err(|e| SolveError::from(e).into_failure())?);
-        self.matrix.scale_rows(&self.scale);
-        Ok(&self.matrix)
+        let jacobian = jacobian.map_err(|e| SolveError::from(e).into_failure())?;
+        jacobian.scale_rows(&self.scale);
+        Ok(jacobian)
+    }
+
+    fn last_jacobian(&self) -> &Sparse {
+        self.coupled.last_jacobian()
     }
 }
 
@@ -238,7 +241,7 @@ impl Monolithic {
         let scale = coupled.mass().iter().map(|m| if *m == 0.0 { 1.0 } else { 1.0 / m }).collect();
         let layout = Arc::clone(coupled.layout());
         let control = workspace.control.clone();
-        let problem = Problem { coupled, control, scale, matrix: Sparse::default() };
+        let problem = Problem { coupled, control, scale };
         let integration = Integration::new(problem, state.time, start, options)?;
         self.running = Some(Running { integration, layout, at: None });
         Ok(())

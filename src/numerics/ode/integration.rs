@@ -92,6 +92,6 @@ fn begin(
     start: Vec<f64>,
     options: &Options,
 ) -> Result<Running> {
-    let equations = Equations::new(of, time, start, options.method.is_implicit())?;
+    let equations = Equations::new(of, start);
     Running::try_new(problem(equations, time, options)?, |owner| Stepper::new(owner, options))
 }

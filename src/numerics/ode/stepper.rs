@@ -1,11 +1,12 @@
 //! diffsol's methods behind one face: one checked step at a time.
 
 use diffsol::{
-    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerSparseMat, FaerVec, NonLinearOp,
+    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerVec, NonLinearOp,
     OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverProblem, OdeSolverState,
     OdeSolverStopReason, RkState, Sdirk, Tableau, Vector, VectorCommon,
 };
 
+use super::combination::Combination;
 use super::equations::Equations;
 use super::newton::{NewtonSolver, Spare};
 use super::{Accept, OdeError, OdeMethod, Result};
@@ -53,7 +54,7 @@ const SHORTEST_OF_REST: f64 = 1e-6;
 /// # Errors
 /// Tolerances of the wrong number, which is a fault of the caller.
 pub(super) fn problem(equations: Equations, time: f64, options: &Options) -> Result<Problem> {
-    let made = OdeBuilder::<FaerSparseMat<f64>>::new()
+    let made = OdeBuilder::<Combination>::new()
         .t0(time)
         .h0(options.span)
         .rtol(options.rtol)
@@ -196,8 +197,9 @@ impl<'a> Stepper<'a> {
         let dy = Self::slope(problem, options, time, &y)?;
         let refuse = |e: diffsol::DiffsolError| refusal(options.method, time, &e.to_string());
         let displacements = options.displacements.clone();
+        let (shared, tally) = (problem.eqn.shared(), &options.tally);
         let linear =
-            NewtonSolver::new(options.linear, displacements, spare.clone(), &options.tally);
+            NewtonSolver::new(shared, options.linear, displacements, spare.clone(), tally);
         macro_rules! state {
             ($kind:ty) => {{
                 let mut state = <$kind>::new_without_initialise(problem).map_err(refuse)?;
@@ -239,6 +241,10 @@ impl<'a> Stepper<'a> {
                 Method::Explicit(Box::new(made))
             }
         };
+        // Implicit methods evaluate ∂F/∂y at once.
+        if let Some(error) = problem.eqn.take_error() {
+            return Err(error);
+        }
         match &mut method {
             Method::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
             Method::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,
