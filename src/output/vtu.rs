@@ -115,7 +115,8 @@ fn put(frame: &Frame<'_>, compression: Compression, out: &mut dyn Write) -> std:
     let numbers = frame.field_data.iter();
     let numbers =
         numbers.map(|(name, x)| Box::new(|| Array::number(name, *x)) as Maker<'_>).collect();
-    let bytes = |numbers: &mut dyn Iterator<Item = u32>| numbers.flat_map(u32::to_le_bytes).collect();
+    let bytes =
+        |numbers: &mut dyn Iterator<Item = u32>| numbers.flat_map(u32::to_le_bytes).collect();
     let triangles = frame.triangles;
     // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.
     let cells: Vec<Maker<'_>> = vec![

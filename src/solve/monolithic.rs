@@ -125,8 +125,8 @@ crate::register_kind!(dyn IntegratorSpec, "monolithic", MonolithicSpec);
 struct Problem {
     coupled: Coupled,
     control: Control,
-    /// Factors that turn the mass of rows with storage into 1.
-    scale: Vec<f64>,
+    /// Factors that turn the mass of rows with storage into 1; none where all are.
+    scale: Option<Vec<f64>>,
 }
 
 impl OdeProblem for Problem {
@@ -143,7 +143,7 @@ impl OdeProblem for Problem {
         // Every integration comes by here often.
         self.control.check().map_err(SolveError::into_failure)?;
         self.coupled.residual(time, y, out).map_err(|e| SolveError::from(e).into_failure())?;
-        for (out, scale) in out.iter_mut().zip(&self.scale) {
+        for (out, scale) in out.iter_mut().zip(self.scale.iter().flatten()) {
             *out *= scale;
         }
         Ok(())
@@ -153,7 +153,9 @@ impl OdeProblem for Problem {
         self.control.check().map_err(SolveError::into_failure)?;
         let jacobian = self.coupled.jacobian(time, y);
         let jacobian = jacobian.map_err(|e| SolveError::from(e).into_failure())?;
-        jacobian.scale_rows(&self.scale);
+        if let Some(scale) = &self.scale {
+            jacobian.scale_rows(scale);
+        }
         Ok(jacobian)
     }
 
@@ -238,7 +240,9 @@ impl Monolithic {
             span,
             tally: workspace.model.tally().clone(),
         };
-        let scale = coupled.mass().iter().map(|m| if *m == 0.0 { 1.0 } else { 1.0 / m }).collect();
+        let scale = |m: &f64| if *m == 0.0 { 1.0 } else { 1.0 / m };
+        let scaled = coupled.mass().iter().any(|m| scale(m) != 1.0);
+        let scale = scaled.then(|| coupled.mass().iter().map(scale).collect());
         let layout = Arc::clone(coupled.layout());
         let control = workspace.control.clone();
         let problem = Problem { coupled, control, scale };

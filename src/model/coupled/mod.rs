@@ -108,7 +108,8 @@ impl Coupled {
     #[must_use]
     pub fn tolerances(&self, atol: f64) -> Vec<f64> {
         let edge = self.model.mechanics().reference().mean_edge();
-        let mut all = vec![atol * edge; self.layout.mechanical()];
+        let mut all = Vec::with_capacity(self.layout.unknowns());
+        all.resize(self.layout.mechanical(), atol * edge);
         if let Some(chemistry) = self.model.chemistry() {
             let typical: Vec<f64> =
                 chemistry.descriptor().species.iter().map(|s| atol * s.typical).collect();

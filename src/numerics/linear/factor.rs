@@ -64,11 +64,7 @@ impl Factor {
     ///
     /// # Errors
     /// [`LinearError`] if it is singular.
-    pub fn factorise(
-        &mut self,
-        matrix: Difference<'_>,
-        tally: &Tally,
-    ) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: Difference<'_>, tally: &Tally) -> Result<(), LinearError> {
         tally.count(|work| work.factorisations += 1);
         match self {
             Self::Lu(lu) => lu.factorise(matrix),

@@ -203,7 +203,9 @@ impl Incomplete {
                         side.first(i) + found
                     };
                     match (j as usize).cmp(&i) {
-                        std::cmp::Ordering::Less => lower[place(&factor.lower) - lower_from] = value,
+                        std::cmp::Ordering::Less => {
+                            lower[place(&factor.lower) - lower_from] = value
+                        }
                         std::cmp::Ordering::Equal => pivot[i - rows.start] = value,
                         std::cmp::Ordering::Greater => {
                             upper[place(&factor.upper) - upper_from] = value;

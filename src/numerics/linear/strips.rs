@@ -79,7 +79,9 @@ impl Strips {
             for k in 0..count {
                 let begin = order.len();
                 let rows = (k * n).div_ceil(count)..((k + 1) * n).div_ceil(count);
-                order.extend(along[rows].iter().filter(|&&unknown| seam[unknown as usize] == of_seams));
+                order.extend(
+                    along[rows].iter().filter(|&&unknown| seam[unknown as usize] == of_seams),
+                );
                 ranges.push(begin..order.len());
             }
         }

@@ -67,7 +67,11 @@ impl Shared {
     }
 
     /// Works with the matrix `a M + b ∂F/∂y`, of the last ∂F/∂y.
-    pub(super) fn with_matrix<R>(&self, [a, b]: [f64; 2], f: impl FnOnce(Difference<'_>) -> R) -> R {
+    pub(super) fn with_matrix<R>(
+        &self,
+        [a, b]: [f64; 2],
+        f: impl FnOnce(Difference<'_>) -> R,
+    ) -> R {
         let inner = self.lock();
         f(Difference::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
     }

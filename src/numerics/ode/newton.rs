@@ -8,8 +8,8 @@ use diffsol_la::LinearSolver;
 
 use super::combination::Combination;
 use super::equations::Shared;
-use super::{OdeError, Result};
-use crate::linear::{Difference, Displacements, Factor, LinearChoice};
+use super::{OdeError, Options, Result};
+use crate::linear::{Difference, Factor, LinearChoice};
 use crate::tally::{Meter, Tally};
 
 /// Where a solver leaves its factor for the next one of the same pattern: ordering and symbolic
@@ -19,8 +19,7 @@ pub(super) type Spare = Arc<Mutex<Option<Factor>>>;
 /// A linear solver for diffsol that returns errors.
 #[derive(Default)]
 pub(super) struct NewtonSolver {
-    choice: LinearChoice,
-    displacements: Option<Displacements>,
+    options: Option<Arc<Options>>,
     /// Where the numbers of the matrix are.
     shared: Option<Arc<Shared>>,
     /// The solver, or why there is none; made with the first matrix.
@@ -41,20 +40,21 @@ impl Drop for NewtonSolver {
 }
 
 impl NewtonSolver {
-    /// A solver of this kind for Newton matrices of these equations.
-    pub(super) fn new(
-        shared: &Arc<Shared>,
-        choice: LinearChoice,
-        displacements: Option<Displacements>,
-        spare: Spare,
-        tally: &Tally,
-    ) -> Self {
+    /// A solver for Newton matrices of these equations.
+    pub(super) fn new(shared: &Arc<Shared>, options: &Arc<Options>, spare: Spare) -> Self {
+        let tally = options.tally.clone();
         let meters = Some([
             tally.meter("solver", "factors of coupled systems", &[]),
             tally.meter("solver", "solutions of coupled systems", &[]),
         ]);
-        let (shared, factor) = (Some(Arc::clone(shared)), RefCell::default());
-        Self { choice, displacements, shared, factor, spare, tally: tally.clone(), meters }
+        Self {
+            options: Some(Arc::clone(options)),
+            shared: Some(Arc::clone(shared)),
+            factor: RefCell::default(),
+            spare,
+            tally,
+            meters,
+        }
     }
 
     fn factorised(&self, matrix: Difference<'_>) -> Result<Factor> {
@@ -67,7 +67,12 @@ impl NewtonSolver {
             Some(Ok(factor)) => factor,
             _ => match spare() {
                 Some(factor) => factor,
-                None => Factor::new(self.choice, matrix.jacobian(), self.displacements.as_ref())?,
+                None => {
+                    let options = self.options.as_deref();
+                    let choice = options.map_or_else(LinearChoice::default, |o| o.linear);
+                    let displacements = options.and_then(|o| o.displacements.as_ref());
+                    Factor::new(choice, matrix.jacobian(), displacements)?
+                }
             },
         };
         factor.factorise(matrix, &self.tally)?;
@@ -76,9 +81,7 @@ impl NewtonSolver {
 }
 
 impl LinearSolver<Combination> for NewtonSolver {
-    fn set_sparsity<
-        C: LaLinearOp<V = FaerVec<f64>, T = f64, M = Combination, C = FaerContext>,
-    >(
+    fn set_sparsity<C: LaLinearOp<V = FaerVec<f64>, T = f64, M = Combination, C = FaerContext>>(
         &mut self,
         _: &C,
     ) {
