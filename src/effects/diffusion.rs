@@ -160,7 +160,6 @@ pub struct Cotan {
 #[derive(Debug, Default)]
 pub struct CotanOperator {
     area: Vec<f64>,
-    corner: Vec<Corners>,
     weight: Vec<f64>,
     bound: f64,
 }
@@ -168,17 +167,18 @@ pub struct CotanOperator {
 impl CotanOperator {
     fn assemble(&mut self, sheet: &Sheet, x: &[Vec3]) {
         let triangles = sheet.triangles();
-        self.corner.resize(triangles.len(), Corners::default());
         self.weight.resize(sheet.edges().len(), 0.0);
         self.area.resize(sheet.vertex_count(), 0.0);
-        parallel::fill(&mut self.corner, |t| {
+        // Not kept: twice as large as the operator.
+        let mut corner = vec![Corners::default(); triangles.len()];
+        parallel::fill(&mut corner, |t| {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
             let (ab, bc, ca) = (b - a, c - b, a - c);
             let double = ab.cross(&bc).norm();
             let cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
             Corners { cot, third: double / 6.0 }
         });
-        let (corner, edges, opposite) = (&self.corner, sheet.edges(), sheet.triangle_edges());
+        let (corner, edges, opposite) = (&corner, sheet.edges(), sheet.triangle_edges());
         parallel::fill(&mut self.weight, |e| {
             let cot = |t: u32| -> f64 {
                 if t == Edge::NONE {

@@ -14,20 +14,22 @@
 //!
 //! which are the same wherever the optimal triangle is not ten times flatter than the rest one.
 
+use std::sync::Arc;
+
 use rumple_numerics::parallel;
 use rumple_sheet::{Sheet, SheetError};
 
 /// Least share of `Φ² A⁰` that counts as a triangle's area in the weights of its bonds.
 const LEAST_AREA: f64 = 0.1;
 
-/// Optimal lengths of the edges and optimal areas of the triangles.
+/// Optimal lengths of the edges and optimal areas of the triangles; copies share them until they change.
 #[derive(Debug, Clone, Default)]
 pub struct RestMetric {
-    reference_length: Vec<f64>,
-    length: Vec<f64>,
-    area: Vec<f64>,
-    reference_area: Vec<f64>,
-    weight_area: Vec<f64>,
+    reference_length: Arc<Vec<f64>>,
+    length: Arc<Vec<f64>>,
+    area: Arc<Vec<f64>>,
+    reference_area: Arc<Vec<f64>>,
+    weight_area: Arc<Vec<f64>>,
     mean_edge: f64,
 }
 
@@ -52,17 +54,21 @@ impl RestMetric {
         }
         let mean_edge =
             length.iter().sum::<f64>() / rumple_numerics::num::real(length.len().max(1));
-        let mut metric = Self {
-            reference_length: length.clone(),
+        let area: Vec<f64> = sheet
+            .triangle_edges()
+            .iter()
+            .map(|edges| heron_area(edges.map(|e| length[e as usize])))
+            .collect();
+        // At Φ = 1 the three areas are the same.
+        let (length, area) = (Arc::new(length), Arc::new(area));
+        let metric = Self {
+            reference_length: Arc::clone(&length),
             length,
-            area: vec![0.0; sheet.triangle_count()],
-            reference_area: Vec::new(),
-            weight_area: vec![0.0; sheet.triangle_count()],
+            reference_area: Arc::clone(&area),
+            weight_area: Arc::clone(&area),
+            area,
             mean_edge,
         };
-        metric.update_areas(sheet);
-        metric.reference_area = metric.area.clone();
-        metric.update_areas(sheet);
         if let Some(t) = metric.impossible_triangle() {
             return Err(SheetError::Unusable(metric.describe_impossible(sheet, t)));
         }
@@ -72,7 +78,8 @@ impl RestMetric {
     /// Sets `l̄ = Φ l⁰` from the length factor at every edge.
     pub fn set_length_factor(&mut self, sheet: &Sheet, factor: &[f64]) {
         let reference = &self.reference_length;
-        parallel::fill(&mut self.length, |e| factor[e] * reference[e]);
+        let length: &mut Vec<f64> = Arc::make_mut(&mut self.length);
+        parallel::fill(length, |e| factor[e] * reference[e]);
         self.update_areas(sheet);
     }
 
@@ -168,13 +175,14 @@ impl RestMetric {
     fn update_areas(&mut self, sheet: &Sheet) {
         let (length, reference) = (&self.length, &self.reference_length);
         let edges = sheet.triangle_edges();
-        parallel::fill(&mut self.area, |t| heron_area(edges[t].map(|e| length[e as usize])));
-        let (area, reference_area) = (&self.area, &self.reference_area);
-        parallel::fill(&mut self.weight_area, |t| {
+        let area: &mut Vec<f64> = Arc::make_mut(&mut self.area);
+        parallel::fill(area, |t| heron_area(edges[t].map(|e| length[e as usize])));
+        let (area, reference_area) = (&*area, &self.reference_area);
+        let weight_area: &mut Vec<f64> = Arc::make_mut(&mut self.weight_area);
+        parallel::fill(weight_area, |t| {
             let factor = edges[t].map(|e| length[e as usize] / reference[e as usize]);
             let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
-            let rest = reference_area.get(t).copied().unwrap_or(0.0);
-            area[t].max(LEAST_AREA * mean * mean * rest)
+            area[t].max(LEAST_AREA * mean * mean * reference_area[t])
         });
     }
 }

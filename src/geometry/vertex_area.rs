@@ -13,6 +13,8 @@
 //! Reference: Meyer, Desbrun, Schröder & Barr, "Discrete differential-geometry operators for
 //! triangulated 2-manifolds" (2003), doi:10.1007/978-3-662-05105-4_2.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Face, Shape};
@@ -46,11 +48,11 @@ pub fn lumped_areas(sheet: &Sheet) -> Vec<f64> {
     area
 }
 
-/// Corner shares for one sheet.
+/// Corner shares for one sheet, the same for all copies.
 #[derive(Debug, Clone)]
 pub struct VertexArea {
     rule: AreaRule,
-    fraction: Vec<[f64; 3]>,
+    fraction: Arc<[[f64; 3]]>,
 }
 
 impl VertexArea {
@@ -65,8 +67,8 @@ impl VertexArea {
                     mixed_voronoi(&corner, area).map(|share| share / area)
                 })
                 .collect(),
-            AreaRule::Barycentric => vec![[1.0 / 3.0; 3]; sheet.triangle_count()],
-            AreaRule::MixedVoronoi => Vec::new(),
+            AreaRule::Barycentric => vec![[1.0 / 3.0; 3]; sheet.triangle_count()].into(),
+            AreaRule::MixedVoronoi => Arc::default(),
         };
         Self { rule, fraction }
     }

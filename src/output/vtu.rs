@@ -10,7 +10,7 @@
 use std::io::Write;
 
 use rayon::prelude::*;
-
+use rumple_numerics::num::index;
 use serde::{Deserialize, Serialize};
 
 use super::encode::{data_array, decimal};
@@ -90,6 +90,9 @@ fn escape(name: &str) -> String {
     text
 }
 
+/// Makes an array when it is written.
+type Maker<'a> = Box<dyn Fn() -> Array + Sync + 'a>;
+
 /// The file for `frame` as bytes.
 ///
 /// Time is the field array `TimeValue`, where VTK's reader looks for it.
@@ -98,67 +101,77 @@ fn escape(name: &str) -> String {
 /// [`OutputError::Frame`] if [`Frame::check`] refuses the frame.
 pub fn encode(frame: &Frame<'_>, compression: Compression) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
-    let connectivity =
-        frame.triangles.iter().flatten().flat_map(|&v| v.to_le_bytes()).collect::<Vec<_>>();
-    let offsets = (1..=rumple_numerics::num::index(frame.triangles.len()))
-        .flat_map(|t| (3 * t).to_le_bytes())
-        .collect::<Vec<_>>();
-    // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.
-    let sections: [(&str, Vec<Array>); 5] = [
-        ("FieldData", frame.field_data.iter().map(|(n, x)| Array::number(n, *x)).collect()),
-        ("PointData", frame.point.iter().map(Array::field).collect()),
-        ("CellData", frame.cell.iter().map(Array::field).collect()),
-        ("Points", vec![Array::field(&Field::vector("Points", frame.points))]),
-        (
-            "Cells",
-            vec![
-                Array::new("Int32", "connectivity", 1, connectivity),
-                Array::new("Int32", "offsets", 1, offsets),
-                Array::new("UInt8", "types", 1, vec![TRIANGLE; frame.triangles.len()]),
-            ],
-        ),
-    ];
-    let encoded = sections
-        .par_iter()
-        .map(|(_, arrays)| {
-            arrays.par_iter().map(|array| data_array(&array.bytes, compression)).collect()
-        })
-        .collect::<std::io::Result<Vec<Vec<_>>>>()
+    let mut file = Vec::new();
+    put(frame, compression, &mut file)
         .map_err(|e| OutputError::Frame { step: frame.step, message: e.to_string() })?;
-
-    let mut file = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
-         byte_order=\"LittleEndian\" header_type=\"UInt64\"{}>\n<UnstructuredGrid>\n",
-        compression.attribute()
-    )
-    .into_bytes();
-    for ((section, arrays), contents) in sections.iter().zip(&encoded) {
-        if *section == "PointData" {
-            let (points, cells) = (frame.points.len(), frame.triangles.len());
-            file.extend(
-                format!("<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">\n").bytes(),
-            );
-        }
-        file.extend(format!("<{section}>\n").bytes());
-        if *section == "FieldData" {
-            file.extend(
-                format!(
-                    "<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
-                     format=\"ascii\">{}</DataArray>\n",
-                    decimal(frame.time)
-                )
-                .bytes(),
-            );
-        }
-        for (array, content) in arrays.iter().zip(contents) {
-            file.extend(format!("<DataArray {} format=\"binary\">", array.attributes).bytes());
-            file.extend(content.bytes());
-            file.extend(b"</DataArray>\n");
-        }
-        file.extend(format!("</{section}>\n").bytes());
-    }
-    file.extend(b"</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     Ok(file)
+}
+
+/// Writes the file for a frame that has been checked. Only one section at a time is held in memory.
+fn put(frame: &Frame<'_>, compression: Compression, out: &mut dyn Write) -> std::io::Result<()> {
+    fn fields(fields: &[Field]) -> Vec<Maker<'_>> {
+        fields.iter().map(|field| Box::new(|| Array::field(field)) as Maker<'_>).collect()
+    }
+    let numbers = frame.field_data.iter();
+    let numbers =
+        numbers.map(|(name, x)| Box::new(|| Array::number(name, *x)) as Maker<'_>).collect();
+    let bytes =
+        |numbers: &mut dyn Iterator<Item = u32>| numbers.flat_map(u32::to_le_bytes).collect();
+    let triangles = frame.triangles;
+    // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.
+    let cells: Vec<Maker<'_>> = vec![
+        Box::new(|| {
+            let corners = bytes(&mut triangles.iter().flatten().copied());
+            Array::new("Int32", "connectivity", 1, corners)
+        }),
+        Box::new(|| {
+            let ends = bytes(&mut (1..=index(triangles.len())).map(|t| 3 * t));
+            Array::new("Int32", "offsets", 1, ends)
+        }),
+        Box::new(|| Array::new("UInt8", "types", 1, vec![TRIANGLE; triangles.len()])),
+    ];
+    let points: Vec<Maker<'_>> =
+        vec![Box::new(|| Array::field(&Field::vector("Points", frame.points)))];
+    let sections: [(&str, Vec<Maker<'_>>); 5] = [
+        ("FieldData", numbers),
+        ("PointData", fields(&frame.point)),
+        ("CellData", fields(&frame.cell)),
+        ("Points", points),
+        ("Cells", cells),
+    ];
+    writeln!(
+        out,
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\"{}>\n<UnstructuredGrid>",
+        compression.attribute()
+    )?;
+    for (section, arrays) in sections {
+        if section == "PointData" {
+            let (points, cells) = (frame.points.len(), triangles.len());
+            writeln!(out, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
+        }
+        writeln!(out, "<{section}>")?;
+        if section == "FieldData" {
+            writeln!(
+                out,
+                "<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
+                 format=\"ascii\">{}</DataArray>",
+                decimal(frame.time)
+            )?;
+        }
+        let encoded = arrays
+            .par_iter()
+            .map(|array| {
+                let Array { attributes, bytes } = array();
+                Ok((attributes, data_array(&bytes, compression)?))
+            })
+            .collect::<std::io::Result<Vec<_>>>()?;
+        for (attributes, content) in encoded {
+            writeln!(out, "<DataArray {attributes} format=\"binary\">{content}</DataArray>")?;
+        }
+        writeln!(out, "</{section}>")?;
+    }
+    out.write_all(b"</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 }
 
 /// Writes `frame` as the file `path`, whole or not at all.
@@ -171,6 +184,6 @@ pub fn write(
     frame: &Frame<'_>,
     compression: Compression,
 ) -> Result<(), OutputError> {
-    let file = encode(frame, compression)?;
-    super::atomic::replace(path, |writer: &mut dyn Write| writer.write_all(&file))
+    frame.check()?;
+    super::atomic::replace(path, |writer: &mut dyn Write| put(frame, compression, writer))
 }

@@ -309,5 +309,6 @@ fn edges_of(triangles: &[[u32; 3]]) -> Result<(Vec<Edge>, Vec<[u32; 3]>), SheetE
         let second = group.get(1).map_or(Edge::NONE, |h| h.2);
         edges.push(Edge { vertices: [a, b], triangles: [first, second] });
     }
+    edges.shrink_to_fit();
     Ok((edges, triangle_edges))
 }

@@ -132,9 +132,8 @@ pub(super) fn controlled(method: OdeMethod, rtol: Positive) -> StepRule {
 struct Problem {
     coupled: Coupled,
     control: Control,
-    /// Factors that turn the mass of rows with storage into 1.
-    scale: Vec<f64>,
-    matrix: Sparse,
+    /// Factors that turn the mass of rows with storage into 1; none where all are.
+    scale: Option<Vec<f64>>,
 }
 
 impl OdeProblem for Problem {
@@ -151,7 +150,7 @@ impl OdeProblem for Problem {
         // Every integration comes by here often.
         self.control.check().map_err(SolveError::into_failure)?;
         self.coupled.residual(time, y, out).map_err(|e| SolveError::from(e).into_failure())?;
-        for (out, scale) in out.iter_mut().zip(&self.scale) {
+        for (out, scale) in out.iter_mut().zip(self.scale.iter().flatten()) {
             *out *= scale;
         }
         Ok(())
@@ -160,9 +159,15 @@ impl OdeProblem for Problem {
     fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, Failure> {
         self.control.check().map_err(SolveError::into_failure)?;
         let jacobian = self.coupled.jacobian(time, y);
-        self.matrix.clone_from(jacobian.map_err(|e| SolveError::from(e).into_failure())?);
-        self.matrix.scale_rows(&self.scale);
-        Ok(&self.matrix)
+        let jacobian = jacobian.map_err(|e| SolveError::from(e).into_failure())?;
+        if let Some(scale) = &self.scale {
+            jacobian.scale_rows(scale);
+        }
+        Ok(jacobian)
+    }
+
+    fn last_jacobian(&self) -> &Sparse {
+        self.coupled.last_jacobian()
     }
 }
 
@@ -242,10 +247,12 @@ impl Monolithic {
             span,
             tally: workspace.model.tally().clone(),
         };
-        let scale = coupled.mass().iter().map(|m| if *m == 0.0 { 1.0 } else { 1.0 / m }).collect();
+        let scale = |m: &f64| if *m == 0.0 { 1.0 } else { 1.0 / m };
+        let scaled = coupled.mass().iter().any(|m| scale(m) != 1.0);
+        let scale = scaled.then(|| coupled.mass().iter().map(scale).collect());
         let layout = Arc::clone(coupled.layout());
         let control = workspace.control.clone();
-        let problem = Problem { coupled, control, scale, matrix: Sparse::default() };
+        let problem = Problem { coupled, control, scale };
         let integration = Integration::new(problem, state.time, start, options)?;
         self.running = Some(Running { integration, layout, at: None });
         Ok(())

@@ -55,6 +55,10 @@ impl OdeProblem for Small {
         });
         Ok(self.matrix.matrix())
     }
+
+    fn last_jacobian(&self) -> &Sparse {
+        self.matrix.matrix()
+    }
 }
 
 const METHODS: [OdeMethod; 4] =

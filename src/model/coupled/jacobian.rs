@@ -123,7 +123,9 @@ impl Jacobian {
                 }) as Box<Part<'_>>
             }));
         }
-        if let Some((chemistry, partials)) = &at.chemistry {
+        // Without a Hessian they are few, and lists in parts cost memory.
+        let apart = at.hessian.is_some();
+        if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| apart) {
             let inputs = chemistry.descriptor().inputs();
             parts.extend(in_parts(layout.points()).map(|points| {
                 Box::new(move |entries: &mut Entries<'_>| {
@@ -132,7 +134,13 @@ impl Jacobian {
             }));
         }
         let parts: Vec<&Part<'_>> = parts.iter().map(|part| &**part).collect();
-        let others = |entries: &mut Entries<'_>| others(potential.as_deref(), model, &at, entries);
+        let others = |entries: &mut Entries<'_>| {
+            if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| !apart) {
+                let inputs = chemistry.descriptor().inputs();
+                reactions(layout, partials, inputs, 0..layout.points(), entries);
+            }
+            others(potential.as_deref(), model, &at, entries);
+        };
         let sums = self.sums.get_or_insert_with(|| Sums {
             direct: Assembly::in_parts(n, n, &parts, others),
             lengths: None,
@@ -169,6 +177,14 @@ impl Jacobian {
             Some(Sums { lengths: Some(lengths), .. }) => lengths.total.matrix(),
             Some(Sums { direct, .. }) => direct.matrix(),
             None => &self.nothing,
+        }
+    }
+
+    pub(super) fn matrix_mut(&mut self) -> &mut Sparse {
+        match &mut self.sums {
+            Some(Sums { lengths: Some(lengths), .. }) => lengths.total.matrix_mut(),
+            Some(Sums { direct, .. }) => direct.matrix_mut(),
+            None => &mut self.nothing,
         }
     }
 }

@@ -108,7 +108,8 @@ impl Coupled {
     #[must_use]
     pub fn tolerances(&self, atol: f64) -> Vec<f64> {
         let edge = self.model.mechanics().reference().mean_edge();
-        let mut all = vec![atol * edge; self.layout.mechanical()];
+        let mut all = Vec::with_capacity(self.layout.unknowns());
+        all.resize(self.layout.mechanical(), atol * edge);
         if let Some(chemistry) = self.model.chemistry() {
             let typical: Vec<f64> =
                 chemistry.descriptor().species.iter().map(|s| atol * s.typical).collect();
@@ -185,14 +186,14 @@ impl Coupled {
         Ok(())
     }
 
-    /// ∂F/∂y.
+    /// ∂F/∂y, which may be changed until it is evaluated again.
     ///
     /// Exact but for the derivatives of the Green-Gauss scheme by positions, and the second ones of
     /// mixed-Voronoi area fractions in the bending energy, which are left out.
     ///
     /// # Errors
     /// As for [`Coupled::residual`].
-    pub fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, ModelError> {
+    pub fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&mut Sparse, ModelError> {
         self.tally().count(|work| work.jacobians += 1);
         self.show(time, y);
         let given = self.given_signals(time);
@@ -215,7 +216,13 @@ impl Coupled {
             }
         };
         jacobian.fill(model, layout, state, inputs)?;
-        Ok(jacobian.matrix())
+        Ok(jacobian.matrix_mut())
+    }
+
+    /// ∂F/∂y as [`Coupled::jacobian`] left it; empty before.
+    #[must_use]
+    pub fn last_jacobian(&self) -> &Sparse {
+        self.jacobian.matrix()
     }
 
     /// A bound on the spectral radius of ∂F/∂y of [`Part::Chemistry`] at the state last started from,

@@ -1,10 +1,9 @@
 //! A solver for general sparse matrices: chosen once, then factorised and solved with again and again.
 
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use serde::{Deserialize, Serialize};
 
 use super::LinearError;
-use super::{Displacements, Ilu, SparseLu, TwoFields};
+use super::{Difference, Displacements, Ilu, Sparse, SparseLu, TwoFields};
 use crate::tally::Tally;
 
 /// How linear systems are solved.
@@ -36,27 +35,28 @@ pub enum Factor {
 }
 
 impl Factor {
-    /// The solver of this choice; `displacements` if some of the unknowns are.
+    /// The solver of this choice for matrices with the pattern of this one; `displacements` if some of the
+    /// unknowns are.
     ///
     /// # Errors
     /// [`LinearError`] if the factor is too large.
     pub fn new(
         choice: LinearChoice,
-        pattern: SymbolicSparseColMatRef<'_, usize>,
+        matrix: &Sparse,
         displacements: Option<&Displacements>,
     ) -> Result<Self, LinearError> {
         let choice = match choice {
-            LinearChoice::Auto if pattern.ncols() <= DIRECT => LinearChoice::Lu,
+            LinearChoice::Auto if matrix.columns() <= DIRECT => LinearChoice::Lu,
             LinearChoice::Auto if displacements.is_some() => LinearChoice::Blocks,
             LinearChoice::Auto => LinearChoice::Ilu,
             choice => choice,
         };
         Ok(match (choice, displacements) {
             (LinearChoice::Blocks, Some(displacements)) => {
-                Self::Blocks(Box::new(TwoFields::new(pattern, displacements)?))
+                Self::Blocks(Box::new(TwoFields::new(matrix, displacements)?))
             }
-            (LinearChoice::Lu, _) => Self::Lu(Box::new(SparseLu::new(pattern)?)),
-            _ => Self::Ilu(Box::new(Ilu::new(pattern))),
+            (LinearChoice::Lu, _) => Self::Lu(Box::new(SparseLu::new(matrix)?)),
+            _ => Self::Ilu(Box::new(Ilu::new(matrix))),
         })
     }
 
@@ -64,11 +64,7 @@ impl Factor {
     ///
     /// # Errors
     /// [`LinearError`] if it is singular.
-    pub fn factorise(
-        &mut self,
-        matrix: SparseColMatRef<'_, usize, f64>,
-        tally: &Tally,
-    ) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: Difference<'_>, tally: &Tally) -> Result<(), LinearError> {
         tally.count(|work| work.factorisations += 1);
         match self {
             Self::Lu(lu) => lu.factorise(matrix),

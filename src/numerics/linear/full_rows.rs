@@ -162,7 +162,7 @@ fn copy<T: Send>(
     into: &mut [T],
     of: impl Fn(Block) -> T + Sync,
 ) {
-    split(&rows.start, into).into_par_iter().for_each(|(range, part)| {
+    split(rows.len(), |i| rows.start[i], into).into_par_iter().for_each(|(range, part)| {
         let blocks = range.flat_map(|i| rows.blocks(matrix, i));
         for (place, (_, block)) in part.iter_mut().zip(blocks) {
             *place = of(block);
@@ -170,15 +170,16 @@ fn copy<T: Send>(
     });
 }
 
-/// Cuts values kept list after list, list i from `start[i]`, into parts of several lists.
-pub(super) fn split<'a, T>(
-    start: &[usize],
-    value: &'a mut [T],
-) -> Vec<(Range<usize>, &'a mut [T])> {
+/// Cuts values kept list after list, list i of `lists` from `start(i)`, into parts of several lists.
+pub(super) fn split<T>(
+    lists: usize,
+    start: impl Fn(usize) -> usize,
+    value: &mut [T],
+) -> Vec<(Range<usize>, &mut [T])> {
     let (mut parts, mut rest) = (Vec::new(), value);
-    for first in (0..start.len() - 1).step_by(parallel::BLOCK) {
-        let last = (first + parallel::BLOCK).min(start.len() - 1);
-        let (part, tail) = rest.split_at_mut(start[last] - start[first]);
+    for first in (0..lists).step_by(parallel::BLOCK) {
+        let last = (first + parallel::BLOCK).min(lists);
+        let (part, tail) = rest.split_at_mut(start(last) - start(first));
         parts.push((first..last, part));
         rest = tail;
     }

@@ -2,13 +2,17 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par};
 
-use super::LinearError;
+use super::shifted::Difference;
+use super::{LinearError, Sparse};
 
 /// An LU factor of matrices in one pattern.
 pub struct SparseLu {
+    /// The matrix by columns, and for every entry its place by rows.
+    matrix: SparseColMat<usize, f64>,
+    place: Vec<u32>,
     symbolic: SymbolicLu<usize>,
     numeric: NumericLu<usize, f64>,
     memory: MemBuffer,
@@ -16,21 +20,25 @@ pub struct SparseLu {
 }
 
 impl SparseLu {
-    /// Orders the columns and prepares the factor.
+    /// Orders the columns and prepares the factor for matrices with the pattern of this one.
     ///
     /// # Errors
     /// [`LinearError`] if the memory does not suffice.
-    pub fn new(pattern: SymbolicSparseColMatRef<'_, usize>) -> Result<Self, LinearError> {
+    pub fn new(matrix: &Sparse) -> Result<Self, LinearError> {
+        let (starts, rows, place) = matrix.by_columns();
+        let (n, m) = (matrix.rows(), matrix.columns());
+        let pattern = SymbolicSparseColMat::new_checked(n, m, starts, None, rows);
         let refuse = |why: &dyn std::fmt::Debug| {
             LinearError::new(format!("the matrix cannot be factorised: {why:?}"))
         };
         let symbolic =
-            factorize_symbolic_lu(pattern, Default::default()).map_err(|e| refuse(&e))?;
+            factorize_symbolic_lu(pattern.as_ref(), Default::default()).map_err(|e| refuse(&e))?;
         let need = symbolic
             .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
             .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
         let memory = MemBuffer::try_new(need).map_err(|e| refuse(&e))?;
-        Ok(Self { symbolic, numeric: NumericLu::new(), memory, ready: false })
+        let matrix = SparseColMat::new(pattern, vec![0.0; place.len()]);
+        Ok(Self { matrix, place, symbolic, numeric: NumericLu::new(), memory, ready: false })
     }
 
     /// Factorises a matrix of the pattern.
@@ -38,19 +46,22 @@ impl SparseLu {
     /// # Errors
     /// [`LinearError`] for a matrix that is singular by its pattern, or with numbers
     /// that are not finite. One that is singular by its numbers shows in the solution.
-    pub fn factorise(
-        &mut self,
-        matrix: SparseColMatRef<'_, usize, f64>,
-    ) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
         self.ready = false;
-        if !matrix.val().iter().all(|v| v.is_finite()) {
+        for j in 0..self.matrix.ncols() {
+            for k in self.matrix.col_range(j) {
+                let (i, place) = (self.matrix.row_idx()[k], self.place[k] as usize);
+                self.matrix.val_mut()[k] = matrix.at(i, place, i == j);
+            }
+        }
+        if !self.matrix.val().iter().all(|v| v.is_finite()) {
             let text = "the Newton matrix has entries that are not finite";
             return Err(LinearError::new(text));
         }
-        let Self { symbolic, numeric, memory, .. } = self;
+        let Self { matrix, symbolic, numeric, memory, .. } = self;
         let stack = MemStack::new(memory);
         symbolic
-            .factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default())
+            .factorize_numeric_lu(numeric, matrix.as_ref(), Par::Seq, stack, Default::default())
             .map_err(|e| LinearError::new(format!("the Newton matrix is singular: {e:?}")))?;
         self.ready = true;
         Ok(())

@@ -11,6 +11,7 @@ mod fronts;
 mod full_rows;
 mod gmres;
 mod ilu;
+mod incomplete;
 mod ldlt;
 mod lu;
 mod multifrontal;
@@ -36,8 +37,8 @@ pub use ilu::Ilu;
 pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
-pub use shifted::Shifted;
-pub use sparse::{Assembly, Entries, Part, Sparse, SumOfProduct};
+pub use shifted::{Difference, Shifted};
+pub use sparse::{Assembly, Entries, Part, Pattern, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 pub use two_fields::{Displacements, TwoFields};
 

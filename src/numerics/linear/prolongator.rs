@@ -155,7 +155,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         parallel::update(motions, |i, b| *b *= factors[of[i] as usize].0);
         let motions = &*motions;
         let row = &self.row;
-        let rows_of_p = split(&row.start, &mut self.value);
+        let rows_of_p = split(row.start.len() - 1, |i| row.start[i], &mut self.value);
         rows_of_p.into_par_iter().for_each(|(range, mut part)| {
             let mut sum = Vec::new();
             for i in range {

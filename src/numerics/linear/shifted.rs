@@ -1,21 +1,63 @@
 //! `D - W J` with a Jacobian J and diagonal D and W: what linearly implicit steps and Newton's method
 //! solve with.
-
-use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+//!
+//! The matrix is not stored: its entries are computed from those of J where a factor takes them over.
 
 use super::LinearError;
 use super::{Displacements, Factor, LinearChoice, Sparse};
 use crate::tally::Tally;
 
-/// The matrix for Jacobians of one pattern, and what solves with it.
+/// The entries of `D - W J`.
+#[derive(Clone, Copy)]
+pub struct Difference<'a> {
+    jacobian: &'a Sparse,
+    row: &'a (dyn Fn(usize) -> (f64, f64) + Sync),
+}
+
+impl<'a> Difference<'a> {
+    /// With this J; `row` gives the entries of D and W.
+    #[must_use]
+    pub fn new(jacobian: &'a Sparse, row: &'a (dyn Fn(usize) -> (f64, f64) + Sync)) -> Self {
+        Self { jacobian, row }
+    }
+
+    /// J.
+    #[must_use]
+    pub fn jacobian(self) -> &'a Sparse {
+        self.jacobian
+    }
+
+    /// Columns and values of row `i`.
+    pub(super) fn row(self, i: usize) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let (shift, weight) = (self.row)(i);
+        self.jacobian.row(i).map(move |(j, value)| {
+            let shift = if j == i { shift } else { 0.0 };
+            (j, shift - weight * value)
+        })
+    }
+
+    /// The entry of row `i` at this place of J.
+    pub(super) fn at(self, i: usize, place: usize, on_diagonal: bool) -> f64 {
+        let (shift, weight) = (self.row)(i);
+        let shift = if on_diagonal { shift } else { 0.0 };
+        shift - weight * self.jacobian.values()[place]
+    }
+
+    /// Size of the diagonal entry of row `i`; 1 where there is none, or 0.
+    pub(super) fn size(self, i: usize) -> f64 {
+        let size = self.row(i).find(|&(j, _)| j == i).map_or(0.0, |(_, value)| value.abs());
+        if size > 0.0 { size } else { 1.0 }
+    }
+
+    /// Whether all entries are finite.
+    #[must_use]
+    pub fn is_finite(self) -> bool {
+        (0..self.jacobian.rows()).all(|i| self.row(i).all(|(_, value)| value.is_finite()))
+    }
+}
+
+/// A solver for such matrices with Jacobians of one pattern.
 pub struct Shifted {
-    matrix: SparseColMat<usize, f64>,
-    /// For every entry its place in the Jacobian, which is by rows.
-    place: Vec<u32>,
-    /// For every entry its row.
-    row: Vec<usize>,
-    /// Which entries are on the diagonal.
-    diagonal: Vec<bool>,
     factor: Factor,
 }
 
@@ -29,18 +71,7 @@ impl Shifted {
         choice: LinearChoice,
         displacements: Option<&Displacements>,
     ) -> Result<Self, LinearError> {
-        let (starts, row, place) = jacobian.by_columns();
-        let n = jacobian.columns();
-        let mut diagonal = vec![false; row.len()];
-        for j in 0..n {
-            for k in starts[j]..starts[j + 1] {
-                diagonal[k] = row[k] == j;
-            }
-        }
-        let values = vec![0.0; row.len()];
-        let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, row.clone());
-        let factor = Factor::new(choice, pattern.as_ref(), displacements)?;
-        Ok(Self { matrix: SparseColMat::new(pattern, values), place, row, diagonal, factor })
+        Ok(Self { factor: Factor::new(choice, jacobian, displacements)? })
     }
 
     /// Solves `(D - W J) x = b` in place; `row` gives the entries of D and W. One iteration of Newton's method,
@@ -51,18 +82,12 @@ impl Shifted {
     pub fn solve(
         &mut self,
         jacobian: &Sparse,
-        row: impl Fn(usize) -> (f64, f64),
+        row: impl Fn(usize) -> (f64, f64) + Sync,
         x: &mut [f64],
         tally: &Tally,
     ) -> Result<(), LinearError> {
         tally.count(|work| work.newton_iterations += 1);
-        let from = jacobian.values();
-        for (k, value) in self.matrix.val_mut().iter_mut().enumerate() {
-            let (shift, weight) = row(self.row[k]);
-            let shift = if self.diagonal[k] { shift } else { 0.0 };
-            *value = shift - weight * from[self.place[k] as usize];
-        }
-        self.factor.factorise(self.matrix.as_ref(), tally)?;
+        self.factor.factorise(Difference::new(jacobian, &row), tally)?;
         self.factor.solve(x, tally)
     }
 }

@@ -5,34 +5,39 @@
 //! search or an allocation.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::full_rows::split;
 use crate::num::index;
 use crate::parallel;
 
 /// Parts of a product that are computed side by side.
 const PARTS: usize = 16;
 
-/// A matrix by rows.
+/// Which entries a matrix by rows has.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sparse {
+pub struct Pattern {
     columns: usize,
-    start: Vec<usize>,
+    start: Vec<u32>,
     column: Vec<u32>,
-    value: Vec<f64>,
 }
 
-impl Sparse {
-    /// A zero matrix with these columns in every row, each ascending.
-    fn from_rows(columns: usize, rows: impl Iterator<Item = Vec<u32>>) -> Self {
-        let mut matrix = Self { columns, start: vec![0], ..Self::default() };
-        for row in rows {
-            matrix.column.extend_from_slice(&row);
-            matrix.start.push(matrix.column.len());
+impl Pattern {
+    /// Of rows of these lengths that `row` writes into an empty list, ascending.
+    fn new(columns: usize, rows: usize, entries: usize, row: &mut PatternRow<'_>) -> Self {
+        let (mut start, mut column) = (Vec::with_capacity(rows + 1), Vec::with_capacity(entries));
+        start.push(0);
+        let mut work = Vec::new();
+        for i in 0..rows {
+            work.clear();
+            row(i, &mut work);
+            column.extend_from_slice(&work);
+            start.push(index(column.len()));
         }
-        matrix.value = vec![0.0; matrix.column.len()];
-        matrix
+        column.shrink_to_fit();
+        Self { columns, start, column }
     }
 
     /// Number of rows.
@@ -41,31 +46,75 @@ impl Sparse {
         self.start.len().saturating_sub(1)
     }
 
-    /// Number of columns.
-    #[must_use]
-    pub fn columns(&self) -> usize {
-        self.columns
-    }
-
-    /// Number of entries in the pattern.
+    /// Number of entries.
     #[must_use]
     pub fn entries(&self) -> usize {
         self.column.len()
     }
 
+    /// Places of the entries of row `i` among all.
+    #[must_use]
+    #[inline]
+    pub fn places(&self, i: usize) -> Range<usize> {
+        self.start[i] as usize..self.start[i + 1] as usize
+    }
+
     /// Columns of row `i`, ascending.
     #[must_use]
-    pub fn pattern(&self, i: usize) -> &[u32] {
-        &self.column[self.start[i]..self.start[i + 1]]
+    #[inline]
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.column[self.places(i)]
+    }
+
+    /// Cuts values, one for every entry, into those of blocks of rows.
+    pub(super) fn cut<'a, T>(&self, value: &'a mut [T]) -> Vec<(Range<usize>, &'a mut [T])> {
+        split(self.rows(), |i| self.start[i] as usize, value)
+    }
+}
+
+/// Writes the columns of a row.
+type PatternRow<'a> = dyn FnMut(usize, &mut Vec<u32>) + 'a;
+
+/// A matrix by rows; copies share the pattern.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sparse {
+    pattern: Arc<Pattern>,
+    value: Vec<f64>,
+}
+
+impl Sparse {
+    fn zeros(pattern: Pattern) -> Self {
+        Self { value: vec![0.0; pattern.entries()], pattern: Arc::new(pattern) }
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.pattern.rows()
+    }
+
+    /// Number of columns.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.pattern.columns
+    }
+
+    /// Number of entries in the pattern.
+    #[must_use]
+    pub fn entries(&self) -> usize {
+        self.pattern.entries()
+    }
+
+    /// Which entries there are.
+    #[must_use]
+    pub fn pattern(&self) -> &Arc<Pattern> {
+        &self.pattern
     }
 
     /// Columns and values of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.start[i]..self.start[i + 1];
-        self.column[range.clone()]
-            .iter()
-            .map(|&j| j as usize)
-            .zip(self.value[range].iter().copied())
+        let columns = self.pattern.row(i).iter().map(|&j| j as usize);
+        columns.zip(self.value[self.pattern.places(i)].iter().copied())
     }
 
     /// The values, row by row.
@@ -77,7 +126,7 @@ impl Sparse {
     /// Multiplies every row by a number.
     pub fn scale_rows(&mut self, by: &[f64]) {
         for (i, by) in by.iter().enumerate() {
-            self.value[self.start[i]..self.start[i + 1]].iter_mut().for_each(|v| *v *= by);
+            self.value[self.pattern.places(i)].iter_mut().for_each(|v| *v *= by);
         }
     }
 
@@ -90,19 +139,20 @@ impl Sparse {
     /// the order of rows.
     #[must_use]
     pub fn by_columns(&self) -> (Vec<usize>, Vec<usize>, Vec<u32>) {
-        let mut start = vec![0usize; self.columns + 1];
-        for &j in &self.column {
+        let pattern = &self.pattern;
+        let mut start = vec![0usize; pattern.columns + 1];
+        for &j in &pattern.column {
             start[j as usize + 1] += 1;
         }
-        for j in 0..self.columns {
+        for j in 0..pattern.columns {
             start[j + 1] += start[j];
         }
         let mut next = start.clone();
         let mut row = vec![0usize; self.entries()];
         let mut place = vec![0u32; self.entries()];
         for i in 0..self.rows() {
-            for k in self.start[i]..self.start[i + 1] {
-                let at = &mut next[self.column[k] as usize];
+            for k in pattern.places(i) {
+                let at = &mut next[pattern.column[k] as usize];
                 row[*at] = i;
                 place[*at] = index(k);
                 *at += 1;
@@ -182,21 +232,33 @@ impl Assembly {
             ends.push(all.len());
         }
         name(&mut Entries(Mode::Collect(&mut all)));
-        let mut of_row: Vec<Vec<u32>> = vec![Vec::new(); rows];
+        // The list row by row, then every row sorted and without repetition.
+        let mut first = vec![0u32; rows + 1];
+        all.iter().for_each(|&(row, _)| first[row as usize + 1] += 1);
+        for i in 0..rows {
+            first[i + 1] += first[i];
+        }
+        let mut next = first.clone();
+        let mut listed = vec![0u32; all.len()];
         for &(row, column) in &all {
-            of_row[row as usize].push(column);
+            let at = &mut next[row as usize];
+            listed[*at as usize] = column;
+            *at += 1;
         }
-        for columns in &mut of_row {
-            columns.sort_unstable();
-            columns.dedup();
-        }
-        let matrix = Sparse::from_rows(columns, of_row.into_iter());
+        drop(next);
+        let pattern = Pattern::new(columns, rows, all.len(), &mut |i, row| {
+            row.extend_from_slice(&listed[first[i] as usize..first[i + 1] as usize]);
+            row.sort_unstable();
+            row.dedup();
+        });
+        drop((first, listed));
+        let matrix = Sparse::zeros(pattern);
         let mut place = vec![0; all.len()];
         parallel::fill(&mut place, |k| {
             let (row, column) = all[k];
             let row = row as usize;
-            let found = matrix.pattern(row).binary_search(&column).unwrap_or_default();
-            index(matrix.start[row] + found)
+            let found = matrix.pattern.row(row).binary_search(&column).unwrap_or_default();
+            index(matrix.pattern.places(row).start + found)
         });
         let named = vec![0.0; ends.last().copied().unwrap_or(0)];
         let (mut sum_start, mut sum) = (Vec::new(), Vec::new());
@@ -215,6 +277,7 @@ impl Assembly {
             }
         }
         place.drain(..named.len());
+        place.shrink_to_fit();
         Self { place, matrix, ends, named, sum_start, sum }
     }
 
@@ -251,6 +314,11 @@ impl Assembly {
     pub fn matrix(&self) -> &Sparse {
         &self.matrix
     }
+
+    /// The matrix, to be changed until it is filled again.
+    pub fn matrix_mut(&mut self) -> &mut Sparse {
+        &mut self.matrix
+    }
 }
 
 /// `A + B C` in a fixed pattern.
@@ -261,32 +329,29 @@ impl SumOfProduct {
     /// Makes the pattern.
     #[must_use]
     pub fn new(a: &Sparse, b: &Sparse, c: &Sparse) -> Self {
-        let mut seen = vec![false; a.columns];
-        Self(Sparse::from_rows(
-            a.columns,
-            (0..a.rows()).map(|i| {
-                let mut row = a.pattern(i).to_vec();
-                row.iter().for_each(|&j| seen[j as usize] = true);
-                for &k in b.pattern(i) {
-                    for &j in c.pattern(k as usize) {
-                        if !std::mem::replace(&mut seen[j as usize], true) {
-                            row.push(j);
-                        }
+        let mut seen = vec![false; a.columns()];
+        let row = &mut |i: usize, row: &mut Vec<u32>| {
+            row.extend_from_slice(a.pattern.row(i));
+            row.iter().for_each(|&j| seen[j as usize] = true);
+            for &k in b.pattern.row(i) {
+                for &j in c.pattern.row(k as usize) {
+                    if !std::mem::replace(&mut seen[j as usize], true) {
+                        row.push(j);
                     }
                 }
-                row.sort_unstable();
-                row.iter().for_each(|&j| seen[j as usize] = false);
-                row
-            }),
-        ))
+            }
+            row.sort_unstable();
+            row.iter().for_each(|&j| seen[j as usize] = false);
+        };
+        Self(Sparse::zeros(Pattern::new(a.columns(), a.rows(), a.entries(), row)))
     }
 
     /// Computes the values.
     pub fn fill(&mut self, a: &Sparse, b: &Sparse, c: &Sparse) -> &Sparse {
-        let Sparse { start, column, value, columns } = &mut self.0;
+        let Sparse { pattern, value } = &mut self.0;
         let fill = |rows: Range<usize>, value: &mut [f64]| {
-            let mut work = vec![0.0; *columns];
-            let first = start[rows.start];
+            let mut work = vec![0.0; pattern.columns];
+            let first = pattern.places(rows.start).start;
             for i in rows {
                 for (j, value) in a.row(i) {
                     work[j] += value;
@@ -296,8 +361,8 @@ impl SumOfProduct {
                         work[j] += factor * value;
                     }
                 }
-                for k in start[i]..start[i + 1] {
-                    value[k - first] = std::mem::take(&mut work[column[k] as usize]);
+                for k in pattern.places(i) {
+                    value[k - first] = std::mem::take(&mut work[pattern.column[k] as usize]);
                 }
             }
         };
@@ -306,7 +371,8 @@ impl SumOfProduct {
         let (mut parts, mut rest) = (Vec::new(), value.as_mut_slice());
         for begin in (0..a.rows()).step_by(step) {
             let end = (begin + step).min(a.rows());
-            let (part, tail) = rest.split_at_mut(start[end] - start[begin]);
+            let length = (pattern.start[end] - pattern.start[begin]) as usize;
+            let (part, tail) = rest.split_at_mut(length);
             parts.push((begin..end, part));
             rest = tail;
         }
@@ -318,5 +384,10 @@ impl SumOfProduct {
     #[must_use]
     pub fn matrix(&self) -> &Sparse {
         &self.0
+    }
+
+    /// The matrix, to be changed until it is filled again.
+    pub fn matrix_mut(&mut self) -> &mut Sparse {
+        &mut self.0
     }
 }

@@ -10,28 +10,48 @@
 
 use std::ops::Range;
 
-use faer::sparse::SymbolicSparseColMatRef;
+use super::sparse::Pattern;
+use crate::num::index;
 
 /// Unknowns of a strip, and how many strips there are at most. Both are the same for any number of threads:
 /// so are the results.
 const STRIP: (usize, usize) = (4096, 16);
 
+/// The square block of a pattern from an unknown on.
+#[derive(Clone, Copy)]
+pub(super) struct Block<'a> {
+    pub(super) pattern: &'a Pattern,
+    pub(super) first: usize,
+}
+
+impl<'a> Block<'a> {
+    fn len(self) -> usize {
+        self.pattern.rows() - self.first
+    }
+
+    /// Columns of row `i`, both counted from the first, ascending.
+    pub(super) fn row(self, i: usize) -> impl Iterator<Item = usize> + 'a {
+        let columns = self.pattern.row(self.first + i).iter();
+        columns.filter_map(move |&j| (j as usize).checked_sub(self.first))
+    }
+}
+
 /// The order, and what of it is what.
 pub(super) struct Strips {
-    /// Unknown of every row.
-    pub(super) order: Vec<usize>,
+    /// Unknown of every row, counted from the first.
+    pub(super) order: Vec<u32>,
     /// Rows of the strips, then of the seams.
     pub(super) strips: Vec<Range<usize>>,
     pub(super) seams: Vec<Range<usize>>,
 }
 
 impl Strips {
-    /// Of the unknowns of a matrix.
-    pub(super) fn new(pattern: SymbolicSparseColMatRef<'_, usize>) -> Self {
-        let along = cuthill_mckee(pattern);
+    /// Of the unknowns of a block.
+    pub(super) fn new(block: Block<'_>) -> Self {
+        let along = cuthill_mckee(block);
         let mut count = (along.len() / STRIP.0).clamp(1, STRIP.1);
         loop {
-            if let Some(strips) = Self::cut(pattern, &along, count) {
+            if let Some(strips) = Self::cut(block, &along, count) {
                 return strips;
             }
             count /= 2;
@@ -39,20 +59,13 @@ impl Strips {
     }
 
     /// Cuts the order `along`; nothing if seams are coupled to each other.
-    fn cut(
-        pattern: SymbolicSparseColMatRef<'_, usize>,
-        along: &[usize],
-        count: usize,
-    ) -> Option<Self> {
+    fn cut(block: Block<'_>, along: &[u32], count: usize) -> Option<Self> {
         let n = along.len();
         let mut strip = vec![0; n];
         for (row, &unknown) in along.iter().enumerate() {
-            strip[unknown] = row * count / n.max(1);
+            strip[unknown as usize] = row * count / n.max(1);
         }
-        let pairs = || {
-            (0..n)
-                .flat_map(|j| pattern.row_idx()[pattern.col_range(j)].iter().map(move |&i| (i, j)))
-        };
+        let pairs = || (0..n).flat_map(|i| block.row(i).map(move |j| (i, j)));
         let mut seam = vec![false; n];
         for (i, j) in pairs().filter(|&(i, j)| strip[i] != strip[j]) {
             seam[if strip[i] < strip[j] { i } else { j }] = true;
@@ -66,7 +79,9 @@ impl Strips {
             for k in 0..count {
                 let begin = order.len();
                 let rows = (k * n).div_ceil(count)..((k + 1) * n).div_ceil(count);
-                order.extend(along[rows].iter().filter(|&&unknown| seam[unknown] == of_seams));
+                order.extend(
+                    along[rows].iter().filter(|&&unknown| seam[unknown as usize] == of_seams),
+                );
                 ranges.push(begin..order.len());
             }
         }
@@ -76,47 +91,45 @@ impl Strips {
 }
 
 /// The unknowns level by level from one end of the graph, the last level first.
-fn cuthill_mckee(pattern: SymbolicSparseColMatRef<'_, usize>) -> Vec<usize> {
-    let n = pattern.ncols();
-    let neighbours = |j: usize| &pattern.row_idx()[pattern.col_range(j)];
-    let mut seen = vec![0usize; n];
-    let mut round = 0usize;
+fn cuthill_mckee(block: Block<'_>) -> Vec<u32> {
+    let n = block.len();
+    let degree = |i: u32| block.row(i as usize).count();
+    let mut seen = vec![0u32; n];
+    let mut round = 0;
+    let mut placed = vec![false; n];
     // The level sets from a start; the last of them lie farthest away.
-    let mut levels = |start: usize, order: &mut Vec<usize>, round: usize| {
-        let first = order.len();
+    let mut levels = |start: u32, order: &mut Vec<u32>, placed: &[bool]| {
+        round += 1;
+        let mut at = order.len();
         order.push(start);
-        seen[start] = round;
-        let mut at = first;
+        seen[start as usize] = round;
         while at < order.len() {
             let from = order.len();
-            for &i in neighbours(order[at]) {
-                if seen[i] != round {
+            for i in block.row(order[at] as usize) {
+                if seen[i] != round && !placed[i] {
                     seen[i] = round;
-                    order.push(i);
+                    order.push(index(i));
                 }
             }
-            order[from..].sort_by_key(|&i| neighbours(i).len());
+            order[from..].sort_by_key(|&i| degree(i));
             at += 1;
         }
     };
     let mut order = Vec::with_capacity(n);
-    let mut placed = vec![false; n];
     for unknown in 0..n {
         if placed[unknown] {
             continue;
         }
         // Twice to the far end: nearly the longest way across.
-        let mut start = unknown;
+        let mut start = index(unknown);
         for _ in 0..2 {
             let mut trial = Vec::new();
-            round += 1;
-            levels(start, &mut trial, round);
+            levels(start, &mut trial, &placed);
             start = trial.last().copied().unwrap_or(start);
         }
         let first = order.len();
-        round += 1;
-        levels(start, &mut order, round);
-        order[first..].iter().for_each(|&i| placed[i] = true);
+        levels(start, &mut order, &placed);
+        order[first..].iter().for_each(|&i| placed[i as usize] = true);
     }
     order.reverse();
     order

@@ -12,13 +12,12 @@
 
 use std::sync::Arc;
 
-use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
-
 use super::LinearError;
 use super::gmres::Krylov;
-use super::ilu::Ilu;
+use super::incomplete::Incomplete;
 use super::rows::ScaledRows;
-use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky};
+use super::shifted::Difference;
+use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky, Sparse};
 use crate::Vec3;
 use crate::num::{index, real};
 use crate::parallel;
@@ -44,7 +43,7 @@ pub struct TwoFields {
     of: Vec<(u32, u8)>,
     rows: ScaledRows,
     /// Place in the matrix, block and entry of every number of the first field, block by block.
-    shape_from: Vec<(usize, u32, u8)>,
+    shape_from: Vec<(u32, u32, u8)>,
     shape: BlockMatrix,
     positive: FrugalCholesky,
     /// Of the last matrix that was not positive; none before the first.
@@ -52,22 +51,18 @@ pub struct TwoFields {
     /// Whether the last matrix has the Cholesky factor, and whether the next is to be tried with it.
     is_positive: (bool, bool),
     right: Vec<Vec3>,
-    /// Place in the matrix of every number of the second field.
-    rest_from: Vec<usize>,
-    rest: Option<(SparseColMat<usize, f64>, Ilu)>,
+    /// Of the second field, with room for its rows.
+    rest: Option<(Incomplete, Vec<f64>)>,
     pub(super) krylov: Krylov,
     work: Vec<f64>,
 }
 
 impl TwoFields {
-    /// For matrices of this pattern.
+    /// For matrices with the pattern of this one.
     ///
     /// # Errors
     /// [`LinearError`] if the factor is too large.
-    pub fn new(
-        pattern: SymbolicSparseColMatRef<'_, usize>,
-        displacements: &Displacements,
-    ) -> Result<Self, LinearError> {
+    pub fn new(matrix: &Sparse, displacements: &Displacements) -> Result<Self, LinearError> {
         let (count, blocks) = (displacements.count, &displacements.pattern);
         let mut of = vec![(0u32, 0u8); count];
         let mut place = vec![[FIXED; 3]; displacements.place.len()];
@@ -79,54 +74,35 @@ impl TwoFields {
                 }
             }
         }
+        let pattern = matrix.pattern();
         let mut shape_from = Vec::new();
-        for column in 0..count {
-            let (j, b) = of[column];
-            for k in pattern.col_range(column) {
-                let row = pattern.row_idx()[k];
-                if row < count {
-                    let (i, a) = of[row];
-                    let above = blocks.row(i as usize);
-                    if i <= j
-                        && let Ok(found) = above.binary_search(&j)
-                    {
-                        let block = index(blocks.start(i as usize) + found);
-                        shape_from.push((k, block, 3 * b + a));
-                    }
+        for row in 0..count {
+            let (i, a) = of[row];
+            let above = blocks.row(i as usize);
+            for (place, &column) in pattern.places(row).zip(pattern.row(row)) {
+                let Some(&(j, b)) = of.get(column as usize) else { break };
+                if i <= j
+                    && let Ok(found) = above.binary_search(&j)
+                {
+                    let block = index(blocks.start(i as usize) + found);
+                    shape_from.push((index(place), block, 3 * b + a));
                 }
             }
         }
         shape_from.sort_unstable_by_key(|&(_, block, entry)| (block, entry));
-        let n = pattern.ncols();
-        let (mut starts, mut rows, mut rest_from) = (vec![0], Vec::new(), Vec::new());
-        for column in count..n {
-            for k in pattern.col_range(column) {
-                let row = pattern.row_idx()[k];
-                if row >= count {
-                    rows.push(row - count);
-                    rest_from.push(k);
-                }
-            }
-            starts.push(rows.len());
-        }
-        let rest = (n > count).then(|| {
-            let size = n - count;
-            let symbolic = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-            let ilu = Ilu::new(symbolic.as_ref());
-            let values = vec![0.0; rest_from.len()];
-            (SparseColMat::new(symbolic, values), ilu)
-        });
+        shape_from.shrink_to_fit();
+        let n = matrix.columns();
+        let rest = (n > count).then(|| (Incomplete::new(matrix, count), vec![0.0; n - count]));
         Ok(Self {
             right: vec![Vec3::zeros(); place.len()],
             place,
             of,
-            rows: ScaledRows::new(pattern, (0..n).collect()),
+            rows: ScaledRows::new(pattern),
             shape_from,
             shape: BlockMatrix::zeros(Arc::clone(blocks)),
             positive: FrugalCholesky::new(Arc::clone(blocks))?,
             indefinite: None,
             is_positive: (true, true),
-            rest_from,
             rest,
             krylov: Krylov::default(),
             work: vec![0.0; n],
@@ -137,11 +113,7 @@ impl TwoFields {
     ///
     /// # Errors
     /// [`LinearError`] if one of them is singular.
-    pub fn factorise(
-        &mut self,
-        matrix: SparseColMatRef<'_, usize, f64>,
-    ) -> Result<(), LinearError> {
-        let values = matrix.val();
+    pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
         self.rows.load(matrix);
         self.shape.clear();
         let Self { place, of, rows, shape_from, shape, .. } = self;
@@ -163,17 +135,18 @@ impl TwoFields {
                 while let Some(((from, of, entry), rest)) = entries.split_first()
                     && *of == number
                 {
-                    block[usize::from(*entry)] = values[*from];
+                    let (a, b) = (usize::from(entry % 3), usize::from(entry / 3));
+                    let unknown = place[i][a] as usize;
+                    block[(a, b)] = matrix.at(unknown, *from as usize, i == j as usize && a == b);
                     entries = rest;
                 }
                 row.add(j as usize, &block);
             }
         });
         self.factorise_shape()?;
-        if let Some((rest, ilu)) = &mut self.rest {
-            let from = &self.rest_from;
-            parallel::fill(rest.val_mut(), |k| values[from[k]]);
-            ilu.factorise(rest.as_ref())?;
+        if let Some((factor, _)) = &mut self.rest {
+            factor.load(matrix);
+            factor.eliminate()?;
         }
         Ok(())
     }
@@ -205,13 +178,15 @@ impl TwoFields {
         let Self {
             place, of, rows, positive, indefinite, is_positive, right: forces, rest, ..
         } = self;
-        rows.take(x, &mut right);
+        rows.in_units_of_rows(x, &mut right);
         let product = |v: &[f64], out: &mut [f64]| rows.multiply(v, out);
         let precondition = |v: &mut [f64]| {
             rows.in_own_units(v);
             let (shape, species) = v.split_at_mut(of.len());
-            if let Some((_, ilu)) = rest {
-                ilu.precondition(species);
+            if let Some((factor, work)) = rest {
+                factor.take(species, work);
+                factor.substitute(work);
+                factor.give(work, species);
             }
             rows.subtract_tail(of.len(), species, shape);
             parallel::fill(forces, |i| {

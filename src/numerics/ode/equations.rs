@@ -1,17 +1,16 @@
 //! A system as diffsol wants to see it.
 
 use std::any::Any;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use diffsol::{
-    ConstantOp, FaerContext, FaerSparseMat, FaerVec, LinearOp, Matrix, NonLinearOp,
-    NonLinearOpJacobian, OdeEquations, OdeEquationsRef, Op, ParameterisedOp, UnitCallable, Vector,
-    VectorCommon,
+    ConstantOp, FaerContext, FaerVec, LinearOp, NonLinearOp, NonLinearOpJacobian, OdeEquations,
+    OdeEquationsRef, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
 };
-use faer::sparse::SymbolicSparseColMat;
 
-use super::{Failure, OdeError, Result};
-use crate::linear::Sparse;
+use super::combination::Combination;
+use super::{Failure, OdeError};
+use crate::linear::{Difference, Sparse};
 
 /// `M dy/dt = F(t, y)`, M diagonal with nothing but ones and zeros.
 pub trait OdeProblem: Any + Send {
@@ -32,79 +31,89 @@ pub trait OdeProblem: Any + Send {
     /// # Errors
     /// If it cannot be evaluated there.
     fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, Failure>;
+
+    /// ∂F/∂y as it was last evaluated.
+    fn last_jacobian(&self) -> &Sparse;
 }
 
-/// A problem with its pattern and the side channel of errors.
+/// A problem with the side channel of errors.
 pub(super) struct Equations {
-    shared: Mutex<Shared>,
+    shared: Arc<Shared>,
     start: Vec<f64>,
     unknowns: usize,
     context: FaerContext,
     nothing: FaerVec<f64>,
-    pattern: Option<SymbolicSparseColMat<usize>>,
-    /// For every entry by columns its place by rows.
-    place: Vec<u32>,
+}
+
+/// What the linear solver needs as well.
+pub(super) struct Shared {
+    inner: Mutex<Inner>,
     stored: Option<Vec<bool>>,
 }
 
-struct Shared {
+struct Inner {
     problem: Box<dyn OdeProblem>,
     error: Option<OdeError>,
 }
 
+impl Shared {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The diagonal of M.
+    fn mass(&self, i: usize) -> f64 {
+        self.stored.as_ref().map_or(1.0, |stored| if stored[i] { 1.0 } else { 0.0 })
+    }
+
+    /// Works with the matrix `a M + b ∂F/∂y`, of the last ∂F/∂y.
+    pub(super) fn with_matrix<R>(
+        &self,
+        [a, b]: [f64; 2],
+        f: impl FnOnce(Difference<'_>) -> R,
+    ) -> R {
+        let inner = self.lock();
+        f(Difference::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
+    }
+}
+
 impl Equations {
-    /// The equations of `problem` from `start` at `time`; with `jacobian` if the method is implicit.
-    ///
-    /// # Errors
-    /// If the derivatives cannot be evaluated at the start.
-    pub(super) fn new(
-        mut problem: Box<dyn OdeProblem>,
-        time: f64,
-        start: Vec<f64>,
-        jacobian: bool,
-    ) -> Result<Self> {
+    /// The equations of `problem` from `start`.
+    pub(super) fn new(problem: Box<dyn OdeProblem>, start: Vec<f64>) -> Self {
         let context = FaerContext::default();
-        let (mut pattern, mut place) = (None, Vec::new());
-        if jacobian {
-            let matrix = problem.jacobian(time, &start)?;
-            let (starts, rows, places) = matrix.by_columns();
-            let (n, m) = (matrix.rows(), matrix.columns());
-            pattern = Some(SymbolicSparseColMat::new_checked(n, m, starts, None, rows));
-            place = places;
-        }
-        Ok(Self {
+        let stored = problem.stored();
+        let inner = Mutex::new(Inner { problem, error: None });
+        Self {
             unknowns: start.len(),
-            stored: problem.stored(),
-            shared: Mutex::new(Shared { problem, error: None }),
+            shared: Arc::new(Shared { inner, stored }),
             start,
             context,
             nothing: FaerVec::zeros(0, context),
-            pattern,
-            place,
-        })
+        }
+    }
+
+    /// What the linear solver needs.
+    pub(super) fn shared(&self) -> &Arc<Shared> {
+        &self.shared
     }
 
     /// Works with the problem.
     pub(super) fn with<R>(&self, f: impl FnOnce(&mut dyn OdeProblem) -> R) -> R {
-        f(&mut *self.lock().problem)
+        f(&mut *self.shared.lock().problem)
     }
 
     /// The first error since the last call.
     pub(super) fn take_error(&self) -> Option<OdeError> {
-        self.lock().error.take()
+        self.shared.lock().error.take()
     }
 
     /// Which rows have storage; `None` if all have.
     pub(super) fn stored(&self) -> Option<&[bool]> {
-        self.stored.as_deref()
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Shared> {
-        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared.stored.as_deref()
     }
 
     fn evaluate(&self, y: &FaerVec<f64>, time: f64, out: &mut FaerVec<f64>) {
-        let shared = &mut *self.lock();
+        let shared = &mut *self.shared.lock();
         let out = out.inner_mut().col_as_slice_mut(0);
         // After an error that no shorter step cures nothing more is worth evaluating.
         let hopeless = shared.error.as_ref().is_some_and(|e| !e.is_recoverable());
@@ -123,20 +132,14 @@ impl Equations {
         }
     }
 
-    fn differentiate(&self, y: &FaerVec<f64>, time: f64, matrix: &mut FaerSparseMat<f64>) {
-        let shared = &mut *self.lock();
-        let values = matrix.inner_mut()[0].val_mut();
-        let y = y.inner().col_as_slice(0);
-        match shared.problem.jacobian(time, y) {
-            Ok(jacobian) => {
-                let from = jacobian.values();
-                for (value, place) in values.iter_mut().zip(&self.place) {
-                    *value = from[*place as usize];
-                }
-            }
+    /// Evaluates ∂F/∂y where the problem keeps it; whether there is one.
+    fn differentiate(&self, y: &FaerVec<f64>, time: f64) -> bool {
+        let shared = &mut *self.shared.lock();
+        match shared.problem.jacobian(time, y.inner().col_as_slice(0)) {
+            Ok(_) => true,
             Err(error) => {
-                values.fill(f64::NAN);
                 shared.error.get_or_insert(error.into());
+                false
             }
         }
     }
@@ -150,7 +153,7 @@ macro_rules! operator {
         impl Op for $name<'_> {
             type T = f64;
             type V = FaerVec<f64>;
-            type M = FaerSparseMat<f64>;
+            type M = Combination;
             type C = FaerContext;
 
             fn context(&self) -> &FaerContext {
@@ -196,22 +199,17 @@ impl NonLinearOpJacobian for RightHandSide<'_> {
         v: &FaerVec<f64>,
         out: &mut FaerVec<f64>,
     ) {
-        let matrix = self.jacobian(y, time);
-        matrix.gemv(1.0, v, 0.0, out);
+        if self.0.differentiate(y, time) {
+            let (v, out) = (v.inner().col_as_slice(0), out.inner_mut().col_as_slice_mut(0));
+            self.0.with(|problem| problem.last_jacobian().multiply(v, out));
+        } else {
+            out.fill(f64::NAN);
+        }
     }
 
-    fn jacobian_inplace(&self, y: &FaerVec<f64>, time: f64, matrix: &mut FaerSparseMat<f64>) {
-        self.0.differentiate(y, time, matrix);
-    }
-
-    fn jacobian_sparsity(&self) -> Option<SymbolicSparseColMat<usize>> {
-        self.0.pattern.clone()
-    }
-}
-
-impl Mass<'_> {
-    fn diagonal(&self, i: usize) -> f64 {
-        self.0.stored.as_ref().map_or(1.0, |stored| if stored[i] { 1.0 } else { 0.0 })
+    fn jacobian_inplace(&self, y: &FaerVec<f64>, time: f64, matrix: &mut Combination) {
+        let there = self.0.differentiate(y, time);
+        matrix.set([0.0, if there { 1.0 } else { f64::NAN }]);
     }
 }
 
@@ -219,20 +217,12 @@ impl LinearOp for Mass<'_> {
     fn gemv_inplace(&self, x: &FaerVec<f64>, _: f64, beta: f64, y: &mut FaerVec<f64>) {
         let (x, y) = (x.inner().col_as_slice(0), y.inner_mut().col_as_slice_mut(0));
         for (i, (x, y)) in x.iter().zip(y).enumerate() {
-            *y = self.diagonal(i) * x + beta * *y;
+            *y = self.0.shared.mass(i) * x + beta * *y;
         }
     }
 
-    fn matrix_inplace(&self, _: f64, matrix: &mut FaerSparseMat<f64>) {
-        for (i, value) in matrix.inner_mut()[0].val_mut().iter_mut().enumerate() {
-            *value = self.diagonal(i);
-        }
-    }
-
-    fn sparsity(&self) -> Option<SymbolicSparseColMat<usize>> {
-        let n = self.0.unknowns;
-        let (starts, rows) = ((0..=n).collect(), (0..n).collect());
-        Some(SymbolicSparseColMat::new_checked(n, n, starts, None, rows))
+    fn matrix_inplace(&self, _: f64, matrix: &mut Combination) {
+        matrix.set([1.0, 0.0]);
     }
 }
 
@@ -245,7 +235,7 @@ impl ConstantOp for Start<'_> {
 impl Op for Equations {
     type T = f64;
     type V = FaerVec<f64>;
-    type M = FaerSparseMat<f64>;
+    type M = Combination;
     type C = FaerContext;
 
     fn context(&self) -> &FaerContext {
@@ -262,7 +252,7 @@ impl Op for Equations {
     }
 }
 
-type Unused<'a> = ParameterisedOp<'a, UnitCallable<FaerSparseMat<f64>>>;
+type Unused<'a> = ParameterisedOp<'a, UnitCallable<Combination>>;
 
 impl<'a> OdeEquationsRef<'a> for Equations {
     type Mass = Mass<'a>;
@@ -279,7 +269,7 @@ impl OdeEquations for Equations {
     }
 
     fn mass(&self) -> Option<Mass<'_>> {
-        self.stored.is_some().then_some(Mass(self))
+        self.shared.stored.is_some().then_some(Mass(self))
     }
 
     fn root(&self) -> Option<Unused<'_>> {

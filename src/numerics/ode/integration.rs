@@ -6,6 +6,7 @@
 
 use std::any::Any;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use self_cell::self_cell;
 
@@ -26,7 +27,7 @@ self_cell!(
 /// An integration of a problem of type P.
 pub struct Integration<P> {
     running: Running,
-    options: Options,
+    options: Arc<Options>,
     stored: Option<Vec<bool>>,
     newton: Option<Shifted>,
     kind: PhantomData<fn(P)>,
@@ -38,6 +39,7 @@ impl<P: OdeProblem> Integration<P> {
     /// # Errors
     /// If F or its derivatives cannot be evaluated there.
     pub fn new(mut problem: P, time: f64, mut start: Vec<f64>, options: Options) -> Result<Self> {
+        let options = Arc::new(options);
         let (stored, mut newton) = (problem.stored(), None);
         if let Some(stored) = &stored {
             let from = (time, start.as_mut_slice());
@@ -90,8 +92,8 @@ fn begin(
     of: Box<dyn OdeProblem>,
     time: f64,
     start: Vec<f64>,
-    options: &Options,
+    options: &Arc<Options>,
 ) -> Result<Running> {
-    let equations = Equations::new(of, time, start, options.method.is_implicit())?;
+    let equations = Equations::new(of, start);
     Running::try_new(problem(equations, time, options)?, |owner| Stepper::new(owner, options))
 }

@@ -13,8 +13,10 @@
 //!   rows with storage are divided by it, so that M has nothing but exact ones and zeros;
 //! * it takes the start for consistent, and a time to stop at within round-off of where it is for an
 //!   error: the first is made so, the second is where it is;
-//! * its guess of the pattern by NaN is not used: pattern and values of ∂F/∂y are given.
+//! * it would keep three matrices, with 64-bit indices and a pattern each: it is given combinations of M
+//!   and ∂F/∂y without numbers, and the linear solver reads ∂F/∂y where it was evaluated.
 
+mod combination;
 mod consistent;
 mod equations;
 mod integration;

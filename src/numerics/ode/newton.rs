@@ -3,13 +3,13 @@
 use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use diffsol::{
-    FaerContext, FaerSparseMat, FaerVec, LaError, LaLinearOp, Matrix, MatrixCommon, Vector,
-};
+use diffsol::{FaerContext, FaerVec, LaError, LaLinearOp, Matrix, Vector};
 use diffsol_la::LinearSolver;
 
-use super::{OdeError, Result};
-use crate::linear::{Displacements, Factor, LinearChoice};
+use super::combination::Combination;
+use super::equations::Shared;
+use super::{OdeError, Options, Result};
+use crate::linear::{Difference, Factor, LinearChoice};
 use crate::tally::{Meter, Tally};
 
 /// Where a solver leaves its factor for the next one of the same pattern: ordering and symbolic
@@ -19,9 +19,9 @@ pub(super) type Spare = Arc<Mutex<Option<Factor>>>;
 /// A linear solver for diffsol that returns errors.
 #[derive(Default)]
 pub(super) struct NewtonSolver {
-    choice: LinearChoice,
-    displacements: Option<Displacements>,
-    matrix: Option<FaerSparseMat<f64>>,
+    options: Option<Arc<Options>>,
+    /// Where the numbers of the matrix are.
+    shared: Option<Arc<Shared>>,
     /// The solver, or why there is none; made with the first matrix.
     factor: RefCell<Option<Result<Factor>>>,
     spare: Spare,
@@ -40,26 +40,26 @@ impl Drop for NewtonSolver {
 }
 
 impl NewtonSolver {
-    /// A solver of this kind.
-    pub(super) fn new(
-        choice: LinearChoice,
-        displacements: Option<Displacements>,
-        spare: Spare,
-        tally: &Tally,
-    ) -> Self {
+    /// A solver for Newton matrices of these equations.
+    pub(super) fn new(shared: &Arc<Shared>, options: &Arc<Options>, spare: Spare) -> Self {
+        let tally = options.tally.clone();
         let meters = Some([
             tally.meter("solver", "factors of coupled systems", &[]),
             tally.meter("solver", "solutions of coupled systems", &[]),
         ]);
-        let (matrix, factor) = (None, RefCell::default());
-        Self { choice, displacements, matrix, factor, spare, tally: tally.clone(), meters }
+        Self {
+            options: Some(Arc::clone(options)),
+            shared: Some(Arc::clone(shared)),
+            factor: RefCell::default(),
+            spare,
+            tally,
+            meters,
+        }
     }
 
-    fn factorised(&self, matrix: &FaerSparseMat<f64>) -> Result<Factor> {
+    fn factorised(&self, matrix: Difference<'_>) -> Result<Factor> {
         let _scope = self.meters.as_ref().map(|[factor, _]| factor.scope(0));
-        let matrix = matrix.inner()[0].as_ref();
-        // The Jacobian could not be evaluated: no time is lost on its factor.
-        if matrix.val().iter().any(|value| !value.is_finite()) {
+        if !matrix.is_finite() {
             return Err(OdeError::NotFinite);
         }
         let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -67,7 +67,12 @@ impl NewtonSolver {
             Some(Ok(factor)) => factor,
             _ => match spare() {
                 Some(factor) => factor,
-                None => Factor::new(self.choice, matrix.symbolic(), self.displacements.as_ref())?,
+                None => {
+                    let options = self.options.as_deref();
+                    let choice = options.map_or_else(LinearChoice::default, |o| o.linear);
+                    let displacements = options.and_then(|o| o.displacements.as_ref());
+                    Factor::new(choice, matrix.jacobian(), displacements)?
+                }
             },
         };
         factor.factorise(matrix, &self.tally)?;
@@ -75,30 +80,32 @@ impl NewtonSolver {
     }
 }
 
-impl LinearSolver<FaerSparseMat<f64>> for NewtonSolver {
-    fn set_sparsity<
-        C: LaLinearOp<V = FaerVec<f64>, T = f64, M = FaerSparseMat<f64>, C = FaerContext>,
-    >(
+impl LinearSolver<Combination> for NewtonSolver {
+    fn set_sparsity<C: LaLinearOp<V = FaerVec<f64>, T = f64, M = Combination, C = FaerContext>>(
         &mut self,
-        op: &C,
+        _: &C,
     ) {
-        let (rows, columns) = (op.nrows(), op.ncols());
-        self.matrix =
-            Some(FaerSparseMat::new_from_sparsity(rows, columns, op.sparsity(), *op.context()));
         self.factor = RefCell::default();
     }
 
     fn set_linearisation<
-        C: LaLinearOp<V = FaerVec<f64>, T = f64, M = FaerSparseMat<f64>, C = FaerContext>,
+        C: LaLinearOp<V = FaerVec<f64>, T = f64, M = Combination, C = FaerContext>,
     >(
         &mut self,
         op: &C,
     ) {
-        let Some(mut matrix) = self.matrix.take() else { return };
+        let Some(shared) = &self.shared else { return };
+        let mut matrix = Combination::zeros(op.nrows(), op.ncols(), *op.context());
         op.matrix_inplace(&mut matrix);
+        let factors = matrix.factors();
+        // The Jacobian could not be evaluated: no time is lost on its factor.
+        let factor = if factors.iter().all(|factor| factor.is_finite()) {
+            shared.with_matrix(factors, |matrix| self.factorised(matrix))
+        } else {
+            Err(OdeError::NotFinite)
+        };
         // The solution says what went wrong; there is no other way to tell.
-        self.factor = RefCell::new(Some(self.factorised(&matrix)));
-        self.matrix = Some(matrix);
+        self.factor = RefCell::new(Some(factor));
     }
 
     fn solve_in_place(&self, x: &mut FaerVec<f64>) -> Result<(), LaError> {

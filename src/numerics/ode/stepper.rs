@@ -1,11 +1,14 @@
 //! diffsol's methods behind one face: one checked step at a time.
 
+use std::sync::Arc;
+
 use diffsol::{
-    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerSparseMat, FaerVec, NonLinearOp,
-    OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverProblem, OdeSolverState,
-    OdeSolverStopReason, RkState, Sdirk, Tableau, Vector, VectorCommon,
+    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerVec, NonLinearOp, OdeBuilder,
+    OdeEquations, OdeSolverMethod, OdeSolverProblem, OdeSolverState, OdeSolverStopReason, RkState,
+    Sdirk, Tableau, Vector, VectorCommon,
 };
 
+use super::combination::Combination;
 use super::equations::Equations;
 use super::newton::{NewtonSolver, Spare};
 use super::{Accept, OdeError, OdeMethod, Result};
@@ -27,7 +30,7 @@ pub struct Options {
     pub atol: Vec<f64>,
     /// First step; chosen by the first slopes if not given.
     pub step: Option<f64>,
-    /// A length of time that matters, for the least step and where slopes say nothing.
+    /// A length of time that matters at first, for the least step and where slopes say nothing.
     pub span: f64,
     /// Where the work of Newton's method is counted.
     pub tally: Tally,
@@ -53,7 +56,7 @@ const SHORTEST_OF_REST: f64 = 1e-6;
 /// # Errors
 /// Tolerances of the wrong number, which is a fault of the caller.
 pub(super) fn problem(equations: Equations, time: f64, options: &Options) -> Result<Problem> {
-    let made = OdeBuilder::<FaerSparseMat<f64>>::new()
+    let made = OdeBuilder::<Combination>::new()
         .t0(time)
         .h0(options.span)
         .rtol(options.rtol)
@@ -92,7 +95,7 @@ macro_rules! every {
 /// An integration under way.
 pub(super) struct Stepper<'a> {
     problem: &'a Problem,
-    options: Options,
+    options: Arc<Options>,
     /// None after a start that failed.
     method: Option<Method<'a>>,
     shortest: f64,
@@ -106,12 +109,12 @@ impl<'a> Stepper<'a> {
     ///
     /// # Errors
     /// If F cannot be evaluated there.
-    pub(super) fn new(problem: &'a Problem, options: &Options) -> Result<Self> {
+    pub(super) fn new(problem: &'a Problem, options: &Arc<Options>) -> Result<Self> {
         let (time, y) = (problem.t0, problem.eqn.init_vector());
-        let first = Self::first_step(problem, options, time, &y)?;
+        let first = Self::first_step(problem, options, options.span, time, &y)?;
         let (shortest, spare) = (SHORTEST * first, Spare::default());
         let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
-        let (method, options) = (Some(started), options.clone());
+        let (method, options) = (Some(started), Arc::clone(options));
         Ok(Self { problem, options, method, shortest, spare, time })
     }
 
@@ -120,10 +123,9 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// If F cannot be evaluated there.
     pub(super) fn restart(&mut self, time: f64, y: &[f64], span: f64) -> Result<()> {
-        self.options.span = span;
         self.problem.eqn.take_error();
         let y = vector(y);
-        let first = Self::first_step(self.problem, &self.options, time, &y)?;
+        let first = Self::first_step(self.problem, &self.options, span, time, &y)?;
         self.shortest = SHORTEST * first;
         self.begin(time, y, first)
     }
@@ -167,6 +169,7 @@ impl<'a> Stepper<'a> {
     fn first_step(
         problem: &Problem,
         options: &Options,
+        span: f64,
         time: f64,
         y: &FaerVec<f64>,
     ) -> Result<f64> {
@@ -181,13 +184,13 @@ impl<'a> Stepper<'a> {
             (sum / crate::num::real(v.len().max(1))).sqrt()
         };
         let (size, speed) = (norm(y), norm(slope));
-        let step = if speed > 0.0 { 0.01 * size.max(1.0) / speed } else { 1e-3 * options.span };
-        Ok(step.min(options.span))
+        let step = if speed > 0.0 { 0.01 * size.max(1.0) / speed } else { 1e-3 * span };
+        Ok(step.min(span))
     }
 
     fn start(
         problem: &'a Problem,
-        options: &Options,
+        options: &Arc<Options>,
         time: f64,
         y: FaerVec<f64>,
         (step, shortest): (f64, f64),
@@ -195,9 +198,7 @@ impl<'a> Stepper<'a> {
     ) -> Result<Method<'a>> {
         let dy = Self::slope(problem, options, time, &y)?;
         let refuse = |e: diffsol::DiffsolError| refusal(options.method, time, &e.to_string());
-        let displacements = options.displacements.clone();
-        let linear =
-            NewtonSolver::new(options.linear, displacements, spare.clone(), &options.tally);
+        let linear = NewtonSolver::new(problem.eqn.shared(), options, spare.clone());
         macro_rules! state {
             ($kind:ty) => {{
                 let mut state = <$kind>::new_without_initialise(problem).map_err(refuse)?;
@@ -239,6 +240,10 @@ impl<'a> Stepper<'a> {
                 Method::Explicit(Box::new(made))
             }
         };
+        // Implicit methods evaluate ∂F/∂y at once.
+        if let Some(error) = problem.eqn.take_error() {
+            return Err(error);
+        }
         match &mut method {
             Method::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
             Method::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,

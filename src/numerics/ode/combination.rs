@@ -1,0 +1,166 @@
+//! Matrices as diffsol handles them: combinations `a M + b ∂F/∂y`, of which only a and b are stored.
+//!
+//! diffsol keeps M, ∂F/∂y and the matrix of Newton's method, makes the last of the other two, and hands it
+//! to the linear solver. The numbers stay where they are evaluated; [`NewtonSolver`] reads them there.
+//!
+//! [`NewtonSolver`]: super::newton::NewtonSolver
+
+use std::ops::Mul;
+
+use diffsol::{
+    FaerContext, FaerVec, LaError, Matrix, MatrixCommon, Scale, Vector, VectorCommon, VectorIndex,
+};
+use diffsol_la::{Dense, DenseRef, FaerVecIndex};
+
+/// `a M + b ∂F/∂y`. What diffsol does not ask of a matrix in the methods used here makes its factors NaN,
+/// which the linear solver refuses.
+#[derive(Debug, Clone)]
+pub(super) struct Combination {
+    size: [usize; 2],
+    /// a and b.
+    factors: [f64; 2],
+    context: FaerContext,
+}
+
+impl Combination {
+    /// a and b.
+    pub(super) fn factors(&self) -> [f64; 2] {
+        self.factors
+    }
+
+    /// Sets a and b.
+    pub(super) fn set(&mut self, factors: [f64; 2]) {
+        self.factors = factors;
+    }
+
+    fn spoil(&mut self) {
+        self.factors = [f64::NAN; 2];
+    }
+}
+
+impl MatrixCommon for Combination {
+    type V = FaerVec<f64>;
+    type T = f64;
+    type C = FaerContext;
+    type Inner = [f64; 2];
+
+    fn nrows(&self) -> usize {
+        self.size[0]
+    }
+
+    fn ncols(&self) -> usize {
+        self.size[1]
+    }
+
+    fn inner(&self) -> &[f64; 2] {
+        &self.factors
+    }
+}
+
+impl Mul<Scale<f64>> for Combination {
+    type Output = Self;
+
+    fn mul(self, by: Scale<f64>) -> Self {
+        &self * by
+    }
+}
+
+impl Mul<Scale<f64>> for &Combination {
+    type Output = Combination;
+
+    fn mul(self, by: Scale<f64>) -> Combination {
+        Combination { factors: self.factors.map(|factor| factor * by.value()), ..self.clone() }
+    }
+}
+
+impl Matrix for Combination {
+    type Sparsity = Dense<Self>;
+    type SparsityRef<'a> = DenseRef<'a, Self>;
+
+    fn sparsity(&self) -> Option<DenseRef<'_, Self>> {
+        None
+    }
+
+    fn context(&self) -> &FaerContext {
+        &self.context
+    }
+
+    fn inner_mut(&mut self) -> &mut [f64; 2] {
+        &mut self.factors
+    }
+
+    /// No row counts as one without storage: starts are made consistent before.
+    fn partition_indices_by_zero_diagonal(&self) -> (FaerVecIndex, FaerVecIndex) {
+        let of = |rows: Vec<usize>| FaerVecIndex::from_vec(rows, self.context);
+        (of(Vec::new()), of((0..self.size[0]).collect()))
+    }
+
+    fn gemv(&self, _: f64, _: &FaerVec<f64>, _: f64, y: &mut FaerVec<f64>) {
+        y.fill(f64::NAN);
+    }
+
+    fn copy_from(&mut self, other: &Self) {
+        self.factors = other.factors;
+    }
+
+    fn zeros(rows: usize, columns: usize, context: FaerContext) -> Self {
+        Self { size: [rows, columns], factors: [0.0; 2], context }
+    }
+
+    fn new_from_sparsity(
+        rows: usize,
+        columns: usize,
+        _: Option<Dense<Self>>,
+        context: FaerContext,
+    ) -> Self {
+        Self::zeros(rows, columns, context)
+    }
+
+    /// M, which is the identity where diffsol makes a diagonal matrix.
+    fn from_diagonal(diagonal: &FaerVec<f64>) -> Self {
+        let values = diagonal.inner().col_as_slice(0);
+        let factor = if values.iter().all(|v| *v == 1.0) { 1.0 } else { f64::NAN };
+        let size = [values.len(); 2];
+        Self { size, factors: [factor, 0.0], context: *diagonal.context() }
+    }
+
+    fn set_column(&mut self, _: usize, _: &FaerVec<f64>) {
+        self.spoil();
+    }
+
+    fn add_column_to_vector(&self, _: usize, v: &mut FaerVec<f64>) {
+        v.fill(f64::NAN);
+    }
+
+    fn add_columns_to_batched_vector(&self, v: &mut FaerVec<f64>) {
+        v.fill(f64::NAN);
+    }
+
+    fn set_data_with_indices(&mut self, _: &FaerVecIndex, _: &FaerVecIndex, _: &FaerVec<f64>) {
+        self.spoil();
+    }
+
+    fn gather(&mut self, _: &Self, _: &FaerVecIndex) {
+        self.spoil();
+    }
+
+    fn scale_add_and_assign(&mut self, x: &Self, beta: f64, y: &Self) {
+        self.factors = std::array::from_fn(|k| x.factors[k] + beta * y.factors[k]);
+    }
+
+    fn triplet_iter(
+        &self,
+    ) -> (impl Iterator<Item = (usize, usize)> + '_, impl Iterator<Item = f64> + '_) {
+        (std::iter::empty(), std::iter::empty())
+    }
+
+    fn try_from_triplets(
+        _: usize,
+        _: usize,
+        _: Vec<(usize, usize)>,
+        _: Vec<f64>,
+        _: FaerContext,
+    ) -> Result<Self, LaError> {
+        Err(LaError::Other("a combination of M and ∂F/∂y has no entries of its own".into()))
+    }
+}
