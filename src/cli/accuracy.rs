@@ -35,9 +35,9 @@ pub(super) struct AccuracyArgs {
     /// may be repeated.
     #[arg(long, value_name = "KEY=VALUES")]
     over: Vec<String>,
-    /// The error that you can live with, as a share.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
-    want: f64,
+    /// The error that you can live with, as a share; 0.01 if not given.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    want: Option<f64>,
     /// What it is an error of; the field that changes most, or the number of spots where paths part.
     #[arg(long, value_name = "QUANTITY")]
     of: Option<Quantity>,
@@ -52,7 +52,7 @@ pub(super) struct AccuracyArgs {
     #[arg(long, value_name = "N", default_value_t = 2)]
     seeds: u16,
     /// Wall time of a run, s; references may take 5 times as long.
-    #[arg(long, value_name = "S", default_value_t = 300)]
+    #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..))]
     limit: u64,
     /// How often short runs are made, to time them.
     #[arg(long, value_name = "N", default_value_t = 3)]
@@ -90,6 +90,9 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
             );
             return Err(Error::Refused(message));
         };
+        refuse_for_directory(args)?;
+        let study =
+            Study { of: args.of.or(study.of), wanted: args.want.unwrap_or(study.wanted), ..study };
         return gathered(&study, &plan, &root, args.how.quiet).map(|_| ());
     }
     let scene = &args.scene;
@@ -113,10 +116,35 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     Runs { command: "accuracy", how, jobs: Some(1), prepare, gather }.on(plan)
 }
 
-fn options(args: &AccuracyArgs) -> Result<Options> {
-    if !(args.want > 0.0 && args.want.is_finite()) {
-        return Err(Error::Refused(format!("--want {}: expected a share above 0", args.want)));
+/// The error that is wanted if the user does not say.
+const WANTED: f64 = 0.01;
+
+fn share(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|share: &f64| *share > 0.0 && share.is_finite());
+    number.ok_or_else(|| "expected a share above 0, as 0.01".to_owned())
+}
+
+/// What was made is gathered: what would make other runs is refused.
+fn refuse_for_directory(args: &AccuracyArgs) -> Result<()> {
+    let given = [
+        ("--set", !args.scene.overrides.is_empty()),
+        ("--integrator", !args.integrators.is_empty()),
+        ("--force-tolerances", args.force_tolerances.is_some()),
+        ("--over", !args.over.is_empty()),
+        ("--reference", !args.references.is_empty()),
+        ("--references-from", args.references_from.is_some()),
+        ("--level", args.level.is_some()),
+        ("--out", args.how.out.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Error::Refused(format!(
+            "{option} belongs to a scene; of a study that was made --want and --of can be given"
+        ))),
     }
+}
+
+fn options(args: &AccuracyArgs) -> Result<Options> {
     let taken = match &args.references_from {
         None => None,
         Some(other) => {
@@ -140,8 +168,8 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
         references: args.references.clone(),
         taken,
         seeds: args.seeds,
-        limit: args.limit.max(1),
-        wanted: args.want,
+        limit: args.limit,
+        wanted: args.want.unwrap_or(WANTED),
         of: args.of,
     })
 }

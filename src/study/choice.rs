@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result};
 use crate::scene::Scene;
@@ -26,7 +27,14 @@ impl Choice {
         let table = table_of(text);
         let scene = Scene::varied(scene, set, &[key(&table)])?;
         let integrator = &scene.time.integrator;
+        // Tolerances are varied, but not their ratio.
+        let ratio =
+            toml::from_str::<toml::Table>(&format!("table = {table}")).ok().and_then(|all| {
+                let number = |key: &str| all.get("table")?.get(key)?.as_float();
+                Some(format!(", atol = {} rtol", Short(number("atol")? / number("rtol")?)))
+            });
         let name = integrator.name() + &settings(&table, &["rtol", "atol", "step"]);
+        let name = name + &ratio.unwrap_or_default();
         Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table })
     }
 

@@ -51,7 +51,7 @@ fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
 #[test]
 fn bad_arguments_are_refused_before_anything_is_made() {
     let cases: [(&[&str], &str); 6] = [
-        (&["--want", "0"], "above 0"),
+        (&["--want", "0"], "a share above 0"),
         (&["--tolerances", "1e-2,none"], "`none` is not a number above 0"),
         (&["--tolerances", ""], "no values"),
         (&["--integrator", "stagered"], "did you mean staggered"),

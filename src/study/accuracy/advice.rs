@@ -4,7 +4,7 @@ use super::errors::{Case, Point};
 use super::{Quantity, Study};
 use crate::output::plot::label;
 
-/// References are to agree so many times better than the smallest error that is shown.
+/// Errors are known where references agree so many times better.
 const BETTER: f64 = 10.0;
 
 /// What the advice is about: what was asked for; without that a field, or the number of spots where paths
@@ -32,9 +32,12 @@ pub(super) fn ranked(case: &Case, quantity: Quantity) -> Vec<(&Point, f64, f64)>
 /// One recommendation, why, and how far it can be trusted.
 pub(super) fn advice(study: &Study, case: &Case) -> String {
     let Some(reference) = &case.reference else {
-        return "No reference came to its end, so errors are not known: give --references, or a longer \
-                --limit."
-            .to_owned();
+        let why =
+            case.lost.first().map_or(String::new(), |(name, why)| format!(" ({name}: {why})"));
+        return format!(
+            "No reference has come to its end{why}, so errors are not known: go on with the study, give \
+             --reference another integrator, or a longer --limit with --retry-failed."
+        );
     };
     let quantity = subject(study, case);
     let ranked = ranked(case, quantity);
@@ -58,7 +61,8 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
                     percent(*error),
                     time(*seconds)
                 ),
-                None => format!("no run came to its end with an error of the {name}."),
+                None => "no run has one: nothing there is to be measured (no spot, no buckling)."
+                    .to_owned(),
             };
         }
         Some((point, error, seconds)) => {
@@ -69,6 +73,11 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
                 percent(*error)
             );
             text += &neighbours(study, case, point, quantity);
+            let others =
+                [Quantity::Species, Quantity::Shape].into_iter().filter(|q| *q != quantity);
+            for (other, error) in others.filter_map(|q| Some((q, point.error(q)?))) {
+                text += &format!("; error of the {} {}", other.name(), percent(error));
+            }
             text += ")";
             let other = good.iter().find(|(other, ..)| other.curve != point.curve);
             text += &match other {
@@ -83,14 +92,18 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
             };
             if let Some(spread) = spread.filter(|spread| *spread > study.wanted) {
                 text += &format!(
-                    " Seeds spread the {name} by {}: a smaller error is not worth paying for, and so \
-                     this is all that is asked here.",
+                    " Seeds spread the {name} by {}, more than the {wanted} that are wanted: a smaller \
+                     error is not worth paying for, and that is what was asked for here.",
                     percent(spread)
                 );
             }
         }
     }
-    text + &trust(case, quantity, &ranked)
+    text += &trust(case, quantity, &ranked);
+    if let Some((point, ..)) = good.first() {
+        text += &format!(" In the scene: {}.", point.settings);
+    }
+    text
 }
 
 /// How far the references can be trusted.
@@ -103,11 +116,6 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
         );
     };
     let Some(agreement) = apart.get(quantity) else { return String::new() };
-    let smallest = ranked.iter().map(|(_, error, _)| *error).fold(f64::INFINITY, f64::min);
-    let times = smallest / agreement;
-    if !smallest.is_finite() {
-        return String::new();
-    }
     let alike = match reference.alike {
         true => " (of one method: no other came to its end)",
         false => "",
@@ -117,20 +125,26 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
         reference.name,
         percent(agreement)
     );
-    match times {
-        times if times >= BETTER => {
-            format!(
-                "{text}, {} times below the smallest error shown.",
-                label(two_digits(times.min(1e6)))
-            )
-        }
-        times => format!(
-            "{text}, only {} times below the smallest error shown: errors below {} are flagged as \
-             unreliable.",
-            label(two_digits(times)),
-            percent(BETTER * agreement)
+    // Of errors that are smaller than this more than their size is not known.
+    let floor = BETTER * agreement;
+    let below = ranked.iter().filter(|(_, error, _)| *error < floor).count();
+    let mut text = match below {
+        _ if agreement == 0.0 => format!("{text}."),
+        0 => format!("{text}, {BETTER} times or more below every error shown."),
+        _ => format!(
+            "{text}: of errors below {} no more than the size is known ({below} of {}).",
+            percent(floor),
+            ranked.len()
         ),
+    };
+    if let Some(parted) = reference.parted {
+        text += &format!(
+            " Paths part at t = {}: from there on runs are on different branches, and fields are not \
+             compared.",
+            label(parted)
+        );
     }
+    text
 }
 
 /// What the next tolerances of the same integrator take.

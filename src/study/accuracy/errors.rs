@@ -32,6 +32,8 @@ pub struct Case {
     pub spread: [Option<f64>; Quantity::ALL.len()],
     /// How many seeds came to their end.
     pub seeds: usize,
+    /// References that did not come to their end where there is none, and why.
+    pub lost: Vec<(String, String)>,
 }
 
 /// What the runs of a case are compared with.
@@ -51,6 +53,8 @@ pub struct Reference {
     pub seconds: Option<f64>,
     /// References that did not come to their end, and why.
     pub failed: Vec<(String, String)>,
+    /// Other references that did, and how far they are from this one at most.
+    pub others: Vec<(String, f64)>,
 }
 
 /// One integrator at one tolerance.
@@ -58,6 +62,8 @@ pub struct Reference {
 pub struct Point {
     /// What it is called.
     pub name: String,
+    /// What it sets in the scene.
+    pub settings: String,
     /// Which of the curves of the study.
     pub curve: usize,
     /// Its tolerance.
@@ -199,31 +205,44 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
         points: Vec::new(),
         spread: Default::default(),
         seeds: 0,
+        lost: Vec::new(),
     };
     let mut truth: Option<Kept> = None;
     if let Some(yardstick) = &yardstick
         && let Some((first, second)) = yardstick.closest(&references)
     {
         let alike = second.is_some_and(|second| references[first].1 == references[second].1);
+        // One that is elsewhere is on another path, however well two others agree.
+        let mut parted: Option<f64> = None;
+        let mut others = Vec::new();
+        for (k, (name, _, other)) in references.iter().enumerate().filter(|(k, _)| *k != first) {
+            let course = yardstick.course(&other.states, &references[first].2.states);
+            let apart = course.iter().map(Distance::largest).fold(0.0, f64::max);
+            if let Some(at) = course.iter().find(|d| d.largest() > PARTED) {
+                parted = Some(parted.map_or(at.time, |earlier| earlier.min(at.time)));
+            }
+            if Some(k) != second {
+                others.push((name.clone(), apart));
+            }
+        }
         let confirmed = second.map(|second| {
             let (name, _, second) = &references[second];
-            let first = &references[first].2;
-            let course = yardstick.course(&second.states, &first.states);
-            let parted = course.iter().find(|d| d.largest() > PARTED).map(|d| d.time);
-            (parted, (name.clone(), yardstick.errors(second, first, parted)))
+            (name.clone(), yardstick.errors(second, &references[first].2, parted))
         });
         let (name, _, first) = references.swap_remove(first);
         case.reference = Some(Reference {
             name,
-            parted: confirmed.as_ref().and_then(|(parted, _)| *parted),
+            parted,
             alike,
-            confirmed: confirmed.map(|(_, confirmed)| confirmed),
+            confirmed,
             measures: first.found.measures.clone(),
             seconds: first.found.timing.as_ref().map(Timing::median),
-            failed,
+            failed: std::mem::take(&mut failed),
+            others,
         });
         truth = Some(first);
     }
+    case.lost = failed;
     let parted = case.reference.as_ref().and_then(|r| r.parted);
     let mut others: Vec<(usize, Vec<Measures>)> = Vec::new();
     for (run, role, number) in runs() {
@@ -243,15 +262,11 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
                 }
                 let axis = plan.axes.first();
                 let name = axis.and_then(|a| a.values.get(run)).cloned().unwrap_or_default();
+                let settings = axis.and_then(|a| a.settings.get(run)).map(|all| all.join(", "));
+                let settings = settings.unwrap_or_default();
                 let (curve, tolerance, force) = (*curve, *tolerance, *force);
-                case.points.push(Point {
-                    name,
-                    curve,
-                    tolerance,
-                    force,
-                    found: kept.found,
-                    errors,
-                });
+                let found = kept.found;
+                case.points.push(Point { name, settings, curve, tolerance, force, found, errors });
             }
             Role::Seed { like, .. } => {
                 let found = read(plan, root, number, false);
@@ -300,7 +315,8 @@ pub(super) fn add_peer(
             let parted = case.reference.as_ref().and_then(|r| r.parted);
             yardstick.errors(&run, &truth, parted)
         });
-    case.points.push(Point { name, curve, tolerance, force: None, found, errors });
+    let settings = String::new();
+    case.points.push(Point { name, settings, curve, tolerance, force: None, found, errors });
 }
 
 /// Half of the range of a measure over `courses`, relative to the reference.

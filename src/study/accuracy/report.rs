@@ -128,9 +128,13 @@ fn known(case: &Case) -> Vec<String> {
                 label(parted)
             ));
         }
+        for (name, apart) in &reference.others {
+            items.push(format!("Another reference, {name}, is {} away.", percent(*apart)));
+        }
         let failed = reference.failed.iter();
         items.extend(failed.map(|(name, why)| format!("Reference {name}: {why}.")));
     }
+    items.extend(case.lost.iter().map(|(name, why)| format!("Reference {name}: {why}.")));
     if case.seeds > 0 {
         let all = Quantity::ALL.iter().filter_map(|q| Some((q, case.spread_of(*q)?)));
         let all: Vec<String> =
@@ -142,7 +146,9 @@ fn known(case: &Case) -> Vec<String> {
         ));
     }
     for point in case.points.iter().filter(|p| !p.ended()) {
-        items.push(format!("{}: {}: {}", point.name, point.found.status, point.found.reason));
+        let why = [point.name.clone(), point.found.status.to_string(), point.found.reason.clone()];
+        let said: Vec<String> = why.into_iter().filter(|text| !text.is_empty()).collect();
+        items.push(said.join(": "));
     }
     items
 }
@@ -186,7 +192,7 @@ fn ratios(study: &Study, case: &Case) -> Vec<Vec<String>> {
             let mut all: Vec<f64> = mine.filter_map(ratio).collect();
             all.sort_by(f64::total_cmp);
             let (Some(least), Some(largest)) = (all.first(), all.last()) else { continue };
-            let median = all[all.len() / 2];
+            let median = 0.5 * (all[all.len() / 2] + all[(all.len() - 1) / 2]);
             let cells = [*least, median, *largest].map(|v| label(two_digits(v)));
             rows.push(
                 [vec![line.name.clone(), quantity.name().to_owned()], cells.to_vec()].concat(),
