@@ -57,6 +57,7 @@ use crate::Vec3;
 use crate::model::{Part, SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
+use crate::record::{Malformed, Reading, Record};
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
 const GROWTH: f64 = 2.0;
@@ -87,6 +88,10 @@ const USUAL: f64 = 1e-2;
 const LOOSEST_INNER: f64 = 0.2;
 /// nor, relative to the solution, below this: rounding would not let a step meet them.
 const FINEST_INNER: f64 = 1e-13;
+
+/// Steps after which a run makes an integrator of diffsol anew, so that it can be continued from there. Such
+/// an integrator begins anew in every step as it is; what is lost is the analysis of its matrices.
+const RENEWED_AFTER: u64 = 100;
 
 /// The staggered integrator.
 struct Staggered {
@@ -129,6 +134,31 @@ impl Integrator for Staggered {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),
         }
+    }
+
+    fn renewed_after(&self) -> Option<u64> {
+        let library = self.shape == MotionMethod::TrBdf2 || self.chemistry.is_library();
+        library.then_some(RENEWED_AFTER)
+    }
+
+    fn renew(&mut self) {
+        self.by_diffsol = None;
+        self.chemistry.forget();
+    }
+
+    fn store(&self, record: &mut Record) -> bool {
+        record.option(self.step, Record::number);
+        record.option(self.first, Record::number);
+        record.number(self.error);
+        self.motion.store(record);
+        self.by_diffsol.is_none() && self.chemistry.is_new()
+    }
+
+    fn restore(&mut self, reading: &mut Reading<'_>, vertices: usize) -> Result<(), Malformed> {
+        self.step = reading.option(Reading::number)?;
+        self.first = reading.option(Reading::number)?;
+        self.error = reading.number()?;
+        self.motion.restore(reading, vertices)
     }
 }
 

@@ -334,7 +334,7 @@ pub fn run(
         observers.extend(keep.as_mut().map(|keep| -> &mut dyn Observer { keep }));
         observers.push(&mut limited);
         observers.push(&mut record);
-        let observers = &mut observers[..];
+        let observers = (None, &mut observers[..]);
         let summary =
             run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
         if summary.ending == Ending::Interrupted
