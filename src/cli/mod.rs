@@ -170,11 +170,7 @@ fn record(
 }
 
 /// Writes down that a run goes on, and to where.
-fn record_again(
-    scene: &Scene,
-    from: &Checkpoint,
-    directory: &ResultDirectory,
-) -> Result<()> {
+fn record_again(scene: &Scene, from: &Checkpoint, directory: &ResultDirectory) -> Result<()> {
     Provenance::resumed(directory, from.time(), from.step())?;
     let text = scene.resolved()?;
     Ok(atomic::replace(&directory.resolved(), |writer| writer.write_all(text.as_bytes()))?)

@@ -61,8 +61,7 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
         let (time, step) = (Short(checkpoint.time()), checkpoint.step());
         progress.message(&format!("going on from time {time}, step {step}"));
         let from = (Some(&checkpoint), &mut [][..]);
-        let outcome =
-            observed(&scene, &mut simulation, &directory, &mut progress, interrupt, from);
+        let outcome = observed(&scene, &mut simulation, &directory, &mut progress, interrupt, from);
         progress.finish();
         outcome
     })?;

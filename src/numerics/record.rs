@@ -214,7 +214,8 @@ mod tests {
         for length in 0..bytes.len() {
             let mut reading = Reading::new(&bytes[..length]);
             let all = reading.text().and_then(|_| reading.numbers());
-            let all = all.and_then(|_| reading.points(1)).and_then(|_| reading.option(Reading::count));
+            let all =
+                all.and_then(|_| reading.points(1)).and_then(|_| reading.option(Reading::count));
             assert!(all.and_then(|_| reading.option(Reading::number)).is_err(), "{length}");
         }
         assert_eq!(Reading::new(&u64::MAX.to_le_bytes()).numbers(), Err(Malformed));

@@ -31,7 +31,9 @@ pub enum Unusable {
     #[error("is damaged: {0}")]
     Damaged(&'static str),
     /// Another program has written it.
-    #[error("is of another version (`{found}`, expected `{WRITER}`): go on with the program that wrote it")]
+    #[error(
+        "is of another version (`{found}`, expected `{WRITER}`): go on with the program that wrote it"
+    )]
     Version {
         /// What it says of itself.
         found: String,

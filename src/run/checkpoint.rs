@@ -131,6 +131,12 @@ impl Checkpoint {
         self.state.time
     }
 
+    /// Times of the frames written until then.
+    #[must_use]
+    pub fn frames(&self) -> &[f64] {
+        &self.place.frames
+    }
+
     /// The steps made until then.
     #[must_use]
     pub fn step(&self) -> u64 {
@@ -324,4 +330,3 @@ impl Checkpoints {
         }
     }
 }
-

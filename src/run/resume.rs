@@ -27,11 +27,7 @@ pub struct Resumed {
 ///
 /// # Errors
 /// [`Error::Refused`] with what is in the way and what helps; a scene, mesh or plugin that cannot be read.
-pub fn resume(
-    directory: &ResultDirectory,
-    until: Option<f64>,
-    search: &Search,
-) -> Result<Resumed> {
+pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) -> Result<Resumed> {
     let root = directory.root();
     let refuse = |what: String| Err(Error::Refused(format!("{}: {what}", root.display())));
     let standing = Standing::of(root);
@@ -43,16 +39,20 @@ pub fn resume(
                 .into(),
         );
     }
-    let overrides: Vec<String> = until.map(|until| format!("time.until={until:?}")).into_iter().collect();
+    let overrides: Vec<String> =
+        until.map(|until| format!("time.until={until:?}")).into_iter().collect();
     let scene = Scene::load(&path, &overrides)?;
     let (checkpoint, notes) = match last(directory) {
         Ok(found) => found,
         Err(notes) => {
             let why = match &notes[..] {
-                [] => "it has no checkpoint: it was short, or ended before the first one".to_owned(),
+                [] => {
+                    "it has no checkpoint: it was short, or ended before the first one".to_owned()
+                }
                 notes => notes.join("; "),
             };
-            let help = "begin again with `rumple run`, where `--from FRAME` starts from a frame's state";
+            let help =
+                "begin again with `rumple run`, where `--from FRAME` starts from a frame's state";
             return refuse(format!("{why}; {help}"));
         }
     };

@@ -51,16 +51,9 @@ use crate::document::{Segment, Value, read};
 use crate::registry;
 
 /// Tables of a scene.
+#[rustfmt::skip]
 const TABLES: [&str; 9] = [
-    "sheet",
-    "material",
-    "effect",
-    "kinetics",
-    "time",
-    "equilibrium",
-    "stability",
-    "output",
-    "checkpoint",
+    "sheet", "material", "effect", "kinetics", "time", "equilibrium", "stability", "output", "checkpoint",
 ];
 
 /// A checked scene, with the places of everything it was read from.

@@ -42,6 +42,7 @@
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
 mod spec;
+mod steady;
 
 pub use spec::{Method, StaggeredSpec};
 
@@ -398,30 +399,5 @@ impl Staggered {
             return 0.0;
         }
         workspace.model.shape_misfit(state, (a, b), self.tolerance())
-    }
-
-    /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
-    fn try_steady(
-        &mut self,
-        workspace: &mut Workspace,
-        state: &State,
-        mut next: State,
-        report: &mut StepReport,
-    ) -> Result<(State, f64)> {
-        let tolerance = self.tolerance();
-        let inner = self.inner();
-        let done = &mut report.relaxation;
-        self.follow_shape(workspace, state, &mut next, done)?;
-        self.steady.solve(workspace, &mut next, inner)?;
-        let mut predicted = next.clone();
-        let coarse = self.follow_shape(workspace, state, &mut next, done)?;
-        self.steady.solve(workspace, &mut next, inner)?;
-        let model = &workspace.model;
-        let error = model.species_misfit(state, (&predicted, &next), tolerance);
-        let shape = self.shape_error(workspace, state, &predicted, &next);
-        let Some(coarse) = coarse else { return Ok((next, error.max(shape))) };
-        predicted.x = coarse;
-        let order = self.shape_error(workspace, state, &predicted, &next);
-        Ok((next, error.max(shape).max(order)))
     }
 }

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use super::Lbfgs;
 use super::super::preconditioner::{FactorPrecision, Inverse, Learnt, Preconditioner};
+use super::Lbfgs;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
 use crate::model::Mechanics;
