@@ -24,7 +24,7 @@ use crate::num::real;
 use crate::output::{CheckpointFiles, Progress, ResultDirectory};
 use crate::record::{Malformed, Reading, Record};
 use crate::scene::{CheckpointSpec, Scene};
-use crate::tally::{Spent, Work};
+use crate::tally::{Meter, Spent, Work};
 
 /// Where the scene says nothing, the first checkpoint is not before this: short runs have none.
 const FIRST: Duration = Duration::from_secs(60);
@@ -182,6 +182,7 @@ pub(super) struct Checkpoints {
     asked: bool,
     /// How many could not be written.
     failed: usize,
+    meter: Meter,
 }
 
 struct Held {
@@ -217,6 +218,7 @@ impl Checkpoints {
             held: None,
             asked,
             failed: 0,
+            meter: simulation.model().tally().meter("output", "checkpoints", &["made or written"]),
         };
         made.passes(simulation.state.time);
         Ok(made)
@@ -267,7 +269,7 @@ impl Checkpoints {
 
     /// Makes one in memory, where that is possible.
     fn hold(&mut self, simulation: &Simulation, place: impl FnOnce() -> Place) {
-        let scope = simulation.model().tally().meter("output", "checkpoints", &["made"]).scope(0);
+        let _scope = self.meter.scope(0);
         let at = Instant::now();
         let mut solvers = Record::default();
         simulation.workspace.store(&mut solvers);
@@ -280,12 +282,12 @@ impl Checkpoints {
             let (content, step) = (record.into_bytes(), simulation.state.step);
             self.held = Some(Held { content, step, at, took: at.elapsed(), written: false });
         }
-        drop(scope);
     }
 
     /// Writes the one in memory; a run does not end because that is not possible.
     fn write(&mut self, progress: &mut Progress) {
         let Some(held) = self.held.as_mut().filter(|held| !held.written) else { return };
+        let _scope = self.meter.scope(0);
         let began = Instant::now();
         match self.files.write(&held.content) {
             Ok(_) => held.written = true,

@@ -105,7 +105,12 @@ fn every_kind_of_solver_goes_on_with_the_same_bits() {
     for (name, keys) in CASES {
         let folder = folder(SMALL);
         let whole = folder.path().join("whole");
-        let keys = [keys, &OFTEN].concat();
+        let mut keys = [keys, &OFTEN].concat();
+        if name == "library" {
+            // Where a new start is a part of what is computed, some steps lie between two of them.
+            let every = keys.len() - 2;
+            keys[every] = "checkpoint.every=0.03";
+        }
         let out = rumple(folder.path(), &args(&["run", "scene.toml", "--out", "whole"], &keys));
         assert!(out.status.success(), "{name}: {}", text(&out.stderr));
         let count = checkpoints(&whole).len();
