@@ -29,6 +29,7 @@ pub mod run;
 mod simulation;
 pub mod stability;
 mod start;
+mod summary;
 mod watch;
 
 pub use checkpoint::Checkpoint;
