@@ -163,7 +163,7 @@ pub use rumple_output as output;
 #[doc(inline)]
 pub use rumple_sheet as sheet;
 
-pub use rumple_numerics::{Vec3, checked_number, num, tally};
+pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 pub use run::{Error, Result, Simulation};
 
 pub(crate) use rumple_numerics::{linear, ode, parallel};

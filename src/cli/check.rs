@@ -76,6 +76,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     }
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
+    if let Some(after) = simulation.integrator.renewed_after() {
+        say!(
+            "           what its library remembers cannot be stored: it begins anew every {after} steps, and \
+             has its checkpoints there"
+        );
+    }
     if model.moves() {
         say!(
             "relaxation {}, tolerance {:e}",

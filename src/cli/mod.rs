@@ -16,6 +16,7 @@ mod explain;
 mod inspect;
 pub mod mesh;
 mod plugin;
+mod resume;
 mod run;
 mod sweep;
 mod watchdog;
@@ -28,8 +29,8 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, interrupt};
-use crate::run::Simulation;
+use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, atomic, interrupt};
+use crate::run::{Checkpoint, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
 use crate::{Error, Result};
@@ -46,6 +47,8 @@ struct Cli {
 enum Command {
     /// Run a scene and write frames for ParaView, a ledger and the resolved scene.
     Run(run::RunArgs),
+    /// Go on with a run that was interrupted or killed, from its last checkpoint.
+    Resume(resume::ResumeArgs),
     /// Check a scene without running it and say what it calls for.
     Check(check::CheckArgs),
     /// Run a scene under several policies and integrators and compare them.
@@ -91,10 +94,7 @@ struct SceneArgs {
 impl SceneArgs {
     /// Sets up the threads.
     fn set_threads(&self) {
-        // As many as there are cores for 0. Only fails if a pool exists already, which then serves as well.
-        let threads = self.threads.map_or(0, usize::from);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK);
-        let _ = pool.build_global();
+        set_threads(self.threads);
     }
 
     /// Sets up the threads and does `work` on one of them: parallel loops begin there at once, where another
@@ -111,6 +111,14 @@ impl SceneArgs {
         let scene = Scene::load(&self.scene, &self.overrides)?;
         Ok((scene, Search::from_environment(&self.plugin_path)))
     }
+}
+
+/// Sets up the threads, as many as there are cores if no number is given.
+fn set_threads(threads: Option<u16>) {
+    // Only fails if a pool exists already, which then serves as well.
+    let threads = threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK);
+    let _ = pool.build_global();
 }
 
 /// A path that stays the same when a plugin changes the working directory.
@@ -161,6 +169,13 @@ fn record(
     Ok(())
 }
 
+/// Writes down that a run goes on, and to where.
+fn record_again(scene: &Scene, from: &Checkpoint, directory: &ResultDirectory) -> Result<()> {
+    Provenance::resumed(directory, from.time(), from.step())?;
+    let text = scene.resolved()?;
+    Ok(atomic::replace(&directory.resolved(), |writer| writer.write_all(text.as_bytes()))?)
+}
+
 /// Runs the command line and returns the exit code: 0 done, 2 bad input, 128 and the number of a
 /// signal that ended a run, 1 anything else.
 #[must_use]
@@ -168,6 +183,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Run(args) => run::run(args),
+        Command::Resume(args) => resume::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Explain(args) => explain::run(args),

@@ -94,8 +94,11 @@ fn work(
     outcome
 }
 
-fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
+pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
+    if let Some(step) = done.resumable {
+        say!("`rumple resume {}` goes on from step {step}", directory.root().display());
+    }
     let work = done.spent.work;
     let mut counts = vec![format!("{} steps ({} rejected)", work.steps, work.rejected)];
     let kinds = [

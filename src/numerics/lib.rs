@@ -4,7 +4,8 @@
 //! * [`parallel`]: loops and sums that give the same bits on any number of threads;
 //! * [`linear`]: sparse matrices of 3×3 blocks, their factors, multigrid, Krylov methods;
 //! * [`tally`]: what work costs, counted;
-//! * [`ode`]: implicit integrators of `M dy/dt = F(t, y)`; the one room that knows diffsol.
+//! * [`ode`]: implicit integrators of `M dy/dt = F(t, y)`; the one room that knows diffsol;
+//! * [`record`]: numbers as bytes and back.
 //!
 //! A crate of its own, so that the instances of the generic libraries below are compiled once and
 //! not with every change of an effect.
@@ -13,6 +14,7 @@ pub mod linear;
 pub mod num;
 pub mod ode;
 pub mod parallel;
+pub mod record;
 pub mod tally;
 
 /// A point or vector in space, in units of length unless said otherwise.

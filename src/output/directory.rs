@@ -20,6 +20,7 @@ impl ResultDirectory {
     /// Name of the subdirectory of the frames.
     pub const FRAMES: &'static str = "frames";
     const MODES: &'static str = "modes";
+    const CHECKPOINTS: &'static str = "checkpoints";
     const EVENTS: &'static str = "events.csv";
     const PVD: &'static str = "sheet.pvd";
     const SERIES: &'static str = "sheet.vtk.series";
@@ -68,27 +69,72 @@ impl ResultDirectory {
         Ok(directory)
     }
 
+    /// Claims `root` for a run that goes on in it; nothing is changed but what says how the run stands, and
+    /// that by [`Claim::begin`].
+    ///
+    /// # Errors
+    /// [`OutputError::Directory`] if it is in use, or has links where a run has directories;
+    /// [`OutputError::Write`] from the operating system.
+    pub fn reopen(root: &Path) -> Result<Self, OutputError> {
+        let full = std::path::absolute(root).map_err(OutputError::write(root))?;
+        if Claim::in_use(&full) {
+            let message = "a run is still writing to it; wait for its end, or end it".to_owned();
+            return Err(OutputError::Directory { path: root.to_owned(), message });
+        }
+        check_folders(root)?;
+        let claim = Arc::new(Claim::take(&full)?);
+        Ok(Self { root: full, claim })
+    }
+
+    /// Removes frames and modes from these numbers on, and what says how the run ended: of a run that goes on
+    /// from before them.
+    ///
+    /// # Errors
+    /// [`OutputError::Read`] and [`OutputError::Write`] from the operating system.
+    pub fn cut_back(&self, frames: usize, modes: usize) -> Result<(), OutputError> {
+        let mut later = vec![self.failed(), self.costs()];
+        for (folder, stem, count) in
+            [(self.frames(), "frame_", frames), (self.modes(), "mode_", modes)]
+        {
+            let found = if folder.is_dir() { names(&folder)? } else { Vec::new() };
+            let old = found.iter().filter(|n| number_of(n, stem).is_some_and(|k| k >= count));
+            later.extend(old.map(|name| folder.join(name)));
+        }
+        remove_all(later)
+    }
+
+    /// Numbers and paths of all checkpoints, ascending.
+    ///
+    /// # Errors
+    /// [`OutputError::Read`] from the operating system.
+    pub fn checkpoints_found(&self) -> Result<Vec<(usize, PathBuf)>, OutputError> {
+        let folder = self.checkpoints();
+        let found = if folder.is_dir() { names(&folder)? } else { Vec::new() };
+        let whole = found.iter().filter(|name| !name.starts_with('.'));
+        let place = |name: &String| Some((number_of(name, "checkpoint_")?, folder.join(name)));
+        let mut all: Vec<_> = whole.filter_map(place).collect();
+        all.sort();
+        Ok(all)
+    }
+
     /// Removes what a run has written.
     fn clear(&self) -> Result<(), OutputError> {
         // The index goes first: what is left if this is cut short then claims nothing.
         let mut ours = vec![self.pvd(), self.root.join(Self::SERIES)];
         let content = names(&self.root)?;
         ours.extend(content.iter().filter(|n| is_root_file(n)).map(|name| self.root.join(name)));
-        let folders = [(self.frames(), "frame_"), (self.modes(), "mode_")];
+        let folders = [
+            (self.frames(), "frame_"),
+            (self.modes(), "mode_"),
+            (self.checkpoints(), "checkpoint_"),
+        ];
         for (folder, stem) in &folders {
             if folder.is_dir() {
                 let old = names(folder)?;
                 ours.extend(old.iter().filter(|n| is_numbered(n, stem)).map(|n| folder.join(n)));
             }
         }
-        for path in ours {
-            match fs::remove_file(&path) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(OutputError::Write { path, source: e });
-                }
-                _ => {}
-            }
-        }
+        remove_all(ours)?;
         for (folder, _) in folders {
             // One with anything else in it stays.
             let _ = fs::remove_dir(folder);
@@ -159,6 +205,18 @@ impl ResultDirectory {
         self.modes().join(format!("mode_{number:06}.vtu"))
     }
 
+    /// The subdirectory of the checkpoints.
+    #[must_use]
+    pub fn checkpoints(&self) -> PathBuf {
+        self.root.join(Self::CHECKPOINTS)
+    }
+
+    /// Checkpoint `number`, counted from 0.
+    #[must_use]
+    pub fn checkpoint(&self, number: usize) -> PathBuf {
+        self.checkpoints().join(format!("checkpoint_{number:06}.bin"))
+    }
+
     /// The scene with every default written out.
     #[must_use]
     pub fn resolved(&self) -> PathBuf {
@@ -211,16 +269,7 @@ fn check(root: &Path, force: bool) -> Result<(), OutputError> {
     if !root.is_dir() {
         return refuse("is a file, expected a directory or an unused name");
     }
-    for name in [ResultDirectory::FRAMES, ResultDirectory::MODES] {
-        let what = match fs::symlink_metadata(root.join(name)) {
-            Ok(found) if found.is_symlink() => "link, which is not followed",
-            Ok(found) if !found.is_dir() => "file",
-            _ => continue,
-        };
-        return refuse(&format!(
-            "`{name}` in it is a {what}; a run writes to a directory so named"
-        ));
-    }
+    check_folders(root)?;
     if is_empty(root)? {
         return Ok(());
     }
@@ -235,6 +284,33 @@ fn check(root: &Path, force: bool) -> Result<(), OutputError> {
             "is not empty; choose another with --out, or give --force to replace the results of an \
              earlier run in it",
         );
+    }
+    Ok(())
+}
+
+/// Refuses links and files where a run has directories.
+fn check_folders(root: &Path) -> Result<(), OutputError> {
+    for name in [ResultDirectory::FRAMES, ResultDirectory::MODES, ResultDirectory::CHECKPOINTS] {
+        let what = match fs::symlink_metadata(root.join(name)) {
+            Ok(found) if found.is_symlink() => "link, which is not followed",
+            Ok(found) if !found.is_dir() => "file",
+            _ => continue,
+        };
+        let message = format!("`{name}` in it is a {what}; a run writes to a directory so named");
+        return Err(OutputError::Directory { path: root.to_owned(), message });
+    }
+    Ok(())
+}
+
+/// Removes files, whether they are there or not.
+fn remove_all(files: Vec<PathBuf>) -> Result<(), OutputError> {
+    for path in files {
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(OutputError::Write { path, source: e });
+            }
+            _ => {}
+        }
     }
     Ok(())
 }
@@ -281,10 +357,15 @@ fn is_root_file(name: &str) -> bool {
     .contains(&finished(name))
 }
 
-/// Whether `name` is `STEM` with a number as frames and modes have them.
+/// Whether `name` is `STEM` with a number as frames, modes and checkpoints have them.
 fn is_numbered(name: &str, stem: &str) -> bool {
-    finished(name)
-        .strip_prefix(stem)
-        .and_then(|rest| rest.strip_suffix(".vtu").or_else(|| rest.strip_suffix(".vtk")))
-        .is_some_and(|number| number.len() >= 6 && number.bytes().all(|b| b.is_ascii_digit()))
+    number_of(name, stem).is_some()
+}
+
+/// That number.
+fn number_of(name: &str, stem: &str) -> Option<usize> {
+    let rest = finished(name).strip_prefix(stem)?;
+    let number = [".vtu", ".vtk", ".bin"].iter().find_map(|ending| rest.strip_suffix(ending))?;
+    let digits = number.len() >= 6 && number.bytes().all(|b| b.is_ascii_digit());
+    if digits { number.parse().ok() } else { None }
 }

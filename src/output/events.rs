@@ -5,12 +5,12 @@
 //! 1.25,37,loss of stability,-3.1e-5,1,modes/mode_000000.vtu
 //! ```
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::OutputError;
 use super::encode::decimal;
+use super::{OutputError, atomic};
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +48,23 @@ impl Events {
             "time,step,kind,smallest eigenvalue [force/length^3],negative directions,modes\n",
         )?;
         Ok(events)
+    }
+
+    /// Opens the list of an earlier run to go on after its first `count` events; later ones are dropped.
+    ///
+    /// # Errors
+    /// [`OutputError::Read`] and [`OutputError::Write`] from the operating system; [`OutputError::Refused`] if
+    /// there are fewer.
+    pub fn reopen(path: &Path, count: usize) -> Result<Self, OutputError> {
+        let text = std::fs::read_to_string(path).map_err(OutputError::read(path))?;
+        let kept: Vec<&str> = text.split_inclusive('\n').take(1 + count).collect();
+        if kept.len() != 1 + count || !kept.iter().all(|line| line.ends_with('\n')) {
+            let message = format!("it had {count} events at the checkpoint, and has fewer now");
+            return Err(OutputError::Refused { path: path.to_owned(), message });
+        }
+        atomic::replace(path, |writer| writer.write_all(kept.concat().as_bytes()))?;
+        let file = OpenOptions::new().append(true).open(path).map_err(OutputError::write(path))?;
+        Ok(Self { path: path.to_owned(), file })
     }
 
     /// Appends one event.

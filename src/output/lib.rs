@@ -20,6 +20,7 @@
 //! appear whole under their names or not at all ([`atomic`]); the ledger grows by whole rows.
 
 pub mod atomic;
+pub mod checkpoint;
 pub mod claim;
 pub mod clock;
 pub mod directory;
@@ -40,6 +41,7 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
+pub use checkpoint::CheckpointFiles;
 pub use claim::{Claim, Predicted, Reached, RunStatus, Standing, Took};
 pub use directory::ResultDirectory;
 pub use file::ResultFile;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::{OutputError, ResultDirectory, atomic, clock};
@@ -106,7 +107,7 @@ impl Provenance {
     pub fn new(mesh: MeshRecord) -> Self {
         Self {
             version: concat!("rumple ", env!("CARGO_PKG_VERSION")).to_owned(),
-            command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
+            command: command(),
             started: clock::iso(SystemTime::now()),
             host: host(),
             threads: rayon::current_num_threads(),
@@ -115,6 +116,30 @@ impl Provenance {
             mesh,
             plugins: Vec::new(),
         }
+    }
+
+    /// Adds to the record in `directory` that the run goes on from there.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if the operating system refuses.
+    pub fn resumed(directory: &ResultDirectory, time: f64, step: u64) -> Result<(), OutputError> {
+        let path = directory.provenance();
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        let record: Option<Value> = serde_json::from_str(&text).ok();
+        let mut record = record.filter(Value::is_object).unwrap_or_else(|| json!({}));
+        let now = json!({
+            "time": time,
+            "step": step,
+            "started": clock::iso(SystemTime::now()),
+            "command": command(),
+            "host": host(),
+            "threads": rayon::current_num_threads(),
+        });
+        match record.get_mut("resumed").and_then(Value::as_array_mut) {
+            Some(all) => all.push(now),
+            None => record["resumed"] = json!([now]),
+        }
+        atomic::replace(&path, |writer| writeln!(writer, "{record:#}"))
     }
 
     /// Writes the record and `resolved`, the text of the scene with every default written out.
@@ -128,6 +153,11 @@ impl Provenance {
             writer.write_all(b"\n")
         })
     }
+}
+
+/// The command line.
+fn command() -> Vec<String> {
+    std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect()
 }
 
 /// The name of the machine, as far as it is known without a system call.

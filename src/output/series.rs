@@ -58,6 +58,28 @@ impl Series {
         Ok(Self { directory: directory.clone(), format, compression, times: Vec::new() })
     }
 
+    /// The same series after the frames at `times`, which are in `directory`; those after them are no longer
+    /// in the index.
+    ///
+    /// # Errors
+    /// [`OutputError::Directory`] if one of them is not there, [`OutputError::Write`] if the index cannot be
+    /// written.
+    pub fn after(self, times: Vec<f64>) -> Result<Self, OutputError> {
+        let series = Self { times, ..self };
+        let missing = (0..series.times.len()).map(|k| series.path(k)).find(|path| !path.is_file());
+        if let Some(path) = missing {
+            let path = path.strip_prefix(series.directory.root()).unwrap_or(&path).display();
+            let message = format!("`{path}`, written before the checkpoint, is not there any more");
+            return Err(OutputError::Directory { path: series.directory.root().into(), message });
+        }
+        series.write_index()?;
+        Ok(series)
+    }
+
+    fn path(&self, number: usize) -> PathBuf {
+        self.directory.frame(number).with_extension(self.format.ending())
+    }
+
     /// The same series with frames in another format.
     #[must_use]
     pub fn in_format(self, format: Format) -> Self {
@@ -70,7 +92,7 @@ impl Series {
     /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] if the disk
     /// is full or refuses. The index then still lists the frames written before, all whole.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<PathBuf, OutputError> {
-        let path = self.directory.frame(self.times.len()).with_extension(self.format.ending());
+        let path = self.path(self.times.len());
         match self.format {
             Format::Vtu => vtu::write(&path, frame, self.compression)?,
             Format::Vtk => vtk::write(&path, frame)?,

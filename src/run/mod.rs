@@ -7,6 +7,7 @@
 //! how long that takes. [`inspect`] and [`stability`] look at one state without running.
 
 mod built;
+mod checkpoint;
 mod costs;
 mod error;
 pub mod explain;
@@ -14,6 +15,7 @@ mod fields;
 pub mod forecast;
 pub mod inspect;
 pub mod laws;
+mod made_from;
 mod magnitudes;
 mod notes;
 mod observe;
@@ -21,13 +23,16 @@ mod plane;
 mod prepare;
 mod report;
 mod reported;
+pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
 mod simulation;
 pub mod stability;
 mod start;
+mod summary;
 mod watch;
 
+pub use checkpoint::Checkpoint;
 pub use costs::{Costs, peak_resident};
 pub use error::{Error, Result};
 pub use explain::Explanation;

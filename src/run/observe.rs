@@ -55,6 +55,18 @@ impl LedgerRows {
         let ledger = Ledger::create(&directory.ledger(), &report::columns(model, watched))?;
         Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
+
+    /// After the row of this step; later ones are dropped.
+    pub(super) fn reopen(
+        directory: &ResultDirectory,
+        model: &Model,
+        watched: bool,
+        step: u64,
+    ) -> Result<Self> {
+        let columns = report::columns(model, watched);
+        let ledger = Ledger::reopen(&directory.ledger(), &columns, step)?;
+        Ok(Self { ledger, shape: report::ShapeSums::default() })
+    }
 }
 
 impl Observer for LedgerRows {
@@ -90,9 +102,14 @@ impl<'a> Frames<'a> {
         Ok(Some(Self { fields, series }))
     }
 
-    /// How many there are.
-    pub(super) fn count(&self) -> usize {
-        self.series.times().len()
+    /// After those at `times`; later ones are dropped.
+    pub(super) fn after(self, times: &[f64]) -> Result<Self> {
+        Ok(Self { series: self.series.after(times.to_vec())?, ..self })
+    }
+
+    /// Their times.
+    pub(super) fn times(&self) -> &[f64] {
+        self.series.times()
     }
 }
 

@@ -1,104 +1,20 @@
 //! The run: relax the start, then step until the end, showing every accepted state to the
 //! observers (frames, ledger, stop rules).
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use super::checkpoint::{Checkpoint, Checkpoints, Place};
 use super::costs::{Costs, peak_resident};
 use super::forecast::{Clock, Outlook, Told};
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::Reported;
+pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, laws, notes};
 use crate::num::real;
-use crate::output::{
-    Compression, Interrupt, Predicted, Progress, ProgressLine, ResultDirectory, RunStatus,
-    interrupt, vtu,
-};
+use crate::output::{Compression, Interrupt, Progress, ProgressLine, ResultDirectory, vtu};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
-use crate::tally::Spent;
-
-/// Why a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
-    /// The end time was reached.
-    Reached,
-    /// No species changed any more.
-    Steady,
-    /// The scene's number of steps was reached.
-    Steps,
-    /// The user asked to stop.
-    Interrupted,
-}
-
-impl std::fmt::Display for Ending {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Reached => "the end time is reached",
-            Self::Steady => "steady: no species changes any more",
-            Self::Steps => "the number of steps is reached",
-            Self::Interrupted => "interrupted; the last accepted state is written",
-        })
-    }
-}
-
-/// What a run did.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// Why it ended.
-    pub ending: Ending,
-    /// Time reached.
-    pub time: f64,
-    /// Frames written.
-    pub frames: usize,
-    /// What relaxing the start and all steps have cost.
-    pub spent: Spent,
-    /// Of these the start.
-    pub start: Spent,
-    /// Wall time of the whole run.
-    pub wall: Duration,
-    /// Wall time of writing.
-    pub output: Duration,
-    /// How long it was first predicted to take, if it was, and took.
-    pub predicted: Option<Predicted>,
-}
-
-/// A run that failed, with the last good state on the disk.
-#[derive(Debug, thiserror::Error)]
-#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in \
-    {}", state.display())]
-pub struct Failure {
-    /// What went wrong.
-    pub error: Box<Error>,
-    /// Time of the last good state.
-    pub time: f64,
-    /// Step of the last good state.
-    pub step: u64,
-    /// Where it was written.
-    pub state: PathBuf,
-}
-
-/// Does `work`, which writes to `directory`, and leaves word there of how it ended.
-///
-/// # Errors
-/// Those of `work`; a status that cannot be written.
-pub fn with_status(
-    directory: &ResultDirectory,
-    work: impl FnOnce() -> Result<Summary>,
-) -> Result<Summary> {
-    let outcome = work();
-    let claim = directory.claim();
-    match &outcome {
-        Ok(summary) if summary.ending == Ending::Interrupted => {
-            claim.end(RunStatus::Interrupted, interrupt::reason())?;
-        }
-        Ok(summary) => claim.end(RunStatus::Complete, &summary.ending.to_string())?,
-        // The first failure is the one to report.
-        Err(error) => drop(claim.end(RunStatus::Failed, &error.to_string())),
-    }
-    outcome
-}
 
 /// Runs `simulation` and writes into `directory`.
 ///
@@ -114,22 +30,23 @@ pub fn run(
     progress: &mut Progress,
     interrupt: Interrupt,
 ) -> Result<Summary> {
-    observed(scene, simulation, directory, progress, interrupt, &mut [])
+    observed(scene, simulation, directory, progress, interrupt, (None, &mut []))
 }
 
-/// [`run`], showing every accepted state to `others` as well.
+/// [`run`], from the checkpoint `from` that `simulation` has been brought to, if there is one, and showing every
+/// accepted state to `others` as well.
 ///
 /// # Errors
-/// As [`run`], and those of the observers.
+/// As [`run`], those of the observers, and results that are not those of that checkpoint.
 pub fn observed(
     scene: &Scene,
     simulation: &mut Simulation,
     directory: &ResultDirectory,
     progress: &mut Progress,
     interrupt: Interrupt,
-    others: &mut [&mut dyn Observer],
+    (from, others): (Option<&Checkpoint>, &mut [&mut dyn Observer]),
 ) -> Result<Summary> {
-    let outcome = stepped(scene, simulation, directory, progress, interrupt, others);
+    let outcome = stepped(scene, simulation, directory, progress, interrupt, (from, others));
     directory.claim().tell(|reached| {
         // A last step that failed included.
         reached.spent = simulation.spent();
@@ -149,33 +66,41 @@ fn stepped(
     directory: &ResultDirectory,
     progress: &mut Progress,
     interrupt: Interrupt,
-    others: &mut [&mut dyn Observer],
+    (from, others): (Option<&Checkpoint>, &mut [&mut dyn Observer]),
 ) -> Result<Summary> {
     let clock = Clock::start();
+    let place = from.map(|from| &from.place);
+    let wall_before = place.map_or(0.0, |place| place.wall);
     let aside = progress.aside();
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let compression = scene.output.compression;
     let fields = simulation.fields.clone();
     let model = simulation.model().clone();
     let mut frames = Frames::create(directory, &model, &fields, &scene.output)?;
-    let mut watch = Watch::of(scene, simulation, directory)?;
-    let mut ledger = LedgerRows::create(directory, &model, watch.is_some())?;
+    let mut watch = Watch::of(scene, simulation, directory, place)?;
+    let watched = watch.is_some();
+    let mut ledger = match from {
+        None => LedgerRows::create(directory, &model, watched)?,
+        Some(from) => LedgerRows::reopen(directory, &model, watched, from.step())?,
+    };
+    if let Some(place) = place {
+        frames = frames.map(|frames| frames.after(&place.frames)).transpose()?;
+        directory.cut_back(place.frames.len(), place.watch.map_or(0, |(events, _)| events))?;
+    }
     let mut rules = StopRules::of(scene);
-    let mut observers: Vec<&mut dyn Observer> = vec![&mut ledger, &mut rules];
-    for other in others {
-        observers.push(*other);
-    }
-    if let Some(frames) = &mut frames {
-        observers.push(frames);
-    }
-    let (first, mut negative) = begin(scene, simulation, &mut watch, directory, progress)?;
-    let start = simulation.spent();
+    let (first, mut negative) = match from {
+        None => begin(scene, simulation, &mut watch, directory, progress)?,
+        Some(_) => (StepReport::default(), None),
+    };
+    let start = place.map_or(simulation.spent(), |place| place.start);
+    let mut checkpoints = Checkpoints::of(scene, simulation, directory)?;
     let (mut outlook, mut told) = (Outlook::new(scene, clock), Told::default());
     directory.claim().tell(|reached| reached.start = start);
     let mut summary = Summary {
         ending: Ending::Reached,
         time: 0.0,
         frames: 0,
+        resumable: None,
         spent: start,
         start,
         wall: Duration::ZERO,
@@ -187,14 +112,28 @@ fn stepped(
     let mut written = 0usize;
     let mut latest = first;
     let (mut shown, mut framed) = (None, None);
+    // Whether solvers are as the last accepted step has left them; not even the start may have come to its end.
+    let mut clean = !latest.relaxation.residual.is_nan();
+    if from.is_some() {
+        shown = Some(simulation.state.step);
+        while real(written) * every <= simulation.state.time {
+            written += 1;
+        }
+    }
     let (mut reported, mut failed) = (Reported::default(), 0);
     loop {
         let stopwatch = Instant::now();
+        let due = shown != Some(simulation.state.step) && checkpoints.renew(simulation);
+        let frames_before = frames.as_ref().map_or(0, |frames| frames.times().len());
+        let mut observers: Vec<&mut dyn Observer> = vec![&mut ledger, &mut rules];
+        observers.extend(others.iter_mut().map(|other| -> &mut dyn Observer { &mut **other }));
+        observers.extend(frames.as_mut().map(|frames| -> &mut dyn Observer { frames }));
         let Simulation { workspace, state, spent, .. } = &mut *simulation;
         let state = &*state;
         let mut at = workspace.at(state);
         directory.claim().tell(|reached| (reached.time, reached.spent) = (state.time, *spent));
         summary.time = state.time;
+        let mut scheduled = false;
         let mut see = || -> Result<Option<Ending>> {
             let mut ending = None;
             for observer in &mut observers {
@@ -205,12 +144,13 @@ fn stepped(
                 ending = Some(Ending::Interrupted);
             }
             // Output times are multiples of `every` counted in integers; steps hit them exactly.
-            let frame = state.time >= real(written) * every || ending.is_some();
+            scheduled = state.time >= real(written) * every;
+            let frame = scheduled || ending.is_some();
             let frame = frame && framed != Some(state.step);
             // After an interrupted try the state is the one shown before.
             let new = shown.replace(state.step) != Some(state.step);
             if new || frame {
-                let wall = clock.wall();
+                let wall = wall_before + clock.wall();
                 let info = StepInfo { report: &latest, frame, new, negative, wall };
                 for observer in &mut observers {
                     observer.observe(&mut at, &info)?;
@@ -225,8 +165,24 @@ fn stepped(
             Ok(ending) => ending,
             Err(error) => return Err(stopped(simulation, directory, compression, error)),
         };
-        while real(written) * every <= state.time {
+        drop(observers);
+        while real(written) * every <= simulation.state.time {
             written += 1;
+        }
+        let place = || {
+            let frames = frames.as_ref().map_or(&[][..], |frames| frames.times());
+            // One of an interruption is not of the run without it.
+            let extra = ending == Some(Ending::Interrupted) && !scheduled;
+            let frames = frames[..if extra { frames_before } else { frames.len() }].to_vec();
+            let wall = wall_before + clock.wall();
+            Place { start, wall, frames, watch: watch.as_ref().map(Watch::seen) }
+        };
+        match ending {
+            None => checkpoints.accepted(simulation, place, due, progress),
+            Some(Ending::Interrupted) => {
+                summary.resumable = checkpoints.interrupted(simulation, place, clean, progress);
+            }
+            Some(_) => checkpoints.ended(simulation, place, progress),
         }
         summary.output += stopwatch.elapsed();
         if let Some(ending) = ending {
@@ -236,11 +192,16 @@ fn stepped(
         let target = (real(written) * every).min(until);
         match simulation.step(target) {
             Ok(report) => latest = report,
-            Err(Error::Solve(SolveError::Interrupted)) => continue,
+            Err(Error::Solve(SolveError::Interrupted)) => {
+                clean = false;
+                continue;
+            }
             Err(error) => return Err(stopped(simulation, directory, compression, error)),
         }
         if let Some(watch) = &mut watch {
             negative = Some(look(watch, simulation, &mut latest, progress, directory)?);
+            // It may have been cut short.
+            clean &= !interrupt.requested();
         }
         for fault in reported.new_faults(simulation) {
             progress.message(&fault);
@@ -253,7 +214,10 @@ fn stepped(
             }
         }
         summary.spent = simulation.spent();
-        outlook.step(&latest, simulation.state.time, target);
+        // What a run forecasts begins with its start.
+        if from.is_none() {
+            outlook.step(&latest, simulation.state.time, target);
+        }
         if let Some((predicted, words)) = told.now(&outlook) {
             directory.claim().tell(|reached| reached.predicted = Some(predicted));
             progress.message(&words);
@@ -267,8 +231,7 @@ fn stepped(
             note: format!("{} iterations", latest.relaxation.iterations),
         });
     }
-    drop(observers);
-    summary.frames = frames.map_or(0, |frames| frames.count());
+    summary.frames = frames.map_or(0, |frames| frames.times().len());
     summary.predicted = told.judged(&outlook);
     directory.claim().tell(|reached| reached.predicted = summary.predicted);
     summary.wall = Duration::from_secs_f64(clock.wall());

@@ -12,6 +12,7 @@
 
 use std::path::Path;
 
+use super::checkpoint::Place;
 use super::stability::{add_modes, directions};
 use super::{Result, Simulation};
 use crate::Vec3;
@@ -56,7 +57,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// The watch of `scene`, if it asks for one.
+    /// The watch of `scene`, if it asks for one; of a run that goes on, from where that was.
     ///
     /// # Errors
     /// A sheet too large for a factor, or files that cannot be made.
@@ -64,22 +65,32 @@ impl Watch {
         scene: &Scene,
         simulation: &mut Simulation,
         directory: &ResultDirectory,
+        from: Option<&Place>,
     ) -> Result<Option<Self>> {
         let Some(spec) = scene.stability.as_ref().filter(|s| s.watch) else { return Ok(None) };
+        let (written, unstable) = from.and_then(|place| place.watch).unwrap_or_default();
         let modes = directory.modes();
         std::fs::create_dir_all(&modes)
             .map_err(|source| crate::output::OutputError::Write { path: modes, source })?;
         Ok(Some(Self {
             stability: Stability::new(simulation.model().mechanics())?,
-            events: Events::create(&directory.events())?,
+            events: match from {
+                None => Events::create(&directory.events())?,
+                Some(_) => Events::reopen(&directory.events(), written)?,
+            },
             modes: spec.modes.get(),
             perturb: spec.perturb.map(f64::from),
             moving: scene.time.policy.storage().mechanics > 0.0,
             directory: directory.clone(),
             compression: scene.output.compression,
-            written: 0,
-            unstable: None,
+            written,
+            unstable,
         }))
+    }
+
+    /// Events reported, and whether the last state had a direction down.
+    pub(super) fn seen(&self) -> (usize, Option<bool>) {
+        (self.written, self.unstable)
     }
 
     /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.

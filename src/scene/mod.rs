@@ -4,6 +4,7 @@
 //! into checked structs; whatever is wrong ends as a [`SceneError`] that points to its place.
 //! What a scene does not list does not exist.
 
+mod checkpoint;
 mod drag;
 mod error;
 mod files;
@@ -28,6 +29,7 @@ use crate::effects::EffectSpec;
 use crate::solve::equilibrium::Method;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
+pub use self::checkpoint::CheckpointSpec;
 pub use self::drag::{Coefficient, Directions, DragSpec};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
@@ -49,8 +51,10 @@ use crate::document::{Segment, Value, read};
 use crate::registry;
 
 /// Tables of a scene.
-const TABLES: [&str; 8] =
-    ["sheet", "material", "effect", "kinetics", "time", "equilibrium", "stability", "output"];
+#[rustfmt::skip]
+const TABLES: [&str; 9] = [
+    "sheet", "material", "effect", "kinetics", "time", "equilibrium", "stability", "output", "checkpoint",
+];
 
 /// A checked scene, with the places of everything it was read from.
 #[derive(Debug, Serialize)]
@@ -75,6 +79,9 @@ pub struct Scene {
     pub stability: Option<StabilitySpec>,
     /// What is written.
     pub output: OutputSpec,
+    /// When it can be continued, if the scene says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checkpoint: Option<CheckpointSpec>,
     #[serde(skip)]
     origin: Origin,
     /// Full path of its file; empty for one that was parsed.
@@ -293,6 +300,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let equilibrium = section.equilibrium();
     let stability = section.optional("stability", read);
     let output: OutputSpec = section.optional("output", read).unwrap_or_default();
+    let checkpoint = section.optional("checkpoint", read);
     if let Some(error) = origin.report(&problems) {
         return Err(error);
     }
@@ -315,6 +323,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         equilibrium,
         stability,
         output,
+        checkpoint,
         origin,
         file,
     })

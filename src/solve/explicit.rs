@@ -21,6 +21,7 @@ use super::{
 use crate::model::{Coupled, Part, State, Storage};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
+use crate::record::{Malformed, Reading, Record};
 
 /// Parameters of the explicit integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -151,5 +152,12 @@ impl Integrator for Euler {
         report.relaxation.residual = workspace.at(&next).residual()?;
         *state = next;
         Ok(report)
+    }
+    fn store(&self, _: &mut Record) -> bool {
+        true
+    }
+
+    fn restore(&mut self, _: &mut Reading<'_>, _: usize) -> Result<(), Malformed> {
+        Ok(())
     }
 }

@@ -58,6 +58,11 @@ impl LowRankUpdate {
         Self { terms, solved, inverse, turned }
     }
 
+    /// The terms.
+    pub(super) fn terms(&self) -> &[LowRank] {
+        &self.terms
+    }
+
     /// Whether B is positive where A is.
     pub(super) fn is_positive(&self) -> bool {
         self.terms.is_empty() || self.inverse.is_some() && self.turned == 0

@@ -23,6 +23,7 @@ pub use workspace::{Control, Workspace};
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;
+use crate::record::{Malformed, Reading, Record};
 use crate::tally::Work;
 use equilibrium::{Equilibrium, Relaxation};
 
@@ -161,6 +162,24 @@ pub(crate) trait Integrator: Send {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport>;
+
+    /// Steps after which a run that may be continued renews it; none where all can be stored.
+    fn renewed_after(&self) -> Option<u64> {
+        None
+    }
+
+    /// Forgets what cannot be stored, and goes on from any state as one does that is newly made.
+    fn renew(&mut self) {}
+
+    /// Writes all that later steps depend on besides the state, and whether that was possible: what a library
+    /// remembers cannot be written, and is there from the first step after [`Integrator::renew`] on.
+    fn store(&self, record: &mut Record) -> bool;
+
+    /// Takes over what one with the same choices has written: later steps have the same bits.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    fn restore(&mut self, reading: &mut Reading<'_>, vertices: usize) -> Result<(), Malformed>;
 }
 
 /// A relative tolerance and the absolute one that has the same ratio to it as before.

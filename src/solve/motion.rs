@@ -27,6 +27,7 @@ use super::{Result, Workspace, part};
 use crate::Vec3;
 use crate::model::{Anchor, State, TimeCourse};
 use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
 
 /// a of sdirk2, `1 - 1/√2`.
 const A: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -98,6 +99,29 @@ impl Last {
 }
 
 impl Motion {
+    /// Writes it.
+    pub(super) fn store(&self, record: &mut Record) {
+        // Of the last stage no more is used in later steps.
+        let last = self.last.as_ref().map(|last| (last.time, &last.velocity));
+        let last = last.or(self.start.as_ref().map(|(time, velocity)| (*time, velocity)));
+        record.option(last, |record, (time, velocity)| {
+            record.number(time);
+            record.points(velocity);
+        });
+    }
+
+    /// Reads what one for as many `vertices` has written.
+    pub(super) fn restore(
+        &mut self,
+        reading: &mut Reading<'_>,
+        vertices: usize,
+    ) -> Result<(), Malformed> {
+        self.last = None;
+        self.start =
+            reading.option(|reading| Ok((reading.number()?, reading.points(vertices)?)))?;
+        Ok(())
+    }
+
     /// The shape of `from` moved on until `until`, while the species go along `course`; lengths below
     /// `tolerance` do not matter.
     ///

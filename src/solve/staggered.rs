@@ -41,22 +41,23 @@
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
+mod by_diffsol;
 mod spec;
+mod steady;
 
 pub use spec::{Method, StaggeredSpec};
 
-use super::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
+use super::chemistry::{ChemistrySteps, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod};
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
-    under_way,
 };
 use crate::Vec3;
-use crate::model::{Part, SignalColumns, State, Storage, TimeCourse};
+use crate::model::{SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
-use crate::ode::OdeMethod;
+use crate::record::{Malformed, Reading, Record};
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
 const GROWTH: f64 = 2.0;
@@ -79,14 +80,16 @@ const SHORTEST: f64 = 1e-7;
 const EULER_SLACK: f64 = 1e-2;
 /// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`USUAL`].
 const INNER: f64 = 0.02;
-/// The same of a shape that moves under drag: its solution is costly.
-const INNER_OF_SHAPE: f64 = 0.1;
 /// The tolerance that a scene has if it gives none.
 const USUAL: f64 = 1e-2;
 /// Tolerances within a step are not above this share of that of the coupling,
 const LOOSEST_INNER: f64 = 0.2;
 /// nor, relative to the solution, below this: rounding would not let a step meet them.
 const FINEST_INNER: f64 = 1e-13;
+
+/// Steps after which a run makes integrators of diffsol anew, to be continued from there. They begin anew in
+/// every step as it is; what is lost is the analysis of their matrices.
+const RENEWED_AFTER: u64 = 100;
 
 /// The staggered integrator.
 struct Staggered {
@@ -129,6 +132,31 @@ impl Integrator for Staggered {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),
         }
+    }
+
+    fn renewed_after(&self) -> Option<u64> {
+        let library = self.shape == MotionMethod::TrBdf2 || self.chemistry.is_library();
+        library.then_some(RENEWED_AFTER)
+    }
+
+    fn renew(&mut self) {
+        self.by_diffsol = None;
+        self.chemistry.forget();
+    }
+
+    fn store(&self, record: &mut Record) -> bool {
+        record.option(self.step, Record::number);
+        record.option(self.first, Record::number);
+        record.number(self.error);
+        self.motion.store(record);
+        self.by_diffsol.is_none() && self.chemistry.is_new()
+    }
+
+    fn restore(&mut self, reading: &mut Reading<'_>, vertices: usize) -> Result<(), Malformed> {
+        (self.step, self.first) =
+            (reading.option(Reading::number)?, reading.option(Reading::number)?);
+        self.error = reading.number()?;
+        self.motion.restore(reading, vertices)
     }
 }
 
@@ -190,29 +218,6 @@ impl Staggered {
         };
         done.residual = workspace.at(next).residual()?;
         Ok(coarse)
-    }
-
-    fn move_by_diffsol(
-        &mut self,
-        workspace: &mut Workspace,
-        state: &State,
-        next: &mut State,
-        course: TimeCourse,
-    ) -> Result<Relaxation> {
-        let mut moving = state.clone();
-        let inner = self.inner_of(INNER_OF_SHAPE, ChemistryMethod::TrBdf2.power());
-        let mover = self
-            .by_diffsol
-            .get_or_insert_with(|| Monolithic::of_part(Part::Shape, OdeMethod::TrBdf2, inner));
-        mover.set_course(course);
-        let mut done = Relaxation::default();
-        while moving.time < next.time {
-            let span = (state.time, moving.time, next.time);
-            workspace.control.report(|| under_way("moving the shape", span));
-            done.add(&mover.step(workspace, &mut moving, next.time)?.relaxation);
-        }
-        next.x = moving.x;
-        Ok(done)
     }
 
     /// Tolerances of the coupling.
@@ -368,30 +373,5 @@ impl Staggered {
             return 0.0;
         }
         workspace.model.shape_misfit(state, (a, b), self.tolerance())
-    }
-
-    /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
-    fn try_steady(
-        &mut self,
-        workspace: &mut Workspace,
-        state: &State,
-        mut next: State,
-        report: &mut StepReport,
-    ) -> Result<(State, f64)> {
-        let tolerance = self.tolerance();
-        let inner = self.inner();
-        let done = &mut report.relaxation;
-        self.follow_shape(workspace, state, &mut next, done)?;
-        self.steady.solve(workspace, &mut next, inner)?;
-        let mut predicted = next.clone();
-        let coarse = self.follow_shape(workspace, state, &mut next, done)?;
-        self.steady.solve(workspace, &mut next, inner)?;
-        let model = &workspace.model;
-        let error = model.species_misfit(state, (&predicted, &next), tolerance);
-        let shape = self.shape_error(workspace, state, &predicted, &next);
-        let Some(coarse) = coarse else { return Ok((next, error.max(shape))) };
-        predicted.x = coarse;
-        let order = self.shape_error(workspace, state, &predicted, &next);
-        Ok((next, error.max(shape).max(order)))
     }
 }

@@ -6,6 +6,7 @@ use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
 use super::{Result, SolveError, part};
 use crate::Vec3;
 use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
+use crate::record::{Malformed, Reading, Record};
 
 /// Whoever asked for long work: it may be interrupted, and reports how far it is.
 #[derive(Clone)]
@@ -90,6 +91,24 @@ impl Workspace {
     #[must_use]
     pub fn force_tolerance(&self) -> f64 {
         self.relaxer.as_ref().map_or(0.0, |relaxer| relaxer.tolerance)
+    }
+
+    /// Writes what later relaxations depend on besides their states.
+    pub(crate) fn store(&self, record: &mut Record) {
+        if let Some(relaxer) = &self.relaxer {
+            relaxer.equilibrium.store(record);
+        }
+    }
+
+    /// Takes over what one for the same model has written.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    pub(crate) fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
+        match &mut self.relaxer {
+            Some(relaxer) => relaxer.equilibrium.restore(reading, self.model.mechanics()),
+            None => Ok(()),
+        }
     }
 
     /// Moves the shape of `state` to where the constraints of the model are met; nothing without any.

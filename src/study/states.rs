@@ -36,6 +36,20 @@ impl StateFile {
         Ok(Self { file, path: path.to_owned() })
     }
 
+    /// Opens the file of an earlier run to go on after the states at `times`; others are dropped.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn reopen(path: &Path, times: &[f64]) -> Result<Self, OutputError> {
+        let states = read(path);
+        let mut file = Self::create(path)?;
+        states
+            .iter()
+            .filter(|state| times.contains(&state.time))
+            .try_for_each(|s| file.append(s))?;
+        Ok(file)
+    }
+
     /// Appends a state.
     ///
     /// # Errors

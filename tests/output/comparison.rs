@@ -39,6 +39,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
     let summary = Summary {
         ending: Ending::Reached,
         time: 2.0,
+        resumable: None,
         frames: 3,
         spent: Spent { work, wall_seconds: seconds, ..Spent::default() },
         start: Spent::default(),

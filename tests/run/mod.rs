@@ -9,6 +9,7 @@ mod inspect;
 mod notes;
 mod old_format;
 pub mod program;
+mod resumed;
 mod stability;
 mod work;
 

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::BlockPattern;
 use crate::Vec3;
 use crate::parallel::BLOCK;
+use crate::record::{Malformed, Reading, Record};
 
 /// One 3×3 block.
 pub type Block = nalgebra::Matrix3<f64>;
@@ -168,6 +169,34 @@ impl BlockMatrix {
             Values::Space(all) => size_of_val(&**all),
             Values::Plane(all) => size_of_val(&**all),
         }
+    }
+
+    /// Writes the values; the pattern is up to the caller.
+    pub fn store(&self, record: &mut Record) {
+        match &self.value {
+            Values::Space(all) => record.numbers(all.iter().flat_map(|block| block.iter())),
+            Values::Plane(all) => record.numbers(all.iter().flat_map(|block| block.iter())),
+        }
+    }
+
+    /// Reads the values that one of the same pattern has written.
+    ///
+    /// # Errors
+    /// [`Malformed`] if there are more or fewer.
+    pub fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
+        let numbers = reading.numbers()?;
+        match &mut self.value {
+            Values::Space(all) if numbers.len() == 9 * all.len() => {
+                let from = numbers.as_chunks::<9>().0;
+                all.iter_mut().zip(from).for_each(|(block, from)| block.copy_from_slice(from));
+            }
+            Values::Plane(all) if numbers.len() == 4 * all.len() => {
+                let from = numbers.as_chunks::<4>().0;
+                all.iter_mut().zip(from).for_each(|(block, from)| block.copy_from_slice(from));
+            }
+            _ => return Err(Malformed),
+        }
+        Ok(())
     }
 
     /// The stored blocks of row `i`, in the order of [`BlockPattern::row`].

@@ -118,6 +118,12 @@ impl FrugalCholesky {
         Ok(Self { pattern, single: None, double })
     }
 
+    /// Whether it is in double precision.
+    #[must_use]
+    pub fn is_double(&self) -> bool {
+        self.double.is_some()
+    }
+
     /// Factorises `matrix`; with `insist`, in double precision if single precision fails, and from
     /// then on always.
     ///

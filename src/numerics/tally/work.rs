@@ -22,6 +22,12 @@ macro_rules! work {
             /// Every name with what it counts.
             pub const NAMES: &[(&str, &str)] = &[$((stringify!($name), concat!($($what),+).trim_ascii())),+];
 
+            /// Of counts in the order of [`Work::NAMES`].
+            #[must_use]
+            pub fn of([$($name),+]: [u64; Self::NAMES.len()]) -> Self {
+                Self { $($name),+ }
+            }
+
             /// The counts, in the order of [`Work::NAMES`].
             #[must_use]
             pub fn values(&self) -> [u64; Self::NAMES.len()] {

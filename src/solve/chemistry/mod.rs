@@ -128,6 +128,22 @@ impl ChemistrySteps {
         }
     }
 
+    /// Whether it keeps what a library remembers.
+    pub(super) fn is_library(&self) -> bool {
+        use ChemistryMethod as M;
+        matches!(self.method, M::Tsit45 | M::Bdf | M::TrBdf2 | M::Esdirk34)
+    }
+
+    /// Whether it remembers nothing of earlier intervals.
+    pub(super) fn is_new(&self) -> bool {
+        self.implicit.is_none()
+    }
+
+    /// Forgets all earlier intervals.
+    pub(super) fn forget(&mut self) {
+        self.implicit = None;
+    }
+
     fn by_own_method(
         &mut self,
         workspace: &mut Workspace,

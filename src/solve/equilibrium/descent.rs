@@ -29,6 +29,7 @@ use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
 use crate::solve::{EquilibriumSpec, SolveError};
 
 /// Settings of [`Descent`]; parameters of `equilibrium.method = "descent"` in a scene.
@@ -157,5 +158,13 @@ impl Equilibrium for Descent {
             self.step = GROWTH * self.step.max(step / softness);
         }
         Ok(done)
+    }
+    fn store(&self, record: &mut Record) {
+        record.number(self.step);
+    }
+
+    fn restore(&mut self, reading: &mut Reading<'_>, _: &Mechanics) -> Result<(), Malformed> {
+        self.step = reading.number()?;
+        Ok(())
     }
 }

@@ -11,6 +11,7 @@
 
 use crate::Vec3;
 use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
 
 /// Stiffnesses stay within this factor of the first one.
 const RANGE: f64 = 1e8;
@@ -56,6 +57,18 @@ impl Diagonal {
             let more = y.component_mul(&y) / curvature;
             *stiffness = (scale * *stiffness + more - less).map(|d| d.clamp(least, most));
         });
+    }
+
+    /// Writes it.
+    pub(super) fn store(&self, record: &mut Record) {
+        record.numbers(&[self.least, self.most]);
+        record.points(&self.stiffness);
+    }
+
+    /// Reads what one for as many rows has written.
+    pub(super) fn restore(reading: &mut Reading<'_>, rows: usize) -> Result<Self, Malformed> {
+        let [least, most] = reading.numbers()?[..] else { return Err(Malformed) };
+        Ok(Self { stiffness: reading.points(rows)?, least, most })
     }
 
     /// Replaces `rhs` by D⁻¹ rhs.

@@ -22,6 +22,7 @@ use crate::linear::BlockMatrix;
 use crate::model::{Motion, Potential, free_motions, minimal_pins};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
+use crate::record::{Malformed, Reading, Record};
 
 /// A motion is hindered if the force along it, shared by all vertices, exceeds this share of the
 /// tolerance: it would then keep a relaxation from its end.
@@ -83,6 +84,24 @@ impl Gauge {
                 *v -= *share * motion[i];
             }
         });
+    }
+
+    /// Writes it.
+    pub(super) fn store(&self, record: &mut Record) {
+        record.count(self.motions.len() as u64);
+        self.motions.iter().for_each(|motion| record.points(motion));
+    }
+
+    /// Reads what one for as many `vertices` has written; springs are in the matrix that they support.
+    pub(super) fn restore(
+        &mut self,
+        reading: &mut Reading<'_>,
+        vertices: usize,
+    ) -> Result<(), Malformed> {
+        let count = reading.size()?;
+        self.motions = (0..count).map(|_| reading.points(vertices)).collect::<Result<_, _>>()?;
+        self.springs.clear();
+        Ok(())
     }
 
     /// Lets the sheet move freely from now on; an inverse made with springs stays usable.

@@ -14,6 +14,7 @@
 mod collapse;
 mod progress;
 mod spec;
+mod stored;
 mod turns;
 
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 pub use spec::{Collapse, LbfgsSpec};
 
 use progress::{Outcome, Progress};
+use stored::Made;
 
 use super::super::part::Linear;
 use super::gauge::Gauge;
@@ -80,6 +82,9 @@ pub struct Lbfgs {
     /// Belongs to the factor.
     gauge: Gauge,
     factored: bool,
+    made: Made,
+    /// Whether the pattern has pairs that are coupled at the moment.
+    of_the_moment: bool,
     /// Least weight of the anchor that the factor was made with.
     weight: f64,
     /// Iterations after which the factor is renewed.
@@ -109,6 +114,8 @@ impl Lbfgs {
             inverse: Inverse::new(kind, options.precision, &pattern, mechanics.tally())?,
             gauge: Gauge::default(),
             factored: false,
+            made: Made::default(),
+            of_the_moment: false,
             weight: 0.0,
             refresh: REFRESH.1,
             shift: SHIFT,
@@ -139,6 +146,7 @@ impl Lbfgs {
             self.history.clear();
             return Ok(());
         }
+        self.factored = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
             let plain = self.inverse.is_plain();
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
@@ -149,9 +157,11 @@ impl Lbfgs {
             let unit = self.matrix.mean_diagonal();
             self.gauge.support(&mut self.matrix, unit);
             self.matrix.add_diagonal(self.shift * unit);
-            if self.inverse.factorise(&self.matrix, terms, x, part == HessianPart::Positive).is_ok()
-            {
+            let insist = part == HessianPart::Positive;
+            if self.inverse.factorise(&self.matrix, terms, x, insist).is_ok() {
                 self.factored = true;
+                let x = if self.kind == Preconditioner::Multigrid { x } else { &[] };
+                self.made = Made { x: x.to_vec(), insist };
                 self.history.clear();
                 return Ok(());
             }
@@ -177,6 +187,7 @@ impl Lbfgs {
         }
         if other {
             self.matrix = BlockMatrix::zeros(pattern);
+            self.of_the_moment = potential.mechanics().couples_pairs();
         }
         Ok(())
     }

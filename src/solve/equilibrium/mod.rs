@@ -27,6 +27,7 @@ pub use stop::explained;
 use super::EquilibriumSpec;
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
+use crate::record::{Malformed, Reading, Record};
 use crate::solve::SolveError;
 
 /// When a relaxation may stop.
@@ -75,6 +76,22 @@ pub trait Equilibrium: Send {
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError>;
+
+    /// Writes all that a later relaxation depends on besides its arguments.
+    fn store(&self, _record: &mut Record) {}
+
+    /// Takes over what one of the same kind, for the same `mechanics`, has written: later relaxations have
+    /// the same bits.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    fn restore(
+        &mut self,
+        _reading: &mut Reading<'_>,
+        _mechanics: &Mechanics,
+    ) -> Result<(), Malformed> {
+        Ok(())
+    }
 }
 
 /// A method with its settings, as `[equilibrium]` of a scene has it.

@@ -12,6 +12,7 @@ use crate::Vec3;
 use crate::effects::LowRank;
 use crate::linear::{Block, BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
 use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
@@ -277,6 +278,74 @@ impl Inverse {
         let _scope = self.meters.solve();
         self.sparse.solve(rhs);
         self.low_rank.correct(rhs);
+    }
+}
+
+/// What an [`Inverse`] has learnt besides the matrix that it is made of.
+pub(super) enum Learnt {
+    /// Whether a factor is in double precision.
+    Double(bool),
+    /// The size of blocks.
+    Scale(f64),
+    Diagonal(Diagonal),
+    Nothing,
+}
+
+impl Inverse {
+    /// Writes what it has learnt.
+    pub(super) fn store(&self, record: &mut Record) {
+        match &self.sparse {
+            Sparse::Factor(cholesky) => record.flag(cholesky.is_double()),
+            Sparse::Multigrid(_) => {}
+            Sparse::Blocks(_, scale) => record.number(*scale),
+            Sparse::Learnt(diagonal) => diagonal.store(record),
+        }
+    }
+
+    /// Writes the terms of low rank.
+    pub(super) fn store_terms(&self, record: &mut Record) {
+        let terms = self.low_rank.terms();
+        record.count(terms.len() as u64);
+        for term in terms {
+            record.number(term.stiffness);
+            record.points(&term.direction);
+        }
+    }
+
+    /// Reads what one of this kind, for as many vertices, has written of what it has learnt.
+    pub(super) fn read(
+        reading: &mut Reading<'_>,
+        kind: Preconditioner,
+        vertices: usize,
+    ) -> Result<Learnt, Malformed> {
+        Ok(match kind {
+            Preconditioner::Factor => Learnt::Double(reading.flag()?),
+            Preconditioner::Blocks => Learnt::Scale(reading.number()?),
+            Preconditioner::None => Learnt::Diagonal(Diagonal::restore(reading, vertices)?),
+            Preconditioner::Multigrid | Preconditioner::Auto => Learnt::Nothing,
+        })
+    }
+
+    /// Reads terms of low rank.
+    pub(super) fn read_terms(
+        reading: &mut Reading<'_>,
+        vertices: usize,
+    ) -> Result<Vec<LowRank>, Malformed> {
+        let term = |reading: &mut Reading<'_>| -> Result<LowRank, Malformed> {
+            let stiffness = reading.number()?;
+            Ok(LowRank { stiffness, direction: reading.points(vertices)? })
+        };
+        let count = reading.size()?;
+        (0..count).map(|_| term(reading)).collect()
+    }
+
+    /// Takes over what one of the same kind has learnt, after the matrix.
+    pub(super) fn take(&mut self, learnt: Learnt) {
+        match (&mut self.sparse, learnt) {
+            (Sparse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
+            (Sparse::Learnt(own), Learnt::Diagonal(diagonal)) => *own = diagonal,
+            _ => {}
+        }
     }
 }
 

@@ -154,7 +154,8 @@ pub fn member(
     let summary = run::with_status(&directory, || {
         record(&simulation, &directory)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut kept];
-        run::observed(scene, &mut simulation, &directory, progress, interrupt, observers)
+        let all = (None, observers);
+        run::observed(scene, &mut simulation, &directory, progress, interrupt, all)
     })?;
     if summary.ending == Ending::Interrupted {
         return Err(Error::Solve(SolveError::Interrupted));

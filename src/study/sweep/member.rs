@@ -1,5 +1,7 @@
 //! One member of a sweep: run in a process of its own, and read back by whoever gathers.
 
+mod continued;
+
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -7,6 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use self::continued::{continued, open_measures};
 use super::plan::Plan;
 use super::timing::Timing;
 use crate::kinetics::Search;
@@ -16,8 +19,9 @@ use crate::output::{
     Claim, Compression, Field, Frame, Interrupt, Ledger, OutputError, Progress, ResultDirectory,
     RunStatus, Standing, vtu,
 };
+use crate::run::resume::Resumed;
 use crate::run::run::{self, Ending, Summary};
-use crate::run::{Error, Observer, Result, Simulation, StepInfo};
+use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::read::surface;
 use crate::study::measures::{Measures, measure};
@@ -288,7 +292,8 @@ impl Observer for Arc<Limited> {
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Runs member `number` of the sweep in `root`; `record` writes down what it was made from. One that is
-/// complete is left as it is. The results of an earlier try are replaced.
+/// complete is left as it is; one that was interrupted or killed goes on from its checkpoint. The results of
+/// any other try are replaced.
 ///
 /// # Errors
 /// A scene or a file that is not the one that was planned; whatever ends a run.
@@ -317,16 +322,27 @@ pub fn run(
         return Err(Error::Refused(message));
     }
     let scene = plan.scene(number)?;
-    let directory = room(&path)?;
+    let search = Search::in_directories(plan.plugin_path.clone());
+    let earlier = continued(&path, &search);
+    let directory = match &earlier {
+        Some((directory, _)) => directory.clone(),
+        None => room(&path)?,
+    };
     let summary = run::with_status(&directory, || {
-        let mut simulation =
-            Simulation::new(&scene, &Search::in_directories(plan.plugin_path.clone()))?;
-        record(&scene, &simulation, &directory)?;
-        let columns = COLUMNS.map(str::to_owned);
-        let measures = Ledger::create(&directory.root().join(ResultDirectory::MEASURES), &columns)?;
-        let mut keep = match plan.states {
-            true => Some(Keep(StateFile::create(&directory.root().join(ResultDirectory::STATES))?)),
-            false => None,
+        let (mut simulation, from) = match earlier {
+            Some((_, Resumed { simulation, checkpoint, .. })) => (simulation, Some(checkpoint)),
+            None => (Simulation::new(&scene, &search)?, None),
+        };
+        let times = from.as_ref().map(Checkpoint::frames);
+        if times.is_none() {
+            record(&scene, &simulation, &directory)?;
+        }
+        let measures = open_measures(&directory.root().join(ResultDirectory::MEASURES), times)?;
+        let states = directory.root().join(ResultDirectory::STATES);
+        let mut keep = match (plan.states, times) {
+            (true, None) => Some(Keep(StateFile::create(&states)?)),
+            (true, Some(times)) => Some(Keep(StateFile::reopen(&states, times)?)),
+            (false, _) => None,
         };
         let mut limited = Limited::watch(point.limit, scene.time.span.until.get(), interrupt);
         let mut record = Record { directory: &directory, level: plan.level, measures };
@@ -334,7 +350,7 @@ pub fn run(
         observers.extend(keep.as_mut().map(|keep| -> &mut dyn Observer { keep }));
         observers.push(&mut limited);
         observers.push(&mut record);
-        let observers = &mut observers[..];
+        let observers = (from.as_ref(), &mut observers[..]);
         let summary =
             run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
         if summary.ending == Ending::Interrupted

@@ -11,7 +11,8 @@ use super::super::{Equilibrium, Goal, Relaxation};
 use super::Lbfgs;
 use super::progress::{Outcome, handed_over, patience};
 use crate::Vec3;
-use crate::model::Potential;
+use crate::model::{Mechanics, Potential};
+use crate::record::{Malformed, Reading, Record};
 use crate::solve::SolveError;
 
 impl Equilibrium for Lbfgs {
@@ -55,5 +56,17 @@ impl Equilibrium for Lbfgs {
             }
         }
         Err(stalled(&done, goal))
+    }
+
+    fn store(&self, record: &mut Record) {
+        self.write(record);
+    }
+
+    fn restore(
+        &mut self,
+        reading: &mut Reading<'_>,
+        mechanics: &Mechanics,
+    ) -> Result<(), Malformed> {
+        self.read(reading, mechanics)
     }
 }

@@ -1,0 +1,77 @@
+//! `rumple resume DIR`: a run that goes on.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{run, watchdog};
+use crate::kinetics::Search;
+use crate::num::Short;
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
+use crate::run::run::{Ending, observed, with_status};
+use crate::run::{Error, Result, resume};
+use crate::solve::SolveError;
+
+/// Arguments of `resume`.
+#[derive(Debug, Args)]
+pub(super) struct ResumeArgs {
+    /// The directory of the run.
+    directory: PathBuf,
+    /// Go on until this time instead of the one in the scene.
+    #[arg(long, value_name = "T")]
+    until: Option<f64>,
+    /// Directory to look for plugins in, before RUMPLE_PLUGIN_PATH and the program's own
+    /// directory; may be repeated.
+    #[arg(long = "plugin-path", value_name = "DIR")]
+    plugin_path: Vec<PathBuf>,
+    /// Threads to compute with; all cores by default. Results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Seconds that one call of a plugin (for at most 4096 points) may take.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    plugin_limit: f64,
+    /// Print nothing but errors, and what a law does wrong.
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &ResumeArgs) -> Result<()> {
+    super::set_threads(args.threads);
+    rayon::scope(|_| go_on(args))
+}
+
+fn go_on(args: &ResumeArgs) -> Result<()> {
+    watchdog::start(args.plugin_limit);
+    let root = super::absolute(&args.directory)?;
+    if !root.is_dir() {
+        return Err(Error::Refused(format!("{}: no such directory", root.display())));
+    }
+    let directory = ResultDirectory::reopen(&root)?;
+    let search = Search::from_environment(&args.plugin_path);
+    let resume::Resumed { scene, mut simulation, checkpoint, notes } =
+        resume::resume(&directory, args.until, &search)?;
+    let interrupt = Interrupt::install()?;
+    directory.claim().begin()?;
+    let done = with_status(&directory, || {
+        super::record_again(&scene, &checkpoint, &directory)?;
+        let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
+        let until = scene.time.span.until.get();
+        let mut progress = Progress::new(mode, checkpoint.time(), until);
+        notes.iter().for_each(|note| progress.message(note));
+        let (time, step) = (Short(checkpoint.time()), checkpoint.step());
+        progress.message(&format!("going on from time {time}, step {step}"));
+        let from = (Some(&checkpoint), &mut [][..]);
+        let outcome = observed(&scene, &mut simulation, &directory, &mut progress, interrupt, from);
+        progress.finish();
+        outcome
+    })?;
+    if args.quiet {
+        notes.iter().for_each(|note| super::warn(note));
+    } else {
+        run::print_summary(&done, &directory, scene.output.format);
+    }
+    match done.ending {
+        Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,334 @@
+//! Checkpoints of a run: all that its later steps and results depend on.
+//!
+//! ```text
+//! made from    scene with all defaults, hashes of mesh, plugins and files
+//! place        frames and rows written, what the watch has seen, work and time spent
+//! state        time, step, positions, species
+//! solvers      step control, velocities, the factor in use, what has been learnt
+//! ```
+//!
+//! A run that is continued has the same bits as one that went on, whenever the clock asked for a checkpoint:
+//! writing one changes nothing. What a library remembers cannot be written; integrators by diffsol are
+//! therefore made anew after every so many steps ([`Integrator::renewed_after`](crate::solve::Integrator)),
+//! in every run, and have their checkpoints there.
+//!
+//! A run that is interrupted in the middle of a step has left the solvers somewhere in between. For that a
+//! checkpoint is kept in memory, no more than a second's work old where making one is cheap.
+
+use std::time::{Duration, Instant};
+
+use super::made_from::MadeFrom;
+use super::{Result, Simulation};
+use crate::model::State;
+use crate::num::real;
+use crate::output::{CheckpointFiles, Progress, ResultDirectory};
+use crate::record::{Malformed, Reading, Record};
+use crate::scene::{CheckpointSpec, Scene};
+use crate::tally::{Meter, Spent, Work};
+
+/// Where the scene says nothing, the first checkpoint is not before this: short runs have none.
+const FIRST: Duration = Duration::from_secs(60);
+/// Checkpoints are this many times as far apart as it takes to write one, at least …
+const SHARE: u32 = 100;
+/// … and those in memory this far, at least.
+const HELD: Duration = Duration::from_millis(500);
+
+/// How far the results of a run are, besides its state.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Place {
+    /// What relaxing the start has cost.
+    pub(super) start: Spent,
+    /// Wall time since the run began, without interruptions, s.
+    pub(super) wall: f64,
+    /// Times of the frames.
+    pub(super) frames: Vec<f64>,
+    /// Events reported, and whether the last state had a direction down, where that is watched.
+    pub(super) watch: Option<(usize, Option<bool>)>,
+}
+
+/// A checkpoint that was read.
+#[derive(Debug)]
+pub struct Checkpoint {
+    pub(super) made_from: MadeFrom,
+    pub(super) place: Place,
+    pub(super) spent: Spent,
+    state: State,
+    solvers: Vec<f64>,
+}
+
+fn store_spent(record: &mut Record, spent: &Spent) {
+    spent.work.values().iter().for_each(|count| record.count(*count));
+    record.numbers(&[spent.cpu_seconds, spent.wall_seconds]);
+}
+
+fn read_spent(reading: &mut Reading<'_>) -> Result<Spent, Malformed> {
+    let mut counts = [0; Work::NAMES.len()];
+    for count in &mut counts {
+        *count = reading.count()?;
+    }
+    let [cpu_seconds, wall_seconds] = reading.numbers()?[..] else { return Err(Malformed) };
+    Ok(Spent { work: Work::of(counts), cpu_seconds, wall_seconds })
+}
+
+impl Place {
+    fn store(&self, record: &mut Record) {
+        store_spent(record, &self.start);
+        record.number(self.wall);
+        record.numbers(&self.frames);
+        record.option(self.watch, |record, (events, unstable)| {
+            record.count(events as u64);
+            record.option(unstable, Record::flag);
+        });
+    }
+
+    fn read(reading: &mut Reading<'_>) -> Result<Self, Malformed> {
+        Ok(Self {
+            start: read_spent(reading)?,
+            wall: reading.number()?,
+            frames: reading.numbers()?,
+            watch: reading
+                .option(|reading| Ok((reading.size()?, reading.option(Reading::flag)?)))?,
+        })
+    }
+}
+
+fn store_state(record: &mut Record, state: &State) {
+    record.number(state.time);
+    record.count(state.step);
+    record.points(&state.x);
+    record.count(state.species.len() as u64);
+    state.species.iter().for_each(|values| record.numbers(values));
+}
+
+fn read_state(reading: &mut Reading<'_>) -> Result<State, Malformed> {
+    let (time, step) = (reading.number()?, reading.count()?);
+    let x = reading.numbers()?;
+    let x = x.as_chunks::<3>().0.iter().map(|x| crate::Vec3::from(*x)).collect();
+    let count = reading.size()?;
+    let species = (0..count).map(|_| reading.numbers()).collect::<Result<_, _>>()?;
+    Ok(State { time, step, x, species })
+}
+
+impl Checkpoint {
+    /// Of the content of its file.
+    ///
+    /// # Errors
+    /// [`Malformed`] if that is something else.
+    pub(super) fn of(content: &[u8]) -> Result<Self, Malformed> {
+        let mut reading = Reading::new(content);
+        let made_from = MadeFrom::read(&mut reading)?;
+        let place = Place::read(&mut reading)?;
+        let spent = read_spent(&mut reading)?;
+        let state = read_state(&mut reading)?;
+        let solvers = reading.numbers()?;
+        reading.end()?;
+        Ok(Self { made_from, place, spent, state, solvers })
+    }
+
+    /// The time that it is of.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// Times of the frames written until then.
+    #[must_use]
+    pub fn frames(&self) -> &[f64] {
+        &self.place.frames
+    }
+
+    /// The steps made until then.
+    #[must_use]
+    pub fn step(&self) -> u64 {
+        self.state.step
+    }
+
+    /// Brings `simulation`, newly made from the same, to where this was taken.
+    ///
+    /// # Errors
+    /// [`Malformed`] if it does not fit.
+    pub(super) fn restore(&self, simulation: &mut Simulation) -> Result<(), Malformed> {
+        let new = simulation.state();
+        let lengths = |state: &State| state.species.iter().map(Vec::len).collect::<Vec<_>>();
+        if new.x.len() != self.state.x.len() || lengths(new) != lengths(&self.state) {
+            return Err(Malformed);
+        }
+        let bytes: Vec<u8> = self.solvers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
+        let mut reading = Reading::new(&bytes);
+        simulation.workspace.restore(&mut reading)?;
+        simulation.integrator.restore(&mut reading, self.state.x.len())?;
+        reading.end()?;
+        simulation.state = self.state.clone();
+        simulation.spent = self.spent;
+        Ok(())
+    }
+}
+
+/// Takes the checkpoints of a run.
+pub(super) struct Checkpoints {
+    files: CheckpointFiles,
+    made_from: Record,
+    began: Instant,
+    /// Of time.
+    every: Option<f64>,
+    /// Number of the next multiple of that.
+    next: usize,
+    wall: Duration,
+    /// When the next one is due by the clock.
+    due: Instant,
+    /// In memory, with when it was made and how long that took.
+    held: Option<Held>,
+    /// Whether the scene asks for checkpoints.
+    asked: bool,
+    /// How many could not be written.
+    failed: usize,
+    meter: Meter,
+}
+
+struct Held {
+    content: Vec<u8>,
+    step: u64,
+    at: Instant,
+    took: Duration,
+    written: bool,
+}
+
+impl Checkpoints {
+    /// Of a run of `scene` into `directory`, from where `simulation` is.
+    pub(super) fn of(
+        scene: &Scene,
+        simulation: &Simulation,
+        directory: &ResultDirectory,
+    ) -> Result<Self> {
+        let spec = scene.checkpoint.clone();
+        let asked = spec.is_some();
+        let CheckpointSpec { every, wall, keep } = spec.unwrap_or_default();
+        let now = Instant::now();
+        let wall = Duration::from_secs_f64(wall.get().min(1e9));
+        let mut made_from = Record::default();
+        MadeFrom::of(scene, simulation)?.store(&mut made_from);
+        let mut made = Self {
+            files: CheckpointFiles::of(directory, keep.get())?,
+            made_from,
+            began: now,
+            every: every.map(f64::from),
+            next: 1,
+            due: now + if asked { wall } else { wall.min(FIRST) },
+            wall,
+            held: None,
+            asked,
+            failed: 0,
+            meter: simulation.model().tally().meter("output", "checkpoints", &["made or written"]),
+        };
+        made.passes(simulation.state.time);
+        Ok(made)
+    }
+
+    /// Whether a multiple of `every` has been reached for the first time.
+    fn passes(&mut self, time: f64) -> bool {
+        let before = self.next;
+        if let Some(every) = self.every {
+            // After a long step there may be many of them.
+            self.next = self.next.max(crate::num::whole((time / every).floor().min(1e15)));
+            while real(self.next) * every <= time {
+                self.next += 1;
+            }
+        }
+        self.next > before
+    }
+
+    /// After a step: makes the integrator anew where that is its turn; whether a checkpoint is due by the
+    /// scene's schedule. Depends on nothing but steps and times.
+    pub(super) fn renew(&mut self, simulation: &mut Simulation) -> bool {
+        let due = self.passes(simulation.state.time);
+        let after = simulation.integrator.renewed_after();
+        if after.is_some_and(|after| due || simulation.state.step.is_multiple_of(after)) {
+            simulation.integrator.renew();
+        }
+        due
+    }
+
+    /// After an accepted step, where `place` says how far the results are; writes a checkpoint if it is time.
+    pub(super) fn accepted(
+        &mut self,
+        simulation: &Simulation,
+        place: impl FnOnce() -> Place,
+        due: bool,
+        progress: &mut Progress,
+    ) {
+        let now = Instant::now();
+        let due = due || now >= self.due;
+        let since = |held: &Held| now - held.at >= HELD.max(SHARE * held.took);
+        if due || self.held.as_ref().is_none_or(since) {
+            self.hold(simulation, place);
+        }
+        if due {
+            self.write(progress);
+        }
+    }
+
+    /// Makes one in memory, where that is possible.
+    fn hold(&mut self, simulation: &Simulation, place: impl FnOnce() -> Place) {
+        let _scope = self.meter.scope(0);
+        let at = Instant::now();
+        let mut solvers = Record::default();
+        simulation.workspace.store(&mut solvers);
+        if simulation.integrator.store(&mut solvers) {
+            let mut record = self.made_from.clone();
+            place().store(&mut record);
+            store_spent(&mut record, &simulation.spent);
+            store_state(&mut record, &simulation.state);
+            record.record(&solvers);
+            let (content, step) = (record.into_bytes(), simulation.state.step);
+            self.held = Some(Held { content, step, at, took: at.elapsed(), written: false });
+        }
+    }
+
+    /// Writes the one in memory; a run does not end because that is not possible.
+    fn write(&mut self, progress: &mut Progress) {
+        let Some(held) = self.held.as_mut().filter(|held| !held.written) else { return };
+        let _scope = self.meter.scope(0);
+        let began = Instant::now();
+        match self.files.write(&held.content) {
+            Ok(_) => held.written = true,
+            Err(error) => {
+                self.failed += 1;
+                if self.failed == 1 {
+                    progress.message(&format!("there is no checkpoint: {error}; the run goes on"));
+                }
+            }
+        }
+        self.due = Instant::now() + self.wall.max(SHARE * began.elapsed());
+    }
+
+    /// Writes the last one of a run that is interrupted; `clean` if it is between two steps. The step from
+    /// which it can be continued, if it can.
+    pub(super) fn interrupted(
+        &mut self,
+        simulation: &Simulation,
+        place: impl FnOnce() -> Place,
+        clean: bool,
+        progress: &mut Progress,
+    ) -> Option<u64> {
+        if clean {
+            self.hold(simulation, place);
+        }
+        self.write(progress);
+        self.held.as_ref().filter(|held| held.written).map(|held| held.step)
+    }
+
+    /// Writes the last one of a run that has come to its end, from where it may be asked to go further;
+    /// short ones are not, unless the scene asks for checkpoints.
+    pub(super) fn ended(
+        &mut self,
+        simulation: &mut Simulation,
+        place: impl FnOnce() -> Place,
+        progress: &mut Progress,
+    ) {
+        if self.asked || self.began.elapsed() >= FIRST {
+            simulation.integrator.renew();
+            self.hold(simulation, place);
+            self.write(progress);
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! What a run was made from, so that it is continued with the same.
+
+use toml::Value;
+
+use super::{Error, Result, Simulation};
+use crate::output::provenance::{FileRecord, MeshRecord};
+use crate::record::{Malformed, Reading, Record};
+use crate::scene::Scene;
+
+/// Scene, mesh and files of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MadeFrom {
+    /// The scene with all its defaults.
+    scene: String,
+    /// Hash of the mesh at rest.
+    mesh: String,
+    /// What every plugin and every file of parameters is, with its path and hash.
+    files: Vec<[String; 3]>,
+}
+
+/// Keys of a scene that a run may be continued with others of.
+const FREE: [&str; 3] = ["time.until", "time.max_steps", "checkpoint"];
+
+impl MadeFrom {
+    /// What `simulation` is made from.
+    ///
+    /// # Errors
+    /// A file that cannot be read any more.
+    pub(super) fn of(scene: &Scene, simulation: &Simulation) -> Result<Self> {
+        let sheet = simulation.sheet();
+        let mut files = Vec::new();
+        let plugins = simulation.plugins().iter().map(|path| ("the plugin".to_owned(), &**path));
+        // The mesh has a hash of its own, and the start is over.
+        let fields = scene.files().into_iter().filter(|(key, _)| key.contains(".parameters"));
+        for (what, path) in plugins.chain(fields) {
+            let FileRecord { path, sha256 } = FileRecord::of(path)?;
+            files.push([what, path.to_string_lossy().into_owned(), sha256]);
+        }
+        Ok(Self {
+            scene: scene.resolved()?,
+            mesh: MeshRecord::of(sheet.rest(), sheet.triangles()).sha256,
+            files,
+        })
+    }
+
+    pub(super) fn store(&self, record: &mut Record) {
+        record.text(&self.scene);
+        record.text(&self.mesh);
+        record.count(self.files.len() as u64);
+        self.files.iter().flatten().for_each(|text| record.text(text));
+    }
+
+    pub(super) fn read(reading: &mut Reading<'_>) -> Result<Self, Malformed> {
+        let (scene, mesh) = (reading.text()?, reading.text()?);
+        let count = reading.size()?;
+        let file = |reading: &mut Reading<'_>| -> Result<[String; 3], Malformed> {
+            Ok([reading.text()?, reading.text()?, reading.text()?])
+        };
+        let files = (0..count).map(|_| file(reading)).collect::<Result<_, _>>()?;
+        Ok(Self { scene, mesh, files })
+    }
+
+    /// That `now` is the same, as far as it matters from here on.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with all that is not.
+    pub(super) fn check(&self, now: &Self) -> Result<()> {
+        let mut changed = Vec::new();
+        let (before, after) = (self.scene.parse(), now.scene.parse());
+        if let (Ok(before), Ok(after)) = (before, after) {
+            differences("", Some(&Value::Table(before)), Some(&Value::Table(after)), &mut changed);
+        }
+        if self.mesh != now.mesh {
+            changed.push("the mesh has changed".to_owned());
+        }
+        for file in &self.files {
+            let [what, path, hash] = file;
+            match now.files.iter().find(|[other, place, _]| other == what && place == path) {
+                Some([_, _, other]) if other == hash => {}
+                Some(_) => changed.push(format!("{what} {path} has changed")),
+                None => changed.push(format!("{what} {path} is not used any more")),
+            }
+        }
+        for [what, path, _] in &now.files {
+            if !self.files.iter().any(|[other, place, _]| other == what && place == path) {
+                changed.push(format!("{what} {path} was not used before"));
+            }
+        }
+        if changed.is_empty() {
+            return Ok(());
+        }
+        Err(Error::Refused(changed.join("\n")))
+    }
+}
+
+/// Where two scenes differ, key by key.
+fn differences(path: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<String>) {
+    if FREE.contains(&path) || a == b {
+        return;
+    }
+    let nothing = || "nothing".to_owned();
+    match (a, b) {
+        (Some(Value::Table(a)), Some(Value::Table(b))) => {
+            let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
+            keys.sort();
+            keys.dedup();
+            for key in keys {
+                let below = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                differences(&below, a.get(key), b.get(key), found);
+            }
+        }
+        (Some(Value::Array(a)), Some(Value::Array(b))) => {
+            for k in 0..a.len().max(b.len()) {
+                differences(&format!("{path}[{k}]"), a.get(k), b.get(k), found);
+            }
+        }
+        _ => {
+            let [a, b] = [a, b].map(|value| value.map_or_else(nothing, ToString::to_string));
+            found.push(format!("{path} was {a} and is {b}"));
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! A run that goes on from its last checkpoint.
+
+use std::fs;
+use std::path::Path;
+
+use super::made_from::MadeFrom;
+use super::{Checkpoint, Error, Result, Simulation};
+use crate::kinetics::Search;
+use crate::output::checkpoint::{self, Unusable};
+use crate::output::{ResultDirectory, RunStatus, Standing};
+use crate::scene::Scene;
+
+/// A run made ready to go on.
+pub struct Resumed {
+    /// Its scene.
+    pub scene: Scene,
+    /// Where it is.
+    pub simulation: Simulation,
+    /// From where it goes on.
+    pub checkpoint: Checkpoint,
+    /// What a person should know: checkpoints that could not be used.
+    pub notes: Vec<String>,
+}
+
+/// Makes the run in `directory` ready to go on from its last usable checkpoint, to the time `until` if that
+/// is given; plugins are looked for as `search` says. Nothing is changed yet.
+///
+/// # Errors
+/// [`Error::Refused`] with what is in the way and what helps; a scene, mesh or plugin that cannot be read.
+pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) -> Result<Resumed> {
+    let root = directory.root();
+    let refuse = |what: String| Err(Error::Refused(format!("{}: {what}", root.display())));
+    let standing = Standing::of(root);
+    let path = directory.resolved();
+    if !path.is_file() {
+        return refuse(
+            "there is no run in it (no resolved.toml); a sweep or an accuracy study goes on with the command \
+             that began it"
+                .into(),
+        );
+    }
+    let overrides: Vec<String> =
+        until.map(|until| format!("time.until={until:?}")).into_iter().collect();
+    let scene = Scene::load(&path, &overrides)?;
+    let (checkpoint, notes) = match last(directory) {
+        Ok(found) => found,
+        Err(notes) => {
+            let why = match &notes[..] {
+                [] => {
+                    "it has no checkpoint: it was short, or ended before the first one".to_owned()
+                }
+                notes => notes.join("; "),
+            };
+            let help =
+                "begin again with `rumple run`, where `--from FRAME` starts from a frame's state";
+            return refuse(format!("{why}; {help}"));
+        }
+    };
+    let (time, end) = (checkpoint.time(), scene.time.span.until.get());
+    let complete = standing.is_some_and(|standing| standing.status == RunStatus::Complete);
+    if complete && until.is_none() {
+        let what = format!("the run is complete, at time {time}");
+        return refuse(format!("{what}; `--until T` lets it go further"));
+    }
+    if end <= time {
+        return refuse(format!(
+            "its checkpoint is at time {time}, and the run is to end at {end}; `--until T` lets it go \
+             further"
+        ));
+    }
+    let mut simulation = Simulation::new(&scene, search)?;
+    let now = MadeFrom::of(&scene, &simulation)?;
+    if let Err(Error::Refused(changed)) = checkpoint.made_from.check(&now) {
+        return refuse(format!(
+            "what the run is made from has changed:\n{changed}\nundo that, or begin a new run; `rumple run \
+             --from FRAME` starts one from a frame's state"
+        ));
+    }
+    if checkpoint.restore(&mut simulation).is_err() {
+        return refuse(
+            "its checkpoint does not fit its scene: it was written by another build of the program; go on \
+             with that, or begin again"
+                .into(),
+        );
+    }
+    Ok(Resumed { scene, simulation, checkpoint, notes })
+}
+
+/// The last checkpoint that can be used, and what is wrong with later ones; if there is none, what is wrong
+/// with all.
+fn last(directory: &ResultDirectory) -> Result<(Checkpoint, Vec<String>), Vec<String>> {
+    let found = directory.checkpoints_found().map_err(|error| vec![error.to_string()])?;
+    let mut notes = Vec::new();
+    for (_, path) in found.into_iter().rev() {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let read = checkpoint::read(&path).and_then(|content| {
+            Checkpoint::of(&content).map_err(|_| Unusable::Damaged("it holds something else"))
+        });
+        match read {
+            Ok(checkpoint) => match missing(directory, &checkpoint) {
+                None => return Ok((checkpoint, notes)),
+                Some(what) => notes.push(format!("{name} does not fit the results: {what}")),
+            },
+            Err(error) => notes.push(format!("{name} {error}")),
+        }
+    }
+    Err(notes)
+}
+
+/// What of the results up to a checkpoint is not there.
+fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<String> {
+    let rows = rows(&directory.ledger(), checkpoint.step());
+    if rows != Some(checkpoint.step() + 1) {
+        return Some(format!("ledger.csv ends before step {}", checkpoint.step()));
+    }
+    let frames = checkpoint.place.frames.len();
+    let there = |k: &usize| {
+        let frame = directory.frame(*k);
+        frame.is_file() || frame.with_extension("vtk").is_file()
+    };
+    (!(0..frames).all(|k| there(&k))).then(|| format!("some of its {frames} frames are gone"))
+}
+
+/// Whole rows of a ledger up to a step.
+fn rows(path: &Path, step: u64) -> Option<u64> {
+    let text = fs::read_to_string(path).ok()?;
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    let steps = whole.lines().skip(1).map_while(|row| row.split(',').next()?.parse::<u64>().ok());
+    Some(steps.filter(|other| *other <= step).count() as u64)
+}

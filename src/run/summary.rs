@@ -1,0 +1,91 @@
+//! How a run ended, and what it did.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::{Error, Result};
+use crate::output::{Predicted, ResultDirectory, RunStatus, interrupt};
+use crate::tally::Spent;
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The end time was reached.
+    Reached,
+    /// No species changed any more.
+    Steady,
+    /// The scene's number of steps was reached.
+    Steps,
+    /// The user asked to stop.
+    Interrupted,
+}
+
+impl std::fmt::Display for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reached => "the end time is reached",
+            Self::Steady => "steady: no species changes any more",
+            Self::Steps => "the number of steps is reached",
+            Self::Interrupted => "interrupted; the last accepted state is written",
+        })
+    }
+}
+
+/// What a run did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Why it ended.
+    pub ending: Ending,
+    /// Time reached.
+    pub time: f64,
+    /// Frames written.
+    pub frames: usize,
+    /// Of a run that was interrupted the step from which it can be continued.
+    pub resumable: Option<u64>,
+    /// What relaxing the start and all steps have cost.
+    pub spent: Spent,
+    /// Of these the start.
+    pub start: Spent,
+    /// Wall time of the whole run.
+    pub wall: Duration,
+    /// Wall time of writing.
+    pub output: Duration,
+    /// How long it was first predicted to take, if it was, and took.
+    pub predicted: Option<Predicted>,
+}
+
+/// A run that failed, with the last good state on the disk.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in \
+    {}", state.display())]
+pub struct Failure {
+    /// What went wrong.
+    pub error: Box<Error>,
+    /// Time of the last good state.
+    pub time: f64,
+    /// Step of the last good state.
+    pub step: u64,
+    /// Where it was written.
+    pub state: PathBuf,
+}
+
+/// Does `work`, which writes to `directory`, and leaves word there of how it ended.
+///
+/// # Errors
+/// Those of `work`; a status that cannot be written.
+pub fn with_status(
+    directory: &ResultDirectory,
+    work: impl FnOnce() -> Result<Summary>,
+) -> Result<Summary> {
+    let outcome = work();
+    let claim = directory.claim();
+    match &outcome {
+        Ok(summary) if summary.ending == Ending::Interrupted => {
+            claim.end(RunStatus::Interrupted, interrupt::reason())?;
+        }
+        Ok(summary) => claim.end(RunStatus::Complete, &summary.ending.to_string())?,
+        // The first failure is the one to report.
+        Err(error) => drop(claim.end(RunStatus::Failed, &error.to_string())),
+    }
+    outcome
+}

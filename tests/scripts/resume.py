@@ -1,0 +1,255 @@
+#!/usr/bin/env python3
+"""Runs that are continued against runs that were left alone, byte by byte.
+
+    resume.py every [NAME]         goes on from every checkpoint of every case (or of those with NAME in it)
+    resume.py kill KILLS [SEED]    kills runs of all cases in turn at random instants until they are complete
+
+Compared are all frames, their index, events, modes, and the ledger without its wall time. `rumple` is
+target/release/rumple, plugins are looked for beside it.
+"""
+
+import csv
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = HERE / "target/release/rumple"
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="rumple-resume-"))
+
+BASE = """
+[sheet]
+shape = "disc"
+radius = 14.0
+vertices = {vertices}
+imperfection = {{ amplitude = 1e-3, seed = 7 }}
+bump = {{ amplitude = 0.3, width = 4.0 }}
+[material]
+young = {young}
+poisson = 0.3333333333333333
+thickness = {thickness}
+drag = {drag}
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+{effects}
+[kinetics]
+location = "vertex"
+species.c = {{ typical = 0.1, lower = 0.0 }}
+let.up = "pos(mean_curvature)"
+rates.c = "15*up*0.05/(up + 0.05) - c"
+length_factor = "1 + 0.25*logistic(20*(c - 0.1))"
+initial.c = {{ gaussian = {{ width = 4.0, amplitude = 0.08 }} }}
+[equilibrium]
+{equilibrium}
+[time]
+policy = "{policy}"
+integrator = {integrator}
+until = {until}
+[output]
+every = {output}
+fields = ["c", "mean_curvature"]
+{more}
+"""
+
+DIFFUSION = '[[effect]]\nkind = "diffusion"\nspecies = "c"\ncoefficient = 0.3'
+VOLUME = '[[effect]]\nkind = "volume"\nvalue = 1.0\nstiffness = 10.0'
+
+
+def case(**keys):
+    usual = dict(vertices=400, young=1e4, thickness=0.8, drag=10.0, effects="", equilibrium="",
+                 policy="quasi-static", integrator='"staggered"', until=0.3, output=0.1, more="")
+    return BASE.format(**(usual | keys))
+
+
+def staggered(**keys):
+    inside = ", ".join(f"{key} = {value}" for key, value in keys.items())
+    return '{ kind = "staggered", rtol = 0.02, atol = 0.02, step = 0.01, ' + inside + " }"
+
+
+SMOOTH = dict(young=1e3, thickness=2.0)
+WATCH = "[stability]\nperturb = 0.05\n"
+
+
+def cases():
+    quasi = dict(policy="quasi-static")
+    drag = dict(policy="simultaneous", effects=DIFFUSION)
+    fast = dict(policy="chemistry-fast", effects=DIFFUSION, integrator=staggered(), **SMOOTH)
+    yield "quasi-static, heun, chebyshev", case(**quasi, integrator=staggered(), effects=DIFFUSION)
+    yield "quasi-static, euler", case(
+        **quasi, integrator='{ kind = "staggered", method = "euler", step = 0.01 }')
+    for method in ["exponential", "bdf", "tr-bdf2", "esdirk34", "tsit45"]:
+        yield f"quasi-static, {method}", case(
+            **quasi, integrator=staggered(chemistry=f'"{method}"'), effects=DIFFUSION)
+    for preconditioner in ["multigrid", "blocks", "none"]:
+        yield f"quasi-static, {preconditioner}", case(
+            **quasi, integrator=staggered(), until=0.1, output=0.05, vertices=300,
+            equilibrium=f'preconditioner = "{preconditioner}"\ntolerance = 1e-4')
+    for method in ["newton", "fire", "descent"]:
+        bound = "\nsteps = 20" if method == "descent" else "\ntolerance = 1e-4"
+        yield f"quasi-static, {method}", case(
+            **quasi, integrator=staggered(), until=0.1, output=0.05, vertices=200,
+            equilibrium=f'method = "{method}"' + bound)
+    yield "quasi-static, single precision", case(
+        **quasi, integrator=staggered(), equilibrium='precision = "single"')
+    yield "quasi-static, watch", case(**quasi, integrator=staggered(), more=WATCH)
+    for shape in ["euler", "sdirk2", "tr-bdf2"]:
+        yield f"simultaneous, {shape}", case(**drag, integrator=staggered(shape=f'"{shape}"'))
+    yield "simultaneous, multigrid", case(
+        **drag, integrator=staggered(), equilibrium='preconditioner = "multigrid"')
+    yield "simultaneous, drag by direction", case(
+        policy="simultaneous", integrator=staggered(), effects=DIFFUSION).replace(
+            "drag = 10.0", "drag = { per-vertex = { tangential = 10.0, normal = 30.0 } }")
+    yield "chemistry-fast", case(**fast)
+    for method in ["bdf", "tr-bdf2", "esdirk34"]:
+        integrator = f'{{ kind = "monolithic", method = "{method}", rtol = 1e-3 }}'
+        for policy in ["simultaneous", "quasi-static", "chemistry-fast"]:
+            yield f"monolithic {method}, {policy}", case(
+                policy=policy, integrator=integrator, effects=DIFFUSION, vertices=200, **SMOOTH)
+    yield "explicit euler", case(
+        policy="simultaneous", integrator='{ kind = "explicit", step = 1e-4 }', vertices=200,
+        until=0.02, output=0.01, **SMOOTH)
+    yield "explicit tsit45", case(
+        policy="simultaneous", integrator='{ kind = "explicit", method = "tsit45" }', vertices=200,
+        until=0.02, output=0.01, **SMOOTH)
+
+
+def rumple(*args, **keys):
+    command = [str(PROGRAM), *map(str, args), "--threads", "1", "--quiet"]
+    return subprocess.run(command, capture_output=True, text=True, **keys)
+
+
+def ledger(directory):
+    rows = list(csv.reader(open(directory / "ledger.csv")))
+    wall = rows[0].index("wall time [s]")
+    return [row[:wall] + row[wall + 1:] for row in rows]
+
+
+def compare(whole, other, what):
+    """The files in which two runs differ."""
+    wrong = []
+    names = lambda d: sorted(p.relative_to(d) for p in d.rglob("*")
+                             if p.suffix in (".vtu", ".vtk", ".pvd", ".series") or p.name == "events.csv")
+    if names(whole) != names(other):
+        wrong.append(f"files {set(names(whole)) ^ set(names(other))}")
+    for name in names(whole):
+        if (other / name).is_file() and (whole / name).read_bytes() != (other / name).read_bytes():
+            wrong.append(str(name))
+    a, b = ledger(whole), ledger(other)
+    if a != b:
+        at = next((k for k, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
+        columns = [a[0][k] for k, (x, y) in enumerate(zip(a[at], b[at])) if x != y] \
+            if at < min(len(a), len(b)) else []
+        wrong.append(f"ledger of {len(a)} and {len(b)} rows from row {at}: {columns[:4]}")
+    if wrong:
+        print(f"DIFFERENT {what}: {wrong[:3]}", flush=True)
+    return not wrong
+
+
+def every(name):
+    good = bad = 0
+    for title, text in cases():
+        if name not in title:
+            continue
+        scene = WORK / "scene.toml"
+        # Where a new start is a part of what is computed, some steps lie between two of them.
+        often = "0.02" if title.startswith("monolithic") else "0.003" if "tsit45" in title else "1e-9"
+        scene.write_text(text + f"\n[checkpoint]\nevery = {often}\nkeep = 100000\n")
+        whole = WORK / "whole"
+        shutil.rmtree(whole, ignore_errors=True)
+        out = rumple("run", scene, "--out", whole)
+        if out.returncode:
+            print(f"FAILED {title}: {out.stderr.strip()[:400]}", flush=True)
+            bad += 1
+            continue
+        checkpoints = sorted((whole / "checkpoints").iterdir())
+        chosen = checkpoints[:-1]
+        chosen = chosen[::max(1, len(chosen) // 8)]
+        wrong = 0
+        for checkpoint in chosen:
+            other = WORK / "other"
+            shutil.rmtree(other, ignore_errors=True)
+            shutil.copytree(whole, other)
+            for later in (other / "checkpoints").iterdir():
+                if later.name > checkpoint.name:
+                    later.unlink()
+            status = other / "status.json"
+            status.write_text(status.read_text().replace('"complete"', '"running"'))
+            out = rumple("resume", other)
+            if out.returncode:
+                print(f"REFUSED {title}: {out.stderr.strip()[:400]}", flush=True)
+                wrong += 1
+            else:
+                wrong += not compare(whole, other, f"{title}, {checkpoint.name}")
+        size = checkpoints[-1].stat().st_size if checkpoints else 0
+        print(f"{title}: {len(chosen) - wrong} of {len(chosen)} continued runs are equal; "
+              f"{len(ledger(whole)) - 2} steps, {len(checkpoints)} checkpoints of {size} bytes", flush=True)
+        good, bad = good + (not wrong and bool(chosen)), bad + bool(wrong or not chosen)
+    print(f"{good} cases equal, {bad} not")
+    return bad
+
+
+def kill(kills, seed):
+    dice = random.Random(seed)
+    done = bad = met = 0
+    whole = {}
+    while done < kills:
+        for title, text in cases():
+            if done >= kills:
+                break
+            scene = WORK / "scene.toml"
+            # The clock asks for checkpoints now and then; that must not change a bit.
+            scene.write_text(text + "\n[checkpoint]\nwall = 0.02\n")
+            if title not in whole:
+                directory = WORK / f"whole{len(whole)}"
+                began = time.monotonic()
+                rumple("run", scene, "--out", directory, check=True)
+                whole[title] = (directory, time.monotonic() - began)
+            directory, seconds = whole[title]
+            other = WORK / "other"
+            shutil.rmtree(other, ignore_errors=True)
+            command = ["run", scene, "--out", other]
+            for _ in range(3):
+                process = subprocess.Popen([str(PROGRAM), *map(str, command), "--threads", "1", "--quiet"],
+                                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+                try:
+                    process.wait(dice.uniform(0.0, seconds))
+                except subprocess.TimeoutExpired:
+                    met += 1
+                done += 1
+                process.send_signal(dice.choice([signal.SIGKILL, signal.SIGKILL, signal.SIGTERM]))
+                process.wait()
+                if process.stderr:
+                    process.stderr.close()
+                begun = any((other / "checkpoints").glob("checkpoint_*.bin"))
+                command = ["resume", other] if begun else ["run", scene, "--out", other, "--force"]
+            out = rumple(*command)
+            complete = "the run is complete" in out.stderr
+            if out.returncode and not complete:
+                print(f"REFUSED {title}: {out.stderr.strip()[:400]}", flush=True)
+                bad += 1
+            else:
+                bad += not compare(directory, other, title)
+    print(f"{done} kills, of which {met} met a run at work; {bad} runs differ")
+    return bad
+
+
+if __name__ == "__main__":
+    try:
+        if sys.argv[1] == "every":
+            wrong = every(sys.argv[2] if len(sys.argv) > 2 else "")
+        else:
+            wrong = kill(int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1)
+    finally:
+        shutil.rmtree(WORK, ignore_errors=True)
+    sys.exit(1 if wrong else 0)
