@@ -5,14 +5,15 @@ use super::Sparse;
 use super::gmres::Krylov;
 use super::incomplete::Incomplete;
 use super::shifted::Difference;
+use crate::num::index;
 use crate::parallel;
 
-/// An incomplete factor, and the matrix in the same rows and the same pattern.
+/// An incomplete factor, and the matrix in the same rows: whole rows, as short loops over their halves cost
+/// more than their columns.
 pub struct Ilu {
     factor: Incomplete,
-    lower: Vec<f64>,
-    diagonal: Vec<f64>,
-    upper: Vec<f64>,
+    column: Vec<u32>,
+    value: Vec<f64>,
     pub(super) krylov: Krylov,
     right: Vec<f64>,
 }
@@ -22,9 +23,14 @@ impl Ilu {
     #[must_use]
     pub fn new(matrix: &Sparse) -> Self {
         let factor = Incomplete::new(matrix, 0);
-        let right = vec![0.0; factor.len()];
-        let (lower, diagonal, upper) = (Vec::new(), Vec::new(), Vec::new());
-        Self { factor, lower, diagonal, upper, krylov: Krylov::default(), right }
+        let mut column = Vec::with_capacity(factor.places(factor.len()).start);
+        for i in 0..factor.len() {
+            column.extend_from_slice(factor.lower.row(i).0);
+            column.push(index(i));
+            column.extend_from_slice(factor.upper.row(i).0);
+        }
+        let (value, right) = (vec![0.0; column.len()], vec![0.0; factor.len()]);
+        Self { factor, column, value, krylov: Krylov::default(), right }
     }
 
     /// Computes the incomplete factor of a matrix of the pattern.
@@ -32,11 +38,16 @@ impl Ilu {
     /// # Errors
     /// [`LinearError`] where a pivot vanishes or is not finite.
     pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
-        self.factor.load(matrix);
-        self.lower.clone_from(&self.factor.lower.value);
-        self.diagonal.clone_from(&self.factor.pivot);
-        self.upper.clone_from(&self.factor.upper.value);
-        self.factor.eliminate()
+        let Self { factor, value, .. } = self;
+        factor.load(matrix);
+        for i in 0..factor.len() {
+            let (lower, upper) = (factor.lower.row(i).1, factor.upper.row(i).1);
+            let row = &mut value[factor.places(i)];
+            row[..lower.len()].copy_from_slice(lower);
+            row[lower.len()] = factor.pivot[i];
+            row[lower.len() + 1..].copy_from_slice(upper);
+        }
+        factor.eliminate()
     }
 
     /// Solves in place with the last matrix factorised.
@@ -44,14 +55,13 @@ impl Ilu {
     /// # Errors
     /// [`LinearError`] if the iteration does not converge.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
-        let Self { factor, lower, diagonal, upper, krylov, right } = self;
+        let Self { factor, column, value, krylov, right } = self;
         factor.take(x, right);
         let product = |v: &[f64], out: &mut [f64]| {
             parallel::fill(out, |i| {
-                let below = factor.lower.row(i, lower);
-                let sum = below.fold(0.0, |sum, (j, value)| sum + value * v[j]);
-                let above = factor.upper.row(i, upper);
-                above.fold(sum + diagonal[i] * v[i], |sum, (j, value)| sum + value * v[j])
+                let places = factor.places(i);
+                let columns = column[places.clone()].iter();
+                value[places].iter().zip(columns).map(|(value, &j)| value * v[j as usize]).sum()
             });
         };
         krylov.solve(product, |v| factor.substitute(v), right)?;

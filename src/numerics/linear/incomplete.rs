@@ -18,7 +18,7 @@ use crate::parallel;
 pub(super) struct Triangle {
     start: Vec<u32>,
     column: Vec<u32>,
-    pub(super) value: Vec<f64>,
+    value: Vec<f64>,
 }
 
 impl Triangle {
@@ -33,26 +33,26 @@ impl Triangle {
         self.start.push(index(self.column.len()));
     }
 
+    #[inline]
     fn first(&self, i: usize) -> usize {
         self.start[i] as usize
     }
 
+    #[inline]
     fn places(&self, i: usize) -> Range<usize> {
         self.first(i)..self.first(i + 1)
     }
 
+    #[inline]
     fn columns(&self, i: usize) -> &[u32] {
         &self.column[self.places(i)]
     }
 
-    /// Columns of row `i` with these values.
-    pub(super) fn row<'a>(
-        &'a self,
-        i: usize,
-        value: &'a [f64],
-    ) -> impl DoubleEndedIterator<Item = (usize, f64)> + 'a {
-        let columns = self.columns(i).iter().map(|&j| j as usize);
-        columns.zip(value[self.places(i)].iter().copied())
+    /// Columns and values of row `i`.
+    #[inline]
+    pub(super) fn row(&self, i: usize) -> (&[u32], &[f64]) {
+        let places = self.places(i);
+        (&self.column[places.clone()], &self.value[places])
     }
 }
 
@@ -125,6 +125,13 @@ impl Incomplete {
     /// Number of rows.
     pub(super) fn len(&self) -> usize {
         self.order.len()
+    }
+
+    /// Places of row `i` where all rows lie one after the other, each with its diagonal.
+    #[inline]
+    pub(super) fn places(&self, i: usize) -> Range<usize> {
+        let first = |i: usize| self.lower.first(i) + i + self.upper.first(i);
+        first(i)..first((i + 1).min(self.len()))
     }
 
     /// Does `what` with ranges of rows in parallel, the seams after the strips, and lets it look up what is
@@ -289,34 +296,36 @@ impl Incomplete {
 
     /// Applies the inverse of the factor to rows in their own order and units.
     pub(super) fn substitute(&self, x: &mut [f64]) {
-        let (lower, upper) = (
-            |i: usize| self.lower.row(i, &self.lower.value),
-            |i: usize| self.upper.row(i, &self.upper.value),
-        );
         let inner = self.strips.last().map_or(0, |strip| strip.end);
         let (strips, seams) = x.split_at_mut(inner);
         parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
-                let known = lower(i).map(|(j, v)| v * x[j - rows.start]);
+                let (columns, values) = self.lower.row(i);
+                let known =
+                    values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
                 x[i - rows.start] -= known.sum::<f64>();
             }
         });
         parts(&self.seams, seams).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
-                let known = lower(i).map(|(j, v)| match j {
+                let (columns, values) = self.lower.row(i);
+                let known = values.iter().zip(columns).map(|(v, &j)| match j as usize {
                     j if j < inner => v * strips[j],
                     j => v * x[j - rows.start],
                 });
                 x[i - rows.start] -= known.sum::<f64>();
             }
             for i in rows.clone().rev() {
-                let known = upper(i).map(|(j, v)| v * x[j - rows.start]);
+                let (columns, values) = self.upper.row(i);
+                let known =
+                    values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
                 x[i - rows.start] = (x[i - rows.start] - known.sum::<f64>()) * self.pivot[i];
             }
         });
         parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone().rev() {
-                let known = upper(i).map(|(j, v)| match j {
+                let (columns, values) = self.upper.row(i);
+                let known = values.iter().zip(columns).map(|(v, &j)| match j as usize {
                     j if j < inner => v * x[j - rows.start],
                     j => v * seams[j - inner],
                 });

@@ -1,16 +1,20 @@
 //! Matrices as diffsol handles them: combinations `a M + b ∂F/∂y`, of which only a and b are stored.
 //!
 //! diffsol keeps M, ∂F/∂y and the matrix of Newton's method, makes the last of the other two, and hands it
-//! to the linear solver. The numbers stay where they are evaluated; [`NewtonSolver`] reads them there.
+//! to the linear solver. The numbers stay where they are evaluated; [`NewtonSolver`] reads them there, and so
+//! do products.
 //!
 //! [`NewtonSolver`]: super::newton::NewtonSolver
 
 use std::ops::Mul;
+use std::sync::Arc;
 
 use diffsol::{
     FaerContext, FaerVec, LaError, Matrix, MatrixCommon, Scale, Vector, VectorCommon, VectorIndex,
 };
 use diffsol_la::{Dense, DenseRef, FaerVecIndex};
+
+use super::equations::Shared;
 
 /// `a M + b ∂F/∂y`. What diffsol does not ask of a matrix in the methods used here makes its factors NaN,
 /// which the linear solver refuses.
@@ -19,6 +23,8 @@ pub(super) struct Combination {
     size: [usize; 2],
     /// a and b.
     factors: [f64; 2],
+    /// Where M and ∂F/∂y are; none in a matrix that was not filled.
+    shared: Option<Arc<Shared>>,
     context: FaerContext,
 }
 
@@ -28,8 +34,9 @@ impl Combination {
         self.factors
     }
 
-    /// Sets a and b.
-    pub(super) fn set(&mut self, factors: [f64; 2]) {
+    /// Sets a and b, of these M and ∂F/∂y.
+    pub(super) fn set(&mut self, shared: &Arc<Shared>, factors: [f64; 2]) {
+        self.shared = Some(Arc::clone(shared));
         self.factors = factors;
     }
 
@@ -95,16 +102,21 @@ impl Matrix for Combination {
         (of(Vec::new()), of((0..self.size[0]).collect()))
     }
 
-    fn gemv(&self, _: f64, _: &FaerVec<f64>, _: f64, y: &mut FaerVec<f64>) {
-        y.fill(f64::NAN);
+    fn gemv(&self, alpha: f64, x: &FaerVec<f64>, beta: f64, y: &mut FaerVec<f64>) {
+        let Some(shared) = &self.shared else { return y.fill(f64::NAN) };
+        let (x, y) = (x.inner().col_as_slice(0), y.inner_mut().col_as_slice_mut(0));
+        let product = shared.product(self.factors, x);
+        for (y, product) in y.iter_mut().zip(product) {
+            *y = alpha * product + if beta == 0.0 { 0.0 } else { beta * *y };
+        }
     }
 
     fn copy_from(&mut self, other: &Self) {
-        self.factors = other.factors;
+        self.clone_from(other);
     }
 
     fn zeros(rows: usize, columns: usize, context: FaerContext) -> Self {
-        Self { size: [rows, columns], factors: [0.0; 2], context }
+        Self { size: [rows, columns], factors: [0.0; 2], shared: None, context }
     }
 
     fn new_from_sparsity(
@@ -121,7 +133,7 @@ impl Matrix for Combination {
         let values = diagonal.inner().col_as_slice(0);
         let factor = if values.iter().all(|v| *v == 1.0) { 1.0 } else { f64::NAN };
         let size = [values.len(); 2];
-        Self { size, factors: [factor, 0.0], context: *diagonal.context() }
+        Self { size, factors: [factor, 0.0], shared: None, context: *diagonal.context() }
     }
 
     fn set_column(&mut self, _: usize, _: &FaerVec<f64>) {
@@ -146,6 +158,7 @@ impl Matrix for Combination {
 
     fn scale_add_and_assign(&mut self, x: &Self, beta: f64, y: &Self) {
         self.factors = std::array::from_fn(|k| x.factors[k] + beta * y.factors[k]);
+        self.shared = y.shared.clone().or_else(|| x.shared.clone());
     }
 
     fn triplet_iter(

@@ -56,6 +56,12 @@ struct Inner {
     error: Option<OdeError>,
 }
 
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").finish_non_exhaustive()
+    }
+}
+
 impl Shared {
     fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
@@ -64,6 +70,18 @@ impl Shared {
     /// The diagonal of M.
     fn mass(&self, i: usize) -> f64 {
         self.stored.as_ref().map_or(1.0, |stored| if stored[i] { 1.0 } else { 0.0 })
+    }
+
+    /// The product of `a M + b ∂F/∂y` with `x`, of the last ∂F/∂y.
+    pub(super) fn product(&self, [a, b]: [f64; 2], x: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; x.len()];
+        if b != 0.0 {
+            self.lock().problem.last_jacobian().multiply(x, &mut product);
+        }
+        for (i, (product, x)) in product.iter_mut().zip(x).enumerate() {
+            *product = a * self.mass(i) * x + b * *product;
+        }
+        product
     }
 
     /// Works with the matrix `a M + b ∂F/∂y`, of the last ∂F/∂y.
@@ -209,7 +227,7 @@ impl NonLinearOpJacobian for RightHandSide<'_> {
 
     fn jacobian_inplace(&self, y: &FaerVec<f64>, time: f64, matrix: &mut Combination) {
         let there = self.0.differentiate(y, time);
-        matrix.set([0.0, if there { 1.0 } else { f64::NAN }]);
+        matrix.set(&self.0.shared, [0.0, if there { 1.0 } else { f64::NAN }]);
     }
 }
 
@@ -222,7 +240,7 @@ impl LinearOp for Mass<'_> {
     }
 
     fn matrix_inplace(&self, _: f64, matrix: &mut Combination) {
-        matrix.set([1.0, 0.0]);
+        matrix.set(&self.0.shared, [1.0, 0.0]);
     }
 }
 
