@@ -56,7 +56,9 @@ impl Record {
     pub fn numbers<'a>(&mut self, numbers: impl IntoIterator<Item = &'a f64>) {
         let place = self.bytes.len();
         self.count(0);
-        self.bytes.extend(numbers.into_iter().flat_map(|number| number.to_bits().to_le_bytes()));
+        for number in numbers {
+            self.bytes.extend_from_slice(&number.to_bits().to_le_bytes());
+        }
         let count = (self.bytes.len() - place) as u64 / 8 - 1;
         self.bytes[place..place + 8].copy_from_slice(&count.to_le_bytes());
     }

@@ -69,7 +69,7 @@ impl From<ImplicitMethod> for OdeMethod {
 /// Steps after which a run begins the integration anew, so that it can be continued from there: what diffsol
 /// remembers cannot be stored. A new start of BDF costs some seven steps, seven factorisations and the analysis of
 /// the matrix, a hundredth of what so many steps cost; of the other methods less (docs/performance.md).
-const RENEWED_AFTER: u64 = 2000;
+const RENEWED_AFTER: u64 = 3000;
 
 pub(super) fn default_rtol() -> Positive {
     const { Positive::constant(1e-4) }

@@ -3,12 +3,15 @@
 
     resume.py every [NAME]         goes on from every checkpoint of every case (or of those with NAME in it)
     resume.py kill KILLS [SEED]    kills runs of all cases in turn at random instants until they are complete
+    resume.py price                what new starts of diffsol's methods cost, and what a checkpoint costs
 
 Compared are all frames, their index, events, modes, and the ledger without its wall time. `rumple` is
-target/release/rumple, plugins are looked for beside it.
+target/release/rumple, or what RUMPLE says.
 """
 
 import csv
+import json
+import os
 import pathlib
 import random
 import shutil
@@ -19,7 +22,7 @@ import tempfile
 import time
 
 HERE = pathlib.Path(__file__).resolve().parents[2]
-PROGRAM = HERE / "target/release/rumple"
+PROGRAM = pathlib.Path(os.environ.get("RUMPLE", HERE / "target/release/rumple"))
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="rumple-resume-"))
 
 BASE = """
@@ -114,8 +117,9 @@ def cases():
     for method in ["bdf", "tr-bdf2", "esdirk34"]:
         integrator = f'{{ kind = "monolithic", method = "{method}", rtol = 1e-3 }}'
         for policy in ["simultaneous", "quasi-static", "chemistry-fast"]:
+            shorter = dict(vertices=100, until=0.1, output=0.05) if policy == "quasi-static" else dict(vertices=200)
             yield f"monolithic {method}, {policy}", case(
-                policy=policy, integrator=integrator, effects=DIFFUSION, vertices=200, **SMOOTH)
+                policy=policy, integrator=integrator, effects=DIFFUSION, **SMOOTH, **shorter)
     yield "explicit euler", case(
         policy="simultaneous", integrator='{ kind = "explicit", step = 1e-4 }', vertices=200,
         until=0.02, output=0.01, **SMOOTH)
@@ -244,9 +248,51 @@ def kill(kills, seed):
     return bad
 
 
+def price():
+    dome = HERE / "models/policies/dome.toml"
+
+    def work(method, more):
+        keys = ["time.policy=simultaneous", "output.every=1.0", f"time.integrator={method}", *more]
+        directory = WORK / "price"
+        shutil.rmtree(directory, ignore_errors=True)
+        rumple("run", dome, "--out", directory, *(word for key in keys for word in ("--set", key)), check=True)
+        status = json.loads((directory / "status.json").read_text())
+        return status["work"] | {"cpu_seconds": status["cpu_seconds"] - status["start"]["cpu_seconds"]}
+
+    starts, between = 9, 3000
+    small = ["sheet.vertices=100"]
+    for name, more in [("bdf", []), ("tr-bdf2", []), ("esdirk34", []), ("tsit45", small)]:
+        kind = "explicit" if name == "tsit45" else "monolithic"
+        method = f'{{ kind = "{kind}", method = "{name}", rtol = 1e-6, atol = 1e-8 }}'
+        plain, often = work(method, more), work(method, [*more, "checkpoint.every=0.1"])
+        words = []
+        for key in ["steps", "right_hand_sides", "newton_iterations", "factorisations", "cpu_seconds"]:
+            each = (often[key] - plain[key]) / starts
+            share = 100 * each / (plain[key] / plain["steps"] * between) if plain[key] else 0.0
+            words.append(f"{key} {plain[key]:.4g}, {each:+.3g} a new start ({share:.2f} % of {between} steps)")
+        print(f"{name}: " + "; ".join(words), flush=True)
+    scene = (HERE / "models/model-i/formula.toml").read_text()
+    for vertices, radius in [(2000, 32.0), (20000, 100.0)]:
+        text = scene.replace("radius = 32.0", f"radius = {radius}").replace("= 2000", f"= {vertices}")
+        text = text.replace('policy = "quasi-static"', 'policy = "simultaneous"\nmax_steps = 5')
+        text = text.replace("thickness = 0.5", "thickness = 0.5\ndrag = 100.0")
+        (WORK / "scene.toml").write_text(text + "\n[checkpoint]\nevery = 1e-9\n")
+        rumple("run", WORK / "scene.toml", "--out", WORK / "large", "--force", check=True)
+        costs = json.loads((WORK / "large/costs.json").read_text())
+        part = next(part for part in costs["parts"] if part["name"] == "checkpoints")
+        calls = dict(part["counts"])["made or written"] / 2
+        size = max(path.stat().st_size for path in (WORK / "large/checkpoints").iterdir())
+        each = part["seconds"] / calls
+        print(f"{vertices} vertices: {size / 1e6:.1f} MB and {each:.3f} s a checkpoint, "
+              f"{100 * each / 600:.4f} % of ten minutes; a step {costs['seconds'] / 5:.2f} s", flush=True)
+
+
 if __name__ == "__main__":
+    wrong = 0
     try:
-        if sys.argv[1] == "every":
+        if sys.argv[1] == "price":
+            price()
+        elif sys.argv[1] == "every":
             wrong = every(sys.argv[2] if len(sys.argv) > 2 else "")
         else:
             wrong = kill(int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1)
