@@ -286,7 +286,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
         });
         let courses: Vec<&[Measures]> =
             others.iter().filter(|(run, _)| Some(*run) == like).map(|(_, m)| &m[..]).collect();
-        case.spread = Quantity::ALL.map(|quantity| spread(quantity, &courses, &reference.measures));
+        case.spread = Quantity::ALL.map(|quantity| quantity.spread(&courses, &reference.measures));
     }
     case
 }
@@ -317,18 +317,6 @@ pub(super) fn add_peer(
         });
     let settings = String::new();
     case.points.push(Point { name, settings, curve, tolerance, force: None, found, errors });
-}
-
-/// Half of the range of a measure over `courses`, relative to the reference.
-fn spread(quantity: Quantity, courses: &[&[Measures]], reference: &[Measures]) -> Option<f64> {
-    let values: Vec<f64> = courses.iter().filter_map(|course| quantity.of(course)).collect();
-    if values.len() < 2 {
-        return None;
-    }
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let size = quantity.of(reference)?.abs();
-    (size > 0.0).then(|| 0.5 * (most - least) / size)
 }
 
 /// What differences of states are relative to.

@@ -78,6 +78,19 @@ impl Quantity {
         let (a, b) = (self.of(course)?, self.of(reference)?);
         (b != 0.0).then(|| (a - b).abs() / b.abs())
     }
+
+    /// Half of the range of a measure over `courses`, relative to the reference.
+    #[must_use]
+    pub fn spread(self, courses: &[&[Measures]], reference: &[Measures]) -> Option<f64> {
+        let values: Vec<f64> = courses.iter().filter_map(|course| self.of(course)).collect();
+        if values.len() < 2 {
+            return None;
+        }
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let size = self.of(reference)?.abs();
+        (size > 0.0).then(|| 0.5 * (most - least) / size)
+    }
 }
 
 /// The sheet has buckled where displacements have grown by this factor.
