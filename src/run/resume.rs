@@ -62,7 +62,8 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
         let what = format!("the run is complete, at time {time}");
         return refuse(format!("{what}; `--until T` lets it go further"));
     }
-    if end <= time {
+    // One that was killed at its very end has only to say so.
+    if end < time || (complete && end <= time) {
         return refuse(format!(
             "its checkpoint is at time {time}, and the run is to end at {end}; `--until T` lets it go \
              further"

@@ -116,6 +116,8 @@ fn stepped(
     let mut clean = !latest.relaxation.residual.is_nan();
     if from.is_some() {
         shown = Some(simulation.state.step);
+        let last = place.and_then(|place| place.frames.last());
+        framed = shown.filter(|_| last == Some(&simulation.state.time));
         while real(written) * every <= simulation.state.time {
             written += 1;
         }

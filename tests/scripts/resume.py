@@ -66,7 +66,6 @@ fields = ["c", "mean_curvature"]
 """
 
 DIFFUSION = '[[effect]]\nkind = "diffusion"\nspecies = "c"\ncoefficient = 0.3'
-VOLUME = '[[effect]]\nkind = "volume"\nvalue = 1.0\nstiffness = 10.0'
 
 
 def case(**keys):
@@ -160,14 +159,18 @@ def compare(whole, other, what):
     return not wrong
 
 
+def anew(title):
+    """Where a new start is a part of what is computed: the time between two, with some steps."""
+    return "0.02" if title.startswith("monolithic") else "0.003" if "explicit tsit45" in title else None
+
+
 def every(name):
     good = bad = 0
     for title, text in cases():
         if name not in title:
             continue
         scene = WORK / "scene.toml"
-        # Where a new start is a part of what is computed, some steps lie between two of them.
-        often = "0.02" if title.startswith("monolithic") else "0.003" if "tsit45" in title else "1e-9"
+        often = anew(title) or "1e-9"
         scene.write_text(text + f"\n[checkpoint]\nevery = {often}\nkeep = 100000\n")
         whole = WORK / "whole"
         shutil.rmtree(whole, ignore_errors=True)
@@ -213,7 +216,8 @@ def kill(kills, seed):
                 break
             scene = WORK / "scene.toml"
             # The clock asks for checkpoints now and then; that must not change a bit.
-            scene.write_text(text + "\n[checkpoint]\nwall = 0.02\n")
+            every = f"every = {anew(title)}" if anew(title) else ""
+            scene.write_text(text + f"\n[checkpoint]\nwall = 0.02\n{every}\n")
             if title not in whole:
                 directory = WORK / f"whole{len(whole)}"
                 began = time.monotonic()
