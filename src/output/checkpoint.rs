@@ -9,7 +9,7 @@
 //! 32 bytes   SHA-256 of all that
 //! ```
 //!
-//! A file takes its name by a rename ([`atomic`](super::atomic)); the last few are kept.
+//! A file takes its name by a rename ([`atomic`]); the last few are kept.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,17 +1,17 @@
 //! How long a run will take, from its first steps.
 //!
 //! Steps under error control begin tiny and grow, so the share of the way that is behind says little about
-//! the rest. What is forecast are the numbers and lengths of the steps that are left ([`lengths`]) and what a
-//! step of a length costs ([`cost`]):
+//! the rest. What is forecast are the numbers and lengths of the steps that are left (`lengths`) and what a
+//! step of a length costs (`cost`):
 //!
 //! ```text
 //! left = Σ n(h) c(h)
 //! ```
 //!
-//! That is done again and again. A forecast is told once it has settled: those made since [`SINCE`] of the
-//! time reached say the same of the whole run within a factor of [`AGREE`] and what may be assumed within
-//! [`WIDEST`], the steps no longer grow by as much as
-//! they may, and at least [`BEHIND`] of the way or of the cost is behind. Where the forecasts come to differ,
+//! That is done again and again. A forecast is told once it has settled: those made since `SINCE` of the
+//! time reached say the same of the whole run within a factor of `AGREE` and what may be assumed within
+//! `WIDEST`, the steps no longer grow by as much as
+//! they may, and at least `BEHIND` of the way or of the cost is behind. Where the forecasts come to differ,
 //! as in a snap, nothing is told until they agree again.
 
 mod cost;

@@ -28,7 +28,7 @@ pub struct Options {
     pub taken: Option<(Study, Plan)>,
     /// Further seeds.
     pub seeds: u16,
-    /// Wall time of a run, s; references have [`PATIENCE`] times as much.
+    /// Wall time of a run, s; references have `PATIENCE` times as much.
     pub limit: u64,
     /// The error that is wanted.
     pub wanted: f64,
