@@ -1,0 +1,85 @@
+//! What `04_hard_cases` is made of: [cases](case) from a file, [how they are run](trial), [what is expected](expected)
+//! and the [same problem in other units](rescaled).
+
+mod case;
+mod expected;
+mod ledger;
+mod rescaled;
+mod trial;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use case::{Case, Cases};
+use trial::{Trial, Where};
+
+/// What an example returns.
+pub type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// Which cases are run.
+#[derive(Debug, Default)]
+pub struct Options {
+    /// Slow ones as well.
+    pub slow: bool,
+    /// Only those with these names, if there are any.
+    pub only: Vec<String>,
+}
+
+impl Options {
+    fn wants(&self, name: &str, slow: bool) -> bool {
+        if self.only.is_empty() { self.slow || !slow } else { self.only.iter().any(|o| o == name) }
+    }
+}
+
+/// Runs what `options` asks for and prints the table; how many rows are not as expected.
+///
+/// # Errors
+/// A file of cases that cannot be read, a program that cannot be started.
+pub fn run(options: &Options) -> Outcome<usize> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program = std::env::var_os("RUMPLE")
+        .map_or_else(|| root.join("target/release/rumple"), PathBuf::from);
+    let place = Where { program, models: root.join("models"), results: root.join("results/hard") };
+    let cases = Cases::read(&root.join("models/hard/cases.toml"))?;
+    if let Some(unknown) = options.only.iter().find(|only| !cases.has(only)) {
+        return Err(format!("no case `{unknown}`: {}", cases.names().join(", ")).into());
+    }
+    let (mut rows, mut failed) = (0, 0);
+    println!("| case | tried | expected | what happened | CPU s | |");
+    println!("| --- | --- | --- | --- | ---: | --- |");
+    for case in cases.case.iter().filter(|case| options.wants(&case.name, case.slow)) {
+        for value in case.values() {
+            let trial = Trial::of(&place, case, &value)?;
+            rows += 1;
+            failed += usize::from(!trial.faults.is_empty());
+            row(case, &value, &trial);
+        }
+        for other in &case.beside {
+            let trial = Trial::beside(&place, case, other)?;
+            println!("| | {} | | {} | {:.1} | |", other.by, trial.seen, trial.cpu);
+        }
+    }
+    for scales in cases.rescaled.iter().filter(|s| options.wants(&s.name, s.slow)) {
+        for row in rescaled::rows(&place, scales)? {
+            rows += 1;
+            failed += usize::from(!row.passed);
+            println!("{}", row.text);
+        }
+    }
+    println!("\n{} of {rows} rows are as expected.", rows - failed);
+    Ok(failed)
+}
+
+/// Prints the row of a case.
+fn row(case: &Case, value: &str, trial: &Trial) {
+    let verdict = if trial.faults.is_empty() { "✓".to_owned() } else { trial.faults.join("; ") };
+    let verdict = verdict.replace('|', "\\|").replace('\n', " ");
+    println!(
+        "| `{}` | {} | {} | {} | {:.1} | {verdict} |",
+        case.name,
+        case.tried.replace("{}", value),
+        case.expected(),
+        trial.seen,
+        trial.cpu
+    );
+}
