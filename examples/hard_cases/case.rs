@@ -69,7 +69,18 @@ pub struct Case {
 #[serde(deny_unknown_fields)]
 pub struct Beside {
     pub by: String,
+    /// As that of the case.
     pub run: String,
+    /// Variable that must be set, or it is left out.
+    #[serde(default)]
+    needs: Option<String>,
+}
+
+impl Beside {
+    /// Whether what it needs is there.
+    pub fn possible(&self) -> bool {
+        self.needs.as_ref().is_none_or(|name| std::env::var_os(name).is_some())
+    }
 }
 
 /// A scene in other units.

@@ -66,13 +66,12 @@ fn drift(ledger: &Ledger, name: &str) -> Option<f64> {
 }
 
 /// Memory, speed and what is conserved over a long run, in words.
-pub fn steadiness(ended: &Ended) -> String {
+pub fn steadiness(case: &Case, ended: &Ended) -> String {
     let memory = ended.memory.last().copied().unwrap_or(f64::NAN);
     let paces = paces(&ended.ledger);
-    let totals = ["total c", "total m", "total u"];
-    let drifts = totals
-        .iter()
-        .filter_map(|name| Some(format!(", drift of {name} {:.1e}", drift(&ended.ledger, name)?)));
+    let told =
+        |name: &String| Some(format!(", drift of {name} {:.1e}", drift(&ended.ledger, name)?));
+    let drifts = case.kept.keys().filter_map(told);
     format!(
         "memory {memory:.0} MB ({:.3} times that after a tenth), steps {:.2} times as long{}",
         growth(&ended.memory),

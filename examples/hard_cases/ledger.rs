@@ -26,11 +26,15 @@ impl Ledger {
         Ok(Self { names, rows: rows.collect::<Result<_, _>>()? })
     }
 
-    /// The column whose name is this, units aside.
+    /// The column whose name is this, units aside; of `a + b` the sum of two.
     ///
     /// # Errors
     /// If there is none.
     pub fn column(&self, name: &str) -> Outcome<Vec<f64>> {
+        if let Some((one, others)) = name.split_once(" + ") {
+            let (one, others) = (self.column(one)?, self.column(others)?);
+            return Ok(one.iter().zip(others).map(|(a, b)| a + b).collect());
+        }
         let is = |title: &String| title == name || title.starts_with(&format!("{name} ["));
         let column = self.names.iter().position(is);
         let column = column.ok_or_else(|| format!("the ledger has no column `{name}`"))?;

@@ -53,10 +53,10 @@ pub fn run(options: &Options) -> Outcome<usize> {
             rows += 1;
             failed += usize::from(!trial.faults.is_empty());
             row(case, &value, &trial);
-        }
-        for other in &case.beside {
-            let trial = Trial::beside(&place, case, other)?;
-            println!("| | {} | | {} | {:.1} | |", other.by, trial.seen, trial.cpu);
+            for other in case.beside.iter().filter(|other| other.possible()) {
+                let trial = Trial::beside(&place, case, other, &value)?;
+                println!("| | {} | | {} | {} | |", other.by, trial.seen, seconds(trial.cpu));
+            }
         }
     }
     for scales in cases.rescaled.iter().filter(|s| options.wants(&s.name, s.slow)) {
@@ -75,11 +75,16 @@ fn row(case: &Case, value: &str, trial: &Trial) {
     let verdict = if trial.faults.is_empty() { "✓".to_owned() } else { trial.faults.join("; ") };
     let verdict = verdict.replace('|', "\\|").replace('\n', " ");
     println!(
-        "| `{}` | {} | {} | {} | {:.1} | {verdict} |",
+        "| `{}` | {} | {} | {} | {} | {verdict} |",
         case.name,
         case.tried.replace("{}", value),
         case.expected(),
         trial.seen,
-        trial.cpu
+        seconds(trial.cpu)
     );
+}
+
+/// Nothing where nothing was measured.
+fn seconds(cpu: f64) -> String {
+    if cpu.is_nan() { String::new() } else { format!("{cpu:.1}") }
 }

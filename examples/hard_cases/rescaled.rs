@@ -2,7 +2,6 @@
 
 use super::Outcome;
 use super::case::Rescaled;
-use super::ledger::Ledger;
 use super::trial::{Where, run};
 
 /// A row of the table.
@@ -88,12 +87,8 @@ fn trial(place: &Where, scales: &Rescaled, factors: [f64; 3]) -> Outcome<Result<
         return Ok(Err(ended.said.split_whitespace().collect::<Vec<_>>().join(" ")));
     }
     let value = |(name, powers): (&String, &[f64; 3])| -> Outcome<(String, f64)> {
-        Ok((name.clone(), last(&ended.ledger, name)? / factor(powers)))
+        Ok((name.clone(), ended.ledger.last(name)? / factor(powers)))
     };
     let values = scales.columns.iter().map(value).collect::<Outcome<_>>()?;
     Ok(Ok(Seen { values, steps: ended.ledger.len() - 1, cpu: ended.cpu }))
-}
-
-fn last(ledger: &Ledger, name: &str) -> Outcome<f64> {
-    ledger.last(name)
 }

@@ -45,18 +45,13 @@ impl Trial {
     /// # Errors
     /// A program that cannot be started, a ledger that cannot be read.
     pub fn of(place: &Where, case: &Case, value: &str) -> Outcome<Self> {
-        let name = if value.is_empty() {
-            case.name.clone()
-        } else {
-            let plain = |c: char| if c.is_alphanumeric() || ".-+".contains(c) { c } else { '_' };
-            format!("{}-{}", case.name, value.chars().map(plain).collect::<String>())
-        };
+        let name = folder(&case.name, value);
         let ended = run(place, &name, &case.run, value, case.limit)?;
         let faults = expected::faults(case, &ended);
         let mut seen = seen(&ended);
         seen += &shown(case, &ended);
         if case.steady && ended.ledger.len() > 100 {
-            seen += &format!(", {}", expected::steadiness(&ended));
+            seen += &format!(", {}", expected::steadiness(case, &ended));
         }
         Ok(Self { seen, faults, cpu: ended.cpu })
     }
@@ -65,13 +60,24 @@ impl Trial {
     ///
     /// # Errors
     /// As [`Trial::of`].
-    pub fn beside(place: &Where, case: &Case, other: &Beside) -> Outcome<Self> {
-        let name = format!("{}-beside", case.name);
-        let ended = run(place, &name, &other.run, "", case.limit)?;
+    pub fn beside(place: &Where, case: &Case, other: &Beside, value: &str) -> Outcome<Self> {
+        let name = folder(&format!("{}-beside", case.name), value);
+        let ended = run(place, &name, &other.run, value, case.limit)?;
         let mut seen = seen(&ended);
+        if ended.ledger.len() == 0 && ended.status.is_some_and(|status| status.success()) {
+            // A program of another kind says itself what it did.
+            seen = ended.said.lines().last().unwrap_or_default().to_owned();
+        }
         seen += &shown(case, &ended);
         Ok(Self { seen, faults: Vec::new(), cpu: ended.cpu })
     }
+}
+
+/// Name of the folder of a trial.
+fn folder(name: &str, value: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || ".-+".contains(c) { c } else { '_' };
+    let value = value.chars().map(plain).collect::<String>();
+    if value.is_empty() { name.to_owned() } else { format!("{name}-{value}") }
 }
 
 /// Runs a command for bash in a new folder.

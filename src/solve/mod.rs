@@ -193,10 +193,18 @@ fn fixed_step(share: Positive, span: Positive) -> Positive {
     Positive::new(share.get() * span.get()).unwrap_or(share)
 }
 
-/// End of a fixed step, which is never shortened but to hit an output time.
+/// End of a fixed step, which is shortened only to hit an output time. Where a whole number of steps leads there
+/// they share the way evenly, or the rounding of 10⁵ sums would leave a tiny step at its end.
 fn end_of_fixed_step(time: f64, step: f64, until: f64) -> f64 {
-    let end = (time + step).min(until);
-    if until - end < 1e-9 * step { until } else { end }
+    let left = until - time;
+    let steps = (left / step).round();
+    if (left / step - steps).abs() > 1e-6 {
+        (time + step).min(until)
+    } else if steps <= 1.0 {
+        until
+    } else {
+        time + left / steps
+    }
 }
 
 /// End of a step that does not pass `until`; the last two steps before it share the way.
@@ -234,4 +242,31 @@ pub struct StepReport {
     pub relaxation: Relaxation,
     /// All work of the step, rejected tries included; integrators leave it to whoever asks for the step.
     pub work: Work,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ends of the steps of a span.
+    fn ends(from: f64, step: f64, until: f64) -> Vec<f64> {
+        let next = |time: &f64| (*time < until).then(|| end_of_fixed_step(*time, step, until));
+        std::iter::successors(Some(from), next).skip(1).collect()
+    }
+
+    #[test]
+    fn a_whole_number_of_fixed_steps_stays_whole() {
+        for (from, step, until, steps) in
+            [(0.0, 1e-5, 1.0, 100_000), (9000.0, 0.01, 10_000.0, 100_000), (0.0, 0.1, 0.3, 3)]
+        {
+            let ends = ends(from, step, until);
+            assert_eq!((ends.len(), ends.last()), (steps, Some(&until)));
+        }
+    }
+
+    #[test]
+    fn a_fixed_step_is_shortened_at_the_end_of_its_span() {
+        assert_eq!(ends(0.0, 0.4, 1.0), [0.4, 0.8, 1.0]);
+        assert_eq!(ends(0.0, 2.0, 1.0), [1.0]);
+    }
 }
