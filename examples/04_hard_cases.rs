@@ -8,10 +8,12 @@
 //! cargo run --release --example 04_hard_cases --slow      # all; an hour
 //! ```
 //!
-//! The exit code is 1 if a case does not do what is expected.
+//! `RUMPLE` may say which program is tried, and `BENCH` where the source of the paper's scheme is, for rows beside some
+//! cases. Results are in `results/hard`. The exit code is 1 if a case does not do what is expected.
 
 mod hard_cases;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use hard_cases::{Options, Outcome, run};
@@ -21,7 +23,11 @@ use hard_cases::{Options, Outcome, run};
 /// # Errors
 /// A file of cases that cannot be read, a program that cannot be started.
 fn main() -> Outcome<ExitCode> {
-    let mut options = Options::default();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program = std::env::var_os("RUMPLE")
+        .map_or_else(|| root.join("target/release/rumple"), PathBuf::from);
+    let results = root.join("results/hard");
+    let mut options = Options { slow: false, only: Vec::new(), program, results };
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
             "--slow" => options.slow = true,

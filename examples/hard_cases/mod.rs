@@ -16,13 +16,16 @@ use trial::{Trial, Where};
 /// What an example returns.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Which cases are run.
-#[derive(Debug, Default)]
+/// Which cases are run, with what, and where.
+#[derive(Debug)]
 pub struct Options {
     /// Slow ones as well.
     pub slow: bool,
     /// Only those with these names, if there are any.
     pub only: Vec<String>,
+    pub program: PathBuf,
+    /// Folder of all results; those of the same cases there are lost.
+    pub results: PathBuf,
 }
 
 impl Options {
@@ -37,9 +40,11 @@ impl Options {
 /// A file of cases that cannot be read, a program that cannot be started.
 pub fn run(options: &Options) -> Outcome<usize> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let program = std::env::var_os("RUMPLE")
-        .map_or_else(|| root.join("target/release/rumple"), PathBuf::from);
-    let place = Where { program, models: root.join("models"), results: root.join("results/hard") };
+    let place = Where {
+        program: options.program.clone(),
+        models: root.join("models"),
+        results: options.results.clone(),
+    };
     let cases = Cases::read(&root.join("models/hard/cases.toml"))?;
     if let Some(unknown) = options.only.iter().find(|only| !cases.has(only)) {
         return Err(format!("no case `{unknown}`: {}", cases.names().join(", ")).into());

@@ -3,6 +3,8 @@
 
 #[cfg(unix)]
 mod figures;
+#[cfg(unix)]
+mod hard;
 
 #[path = "../../examples/01_grown_spot.rs"]
 mod grown_spot;

@@ -2,7 +2,9 @@
 """Runs that are continued against runs that were left alone, byte by byte.
 
     resume.py every [NAME]         goes on from every checkpoint of every case (or of those with NAME in it)
-    resume.py kill KILLS [SEED]    kills runs of all cases in turn at random instants until they are complete
+    resume.py kill KILLS [SEED]    kills runs of all cases in turn at random instants: so many that meet a run at work,
+                                   with signal 9, and half as many with a signal that asks
+    resume.py writing KILLS        kills runs of three cases while they write a checkpoint
     resume.py price                what new starts of diffsol's methods cost, and what a checkpoint costs
 
 Compared are all frames, their index, events, modes, and the ledger without its wall time. `rumple` is
@@ -206,49 +208,114 @@ def every(name):
     return bad
 
 
+class Whole:
+    """Runs that were left alone, made when they are needed."""
+
+    def __init__(self):
+        self.runs = {}
+
+    def of(self, title, scene):
+        if title not in self.runs:
+            directory = WORK / f"whole{len(self.runs)}"
+            began = time.monotonic()
+            rumple("run", scene, "--out", directory, check=True)
+            self.runs[title] = (directory, time.monotonic() - began)
+        return self.runs[title]
+
+
+def begin(command):
+    return subprocess.Popen([str(PROGRAM), *map(str, command), "--threads", "1", "--quiet"],
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def onwards(scene, other):
+    """How a run that was killed goes on."""
+    begun = any((other / "checkpoints").glob("checkpoint_*.bin"))
+    return ["resume", other] if begun else ["run", scene, "--out", other, "--force"]
+
+
+def ends_the_same(scene, other, whole, title):
+    """Goes on to the end; whether all is as in the run that was left alone."""
+    out = rumple(*onwards(scene, other))
+    if out.returncode and "the run is complete" not in out.stderr:
+        print(f"REFUSED {title}: {out.stderr.strip()[:400]}", flush=True)
+        return False
+    return compare(whole, other, title)
+
+
 def kill(kills, seed):
     dice = random.Random(seed)
-    done = bad = met = 0
-    whole = {}
-    while done < kills:
+    whole, cases_met = Whole(), set()
+    killed = asked = missed = bad = runs = 0
+    while killed < kills:
         for title, text in cases():
-            if done >= kills:
+            if killed >= kills:
                 break
             scene = WORK / "scene.toml"
             # The clock asks for checkpoints now and then; that must not change a bit.
             every = f"every = {anew(title)}" if anew(title) else ""
             scene.write_text(text + f"\n[checkpoint]\nwall = 0.02\n{every}\n")
-            if title not in whole:
-                directory = WORK / f"whole{len(whole)}"
-                began = time.monotonic()
-                rumple("run", scene, "--out", directory, check=True)
-                whole[title] = (directory, time.monotonic() - began)
-            directory, seconds = whole[title]
+            directory, seconds = whole.of(title, scene)
             other = WORK / "other"
             shutil.rmtree(other, ignore_errors=True)
             command = ["run", scene, "--out", other]
             for _ in range(3):
-                process = subprocess.Popen([str(PROGRAM), *map(str, command), "--threads", "1", "--quiet"],
-                                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+                process = begin(command)
                 try:
                     process.wait(dice.uniform(0.0, seconds))
+                    missed += 1
                 except subprocess.TimeoutExpired:
-                    met += 1
-                done += 1
-                process.send_signal(dice.choice([signal.SIGKILL, signal.SIGKILL, signal.SIGTERM]))
+                    cases_met.add(title)
+                    if dice.random() < 2 / 3:
+                        process.kill()
+                        killed += 1
+                    else:
+                        process.terminate()
+                        asked += 1
                 process.wait()
-                if process.stderr:
-                    process.stderr.close()
-                begun = any((other / "checkpoints").glob("checkpoint_*.bin"))
-                command = ["resume", other] if begun else ["run", scene, "--out", other, "--force"]
-            out = rumple(*command)
-            complete = "the run is complete" in out.stderr
-            if out.returncode and not complete:
-                print(f"REFUSED {title}: {out.stderr.strip()[:400]}", flush=True)
+                command = onwards(scene, other)
+            bad += not ends_the_same(scene, other, directory, title)
+            runs += 1
+    print(f"{killed} kills with signal 9 and {asked} with SIGTERM met a run at work ({missed} came too late), in "
+          f"{runs} runs of {len(cases_met)} cases; {bad} runs differ")
+    return bad
+
+
+def writing(kills):
+    """Kills as soon as a file under construction is seen; counted if it was still there after the kill."""
+    chosen = [(title, text.replace("vertices = 400", "vertices = 4000").replace("radius = 14.0", "radius = 44.0"))
+              for title, text in cases() if title in ("quasi-static, euler", "simultaneous, sdirk2", "chemistry-fast")]
+    whole, met, tries, bad, runs = Whole(), 0, 0, 0, 0
+    while met < kills:
+        for title, text in chosen:
+            if met >= kills:
+                break
+            scene = WORK / "scene.toml"
+            text = text.replace("until = 0.3", "until = 0.03").replace("every = 0.1", "every = 0.01")
+            scene.write_text(text + "\n[checkpoint]\nwall = 1e-6\n")
+            directory, _ = whole.of(title, scene)
+            other = WORK / "other"
+            shutil.rmtree(other, ignore_errors=True)
+            command = ["run", scene, "--out", other]
+            for _ in range(4):
+                process = begin(command)
+                checkpoints, wait = other / "checkpoints", random.Random(tries).uniform(0.0, 0.3)
+                began = time.monotonic()
+                while process.poll() is None:
+                    late = time.monotonic() - began > wait
+                    if late and checkpoints.is_dir() and any(n.endswith(".part") for n in os.listdir(checkpoints)):
+                        process.kill()
+                process.wait()
+                tries += 1
+                met += checkpoints.is_dir() and any(n.endswith(".part") for n in os.listdir(checkpoints))
+                command = onwards(scene, other)
+            bad += not ends_the_same(scene, other, directory, title)
+            left = [path for path in other.rglob("*.part")]
+            if left:
+                print(f"LEFT {title}: {left}", flush=True)
                 bad += 1
-            else:
-                bad += not compare(directory, other, title)
-    print(f"{done} kills, of which {met} met a run at work; {bad} runs differ")
+            runs += 1
+    print(f"{met} kills met a checkpoint half written ({tries} tries, {runs} runs); {bad} runs differ")
     return bad
 
 
@@ -298,6 +365,8 @@ if __name__ == "__main__":
             price()
         elif sys.argv[1] == "every":
             wrong = every(sys.argv[2] if len(sys.argv) > 2 else "")
+        elif sys.argv[1] == "writing":
+            wrong = writing(int(sys.argv[2]))
         else:
             wrong = kill(int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1)
     finally:

@@ -1,0 +1,42 @@
+//! Hard cases of `models/hard/cases.toml` that take a second or less each; `04_hard_cases` runs all.
+
+#[path = "../../examples/hard_cases/mod.rs"]
+mod hard_cases;
+
+use hard_cases::{Options, run};
+
+fn all_as_expected(names: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let options = Options {
+        slow: false,
+        only: names.iter().map(|&name| name.to_owned()).collect(),
+        program: env!("CARGO_BIN_EXE_rumple").into(),
+        results: folder.path().to_owned(),
+    };
+    assert_eq!(run(&options).unwrap(), 0);
+}
+
+#[test]
+fn hard_chemistry_is_as_expected() {
+    all_as_expected(&["steep", "far", "diffusion", "catch-bond"]);
+}
+
+#[test]
+fn hard_mechanics_is_as_expected() {
+    all_as_expected(&["at-once", "flat", "flat-left", "snap-pressure", "no-equilibrium"]);
+}
+
+#[test]
+fn laws_that_are_not_finite_are_as_expected() {
+    all_as_expected(&["law-nan", "law-infinite", "law-blows-up", "law-jumps", "factor-negative"]);
+}
+
+#[test]
+fn hostile_files_are_as_expected() {
+    all_as_expected(&["mesh-cut", "mesh-empty", "scene-hostile", "checkpoint-damaged"]);
+}
+
+#[test]
+fn units_do_not_matter() {
+    all_as_expected(&["scales-drag", "scales-spot"]);
+}
