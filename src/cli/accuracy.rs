@@ -55,7 +55,7 @@ pub(super) struct AccuracyArgs {
     #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..))]
     limit: u64,
     /// How often short runs are made, to time them.
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
     repeats: u16,
     /// Value of the first species above which there is a spot; by default half way between its least and
     /// largest values.
@@ -102,8 +102,12 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     let options = options(args)?;
     let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, others, &search, &options)?;
     plan.level = args.level;
-    plan.repeats = args.repeats.max(1);
+    plan.repeats = args.repeats;
     made_by(&mut plan, scene)?;
+    let check = |plan: &Plan| match &args.references_from {
+        Some(other) => study.can_adopt(plan, &absolute(other)?),
+        None => Ok(()),
+    };
     let prepare = |root: &Path| {
         study.write(root)?;
         if let (Some(other), Some(plan)) = (&args.references_from, Plan::read(root)?) {
@@ -112,8 +116,8 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
         Ok(())
     };
     let gather = |plan: &Plan, root: &Path, quiet: bool| gathered(&study, plan, root, quiet);
-    let (how, prepare, gather) = (&args.how, &prepare, &gather);
-    Runs { command: "accuracy", how, jobs: Some(1), prepare, gather }.on(plan)
+    let (how, check, prepare, gather) = (&args.how, &check, &prepare, &gather);
+    Runs { command: "accuracy", how, jobs: Some(1), check, prepare, gather }.on(plan)
 }
 
 /// The error that is wanted if the user does not say.
@@ -174,7 +178,7 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
     })
 }
 
-/// Numbers above 0 from a list or a range.
+/// Numbers between 0 and 1 from a list or a range.
 fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
     let refuse = |what: String| Err(Error::Refused(format!("{option} {text}: {what}")));
     let axis = match Axis::parse(&format!("{}={text}", option.trim_start_matches('-'))) {
@@ -187,8 +191,8 @@ fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
     let mut all = Vec::new();
     for value in &axis.values {
         match value.parse().ok().and_then(Positive::new) {
-            Some(number) => all.push(number),
-            None => return refuse(format!("`{value}` is not a number above 0")),
+            Some(number) if number.get() < 1.0 => all.push(number),
+            _ => return refuse(format!("`{value}` is not a number between 0 and 1")),
         }
     }
     Ok(all)

@@ -5,6 +5,7 @@ mod canvas;
 
 use std::ops::Range;
 
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::OutputError;
@@ -46,6 +47,8 @@ pub struct Panel {
 pub struct Figure {
     /// Names in the legend.
     pub names: Vec<String>,
+    /// How many of the names, the last ones, are of lines to compare with: grey and dashed, without marks.
+    pub guides: usize,
     /// Panels, row by row.
     pub panels: Vec<Panel>,
     /// Panels in a row.
@@ -70,7 +73,18 @@ fn colour(name: usize) -> PaletteColor<Palette99> {
     Palette99::pick(name)
 }
 
+/// Colour, dash and gap of guide number `guide`.
+fn dashed(guide: usize) -> (ShapeStyle, i32, i32) {
+    let (grey, dash, gap) = [(60, 12, 6), (130, 3, 4), (170, 20, 4)][guide % 3];
+    (RGBColor(grey, grey, grey).stroke_width(2), dash, gap)
+}
+
 impl Figure {
+    /// Which guide a name is of, if it is of one.
+    fn guide(&self, name: usize) -> Option<usize> {
+        name.checked_sub(self.names.len().saturating_sub(self.guides))
+    }
+
     fn size(&self) -> (usize, usize) {
         let rows = self.panels.len().div_ceil(self.columns.max(1));
         (PANEL.0 * self.columns.max(1), PANEL.1 * rows + LINE * self.names.len() + 12)
@@ -115,12 +129,18 @@ impl Figure {
         let rows = self.panels.len().div_ceil(self.columns.max(1));
         let (panels, legend) = area.split_vertically(index(PANEL.1 * rows));
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((rows, self.columns))) {
-            panel.draw(&area)?;
+            panel.draw(&area, &|name| self.guide(name))?;
         }
         for (k, name) in self.names.iter().enumerate() {
             let y = i32::try_from(k * LINE + LINE / 2).unwrap_or(0);
-            let line = PathElement::new(vec![(20, y), (50, y)], colour(k).stroke_width(3));
-            legend.draw(&line).map_err(refused)?;
+            let ends = [(20, y), (50, y)];
+            match self.guide(k).map(dashed) {
+                None => legend.draw(&PathElement::new(ends, colour(k).stroke_width(3))),
+                Some((style, dash, gap)) => {
+                    legend.draw(&DashedPathElement::new(ends, dash, gap, style))
+                }
+            }
+            .map_err(refused)?;
             let text = Text::new(name.clone(), (60, y - 8), (FONT, 15).into_font());
             legend.draw(&text).map_err(refused)?;
         }
@@ -128,10 +148,14 @@ impl Figure {
     }
 }
 
+/// Which guide a name is of, if it is of one.
+type Guides<'a> = &'a dyn Fn(usize) -> Option<usize>;
+
 impl Panel {
     fn draw(
         &self,
         area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
+        guides: Guides<'_>,
     ) -> Result<(), OutputError> {
         let (across, up) = self.logarithmic;
         let all = || self.curves.iter().flat_map(|c| c.known(self.logarithmic));
@@ -152,15 +176,15 @@ impl Panel {
         let axis = |range: Range<f64>, logarithmic| {
             if logarithmic { Axis::Logarithmic(log(range)) } else { Axis::Linear(range.into()) }
         };
-        self.on(area, axis(x, across), axis(y, up), &edges)
+        self.on(area, (axis(x, across), axis(y, up)), &edges, guides)
     }
 
     fn on(
         &self,
         area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
-        x: Axis,
-        y: Axis,
+        (x, y): (Axis, Axis),
         edges: &(Range<f64>, Range<f64>),
+        guides: Guides<'_>,
     ) -> Result<(), OutputError> {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
@@ -203,11 +227,17 @@ impl Panel {
                 continue;
             }
             let points: Vec<(f64, f64)> = points.iter().filter(seen).copied().collect();
+            if let Some((style, dash, gap)) = guides(*name).map(dashed) {
+                let line = DashedLineSeries::new(points, dash, gap, style);
+                chart.draw_series(line).map_err(refused)?;
+                continue;
+            }
             // Earlier curves are broader: they show beside later ones that cover them.
             let broader = index(4 * (self.curves.len() - 1 - number) / self.curves.len());
             let style = colour(*name).stroke_width(2 + broader);
-            let line = LineSeries::new(points.iter().copied(), style);
-            chart.draw_series(line).map_err(refused)?;
+            // Piece by piece: a corner of a whole line would end in a spike where it is sharp.
+            let pieces = points.windows(2).map(|ends| PathElement::new(ends.to_vec(), style));
+            chart.draw_series(pieces).map_err(refused)?;
             let radius = if points.len() == 1 { 6 } else { 3 + broader };
             let marks = points.iter().map(|p| Circle::new(*p, radius, colour(*name).filled()));
             chart.draw_series(marks).map_err(refused)?;

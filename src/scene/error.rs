@@ -106,8 +106,10 @@ pub(crate) struct Origin {
     pub(crate) name: String,
     pub(crate) text: Arc<str>,
     pub(crate) overrides: Vec<Arc<str>>,
-    /// How many of them are `--set`; the others are `--over`.
+    /// How many of them are `--set`.
     pub(crate) set: usize,
+    /// The option that gives the others.
+    pub(crate) other: &'static str,
     pub(crate) index: Index,
 }
 
@@ -116,7 +118,7 @@ impl Origin {
     pub(crate) fn option(&self, k: usize) -> (&'static str, String) {
         match k.checked_sub(self.set) {
             None => ("--set", format!("--set number {}", k + 1)),
-            Some(k) => ("--over", format!("--over number {}", k + 1)),
+            Some(k) => (self.other, format!("{} number {}", self.other, k + 1)),
         }
     }
 

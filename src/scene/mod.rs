@@ -107,7 +107,20 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::load`].
     pub fn varied(path: &Path, set: &[String], over: &[String]) -> Result<Self, SceneError> {
-        let (root, (origin, _)) = source::changed(path, set, over)?;
+        Self::varied_by(path, set, over, source::OVER)
+    }
+
+    /// [`Scene::varied`] with the option that errors say gives the second group.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub(crate) fn varied_by(
+        path: &Path,
+        set: &[String],
+        over: &[String],
+        option: &'static str,
+    ) -> Result<Self, SceneError> {
+        let (root, (origin, _)) = source::changed(path, set, (over, option))?;
         let mut scene = check(root, origin)?;
         let unreadable = |error| SceneError::unreadable(path, &error);
         let path = std::path::absolute(path).map_err(unreadable)?;
@@ -122,7 +135,7 @@ impl Scene {
     /// # Errors
     /// `text` is not a valid scene; all that was found wrong, with places.
     pub fn parse(text: &str, name: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        let (root, (origin, _)) = source::document(text, name, overrides, &[])?;
+        let (root, (origin, _)) = source::document(text, name, overrides, (&[], source::OVER))?;
         check(root, origin)
     }
 
@@ -136,7 +149,7 @@ impl Scene {
         set: &[String],
         over: &[String],
     ) -> Result<Vec<String>, SceneError> {
-        let (_, (_, targets)) = source::changed(path, set, over)?;
+        let (_, (_, targets)) = source::changed(path, set, (over, source::OVER))?;
         Ok(targets)
     }
 

@@ -46,18 +46,29 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
             text: Arc::from(text),
             overrides: Vec::new(),
             set: 0,
+            other: OVER,
             index: Index::default(),
         };
         origin.error(&problem)
     })
 }
 
+/// The option that a second group of overrides comes from, if nothing else is said.
+pub(super) const OVER: &str = "--over";
+
+/// A second group of overrides, and the option that they come from.
+pub(super) type Others<'a> = (&'a [String], &'static str);
+
 /// The document of a scene file after its overrides, its texts, and what each override set.
 pub(super) type Changed = (Node, (Origin, Vec<String>));
 
-/// Reads the scene file at `path` and applies the overrides, `set` before `over`.
-pub(super) fn changed(path: &Path, set: &[String], over: &[String]) -> Result<Changed, SceneError> {
-    document(&read(path)?, &path.display().to_string(), set, over)
+/// Reads the scene file at `path` and applies the overrides, `set` before `others`.
+pub(super) fn changed(
+    path: &Path,
+    set: &[String],
+    others: Others<'_>,
+) -> Result<Changed, SceneError> {
+    document(&read(path)?, &path.display().to_string(), set, others)
 }
 
 /// The document of `text` with the overrides; `name` stands for its file in messages.
@@ -65,7 +76,7 @@ pub(super) fn document(
     text: &str,
     name: &str,
     set: &[String],
-    over: &[String],
+    (over, other): Others<'_>,
 ) -> Result<Changed, SceneError> {
     let overrides: Vec<Arc<str>> = set.iter().chain(over).map(|o| Arc::from(o.as_str())).collect();
     let mut origin = Origin {
@@ -73,6 +84,7 @@ pub(super) fn document(
         text: Arc::from(text),
         overrides,
         set: set.len(),
+        other,
         index: Index::default(),
     };
     let mut root = Node::document(text).map_err(|problem| origin.error(&problem))?;

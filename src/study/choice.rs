@@ -19,13 +19,13 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The integrator `text`, a name or a table, of the scene file `scene` with `set`.
+    /// The integrator `text`, a name or a table that `option` gives, of the scene file `scene` with `set`.
     ///
     /// # Errors
     /// The scene is not valid, or there is no such integrator.
-    pub fn read(scene: &Path, set: &[String], text: &str) -> Result<Self> {
+    pub fn read(scene: &Path, set: &[String], text: &str, option: &'static str) -> Result<Self> {
         let table = table_of(text);
-        let scene = Scene::varied(scene, set, &[key(&table)])?;
+        let scene = Scene::varied_by(scene, set, &[key(&table)], option)?;
         let integrator = &scene.time.integrator;
         // Tolerances are varied, but not their ratio.
         let ratio =

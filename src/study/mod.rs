@@ -10,5 +10,5 @@ pub mod states;
 pub mod sweep;
 mod tables;
 
-pub use differences::{Difference, Differences, differences};
+pub use differences::{Difference, Differences, Norm};
 pub use measures::{Measures, measure};

@@ -42,7 +42,7 @@ fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
     let (folder, out) = study(&scene, &arguments);
     assert!(out.status.success(), "{}", text(&out.stderr));
     let said = text(&out.stdout);
-    assert!(said.contains("Seeds spread the energy by"), "{said}");
+    assert!(said.contains("Other random numbers change the energy by"), "{said}");
     assert!(said.contains("not worth paying for"), "{said}");
     let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
     assert!(page.contains("Spread over 3 seeds"), "{page}");
@@ -50,11 +50,14 @@ fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
 
 #[test]
 fn bad_arguments_are_refused_before_anything_is_made() {
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["--want", "0"], "a share above 0"),
-        (&["--tolerances", "1e-2,none"], "`none` is not a number above 0"),
+        (&["--tolerances", "1e-2,none"], "`none` is not a number between 0 and 1"),
+        (&["--tolerances", "2"], "`2` is not a number between 0 and 1"),
         (&["--tolerances", ""], "no values"),
         (&["--integrator", "stagered"], "did you mean staggered"),
+        (&["--integrator", "stagered"], "[--integrator:1:26]"),
+        (&["--over", "sheet.vertice=3,4"], "[--over:1:1]"),
         (&["--integrator", "explicit"], "an explicit integrator needs a rate"),
         (&["--of", "colour"], "possible values"),
     ];

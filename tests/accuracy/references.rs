@@ -11,6 +11,10 @@ fn a_study_goes_on_with_the_runs_that_are_left() {
     let before = table(folder.path());
     let member = folder.path().join("out/members/run=monolithic,-BDF,-1e-2");
     fs::remove_dir_all(&member).unwrap();
+    let out = crate::run::program::rumple(folder.path(), &["accuracy", "out"]);
+    assert!(text(&out.stdout).starts_with("Incomplete: 1 of "), "{}", text(&out.stdout));
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    assert!(page.lines().take(4).any(|line| line.contains("Incomplete: 1 of ")), "{page}");
     let out = again(folder.path(), &["--tolerances", "1e-1,1e-2"]);
     let said = text(&out.stderr);
     assert!(out.status.success(), "{said}");
@@ -22,6 +26,35 @@ fn a_study_goes_on_with_the_runs_that_are_left() {
     // What there is can be gathered again from its folder alone.
     let out = crate::run::program::rumple(folder.path(), &["accuracy", "out"]);
     assert!(out.status.success(), "{}", text(&out.stderr));
+}
+
+#[test]
+fn a_run_that_was_given_up_is_made_again_if_it_may_take_longer() {
+    let arguments = |limit| ["--tolerances", "1e-1", "--limit", limit];
+    let (folder, out) = study(DECAY, &arguments("50"));
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let path = folder.path().join("out/members/run=monolithic,-BDF,-1e-1/status.json");
+    let given_up = || {
+        let mut status: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        assert_eq!(status["status"], "complete");
+        status["status"] = "failed".into();
+        let reason =
+            "given up at t = 0.2: less than 1 % of its way in 20 % of the time limit of 50 s";
+        status["reason"] = reason.into();
+        fs::write(&path, status.to_string()).unwrap();
+    };
+    for (limit, begun) in [("50", 0), ("20", 0), ("60", 1)] {
+        given_up();
+        let said = text(&again(folder.path(), &arguments(limit)).stderr);
+        assert_eq!(said.matches(": begun").count(), begun, "--limit {limit}: {said}");
+        if begun == 0 {
+            let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+            assert!(page.contains("1e-1: failed: given up"), "{page}");
+            let back = fs::read_to_string(&path).unwrap().replace("failed", "complete");
+            fs::write(&path, back).unwrap();
+        }
+    }
 }
 
 #[test]
@@ -45,6 +78,20 @@ fn references_are_taken_over_where_the_scene_is_the_same() {
     assert_eq!(out.status.code(), Some(2), "{said}");
     assert!(said.contains("has references of another scene"), "{said}");
     assert!(said.contains("k = 1.0") && said.contains("k = 2.0"), "{said}");
+    assert!(!folder.path().join("third").exists());
+    // A study of which no reference was made has none to give.
+    fs::write(folder.path().join("scene.toml"), DECAY).unwrap();
+    for member in fs::read_dir(folder.path().join("out/members")).unwrap() {
+        let member = member.unwrap();
+        if member.file_name().to_string_lossy().contains("reference") && member.path().is_dir() {
+            fs::remove_dir_all(member.path()).unwrap();
+        }
+    }
+    let out = crate::run::program::rumple(folder.path(), &[&take[..], &more].concat());
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{said}");
+    assert!(said.contains("has no reference that came to its end"), "{said}");
+    assert!(!folder.path().join("third").exists());
 }
 
 #[test]

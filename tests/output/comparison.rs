@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rumple::kinetics::Location;
 use rumple::model::State;
 use rumple::output::picture::Picture;
 use rumple::run::run::{Ending, Summary};
 use rumple::solve::SolveError;
 use rumple::study::compare::{Member, Ran, contact_sheet, figure};
-use rumple::study::{Measures, differences};
+use rumple::study::{Measures, Norm};
 use rumple::tally::{Spent, Work};
 use rumple::{Error, Vec3};
 
@@ -52,7 +53,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         measures: states.iter().map(measures).collect(),
         shown: states.iter().map(|s| s.species[0].clone()).collect(),
         species: vec!["c".into()],
-        typical: vec![1.0],
+        norm: Norm::new(&sheet, vec![(1.0, Location::Vertex)]),
         sheet,
         states,
     };
@@ -191,7 +192,7 @@ fn where_runs_part_is_said_with_what_it_is_measured_against() {
     assert!((diverged.by.relative() - 4.9 / diverged.by.size).abs() < 1e-12, "{diverged:?}");
     // The c of the first is between 0.1 and 0.2.
     assert!(diverged.by.size > 0.1 && diverged.by.size < 0.2, "{diverged:?}");
-    let found = differences(&first.states[1], &first.states[2], first.sheet.rest(), &[1.0]);
+    let found = first.norm.differences(&first.states[1], &first.states[2]);
     assert_eq!(found.species[0].relative(), 0.0);
     assert_eq!(found.shape.relative(), 0.0);
     let bent = member("bent", 1.0, 0.5, 0.1);

@@ -56,6 +56,7 @@ fn points_that_cannot_be_shown_are_left_out() {
         failed: Vec::new(),
     };
     let figure = Figure {
+        guides: 0,
         names: vec!["one & only".into()],
         panels: vec![
             panel((false, true), &points),
@@ -71,4 +72,27 @@ fn points_that_cannot_be_shown_are_left_out() {
     assert!(text.contains("nothing to show"));
     let mut picture = figure.picture().unwrap();
     assert!(picture.rgb_mut().iter().any(|b| *b != 255));
+}
+
+#[test]
+fn lines_to_compare_with_are_grey_and_dashed() {
+    let curve = |name, up| Curve { name, points: vec![(1.0, up), (2.0, up)] };
+    let figure = |guides| Figure {
+        guides,
+        names: vec!["measured".into(), "wanted".into()],
+        panels: vec![Panel {
+            title: "what".into(),
+            across: "time".into(),
+            logarithmic: (false, false),
+            curves: vec![curve(0, 1.0), curve(1, 2.0)],
+            failed: Vec::new(),
+        }],
+        columns: 1,
+    };
+    let (both, one) = (figure(0).svg().unwrap(), figure(1).svg().unwrap());
+    // A guide has no marks, and many dashes.
+    assert_eq!((both.matches("<circle").count(), one.matches("<circle").count()), (4, 2));
+    let grey = |text: &str| text.matches("stroke=\"#3C3C3C\"").count();
+    assert_eq!(grey(&both), 0);
+    assert!(grey(&one) > 10, "{one}");
 }

@@ -13,7 +13,8 @@ use crate::scene::Scene;
 use crate::solve::SolveError;
 use crate::study::sweep::slurm::Array;
 use crate::study::sweep::{
-    Axis, Event, MemberStatus, Plan, Pool, available, gather, seeds, status, write, write_tables,
+    Axis, Event, MemberStatus, Plan, Pool, available, gather, limit_of, seeds, status, write,
+    write_tables,
 };
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
@@ -21,8 +22,8 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let mut plan = Plan::new(&scene.scene, &scene.overrides, axes(args)?)?;
     plan.level = args.level;
     made_by(&mut plan, scene)?;
-    let (how, prepare) = (&args.how, &|_: &Path| Ok(()));
-    Runs { command: "sweep", how, jobs: None, prepare, gather: &gathered }.on(plan)
+    let (how, check, prepare) = (&args.how, &|_: &Plan| Ok(()), &|_: &Path| Ok(()));
+    Runs { command: "sweep", how, jobs: None, check, prepare, gather: &gathered }.on(plan)
 }
 
 /// Gives members what the command line says of threads and plugins.
@@ -44,6 +45,8 @@ pub(in crate::cli) struct Runs<'a> {
     pub(in crate::cli) how: &'a HowArgs,
     /// How many at once, if the user does not say; as many as there are cores for, if not given.
     pub(in crate::cli) jobs: Option<usize>,
+    /// Refuses a plan before anything is written.
+    pub(in crate::cli) check: &'a dyn Fn(&Plan) -> Result<()>,
     /// What is done in the directory before any is run.
     pub(in crate::cli) prepare: &'a dyn Fn(&Path) -> Result<()>,
     /// Gathers what there is of a plan in a directory, in silence or not; says how it stands.
@@ -72,6 +75,7 @@ impl Runs<'_> {
             }
         }
         plan.seal()?;
+        (self.check)(&plan)?;
         let interrupt = Interrupt::install()?;
         let claim = room::make(&root, &plan, self.how.force)?;
         let outcome = (self.prepare)(&root).and_then(|()| match self.how.slurm {
@@ -90,11 +94,16 @@ impl Runs<'_> {
         Ok(ended?)
     }
 
-    /// The members that are to be run: those that are not complete, those that failed only if asked for.
+    /// The members that are to be run: those that are not complete; those that failed only if asked for, or
+    /// given up for a time limit that is longer now.
     fn open(&self, plan: &Plan, root: &Path) -> Vec<usize> {
-        let is_open = |number: &usize| match status(&plan.directory(root, *number)).0 {
-            MemberStatus::Complete => false,
-            MemberStatus::Failed => self.how.retry_failed,
+        let longer = |number: usize, reason: &str| {
+            let now = plan.members[number].limit;
+            limit_of(reason).is_some_and(|then| now.is_none_or(|now| now > then))
+        };
+        let is_open = |number: &usize| match status(&plan.directory(root, *number)) {
+            (MemberStatus::Complete, _) => false,
+            (MemberStatus::Failed, why) => self.how.retry_failed || longer(*number, &why),
             _ => true,
         };
         (0..plan.members.len()).filter(is_open).collect()

@@ -43,12 +43,20 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
     let ranked = ranked(case, quantity);
     let name = quantity.name();
     let wanted = percent(study.wanted);
-    let mut text = match reference.parted.filter(|_| quantity.is_field()) {
-        Some(parted) => format!("For {wanted} in the {name} before t = {}: ", label(parted)),
-        None => format!("For {wanted} in the {name}: "),
+    let spread = case.spread_of(quantity).filter(|spread| *spread > study.wanted);
+    let enough = spread.unwrap_or(study.wanted);
+    let mut text = match spread {
+        None => format!("For {wanted}"),
+        Some(spread) => format!(
+            "Other random numbers change the {name} by {spread}: a smaller error is not worth paying for. For \
+             {spread} in place of the {wanted} that are wanted",
+            spread = percent(spread)
+        ),
     };
-    let spread = case.spread_of(quantity);
-    let enough = study.wanted.max(spread.unwrap_or(0.0));
+    text += &match reference.parted.filter(|_| quantity.is_field()) {
+        Some(parted) => format!(" in the {name} before t = {}: ", label(parted)),
+        None => format!(" in the {name}: "),
+    };
     let good: Vec<_> = ranked.iter().filter(|(_, error, _)| *error <= enough).collect();
     match good.first() {
         None => {
@@ -90,13 +98,6 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
                 ),
                 None => "; no other integrator is as accurate at these tolerances.".to_owned(),
             };
-            if let Some(spread) = spread.filter(|spread| *spread > study.wanted) {
-                text += &format!(
-                    " Seeds spread the {name} by {}, more than the {wanted} that are wanted: a smaller \
-                     error is not worth paying for, and that is what was asked for here.",
-                    percent(spread)
-                );
-            }
         }
     }
     text += &trust(case, quantity, &ranked);
@@ -194,11 +195,10 @@ pub(super) fn described(study: &Study, point: &Point) -> String {
     text
 }
 
-/// `2.3 %`, or `4.0e-6` where that is shorter.
+/// `2.3 %`, `3.6e-4 %`.
 pub(super) fn percent(share: f64) -> String {
     match share {
         0.0 => "0".to_owned(),
-        share if share < 1e-4 => format!("{share:.1e}"),
         share => format!("{} %", label(two_digits(100.0 * share))),
     }
 }

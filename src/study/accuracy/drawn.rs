@@ -1,5 +1,6 @@
 //! The plots of a study.
 
+use super::advice::{Power, percent, subject};
 use super::errors::{Case, Distance, Point};
 use super::{Quantity, Study};
 use crate::num::real;
@@ -11,8 +12,15 @@ type Cost = fn(&Point) -> Option<f64>;
 /// One of the distances.
 type Part = fn(&Distance) -> f64;
 
-/// Errors below this are round-off, and drawn there.
+/// Errors below this are round-off.
 const LEAST: f64 = 1e-15;
+/// How the line is called that tells how far the references are apart.
+const APART: &str = "references, apart";
+
+/// How the line is called at the error that is wanted.
+fn wanted(study: &Study) -> String {
+    format!("wanted: {}", percent(study.wanted))
+}
 
 /// Name, caption and drawing of every plot.
 pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String, String, Figure)> {
@@ -34,8 +42,9 @@ pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String
         add(
             "work-precision",
             "What accuracy costs: error against processor time of the steps, and beside it against work that \
-             does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed, at the time they took. The \
-             last line is how far the references are apart: nothing below it means anything.",
+             does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed, at the time they took. \
+             Dashed: how far the references are apart (nothing below it means anything), and the error that is \
+             wanted. Errors of 0 lie on the lowest one.",
             work_precision(study, case),
         );
         add(
@@ -53,7 +62,7 @@ pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String
         add(
             "measures",
             "Errors of what can be measured on any branch of a bifurcation, at the end, against processor time. \
-             Below the last line they are smaller than what other random numbers change.",
+             Below the spread over seeds they are smaller than what other random numbers change.",
             measures(study, case),
         );
         add(
@@ -103,6 +112,18 @@ fn line(case: &Case, curve: usize) -> impl Iterator<Item = &Point> {
     case.points.iter().filter(move |p| p.curve == curve).filter(tight)
 }
 
+/// Errors that are nothing but round-off have no place on a logarithmic axis: they lie where the least of the
+/// others does.
+fn with_zeros(mut curves: Vec<Curve>) -> Vec<Curve> {
+    let all = curves.iter().flat_map(|c| &c.points).map(|p| p.1);
+    let least = all.filter(|error| *error > LEAST).fold(f64::INFINITY, f64::min);
+    let least = if least.is_finite() { least } else { LEAST };
+    for (_, error) in curves.iter_mut().flat_map(|c| &mut c.points) {
+        *error = error.max(least);
+    }
+    curves
+}
+
 /// Error of `quantity` against `cost`, with how far the references are apart.
 fn against(
     study: &Study,
@@ -114,7 +135,7 @@ fn against(
     let mut failed = Vec::new();
     for (name, _) in study.curves.iter().enumerate() {
         let points = line(case, name)
-            .filter_map(|p| Some((cost(p)?, p.error(quantity)?.max(LEAST))))
+            .filter_map(|p| Some((cost(p)?, p.error(quantity)?)))
             .filter(|p| p.0 > 0.0);
         curves.push(Curve { name, points: points.collect() });
         let lost = line(case, name).filter(|p| !p.ended());
@@ -123,16 +144,21 @@ fn against(
     let places = || curves.iter().flat_map(|c| c.points.iter().map(|p| p.0));
     let (least, most) = places().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
     let apart = case.reference.as_ref().and_then(|r| r.confirmed.as_ref()?.1.get(quantity));
-    if let Some(apart) = apart.filter(|apart| *apart > LEAST && least < most) {
-        let points = vec![(least, apart), (most, apart)];
-        curves.push(Curve { name: study.curves.len(), points });
+    let asked = (subject(study, case) == quantity).then_some(study.wanted);
+    for (k, error) in [apart, asked].into_iter().enumerate() {
+        if let Some(error) = error.filter(|error| *error > LEAST && least < most) {
+            let points = vec![(least, error), (most, error)];
+            curves.push(Curve { name: study.curves.len() + k, points });
+        }
     }
-    (curves, failed)
+    (with_zeros(curves), failed)
 }
 
 fn work_precision(study: &Study, case: &Case) -> Figure {
     let mut panels = Vec::new();
+    let mut columns = 1;
     for quantity in [Quantity::Species, Quantity::Shape] {
+        let others = panels.len();
         let costs: [(&str, Cost); 3] = [
             ("processor time of the steps [s]", seconds),
             ("evaluations of forces and laws", |p| number(p.work()?.evaluations())),
@@ -146,9 +172,10 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
                 panels.push(panel);
             }
         }
+        columns = columns.max(panels.len() - others);
     }
-    let columns = panels.len().clamp(1, 3);
-    Figure { names: names(study, &["references, apart"]), panels, columns }
+    let more = [APART, &wanted(study)];
+    Figure { names: names(study, &more), guides: more.len(), panels, columns }
 }
 
 /// Processor time of the steps, or all that a run took which did not come to its end.
@@ -170,7 +197,7 @@ fn measures(study: &Study, case: &Case) -> Figure {
             places().fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
         if let Some(spread) = case.spread_of(quantity).filter(|spread| *spread > 0.0) {
             let points = vec![(least, spread), (most, spread)];
-            curves.push(Curve { name: study.curves.len() + 1, points });
+            curves.push(Curve { name: study.curves.len() + 2, points });
         }
         let title = format!("error of the {}", quantity.name());
         if let Some(mut panel) = panel(&title, "processor time of the steps [s]", curves) {
@@ -178,8 +205,8 @@ fn measures(study: &Study, case: &Case) -> Figure {
             panels.push(panel);
         }
     }
-    let more = ["references, apart", "spread over seeds"];
-    Figure { names: names(study, &more), panels, columns: 3 }
+    let more = [APART, &wanted(study), "spread over seeds"];
+    Figure { names: names(study, &more), guides: more.len(), panels, columns: 3 }
 }
 
 fn in_time(study: &Study, case: &Case) -> Figure {
@@ -205,7 +232,7 @@ fn in_time(study: &Study, case: &Case) -> Figure {
             panels.push(panel);
         }
     }
-    Figure { names: names(study, &["references, apart"]), panels, columns: 2 }
+    Figure { names: names(study, &[APART]), guides: 1, panels, columns: 2 }
 }
 
 fn trust(study: &Study, case: &Case) -> Figure {
@@ -213,8 +240,7 @@ fn trust(study: &Study, case: &Case) -> Figure {
     for quantity in [Quantity::Species, Quantity::Shape] {
         let mut curves = Vec::new();
         for (name, _) in study.curves.iter().enumerate() {
-            let points =
-                line(case, name).filter_map(|p| Some((p.tolerance, p.error(quantity)?.max(LEAST))));
+            let points = line(case, name).filter_map(|p| Some((p.tolerance, p.error(quantity)?)));
             curves.push(Curve { name, points: points.collect() });
         }
         let asked = || case.points.iter().map(|p| p.tolerance);
@@ -223,10 +249,10 @@ fn trust(study: &Study, case: &Case) -> Figure {
             let points = vec![(least, least), (most, most)];
             curves.push(Curve { name: study.curves.len(), points });
             let title = format!("error of the {}", quantity.name());
-            panels.extend(panel(&title, "tolerance", curves));
+            panels.extend(panel(&title, "tolerance", with_zeros(curves)));
         }
     }
-    Figure { names: names(study, &["error = tolerance"]), panels, columns: 2 }
+    Figure { names: names(study, &["error = tolerance"]), guides: 1, panels, columns: 2 }
 }
 
 fn map(study: &Study, case: &Case) -> Figure {
@@ -241,10 +267,10 @@ fn map(study: &Study, case: &Case) -> Figure {
         let line = |(name, tolerance): (usize, &f64)| {
             let mine = |p: &&Point| p.curve == 0 && p.tolerance == *tolerance;
             let points = case.points.iter().filter(mine);
-            let points = points.filter_map(|p| Some((p.force?, p.error(quantity)?.max(LEAST))));
+            let points = points.filter_map(|p| Some((p.force?, p.error(quantity)?)));
             Curve { name, points: points.collect() }
         };
-        let curves = tolerances.iter().enumerate().map(line).collect();
+        let curves = with_zeros(tolerances.iter().enumerate().map(line).collect());
         panels.extend(panel(
             &format!("error of the {}", quantity.name()),
             "force tolerance",
@@ -252,13 +278,13 @@ fn map(study: &Study, case: &Case) -> Figure {
         ));
     }
     let name = study.curves.first().map_or("", |c| c.name.as_str());
-    let named = tolerances.iter().map(|t| format!("{name}, {}", super::advice::Power(*t)));
-    Figure { names: named.collect(), panels, columns: 2 }
+    let named = tolerances.iter().map(|t| format!("{name}, {}", Power(*t)));
+    Figure { names: named.collect(), guides: 0, panels, columns: 2 }
 }
 
 /// Measures of the references of all cases against one of the other keys.
 fn across(plan: &Plan, cases: &[Case], key: usize, axis: &Axis) -> Figure {
-    let none = Figure { names: Vec::new(), panels: Vec::new(), columns: 1 };
+    let none = Figure { names: Vec::new(), guides: 0, panels: Vec::new(), columns: 1 };
     let Some(places) = axis.numbers().filter(|all| all.len() > 1) else { return none };
     let wide = places.iter().all(|x| *x > 0.0);
     // A line for every combination of the keys that are left.
@@ -296,5 +322,5 @@ fn across(plan: &Plan, cases: &[Case], key: usize, axis: &Axis) -> Figure {
         }
     }
     let columns = panels.len().clamp(1, 3);
-    Figure { names: lines.into_iter().map(|(_, name)| name).collect(), panels, columns }
+    Figure { names: lines.into_iter().map(|(_, name)| name).collect(), guides: 0, panels, columns }
 }

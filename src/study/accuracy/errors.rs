@@ -8,7 +8,7 @@ use super::{Quantity, Role, Study};
 use crate::model::State;
 use crate::output::ResultDirectory;
 use crate::run::Simulation;
-use crate::study::differences::differences;
+use crate::study::differences::Norm;
 use crate::study::measures::Measures;
 use crate::study::states;
 use crate::study::sweep::{Found, MemberStatus, Plan, Timing, read};
@@ -321,9 +321,7 @@ pub(super) fn add_peer(
 
 /// What differences of states are relative to.
 struct Yardstick {
-    rest: Vec<crate::Vec3>,
-    typical: Vec<f64>,
-    species: bool,
+    norm: Norm,
     moves: bool,
 }
 
@@ -333,11 +331,7 @@ impl Yardstick {
         let scene = plan.scene(number).ok()?;
         let simulation = Simulation::new(&scene, &plan.search()).ok()?;
         let model = simulation.model();
-        let chemistry = model.chemistry();
-        let typical = chemistry.map(|c| c.descriptor().species.iter().map(|s| s.typical).collect());
-        let typical: Vec<f64> = typical.unwrap_or_default();
-        let rest = simulation.sheet().rest().to_vec();
-        Some(Self { rest, species: !typical.is_empty(), typical, moves: model.moves() })
+        Some(Self { norm: Norm::of(model), moves: model.moves() })
     }
 
     /// The two references that are the least apart, two of different methods if there are any, the one that is
@@ -366,7 +360,7 @@ impl Yardstick {
         for state in states {
             let near = |s: &&State| (s.time - state.time).abs() <= 1e-9 * state.time.abs();
             let Some(same) = truth.iter().find(near) else { continue };
-            let found = differences(state, same, &self.rest, &self.typical);
+            let found = self.norm.differences(state, same);
             let species = found.worst_species().map_or(0.0, |(_, by)| by.relative());
             course.push(Distance { time: state.time, species, shape: found.shape.relative() });
         }
@@ -383,7 +377,7 @@ impl Yardstick {
                 .fold(None, |largest: Option<f64>, e| Some(largest.map_or(e, |l| l.max(e))))
         };
         let of = Quantity::ALL.map(|quantity| match quantity {
-            Quantity::Species if self.species => largest(|d| d.species),
+            Quantity::Species if self.norm.species() > 0 => largest(|d| d.species),
             Quantity::Shape if self.moves => largest(|d| d.shape),
             Quantity::Species | Quantity::Shape => None,
             measure => measure.error(&run.found.measures, &truth.found.measures),

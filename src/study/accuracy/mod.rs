@@ -32,7 +32,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::sweep::{Found, MemberStatus, PLOT, Plan};
+use super::sweep::{Found, MemberStatus, PLOT, Plan, status};
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 
@@ -134,19 +134,47 @@ impl Study {
         plan.members.iter().all(|m| cases.contains(&m.at.get(1..).map(<[usize]>::to_vec)))
     }
 
+    /// The runs that are references.
+    fn references(&self, plan: &Plan) -> impl Iterator<Item = usize> {
+        let reference = |at: &[usize]| {
+            let role = at.first().and_then(|k| self.runs.get(*k));
+            matches!(role, Some(Role::Reference { .. }))
+        };
+        let members = plan.members.iter().enumerate();
+        let found: Vec<usize> = members.filter(|(_, m)| reference(&m.at)).map(|(k, _)| k).collect();
+        found.into_iter()
+    }
+
+    /// Refuses the study in `other` if no reference of every case can be taken from it.
+    ///
+    /// # Errors
+    /// A reference of another scene, mesh or law; none that is complete.
+    pub fn can_adopt(&self, plan: &Plan, other: &Path) -> Result<()> {
+        let case = |number: usize| plan.members[number].at.get(1..).map(<[usize]>::to_vec);
+        let mut made = Vec::new();
+        for number in self.references(plan) {
+            if plan.made_in(number, other)?.is_some() {
+                made.push(case(number));
+            }
+        }
+        match (0..plan.members.len()).find(|number| !made.contains(&case(*number))) {
+            None => Ok(()),
+            Some(number) => Err(Error::Refused(format!(
+                "{}: has no reference that came to its end for {}: expected the directory of a study of this \
+                 scene",
+                other.display(),
+                plan.name(number)
+            ))),
+        }
+    }
+
     /// Takes references that are complete over from the study in `other`, whose settings [`Options::taken`] gave
     /// this one, so that they are not made again.
     ///
     /// # Errors
     /// A reference of another scene, mesh or law; a file that cannot be copied.
     pub fn adopt(&self, plan: &Plan, root: &Path, other: &Path) -> Result<()> {
-        for (number, member) in plan.members.iter().enumerate() {
-            let role = member.at.first().and_then(|k| self.runs.get(*k));
-            if matches!(role, Some(Role::Reference { .. })) {
-                plan.adopt(number, root, other)?;
-            }
-        }
-        Ok(())
+        self.references(plan).try_for_each(|number| plan.adopt(number, root, other))
     }
 
     /// Reads what there is of all runs and writes tables, plots and reports into `root`; the advice in words.
@@ -179,6 +207,7 @@ impl Study {
 
     fn report(&self, cases: &[Case], plan: &Plan, root: &Path) -> Result<String> {
         let advice: Vec<String> = cases.iter().map(|case| advice::advice(self, case)).collect();
+        let open = unfinished(plan, root);
         let figures = drawn::figures(self, plan, cases);
         let [_, csv, md, html] = Self::FILES.map(str::to_owned);
         let mut files = vec![(csv, report::csv(self, cases).into_bytes())];
@@ -190,7 +219,7 @@ impl Study {
             files.push((format!("{name}.png"), figure.picture()?.png()?));
             drawings.push(page::Drawing { name, caption, svg });
         }
-        let blocks = report::blocks(self, plan, cases, &advice, drawings);
+        let blocks = report::blocks(self, plan, cases, (open.as_deref(), &advice), drawings);
         files.push((md, page::markdown(&blocks).into_bytes()));
         files.push((html, page::html(&blocks).into_bytes()));
         for (name, bytes) in files {
@@ -201,6 +230,22 @@ impl Study {
             true => advice,
             false => format!("{}: {advice}", case.name),
         };
-        Ok(named.map(text).collect::<Vec<_>>().join("\n\n"))
+        Ok(open.into_iter().chain(named.map(text)).collect::<Vec<_>>().join("\n\n"))
     }
+}
+
+/// What is still to be made, if anything is.
+fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
+    let all = plan.members.len();
+    let ended = |number: &usize| {
+        let status = status(&plan.directory(root, *number)).0;
+        matches!(status, MemberStatus::Complete | MemberStatus::Failed)
+    };
+    let open = all - (0..all).filter(ended).count();
+    (open > 0).then(|| {
+        format!(
+            "Incomplete: {open} of {all} runs are still to be made. What follows is of those that there are, and \
+             may change; the same command goes on."
+        )
+    })
 }

@@ -97,8 +97,8 @@ impl Study {
         options: &Options,
     ) -> Result<(Self, Plan)> {
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
-        let base: Vec<String> = set.iter().cloned().chain(first).collect();
-        let plain = Scene::varied(scene, &base, &[])?;
+        let base: Vec<String> = set.iter().chain(&first).cloned().collect();
+        let plain = Scene::varied(scene, set, &first)?;
         let moves = match Simulation::new(&plain, search) {
             Ok(simulation) => simulation.model().moves(),
             // Its own integrator may not go with it: others may.
@@ -111,7 +111,7 @@ impl Study {
         let usual = usual(plain.time.policy, moves).iter().map(|text| (*text).to_owned());
         let texts: Vec<String> = if asked { options.integrators.clone() } else { usual.collect() };
         for text in texts {
-            let choice = Choice::read(scene, &base, &text)?;
+            let choice = Choice::read(scene, &base, &text, "--integrator")?;
             match fits(scene, &base, search, &choice, options)? {
                 Some(why) if asked => return Err(Error::Refused(format!("{text}: {why}"))),
                 Some(why) => left_out.push(format!("{}: {why}", choice.name)),
@@ -220,7 +220,7 @@ fn references(
     // Without a sheet there are no forces.
     let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
     for (text, tighter) in texts {
-        let choice = Choice::read(scene, base, text)?;
+        let choice = Choice::read(scene, base, text, "--reference")?;
         if let Some(why) = fits(scene, base, search, &choice, options)? {
             left_out.push(format!("reference by {}: {why}", choice.name));
             continue;

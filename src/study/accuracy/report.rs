@@ -55,7 +55,7 @@ pub(super) fn blocks(
     study: &Study,
     plan: &Plan,
     cases: &[Case],
-    advice: &[String],
+    (open, advice): (Option<&str>, &[String]),
     drawings: Vec<Drawing>,
 ) -> Vec<Block> {
     let scene = plan.scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -63,6 +63,7 @@ pub(super) fn blocks(
     for set in &plan.set {
         blocks.push(Block::Text(format!("With {set}.")));
     }
+    blocks.extend(open.map(|open| Block::Advice(open.to_owned())));
     let mut drawings = drawings.into_iter().peekable();
     for (case, advice) in cases.iter().zip(advice) {
         if !case.name.is_empty() {

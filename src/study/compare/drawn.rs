@@ -32,7 +32,7 @@ pub fn figure(members: &[Member]) -> Figure {
     };
     let Some((_, reference)) = ran.first() else {
         let names = members.iter().map(name).collect();
-        return Figure { names, panels, columns: 1 };
+        return Figure { names, guides: 0, panels, columns: 1 };
     };
     let apart: Vec<_> = ran.iter().map(|(k, r)| (*k, r.deviations(reference))).collect();
     let others = || apart.iter().filter(|(k, _)| *k != ran[0].0);
@@ -65,12 +65,12 @@ pub fn figure(members: &[Member]) -> Figure {
         let curves = ran.iter().map(|(k, r)| Curve { name: *k, points: first(r) }).collect();
         let species = reference.species.first().map_or("species", String::as_str);
         panel(species, "time", (false, false), curves);
-        return Figure { names: members.iter().map(name).collect(), panels, columns: 3 };
+        return Figure { names: members.iter().map(name).collect(), guides: 0, panels, columns: 3 };
     }
     panel("elastic energy [energy]", "time", (false, false), measured(|m| m.energy));
     panel("largest displacement [length]", "time", (false, false), measured(|m| m.amplitude));
     panel("number of spots", "time", (false, false), measured(|m| real(m.spots)));
-    Figure { names: members.iter().map(name).collect(), panels, columns: 3 }
+    Figure { names: members.iter().map(name).collect(), guides: 0, panels, columns: 3 }
 }
 
 /// Cost and largest distance of every member, at the edge where it has none: the reference and what

@@ -12,7 +12,7 @@ pub use timescales::Timescales;
 
 use std::sync::Arc;
 
-use super::differences::{Difference, differences};
+use super::differences::{Difference, Norm};
 use super::measures::{Measures, measure};
 use crate::kinetics::Search;
 use crate::model::{Evaluation, State};
@@ -45,8 +45,8 @@ pub struct Ran {
     pub measures: Vec<Measures>,
     /// Names of the species.
     pub species: Vec<String>,
-    /// Typical magnitudes of the species.
-    pub typical: Vec<f64>,
+    /// What its states are compared by.
+    pub norm: Norm,
     /// The first species of every state at the vertices, if there are species.
     pub shown: Vec<Vec<f64>>,
     /// The sheet.
@@ -84,7 +84,7 @@ impl Ran {
             let Some(same) = reference.states.iter().find(|r| r.time == state.time) else {
                 continue;
             };
-            let found = differences(state, same, self.sheet.rest(), &self.typical);
+            let found = self.norm.differences(state, same);
             let shape = found.shape.relative();
             let worst = found.worst_species();
             let species = worst.map_or(0.0, |(_, by)| by.relative());
@@ -145,11 +145,9 @@ pub fn member(
 ) -> Result<Ran> {
     let mut simulation = Simulation::new(scene, search)?;
     let directory = room()?;
-    let (species, typical) = simulation
-        .model()
-        .chemistry()
-        .map(|c| c.descriptor().species.iter().map(|s| (s.name.clone(), s.typical)).unzip())
-        .unwrap_or_default();
+    let names = simulation.model().chemistry().map(|c| &c.descriptor().species);
+    let species = names.into_iter().flatten().map(|s| s.name.clone()).collect();
+    let norm = Norm::of(simulation.model());
     let mut kept = Kept::default();
     let summary = run::with_status(&directory, || {
         record(&simulation, &directory)?;
@@ -162,5 +160,5 @@ pub fn member(
     }
     let Kept { states, measures, shown } = kept;
     let sheet = Arc::clone(simulation.sheet());
-    Ok(Ran { summary, states, measures, species, typical, shown, sheet })
+    Ok(Ran { summary, states, measures, species, norm, shown, sheet })
 }

@@ -1,20 +1,21 @@
 //! One member of a sweep: run in a process of its own, and read back by whoever gathers.
 
 mod continued;
+mod limited;
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use self::continued::{continued, open_measures};
+use self::limited::Limited;
+pub use self::limited::limit_of;
 use super::plan::Plan;
 use super::timing::Timing;
 use crate::kinetics::Search;
 use crate::model::Evaluation;
-use crate::num::{Short, real};
+use crate::num::real;
 use crate::output::{
     Claim, Compression, Field, Frame, Interrupt, Ledger, OutputError, Progress, ResultDirectory,
     RunStatus, Standing, vtu,
@@ -237,53 +238,6 @@ impl Observer for Keep {
         if info.frame {
             self.0.append(at.state())?;
         }
-        Ok(())
-    }
-}
-
-/// A run that has used this share of its time limit …
-const SOON: f64 = 0.2;
-/// … and not gone this share of its way is given up.
-const LITTLE: f64 = 0.01;
-
-/// Ends a run that takes too long.
-#[derive(Default)]
-struct Limited {
-    /// The time that the run has reached, as bits.
-    reached: AtomicU64,
-    expired: AtomicBool,
-}
-
-impl Limited {
-    /// Asks the run to `until` to end when it has taken `limit` seconds, or sooner if it does not get on.
-    fn watch(limit: Option<u64>, until: f64, interrupt: Interrupt) -> Arc<Self> {
-        let limited = Arc::new(Self::default());
-        if let Some(limit) = limit {
-            let watched = Arc::clone(&limited);
-            thread::spawn(move || {
-                let all = Duration::from_secs(limit);
-                thread::sleep(all.mul_f64(SOON));
-                if f64::from_bits(watched.reached.load(Ordering::SeqCst)) > LITTLE * until {
-                    thread::sleep(all.mul_f64(1.0 - SOON));
-                }
-                watched.expired.store(true, Ordering::SeqCst);
-                interrupt.request();
-            });
-        }
-        limited
-    }
-
-    /// The error of a run that was ended at `time` because of the `limit`.
-    fn error(&self, time: f64, limit: Option<u64>) -> Option<Error> {
-        let limit = limit.filter(|_| self.expired.load(Ordering::SeqCst))?;
-        let time = Short(time);
-        Some(Error::Incomplete(format!("given up at t = {time}: the time limit of {limit} s")))
-    }
-}
-
-impl Observer for Arc<Limited> {
-    fn observe(&mut self, at: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
-        self.reached.store(at.state().time.to_bits(), Ordering::SeqCst);
         Ok(())
     }
 }

@@ -13,6 +13,7 @@
 //! by a [`Pool`] or by [`slurm`]; what is in their folders is gathered into tables, pictures and plots,
 //! whether they have ended or not.
 
+mod adopted;
 mod axis;
 mod drawn;
 mod keys;
@@ -28,7 +29,7 @@ mod timing;
 pub use axis::{Axis, MOST};
 pub use drawn::contact_sheet;
 pub use keys::seeds;
-pub use member::{Found, MemberStatus, Shown, read, run, status};
+pub use member::{Found, MemberStatus, Shown, limit_of, read, run, status};
 pub use memory::{Needs, available};
 pub use plan::{Plan, Point};
 pub use plots::{drawn_keys, figure};

@@ -12,10 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, MOST, plain};
 use super::keys::check_keys;
-use super::member::{MemberStatus, status};
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, fingerprint};
-use crate::output::{Claim, OutputError, ResultDirectory, atomic};
+use crate::output::{OutputError, ResultDirectory, atomic};
 use crate::run::{Error, Result};
 use crate::scene::{Scene, Shape, SheetSource};
 
@@ -313,30 +312,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Takes member `number` over from the sweep in `other`, if that has one of the same scene that is complete.
-    ///
-    /// # Errors
-    /// It has one of the same name and another scene; a file that cannot be copied.
-    pub fn adopt(&self, number: usize, root: &Path, other: &Path) -> Result<()> {
-        let Some(theirs) = Self::read(other)? else { return Ok(()) };
-        let point = &self.members[number];
-        let same = theirs.members.iter().position(|m| m.fingerprint == point.fingerprint);
-        let Some(same) = same else {
-            if theirs.members.iter().any(|m| m.folder == point.folder) {
-                let what = self.difference(number, other)?;
-                let message =
-                    format!("{}: has references of another scene: {what}", other.display());
-                return Err(Error::Refused(message));
-            }
-            return Ok(());
-        };
-        let (from, to) = (theirs.directory(other, same), self.directory(root, number));
-        let complete = |path: &Path| status(path).0 == MemberStatus::Complete;
-        if complete(&from) && !complete(&to) { copy(&from, &to) } else { Ok(()) }
-    }
-
     /// What of a member has changed since it was run.
-    fn difference(&self, number: usize, root: &Path) -> Result<String> {
+    pub(super) fn difference(&self, number: usize, root: &Path) -> Result<String> {
         let now = self.scene(number)?.resolved()?;
         let written = ResultDirectory::resolved_in(&self.directory(root, number));
         let then = fs::read_to_string(written).unwrap_or_default();
@@ -352,29 +329,6 @@ impl Plan {
             None => format!("a file that the scene names or a plugin has changed, for {name}"),
         })
     }
-}
-
-/// Copies a folder, what says how it stands last.
-fn copy(from: &Path, to: &Path) -> Result<()> {
-    let read = |source| OutputError::Read { path: from.to_owned(), source };
-    let write = |source| OutputError::Write { path: to.to_owned(), source };
-    fs::create_dir_all(to).map_err(write)?;
-    let mut last = None;
-    for entry in fs::read_dir(from).map_err(read)? {
-        let entry = entry.map_err(read)?;
-        let (path, target) = (entry.path(), to.join(entry.file_name()));
-        if path.is_dir() {
-            copy(&path, &target)?;
-        } else if entry.file_name() == Claim::STATUS {
-            last = Some((path, target));
-        } else {
-            fs::copy(&path, &target).map_err(write)?;
-        }
-    }
-    if let Some((path, target)) = last {
-        fs::copy(&path, &target).map_err(write)?;
-    }
-    Ok(())
 }
 
 /// Most characters of the name of a folder: systems allow 255 bytes.

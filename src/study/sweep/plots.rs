@@ -22,7 +22,7 @@ const WIDE_KEY: f64 = 30.0;
 #[must_use]
 pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
     let Some(axis) = plan.axes.get(across) else {
-        return Figure { names: Vec::new(), panels: Vec::new(), columns: 1 };
+        return Figure { names: Vec::new(), guides: 0, panels: Vec::new(), columns: 1 };
     };
     let places = places(axis);
     let logarithmic = is_logarithmic(axis, &places);
@@ -87,7 +87,7 @@ pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
     // The time reached is no result.
     let panels: Vec<Panel> = COLUMNS[1..].iter().filter_map(panel).collect();
     let columns = panels.len().clamp(1, ACROSS);
-    Figure { names: curves.into_iter().map(|(_, name)| name).collect(), panels, columns }
+    Figure { names: curves.into_iter().map(|(_, name)| name).collect(), guides: 0, panels, columns }
 }
 
 /// Which keys are drawn: those with several values, seeds only where there is nothing else.
