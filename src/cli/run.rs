@@ -82,7 +82,10 @@ fn work(
     super::record(scene, from, simulation, directory)?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
     let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
-    simulation.faults = laws::try_out(&mut simulation.evaluate())?;
+    // In the middle of a run there is no start to try them out at.
+    if scene.time.span.from.is_none() {
+        simulation.faults = laws::try_out(&mut simulation.evaluate())?;
+    }
     for note in simulation.notes.iter().chain(&simulation.faults) {
         progress.message(note);
     }

@@ -1,6 +1,6 @@
 //! Why a model has no value at a state.
 
-use crate::kinetics::KineticsError;
+use crate::kinetics::{KineticsError, Location};
 use crate::linear::LinearError;
 use crate::num::Short;
 use crate::sheet::SheetError;
@@ -46,15 +46,17 @@ pub enum ModelError {
     },
     /// A species left its valid range by more than the tolerance.
     #[error(
-        "species `{species}` becomes {value:e} at {place} at time {time}; it is valid from {} to \
+        "species `{species}` becomes {value:e} at {} {point} at time {time}; it is valid from {} to \
          {}: the step is too large for its kinetics, or the kinetics leave the range",
-        Short(range.0), Short(range.1)
+        location.noun(), Short(range.0), Short(range.1)
     )]
     OutOfRange {
         /// The species.
         species: String,
-        /// Kind and number of the point.
-        place: String,
+        /// Where species live.
+        location: Location,
+        /// Number of the point.
+        point: usize,
         /// The value there.
         value: f64,
         /// Valid range.

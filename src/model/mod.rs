@@ -204,7 +204,8 @@ impl Model {
                 if !(*c >= least && *c <= greatest) {
                     return Err(ModelError::OutOfRange {
                         species: species.name.clone(),
-                        place: format!("{} {point}", chemistry.location().noun()),
+                        location: chemistry.location(),
+                        point,
                         value: *c,
                         range: (species.lower, species.upper),
                         time,

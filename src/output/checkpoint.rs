@@ -67,16 +67,7 @@ impl CheckpointFiles {
         let folder = self.directory.checkpoints();
         fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
         let path = self.directory.checkpoint(self.next);
-        let header = format!("{WRITER:<width$}\n", width = HEADER - 1);
-        let length = (content.len() as u64).to_le_bytes();
-        let parts = [header.as_bytes(), &length, content];
-        let mut hasher = Sha256::new();
-        parts.iter().for_each(|part| hasher.update(part));
-        let hash = hasher.finalize();
-        atomic::replace(&path, |writer| {
-            parts.iter().try_for_each(|part| writer.write_all(part))?;
-            writer.write_all(&hash)
-        })?;
+        write(&path, content)?;
         self.next += 1;
         let mut found = self.directory.checkpoints_found()?;
         found.retain(|(number, _)| number + self.keep < self.next);
@@ -86,6 +77,23 @@ impl CheckpointFiles {
         }
         Ok(path)
     }
+}
+
+/// Writes `content` to `path`.
+///
+/// # Errors
+/// [`OutputError::Write`] from the operating system; what was there before is then untouched.
+pub fn write(path: &Path, content: &[u8]) -> Result<(), OutputError> {
+    let header = format!("{WRITER:<width$}\n", width = HEADER - 1);
+    let length = (content.len() as u64).to_le_bytes();
+    let parts = [header.as_bytes(), &length, content];
+    let mut hasher = Sha256::new();
+    parts.iter().for_each(|part| hasher.update(part));
+    let hash = hasher.finalize();
+    atomic::replace(path, |writer| {
+        parts.iter().try_for_each(|part| writer.write_all(part))?;
+        writer.write_all(&hash)
+    })
 }
 
 /// The content of the checkpoint at `path`, if it is whole.

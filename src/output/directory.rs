@@ -28,6 +28,7 @@ impl ResultDirectory {
     const RESOLVED: &'static str = "resolved.toml";
     const PROVENANCE: &'static str = "provenance.json";
     const COSTS: &'static str = "costs.json";
+    /// What earlier versions left of a run that failed.
     const FAILED: &'static str = "failed.vtu";
     /// Name of the measures of a member of a sweep.
     pub const MEASURES: &'static str = "measures.csv";
@@ -92,7 +93,8 @@ impl ResultDirectory {
     /// # Errors
     /// [`OutputError::Read`] and [`OutputError::Write`] from the operating system.
     pub fn cut_back(&self, frames: usize, modes: usize) -> Result<(), OutputError> {
-        let mut later = vec![self.failed(), self.costs()];
+        self.forget_failure()?;
+        let mut later = vec![self.root.join(Self::FAILED), self.costs()];
         for (folder, stem, count) in
             [(self.frames(), "frame_", frames), (self.modes(), "mode_", modes)]
         {
@@ -135,6 +137,7 @@ impl ResultDirectory {
             }
         }
         remove_all(ours)?;
+        self.forget_failure()?;
         for (folder, _) in folders {
             // One with anything else in it stays.
             let _ = fs::remove_dir(folder);
@@ -247,12 +250,6 @@ impl ResultDirectory {
         root.join(Self::COSTS)
     }
 
-    /// The last good state of a run that failed.
-    #[must_use]
-    pub fn failed(&self) -> PathBuf {
-        self.root.join(Self::FAILED)
-    }
-
     /// Name of frame `number` within [`frames`](Self::frames).
     #[must_use]
     pub fn frame_name(number: usize) -> String {
@@ -290,7 +287,13 @@ fn check(root: &Path, force: bool) -> Result<(), OutputError> {
 
 /// Refuses links and files where a run has directories.
 fn check_folders(root: &Path) -> Result<(), OutputError> {
-    for name in [ResultDirectory::FRAMES, ResultDirectory::MODES, ResultDirectory::CHECKPOINTS] {
+    let folders = [
+        ResultDirectory::FRAMES,
+        ResultDirectory::MODES,
+        ResultDirectory::CHECKPOINTS,
+        ResultDirectory::FAILURE,
+    ];
+    for name in folders {
         let what = match fs::symlink_metadata(root.join(name)) {
             Ok(found) if found.is_symlink() => "link, which is not followed",
             Ok(found) if !found.is_dir() => "file",
@@ -303,7 +306,7 @@ fn check_folders(root: &Path) -> Result<(), OutputError> {
 }
 
 /// Removes files, whether they are there or not.
-fn remove_all(files: Vec<PathBuf>) -> Result<(), OutputError> {
+pub(super) fn remove_all(files: Vec<PathBuf>) -> Result<(), OutputError> {
     for path in files {
         match fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {

@@ -13,7 +13,7 @@
 //! DIR/status.json                running, complete, interrupted or failed, and why
 //! DIR/measures.csv               of a member of a sweep: measures at the output times
 //! DIR/shown.vtu                  of a member of a sweep: what its picture shows
-//! DIR/failed.vtu                 the last good state of a run that failed
+//! DIR/failure/                   why a run failed, its last good state, and a scene that fails again
 //! ```
 //!
 //! Observers get a state and give nothing back. Frames, the index of frames and the two records
@@ -26,6 +26,7 @@ pub mod clock;
 pub mod directory;
 mod encode;
 pub mod events;
+pub mod failure;
 pub mod file;
 pub mod frame;
 pub mod inputs;
@@ -44,6 +45,7 @@ use std::path::{Path, PathBuf};
 pub use checkpoint::CheckpointFiles;
 pub use claim::{Claim, Predicted, Reached, RunStatus, Standing, Took};
 pub use directory::ResultDirectory;
+pub use failure::FailureFolder;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};
 pub use inputs::Inputs;

@@ -92,7 +92,7 @@ impl Place {
     }
 }
 
-fn store_state(record: &mut Record, state: &State) {
+pub(super) fn store_state(record: &mut Record, state: &State) {
     record.number(state.time);
     record.count(state.step);
     record.points(&state.x);
@@ -100,7 +100,7 @@ fn store_state(record: &mut Record, state: &State) {
     state.species.iter().for_each(|values| record.numbers(values));
 }
 
-fn read_state(reading: &mut Reading<'_>) -> Result<State, Malformed> {
+pub(super) fn read_state(reading: &mut Reading<'_>) -> Result<State, Malformed> {
     let (time, step) = (reading.number()?, reading.count()?);
     let x = reading.numbers()?;
     let x = x.as_chunks::<3>().0.iter().map(|x| crate::Vec3::from(*x)).collect();

@@ -6,11 +6,13 @@
 //! [`forecast`] says
 //! how long that takes. [`inspect`] and [`stability`] look at one state without running.
 
+mod beginning;
 mod built;
 mod checkpoint;
 mod costs;
 mod error;
 pub mod explain;
+mod failure;
 mod fields;
 pub mod forecast;
 pub mod inspect;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::beginning::Beginning;
 use super::built::{Brought, Built};
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
@@ -207,10 +208,11 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let faults = Vec::new();
     built.end(workspace.model.tally());
     let spent = crate::tally::Spent::default();
-    Ok(Simulation {
+    let mut simulation = Simulation {
         area,
         workspace,
         state,
+        at_rest: false,
         integrator,
         plugins,
         fields,
@@ -218,7 +220,11 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         faults,
         built,
         spent,
-    })
+    };
+    if let Some(path) = &scene.time.span.from {
+        Beginning::take(path, scene, &mut simulation)?;
+    }
+    Ok(simulation)
 }
 
 /// How the shape is relaxed; `None` where it does not move.

@@ -10,9 +10,10 @@ use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::Reported;
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::watch::{self, Watch};
-use super::{Error, Result, Simulation, laws, notes};
+use super::{Error, Result, Simulation, failure, laws, notes};
+use crate::model::State;
 use crate::num::real;
-use crate::output::{Compression, Interrupt, Progress, ProgressLine, ResultDirectory, vtu};
+use crate::output::{Interrupt, Progress, ProgressLine, ResultDirectory};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
 
@@ -73,7 +74,6 @@ fn stepped(
     let wall_before = place.map_or(0.0, |place| place.wall);
     let aside = progress.aside();
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
-    let compression = scene.output.compression;
     let fields = simulation.fields.clone();
     let model = simulation.model().clone();
     let mut frames = Frames::create(directory, &model, &fields, &scene.output)?;
@@ -165,7 +165,7 @@ fn stepped(
         };
         let ending = match see() {
             Ok(ending) => ending,
-            Err(error) => return Err(stopped(simulation, directory, compression, error)),
+            Err(error) => return Err(stopped(scene, simulation, directory, (error, None))),
         };
         drop(observers);
         while real(written) * every <= simulation.state.time {
@@ -198,10 +198,12 @@ fn stepped(
                 clean = false;
                 continue;
             }
-            Err(error) => return Err(stopped(simulation, directory, compression, error)),
+            Err(error) => return Err(stopped(scene, simulation, directory, (error, None))),
         }
         if let Some(watch) = &mut watch {
-            negative = Some(look(watch, simulation, &mut latest, progress, directory)?);
+            let seen = look(watch, simulation, &mut latest, progress);
+            let seen = seen.map_err(|error| stopped(scene, simulation, directory, (error, None)));
+            negative = Some(seen?);
             // It may have been cut short.
             clean &= !interrupt.requested();
         }
@@ -249,30 +251,35 @@ fn begin(
     directory: &ResultDirectory,
     progress: &mut Progress,
 ) -> Result<(StepReport, Option<f64>)> {
-    let compression = scene.output.compression;
-    if simulation.model().moves() {
+    let start = simulation.state.clone();
+    if simulation.model().moves() && !simulation.at_rest {
         progress.message("relaxing the initial shape");
     }
-    let asked = simulation.state.x.clone();
     let mut first = StepReport::default();
     match simulation.prepare() {
         Ok(done) => first.relaxation = done,
         // The start is then shown as far as it got, not as an equilibrium.
         Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
-        Err(error) => return Err(stopped(simulation, directory, compression, error)),
+        Err(error) => return Err(stopped(scene, simulation, directory, (error, Some(&start)))),
     }
     first.work = simulation.spent().work;
     if let Err(error) = look_again(simulation, progress) {
-        return Err(stopped(simulation, directory, compression, error));
+        return Err(stopped(scene, simulation, directory, (error, Some(&start))));
     }
     let at_rest = !first.relaxation.residual.is_nan();
     if at_rest
-        && let Some(note) = notes::on_start(scene, simulation.sheet(), &asked, &simulation.state.x)
+        && !simulation.at_rest
+        && let Some(note) = notes::on_start(scene, simulation.sheet(), &start.x, &simulation.state.x)
     {
         progress.message(&note);
     }
     let negative = match watch {
-        Some(watch) if at_rest => Some(look(watch, simulation, &mut first, progress, directory)?),
+        Some(watch) if at_rest => match look(watch, simulation, &mut first, progress) {
+            Ok(seen) => Some(seen),
+            Err(error) => {
+                return Err(stopped(scene, simulation, directory, (error, Some(&start))));
+            }
+        },
         Some(_) => Some(f64::NAN),
         None => {
             if at_rest {
@@ -289,7 +296,7 @@ const REPORT_AFTER: usize = 5;
 
 /// Looks at the laws where signals are those of a relaxed sheet, if nothing was found before.
 fn look_again(simulation: &mut Simulation, progress: &mut Progress) -> Result<()> {
-    if simulation.faults.is_empty() && simulation.model().moves() {
+    if simulation.faults.is_empty() && simulation.model().moves() && !simulation.at_rest {
         simulation.faults = laws::try_out(&mut simulation.evaluate())?;
         simulation.faults.iter().for_each(|fault| progress.message(fault));
     }
@@ -302,7 +309,6 @@ fn look(
     simulation: &mut Simulation,
     report: &mut StepReport,
     progress: &mut Progress,
-    directory: &ResultDirectory,
 ) -> Result<f64> {
     let _scope =
         simulation.model().tally().meter("solver", "stability analysis", &["shapes"]).scope(0);
@@ -312,34 +318,30 @@ fn look(
         Ok(negative) => Ok(negative),
         // The state is then still the saddle.
         Err(Error::Solve(SolveError::Interrupted)) => Ok(f64::NAN),
-        Err(error) => Err(stopped(simulation, directory, Compression::default(), error)),
+        Err(error) => Err(error),
     }
 }
 
-/// Writes the last good state as `failed.vtu`, to be looked at; an error of output stays as it is.
+/// What a run leaves that stopped with `error`, in the first relaxation of `start` if that is given; an error of
+/// output stays as it is.
 fn stopped(
+    scene: &Scene,
     simulation: &mut Simulation,
     directory: &ResultDirectory,
-    compression: Compression,
-    error: Error,
+    (error, start): (Error, Option<&State>),
 ) -> Error {
     if matches!(error, Error::Output(_)) {
         return error;
     }
     let error = super::located(error, simulation.sheet(), &simulation.state.x);
-    let path = directory.failed();
-    // An observable may be what went wrong.
-    simulation.fields.forget_observables();
-    let Simulation { workspace, state, fields, .. } = simulation;
-    let frame = fields.frame(&mut workspace.at(state));
-    let written = frame.and_then(|frame| Ok(vtu::write(&path, &frame, compression)?));
-    match written {
+    match failure::write(scene, simulation, directory, (&error, start)) {
+        // The first failure is the one to report.
         Err(_) => error,
-        Ok(()) => Error::Stopped(Failure {
+        Ok(folder) => Error::Stopped(Failure {
             error: Box::new(error),
             time: simulation.state.time,
             step: simulation.state.step,
-            state: path,
+            folder,
         }),
     }
 }

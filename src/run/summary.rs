@@ -54,10 +54,10 @@ pub struct Summary {
     pub predicted: Option<Predicted>,
 }
 
-/// A run that failed, with the last good state on the disk.
+/// A run that failed, with what is to be known of it on the disk.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}\nthe run stopped at time {time}, step {step}; the last good state is in \
-    {}", state.display())]
+#[error("{error}\nthe run stopped at time {time}, step {step}; why, the last good state and a scene that \
+    fails again are in {}", folder.display())]
 pub struct Failure {
     /// What went wrong.
     pub error: Box<Error>,
@@ -65,8 +65,8 @@ pub struct Failure {
     pub time: f64,
     /// Step of the last good state.
     pub step: u64,
-    /// Where it was written.
-    pub state: PathBuf,
+    /// What was written about it.
+    pub folder: PathBuf,
 }
 
 /// Does `work`, which writes to `directory`, and leaves word there of how it ended.

@@ -11,12 +11,15 @@ impl Scene {
         &self.file
     }
 
-    /// The meshes and fields that the scene names, by key path.
+    /// The meshes, states and fields that the scene names, by key path.
     #[must_use]
     pub fn files(&self) -> Vec<(String, &Path)> {
         let mut files = Vec::new();
         if let SheetSource::File { file } = &self.sheet.source {
             files.push(("sheet.file".to_owned(), file.as_path()));
+        }
+        if let Some(file) = &self.time.span.from {
+            files.push(("time.from".to_owned(), file.as_path()));
         }
         for (k, kinetics) in self.kinetics.iter().enumerate() {
             let path = self.kinetics_path(k);
@@ -38,6 +41,9 @@ impl Scene {
     pub(super) fn count_paths_from(&mut self, folder: &Path) {
         let place = |path: &mut PathBuf| *path = folder.join(&path);
         if let SheetSource::File { file } = &mut self.sheet.source {
+            place(file);
+        }
+        if let Some(file) = &mut self.time.span.from {
             place(file);
         }
         for kinetics in &mut self.kinetics {

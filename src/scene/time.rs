@@ -1,5 +1,7 @@
 //! `[time]`: which derivatives are kept, how steps are made, and when to stop.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 use crate::model::Policy;
@@ -14,7 +16,7 @@ use crate::registry::{Family, choose};
 /// The table `[time]`.
 #[derive(Debug, Serialize)]
 pub struct TimeSpec {
-    /// When to stop.
+    /// Where to begin, and when to stop.
     #[serde(flatten)]
     pub span: Span,
     /// The timescale policy.
@@ -23,10 +25,14 @@ pub struct TimeSpec {
     pub(crate) integrator: Box<dyn IntegratorSpec>,
 }
 
-/// When to stop.
+/// Where to begin, and when to stop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Span {
+    /// A file with the state to begin from, in the middle of another run, as a run that failed leaves it for its
+    /// replay; absolute, or relative to the working directory if the scene has no place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<PathBuf>,
     /// Time of the last state, from 0.
     pub until: Positive,
     /// Stop when the rates fall below this.

@@ -14,6 +14,7 @@ mod motion;
 pub(crate) mod part;
 pub mod stability;
 pub mod staggered;
+pub mod tries;
 mod workspace;
 
 pub use error::{Result, SolveError};

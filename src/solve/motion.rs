@@ -71,7 +71,7 @@ pub(super) struct Moved {
 }
 
 /// A shape that moves by minimisations, with what it keeps from step to step.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(super) struct Motion {
     last: Option<Last>,
     /// When the step before the last ended, and the velocities there: a step may be tried again.
@@ -79,7 +79,7 @@ pub(super) struct Motion {
 }
 
 /// The last stage of a step.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Last {
     /// When it ended.
     time: f64,

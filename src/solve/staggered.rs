@@ -51,6 +51,7 @@ use super::chemistry::{ChemistrySteps, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod};
+use super::tries::{Cause, Try};
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };
@@ -128,10 +129,15 @@ impl Integrator for Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        match self.spec.method {
+        let before = (self.step, self.first, self.error, self.motion.clone());
+        let done = match self.spec.method {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),
+        };
+        if done.is_err() {
+            (self.step, self.first, self.error, self.motion) = before;
         }
+        done
     }
 
     fn renewed_after(&self) -> Option<u64> {
@@ -287,20 +293,23 @@ impl Staggered {
                     return Ok(report);
                 }
                 Ok((_, error)) => {
+                    let new = Try { error, ..rejected(state, step, Cause::Error) };
+                    workspace.reject(new);
                     let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
                     tried = step * factor;
                 }
                 Err(error) if error.is_recoverable() => {
+                    let message = error.to_string();
+                    report.reason = Some(message.clone());
+                    workspace.reject(Try { message, ..rejected(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
                     if tried < shortest {
                         return Err(error);
                     }
-                    report.reason = Some(error.to_string());
                 }
                 Err(error) => return Err(error),
             }
             first = false;
-            workspace.model.tally().count(|work| work.rejected += 1);
             self.step = Some(tried);
             if !(tried >= shortest) {
                 return Err(SolveError::StepTooSmall { time: state.time, step: tried });
@@ -374,4 +383,10 @@ impl Staggered {
         }
         workspace.model.shape_misfit(state, (a, b), self.tolerance())
     }
+}
+
+/// A try of a step of this length from `state`.
+fn rejected(state: &State, length: f64, cause: Cause) -> Try {
+    let (step, time) = (state.step + 1, state.time);
+    Try { step, time, length, error: f64::NAN, cause, message: String::new() }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
+use super::tries::{Tries, Try};
 use super::{Result, SolveError, part};
 use crate::Vec3;
 use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
@@ -74,12 +75,33 @@ pub struct Workspace {
     pub control: Control,
     memory: Memory,
     relaxer: Option<Relaxer>,
+    tries: Tries,
+    stuck: Option<State>,
 }
 
 impl Workspace {
     /// For `model`; without a relaxer its shape never moves.
     pub(crate) fn new(model: Arc<Model>, relaxer: Option<Relaxer>) -> Self {
-        Self { model, control: Control::default(), memory: Memory::default(), relaxer }
+        let (control, memory) = (Control::default(), Memory::default());
+        Self { model, control, memory, relaxer, tries: Tries::default(), stuck: None }
+    }
+
+    /// The last tries that came to no result.
+    #[must_use]
+    pub fn tries(&self) -> &Tries {
+        &self.tries
+    }
+
+    /// Counts a try that came to no result.
+    pub(super) fn reject(&mut self, rejected: Try) {
+        self.model.tally().count(|work| work.rejected += 1);
+        self.tries.note(rejected);
+    }
+
+    /// The state at which the last relaxation that came to no end has stuck.
+    #[must_use]
+    pub fn stuck(&self) -> Option<&State> {
+        self.stuck.as_ref()
     }
 
     /// The model at `state`.
@@ -185,7 +207,7 @@ impl Workspace {
         anchor: Option<Anchor>,
         guess: Option<Vec<Vec3>>,
     ) -> Result<Relaxation> {
-        let Self { model, control, memory, relaxer } = self;
+        let Self { model, control, memory, relaxer, stuck, .. } = self;
         let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
         let mut x = state.x.clone();
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -218,6 +240,9 @@ impl Workspace {
         let done = relax().map_err(|error| explained(error, potential, &x));
         potential.set_anchor(None);
         state.x = x;
+        if done.as_ref().is_err_and(|error| !matches!(error, SolveError::Interrupted)) {
+            *stuck = Some(state.clone());
+        }
         done
     }
 }

@@ -1,0 +1,124 @@
+//! A run that begins in the middle of another, as `time.from` of its scene says: where a step is about to
+//! be made, with all that the solvers knew there.
+//!
+//! ```text
+//! scene      of the run that it was taken from, with all defaults
+//! at rest    whether the shape is in equilibrium; otherwise the run begins by relaxing it
+//! state      time, step, positions, species
+//! solvers    what they remember, where that can be stored
+//! ```
+//!
+//! The scene may have been changed since, to find out what helps. Solvers then begin anew; in the same scene
+//! they go on with the same bits.
+
+use std::path::Path;
+
+use super::checkpoint::{read_state, store_state};
+use super::{Result, Simulation};
+use crate::model::State;
+use crate::output::checkpoint;
+use crate::record::{Malformed, Reading, Record};
+use crate::scene::Scene;
+
+/// Where a run begins.
+pub(super) struct Beginning {
+    scene: String,
+    at_rest: bool,
+    state: State,
+    solvers: Option<Vec<f64>>,
+}
+
+impl Beginning {
+    fn of(content: &[u8]) -> Result<Self, Malformed> {
+        let mut reading = Reading::new(content);
+        let read = Self {
+            scene: reading.text()?,
+            at_rest: reading.flag()?,
+            state: read_state(&mut reading)?,
+            solvers: reading.option(Reading::numbers)?,
+        };
+        reading.end()?;
+        Ok(read)
+    }
+
+    /// Puts `simulation`, newly made from `scene`, there.
+    ///
+    /// # Errors
+    /// A file that cannot be used, or is of another sheet or other species; with its place in the scene.
+    pub(super) fn take(path: &Path, scene: &Scene, simulation: &mut Simulation) -> Result<()> {
+        let refuse = |what: String| {
+            let message = format!("{}: {what}", path.display());
+            let help = "it is written beside the replay of a run that failed; give that of this scene";
+            scene.error_at("time.from", &message, Some(help))
+        };
+        let content = checkpoint::read(path).map_err(|error| refuse(format!("it {error}")))?;
+        let Ok(read) = Self::of(&content) else {
+            return Err(refuse("it holds something else than the start of a run".into()).into());
+        };
+        let Self { scene: before, at_rest, state, solvers } = read;
+        let lengths = |state: &State| state.species.iter().map(Vec::len).collect::<Vec<_>>();
+        let (here, there) = (simulation.state().x.len(), state.x.len());
+        if here != there {
+            let what = format!("it is of a sheet of {there} vertices, and the scene's has {here}");
+            return Err(refuse(what).into());
+        }
+        if lengths(&state) != lengths(simulation.state()) {
+            return Err(refuse("it is of other species than the scene's".into()).into());
+        }
+        if !(state.time < scene.time.span.until.get()) {
+            let what = format!("it is of time {}, and the run ends before", state.time);
+            return Err(refuse(what).into());
+        }
+        let same = same(&before, &scene.resolved()?);
+        if let Some(solvers) = solvers.filter(|_| same) {
+            let bytes: Vec<u8> = solvers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
+            let mut reading = Reading::new(&bytes);
+            let vertices = state.x.len();
+            let taken = simulation
+                .workspace
+                .restore(&mut reading)
+                .and_then(|()| simulation.integrator.restore(&mut reading, vertices));
+            if taken.is_err() {
+                return Err(refuse("what it holds of solvers is not that of the scene".into()).into());
+            }
+        }
+        simulation.state = state;
+        simulation.at_rest = at_rest;
+        Ok(())
+    }
+
+    /// Writes `state`, at rest or not, and what the solvers of `simulation` remember there, of a run of
+    /// `scene`, to `path`.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`](crate::output::OutputError) from the operating system.
+    pub(super) fn write(
+        path: &Path,
+        scene: &str,
+        simulation: &Simulation,
+        (state, at_rest): (&State, bool),
+    ) -> Result<()> {
+        let mut record = Record::default();
+        record.text(scene);
+        record.flag(at_rest);
+        store_state(&mut record, state);
+        let mut solvers = Record::default();
+        simulation.workspace.store(&mut solvers);
+        let stored = simulation.integrator.store(&mut solvers);
+        record.option(stored.then_some(&solvers), Record::record);
+        Ok(checkpoint::write(path, &record.into_bytes())?)
+    }
+}
+
+/// Whether two scenes compute the same, step by step: where one begins does not matter, nor what it writes.
+fn same(before: &str, now: &str) -> bool {
+    let parsed = |text: &str| -> Option<toml::Table> {
+        let mut scene: toml::Table = text.parse().ok()?;
+        ["checkpoint", "output"].iter().for_each(|key| drop(scene.remove(*key)));
+        if let Some(time) = scene.get_mut("time").and_then(toml::Value::as_table_mut) {
+            ["from", "until", "max_steps"].iter().for_each(|key| drop(time.remove(*key)));
+        }
+        Some(scene)
+    };
+    parsed(before).is_some_and(|before| Some(before) == parsed(now))
+}

@@ -1,0 +1,51 @@
+//! What a run leaves where it failed: a folder to look at, and a scene that fails again.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | `report.md` | what failed, where, the terms there, what to try, the commands to look and to replay |
+//! | `ledger.csv` | the last rows of the ledger, and the tries that were rejected between them |
+//! | `state.vtu` | the last good state, the force of every effect, the rate of every species, the way to the shape where a relaxation stuck |
+//! | `replay.toml`, `start.bin` | a scene that begins where the step that failed begins |
+//!
+//! The names are those of [`FailureFolder`]. Everything is taken from the last good state: a step that fails
+//! leaves it, and what solvers remember, as they were.
+
+mod blame;
+mod replay;
+mod report;
+mod rows;
+mod state;
+
+use std::path::PathBuf;
+
+use super::{Error, Result, Simulation};
+use crate::model::State;
+use crate::output::{FailureFolder, ResultDirectory, atomic};
+use crate::scene::Scene;
+use blame::Blame;
+
+/// Writes the folder of a run of `scene` that stopped with `error`, in the first relaxation of `start` if that is
+/// given; returns its path.
+///
+/// # Errors
+/// A file that cannot be written. A field or a row of the report that has no value there is left out.
+pub(super) fn write(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    directory: &ResultDirectory,
+    (error, start): (&Error, Option<&State>),
+) -> Result<PathBuf> {
+    let folder = FailureFolder::begin(directory)?;
+    let blame = Blame::of(error, simulation);
+    let put = |name: &str, text: String| {
+        atomic::replace(&folder.file(name).0, |writer| writer.write_all(text.as_bytes()))
+    };
+    // The shape may be where something has no value; the rest is of use all the same.
+    let shown = state::write(&folder.file("state.vtu").0, scene, simulation).is_ok();
+    put("ledger.csv", rows::last(&directory.ledger(), simulation, error))?;
+    put("replay.toml", replay::write(&folder.file("start.bin").0, scene, simulation, start)?)?;
+    let shown = shown.then(|| folder.file("state.vtu").1);
+    let (_, replay) = folder.file("replay.toml");
+    put("report.md", report::of(scene, simulation, error, &blame, (shown.as_deref(), &replay)))?;
+    Ok(folder.finish()?)
+}

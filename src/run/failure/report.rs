@@ -1,0 +1,184 @@
+//! The report of a failure, for people.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::blame::Blame;
+use crate::Vec3;
+use crate::kinetics::Location;
+use crate::model::State;
+use crate::num::Short;
+use crate::run::{Error, Simulation};
+use crate::scene::Scene;
+use crate::solve::tries::Cause;
+
+/// The text: of `error`, whom `blame` names; `files` are the state, if it was written, and the replay.
+pub(super) fn of(
+    scene: &Scene,
+    simulation: &mut Simulation,
+    error: &Error,
+    blame: &Blame,
+    files: (Option<&Path>, &Path),
+) -> String {
+    let mut text = String::from("# The run stopped\n\n");
+    let _ = writeln!(text, "{error}\n");
+    facts(&mut text, scene, simulation, blame);
+    forces(&mut text, simulation, blame);
+    rates(&mut text, simulation, blame);
+    rejected(&mut text, simulation);
+    commands(&mut text, scene, files);
+    text
+}
+
+/// A row of a table.
+fn row(text: &mut String, cells: &[String]) {
+    let _ = writeln!(text, "| {} |", cells.join(" | ").replace('\n', " "));
+}
+
+/// The head of a table.
+fn head(text: &mut String, titles: &[&str]) {
+    row(text, &titles.iter().map(|t| (*t).to_owned()).collect::<Vec<_>>());
+    row(text, &titles.iter().map(|_| "---".to_owned()).collect::<Vec<_>>());
+}
+
+fn facts(text: &mut String, scene: &Scene, simulation: &Simulation, blame: &Blame) {
+    let State { time, step, x, .. } = simulation.state();
+    head(text, &["", ""]);
+    let mut fact = |what: &str, is: String| row(text, &[what.to_owned(), is]);
+    fact("time", format!("{time} of {}", Short(scene.time.span.until.get())));
+    fact("last good step", step.to_string());
+    fact("policy", scene.time.policy.name().to_owned());
+    fact("integrator", scene.time.integrator.name());
+    if !blame.who.is_empty() {
+        fact("to blame", blame.who.join(", "));
+    }
+    if let Some(place) = blame.place(simulation, x) {
+        let what = if blame.named { "where" } else { "where most is left over" };
+        fact(what, place);
+    }
+    text.push('\n');
+}
+
+/// The force of every effect at the vertex to blame.
+fn forces(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
+    let Some(vertex) = blame.vertex.filter(|_| simulation.model().moves()) else { return };
+    let stuck = simulation.workspace.stuck().cloned();
+    let now = simulation.state().clone();
+    let states = [("the last good state", Some(now)), ("where the last try stuck", stuck)];
+    for (what, state) in states.into_iter().filter_map(|(what, state)| Some((what, state?))) {
+        let Some(all) = forces_at(simulation, &state, vertex) else { continue };
+        let _ = writeln!(text, "## Forces at vertex {vertex}, {what}\n");
+        head(text, &["effect", "x", "y", "z", "size"]);
+        for (name, force) in all {
+            let numbers = [force.x, force.y, force.z, force.norm()];
+            let cells = numbers.iter().map(|number| format!("{number:.4e}"));
+            row(text, &std::iter::once(name).chain(cells).collect::<Vec<_>>());
+        }
+        text.push('\n');
+    }
+}
+
+/// The forces on a vertex by effect, the largest first, and what is left where it may move.
+fn forces_at(
+    simulation: &mut Simulation,
+    state: &State,
+    vertex: usize,
+) -> Option<Vec<(String, Vec3)>> {
+    let model = Arc::clone(simulation.model());
+    let mut at = simulation.workspace.at(state);
+    let left = -*at.gradient().ok()?.get(vertex)?;
+    let potential = at.potential().ok()?;
+    let mut all: Vec<(String, Vec3)> = Vec::new();
+    for (which, name) in model.mechanics().names().enumerate() {
+        all.push((name.to_owned(), *potential.force_of(which, &state.x).get(vertex)?));
+    }
+    for (which, name) in model.mechanics().constraint_names().enumerate() {
+        all.push((name.to_owned(), *potential.constraint_force(which, &state.x).get(vertex)?));
+    }
+    all.sort_by(|a, b| b.1.norm().total_cmp(&a.1.norm()));
+    all.push(("left of the sum, pins taken out".to_owned(), left));
+    Some(all)
+}
+
+/// Value, rate and terms of every species at the point to blame.
+fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
+    let model = Arc::clone(simulation.model());
+    let (Some(chemistry), Some(point)) = (model.chemistry(), blame.point) else { return };
+    let Simulation { workspace, state, .. } = simulation;
+    let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+    let mut at = workspace.at(state);
+    let Ok(signals) = at.signals().cloned() else { return };
+    let zeros = || species.iter().map(|c| vec![0.0; c.len()]).collect::<Vec<_>>();
+    let mut reaction = zeros();
+    let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
+    // A law that has no value here has been named already.
+    let reacts = chemistry.reaction(&species, &signals, &mut out).is_ok();
+    let mut terms: Vec<(usize, String, f64)> = Vec::new();
+    let names = chemistry.transport_names().map(str::to_owned);
+    for ((term, operator), name) in
+        chemistry.transports().iter().zip(&at.surface().operators).zip(names)
+    {
+        let s = term.species();
+        let mut rate = vec![0.0; species[s].len()];
+        term.add_rate(model.sheet(), operator, species[s], &mut rate);
+        terms.push((s, name, rate.get(point).copied().unwrap_or(f64::NAN)));
+    }
+    let noun = if chemistry.location() == Location::Face { "triangle" } else { "vertex" };
+    let _ = writeln!(text, "## Species at {noun} {point}, the last good state\n");
+    head(text, &["species", "value", "term", "rate"]);
+    for (s, about) in chemistry.descriptor().species.iter().enumerate() {
+        let Some(value) = species[s].get(point) else { continue };
+        let value = format!("{value:.6e}");
+        let law = if reacts { format!("{:.4e}", reaction[s][point]) } else { "no value".into() };
+        row(text, &[about.name.clone(), value, "law".into(), law]);
+        for (_, name, rate) in terms.iter().filter(|(which, ..)| *which == s) {
+            row(text, &[String::new(), String::new(), name.clone(), format!("{rate:.4e}")]);
+        }
+    }
+    text.push('\n');
+}
+
+/// Why the last tries were rejected.
+fn rejected(text: &mut String, simulation: &Simulation) {
+    let tries: Vec<_> = simulation.workspace.tries().last().collect();
+    let Some(last) = tries.last() else { return };
+    let _ = writeln!(text, "## Tries that were rejected, the last {}\n", tries.len());
+    head(text, &["cause", "tries"]);
+    for cause in Cause::ALL {
+        let count = tries.iter().filter(|t| t.cause == cause).count();
+        if count > 0 {
+            row(text, &[cause.name().to_owned(), count.to_string()]);
+        }
+    }
+    let of_last = tries.iter().filter(|t| t.step == last.step);
+    let (shortest, longest) = of_last.fold((f64::INFINITY, 0.0f64), |(least, most), t| {
+        (least.min(t.length), most.max(t.length))
+    });
+    let _ = writeln!(
+        text,
+        "\nOf step {} lengths from {longest:.3e} down to {shortest:.3e} were tried; ledger.csv lists them.\n",
+        last.step
+    );
+}
+
+/// What to type.
+fn commands(text: &mut String, scene: &Scene, (state, replay): (Option<&Path>, &Path)) {
+    let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', r"'\''"));
+    let _ = writeln!(text, "## To look, and to try again\n\n```sh");
+    if let Some(state) = state {
+        let (replay, state) = (quoted(replay), quoted(state));
+        let _ = writeln!(text, "paraview {state}");
+        let _ = writeln!(text, "rumple inspect {replay} --state {state}");
+        if !scene.effects.is_empty() {
+            let _ = writeln!(text, "rumple inspect {replay} --state {state} --stability");
+        }
+    }
+    let _ = writeln!(text, "rumple run {} --out again", quoted(replay));
+    let _ = writeln!(text, "```\n");
+    let _ = writeln!(
+        text,
+        "The replay begins with the step that failed and fails in the same way; `--set KEY=VALUE` tries what may \
+         help."
+    );
+}

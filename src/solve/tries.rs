@@ -1,0 +1,125 @@
+//! Tries that came to no result: why, how often, and the last of them.
+//!
+//! A step that is rejected is tried again, shorter. Nothing of the try is left but this: how many tries
+//! every cause has cost, which is work that a run counts, and the last few, for whoever wants to know why
+//! a run failed.
+
+use std::collections::VecDeque;
+
+use super::SolveError;
+use crate::model::ModelError;
+
+/// Why a try came to no result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// Its error estimate is above the tolerance.
+    Error,
+    /// A law failed, asked for a shorter step, or gave a number that cannot be used.
+    Law,
+    /// A species left its valid range.
+    Range,
+    /// An energy, a force or an unknown is not a finite number.
+    NotFinite,
+    /// A relaxation did not come to its end.
+    Relaxation,
+    /// A triangle lost its area, or optimal lengths made none.
+    Collapse,
+    /// The chemistry did not come to the end of the step, or to its steady state.
+    Chemistry,
+    /// A linear system or an equation of an implicit method was not solved.
+    Solver,
+}
+
+impl Cause {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 8] = [
+        Self::Error,
+        Self::Law,
+        Self::Range,
+        Self::NotFinite,
+        Self::Relaxation,
+        Self::Collapse,
+        Self::Chemistry,
+        Self::Solver,
+    ];
+
+    /// What it is called in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Law => "law",
+            Self::Range => "range",
+            Self::NotFinite => "not finite",
+            Self::Relaxation => "relaxation",
+            Self::Collapse => "collapse",
+            Self::Chemistry => "chemistry",
+            Self::Solver => "solver",
+        }
+    }
+}
+
+impl SolveError {
+    /// What it is counted as where a try ends with it.
+    #[must_use]
+    pub fn cause(&self) -> Cause {
+        match self {
+            Self::Model(ModelError::Kinetics(_)) => Cause::Law,
+            Self::Model(ModelError::OutOfRange { value, .. }) if !value.is_finite() => {
+                Cause::NotFinite
+            }
+            Self::Model(ModelError::OutOfRange { .. }) => Cause::Range,
+            Self::Model(ModelError::Sheet(_)) | Self::Collapsed { .. } => Cause::Collapse,
+            Self::NotFinite | Self::EffectNotFinite { .. } | Self::SpectralBound { .. } => {
+                Cause::NotFinite
+            }
+            Self::NotConverged { .. } | Self::Stalled { .. } | Self::Constraint { .. } => {
+                Cause::Relaxation
+            }
+            Self::StepTooSmall { .. } => Cause::Error,
+            Self::TooManySteps { .. } | Self::NotSteady { .. } => Cause::Chemistry,
+            _ => Cause::Solver,
+        }
+    }
+}
+
+/// A try that came to no result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Try {
+    /// Number of the step that was tried.
+    pub step: u64,
+    /// Where it was to begin.
+    pub time: f64,
+    /// How long it was to be.
+    pub length: f64,
+    /// Its error estimate in units of the tolerance; NaN without one.
+    pub error: f64,
+    /// Why it came to no result.
+    pub cause: Cause,
+    /// The same in words; empty where the cause says it all.
+    pub message: String,
+}
+
+/// Tries that are remembered.
+const LAST: usize = 50;
+
+/// The last tries that came to no result.
+#[derive(Debug, Clone, Default)]
+pub struct Tries {
+    last: VecDeque<Try>,
+}
+
+impl Tries {
+    /// Adds one, and forgets the oldest.
+    pub(super) fn note(&mut self, new: Try) {
+        if self.last.len() == LAST {
+            self.last.pop_front();
+        }
+        self.last.push_back(new);
+    }
+
+    /// The last ones, in their order.
+    pub fn last(&self) -> impl DoubleEndedIterator<Item = &Try> {
+        self.last.iter()
+    }
+}
