@@ -195,11 +195,6 @@ impl Fields {
         self.observed.as_ref()
     }
 
-    /// Leaves the observables out from now on.
-    pub(super) fn forget_observables(&mut self) {
-        self.observed = None;
-    }
-
     /// Adds the observables that are asked for; without any the law is not called.
     fn observe(
         &self,

@@ -91,11 +91,13 @@ fn a_success_keeps_nothing_of_an_earlier_failure() {
     let folder = folder(&short());
     let a = folder.path().join("a");
     fs::create_dir_all(a.join("modes")).unwrap();
-    for old in ["failed.vtu", "events.csv", "status.json", "modes/mode_000000.vtu", "notes.txt"] {
+    fs::create_dir_all(a.join("failure")).unwrap();
+    let old = ["failed.vtu", "events.csv", "status.json", "modes/mode_000000.vtu", "notes.txt"];
+    for old in old.iter().chain(&["failure/report.md", "failure/state.vtu"]) {
         fs::write(a.join(old), "old").unwrap();
     }
     done(folder.path(), &["run", "scene.toml", "--out", "a", "--force", "--quiet"]);
-    for gone in ["failed.vtu", "events.csv", "modes"] {
+    for gone in ["failed.vtu", "events.csv", "modes", "failure"] {
         assert!(!a.join(gone).exists(), "{gone}");
     }
     assert!(fs::read_to_string(a.join("status.json")).unwrap().contains("complete"));

@@ -3,6 +3,7 @@
 mod coupling;
 mod ends;
 mod explain;
+mod failed;
 mod files;
 mod forecast;
 mod inspect;

@@ -3,7 +3,7 @@
 use crate::Vec3;
 use crate::kinetics::{KineticsError, Location};
 use crate::model::{ModelError, State};
-use crate::num::{index, real};
+use crate::num::real;
 use crate::run::{Error, Simulation};
 use crate::solve::SolveError;
 
@@ -40,7 +40,7 @@ impl Blame {
         if let Some(t) = blame.triangle
             && blame.vertex.is_none()
         {
-            blame.vertex = simulation.sheet().triangles().get(t).map(|corners| index(corners[0]));
+            blame.vertex = simulation.sheet().triangles().get(t).map(|corners| corners[0] as usize);
         }
         if !blame.named {
             let stuck = simulation.workspace.stuck().cloned();
@@ -102,7 +102,7 @@ impl Blame {
         let sheet = simulation.sheet();
         let triangle = self.triangle.and_then(|t| Some((t, sheet.triangles().get(t)?)));
         if let Some((t, corners)) = triangle {
-            let sum: Vec3 = corners.iter().filter_map(|v| x.get(index(*v))).sum();
+            let sum: Vec3 = corners.iter().filter_map(|v| x.get(*v as usize)).sum();
             return Some(format!("triangle {t} (vertices {corners:?}) at {}", at(&(sum / real(3)))));
         }
         let vertex = self.vertex.filter(|_| !sheet.triangles().is_empty())?;

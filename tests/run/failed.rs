@@ -1,0 +1,192 @@
+//! What a run leaves that failed: a folder that says why, and a scene that fails again.
+
+use std::fs;
+use std::path::Path;
+
+use super::SMALL;
+use super::program::{folder, rumple, text};
+
+/// A small sheet with a law as text, which has no value from t = 0.2 on.
+const LATE: &str = r#"
+[sheet]
+shape = "disc"
+radius = 5.0
+vertices = 100
+bump = { amplitude = 0.3, width = 2.0 }
+
+[material]
+young = 1e3
+poisson = 0.3333333333333333
+thickness = 0.5
+drag = 10.0
+
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+[[effect]]
+kind = "diffusion"
+species = "c"
+coefficient = 0.5
+
+[kinetics]
+species.c = { typical = 1.0 }
+rates.c = "-c + 1e-9*sqrt(0.2 - t)"
+length_factor = "1 + 0.05*c"
+initial.c = { gaussian = { width = 2.0, amplitude = 0.8 } }
+
+[time]
+until = 1.0
+"#;
+
+const FILES: [&str; 5] = ["ledger.csv", "replay.toml", "report.md", "start.bin", "state.vtu"];
+
+/// Runs what fails; the message.
+fn failing(folder: &Path, args: &[&str]) -> String {
+    let done = rumple(folder, &[&["run"][..], args].concat());
+    let message = text(&done.stderr);
+    assert_eq!(done.status.code(), Some(1), "{args:?}: {}\n{message}", text(&done.stdout));
+    message
+}
+
+/// The first line of the reason, without what is known beforehand.
+fn reason(message: &str) -> String {
+    let line = message.lines().find(|line| line.starts_with("error: "));
+    line.unwrap_or_else(|| panic!("no reason in {message}")).to_owned()
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap().flatten();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_run_that_fails_leaves_a_folder_that_says_why() {
+    let folder = folder(LATE);
+    let message = failing(folder.path(), &["scene.toml", "--out", "result"]);
+    let failure = folder.path().join("result/failure");
+    assert!(message.trim_end().ends_with(failure.to_str().unwrap()), "{message}");
+    assert_eq!(names(&failure), FILES);
+    assert!(!folder.path().join("result/.failure.part").exists());
+
+    let report = read(&failure, "report.md");
+    let state = failure.join("state.vtu");
+    let replay = failure.join("replay.toml");
+    let parts = ["rate of species c", "vertex ", "stretching", "bending", "diffusion", "law"];
+    let paths = [state.to_str().unwrap(), replay.to_str().unwrap()];
+    for part in parts.iter().chain(&paths) {
+        assert!(report.contains(part), "no {part} in {report}");
+    }
+
+    let ledger = read(&failure, "ledger.csv");
+    let mut rows = ledger.lines();
+    let columns = rows.next().unwrap().split(',').count();
+    let cause = |row: &str| row.split(',').nth(columns - 2).unwrap().to_owned();
+    let causes: Vec<String> = rows.map(cause).collect();
+    assert!(causes.iter().any(|cause| cause == "law"), "{ledger}");
+    assert!(causes.iter().any(String::is_empty), "{ledger}");
+    assert_eq!(causes.last().unwrap(), "the run ended");
+
+    let look = ["inspect", paths[1], "--state", paths[0], "--json", "-"];
+    let out = rumple(folder.path(), &look);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let seen: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!((seen["time"].as_f64().unwrap() - 0.2).abs() < 0.01, "{}", seen["time"]);
+    let frame = fs::read_to_string(&state).unwrap();
+    for field in ["force of stretching", "force left", "rate of c", "\"c\""] {
+        assert!(frame.contains(field), "{field}");
+    }
+}
+
+/// Under every policy, by every integrator: fixed and controlled steps, own methods and those of a library.
+#[test]
+fn a_replay_fails_again_for_the_same_reason() {
+    let cases: [&[&str]; 7] = [
+        &[],
+        &[r#"time.integrator={ kind = "staggered", method = "euler", step = 0.05 }"#],
+        &[r#"time.integrator={ kind = "staggered", chemistry = "bdf" }"#],
+        &[r#"time.policy="simultaneous""#],
+        &[r#"time.policy="simultaneous""#, r#"time.integrator="monolithic""#],
+        &[r#"time.policy="simultaneous""#, r#"time.integrator={ kind = "explicit", step = 1e-3 }"#],
+        &[r#"time.policy="chemistry-fast""#, r#"time.integrator="staggered""#],
+    ];
+    let folder = folder(LATE);
+    for keys in cases {
+        let set: Vec<&str> = keys.iter().flat_map(|key| ["--set", *key]).collect();
+        let args = [&["scene.toml", "--out", "a", "--force", "--quiet"], &set[..]].concat();
+        let first = reason(&failing(folder.path(), &args));
+        let replay = ["a/failure/replay.toml", "--out", "b", "--force", "--quiet"];
+        let again = reason(&failing(folder.path(), &replay));
+        assert_eq!(first, again, "{keys:?}");
+        let rows = read(&folder.path().join("b"), "ledger.csv").lines().count();
+        assert!(rows <= 4, "{keys:?}: it begins {rows} steps before");
+        // What helps can be tried out there.
+        let mended = [&["run"], &replay[..], &["--set", "kinetics.rates.c=-c"]].concat();
+        let done = rumple(folder.path(), &mended);
+        assert!(done.status.success(), "{keys:?}: {}", text(&done.stderr));
+        let result = folder.path().join("b");
+        assert!(!result.join("failure").exists(), "{keys:?}");
+        let ledger = read(&result, "ledger.csv");
+        assert!(ledger.lines().nth(1).unwrap().split(',').nth(1).unwrap() != "0", "{ledger}");
+    }
+}
+
+#[test]
+fn a_start_that_finds_no_rest_fails_again() {
+    let folder = folder(SMALL);
+    let keys = [
+        "--set",
+        "kinetics.initial.c.gaussian.amplitude=10",
+        "--set",
+        "kinetics.parameters.lambda_min=0.3",
+    ];
+    let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..]].concat();
+    let first = failing(folder.path(), &args);
+    assert!(first.contains("collapse"), "{first}");
+    let failure = folder.path().join("a/failure");
+    assert_eq!(names(&failure), FILES);
+    let report = read(&failure, "report.md");
+    for part in ["triangle", "vertices", "where the last try stuck"] {
+        assert!(report.contains(part), "no {part} in {report}");
+    }
+    assert!(read(&failure, "state.vtu").contains("way to where it stuck") || report.contains("stuck"));
+    // The plugin is found without being looked for.
+    let again = std::process::Command::new(super::program())
+        .current_dir(folder.path())
+        .env_remove("RUMPLE_PLUGIN_PATH")
+        .args(["run", "a/failure/replay.toml", "--out", "b", "--quiet"])
+        .output()
+        .unwrap();
+    let message = text(&again.stderr);
+    assert_eq!(again.status.code(), Some(1), "{message}");
+    assert_eq!(reason(&first), reason(&message));
+}
+
+#[test]
+fn a_start_of_another_run_is_refused() {
+    let folder = folder(LATE);
+    failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
+    let refused = |keys: &[&str], part: &str| {
+        let keys = keys.iter().flat_map(|key| ["--set", *key]);
+        let args: Vec<&str> = ["run", "a/failure/replay.toml"].into_iter().chain(keys).collect();
+        let out = rumple(folder.path(), &args);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{keys:?}: {message}", keys = args);
+        assert!(message.contains(part) && message.contains("time.from"), "{message}");
+    };
+    refused(&["sheet.vertices=200"], "vertices");
+    refused(&["time.until=0.1"], "the run ends before");
+    refused(&["time.from=report.md"], "damaged");
+    refused(&["time.from=nothing.bin"], "cannot be read");
+}
