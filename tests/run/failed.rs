@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::Path;
 
-use super::SMALL;
 use super::program::{folder, rumple, text};
 
 /// A small sheet with a law as text, which has no value from t = 0.2 on.
@@ -53,10 +52,15 @@ fn failing(folder: &Path, args: &[&str]) -> String {
     message
 }
 
-/// The first line of the reason, without what is known beforehand.
-fn reason(message: &str) -> String {
+/// The first line of the reason.
+fn reason(message: &str) -> &str {
     let line = message.lines().find(|line| line.starts_with("error: "));
-    line.unwrap_or_else(|| panic!("no reason in {message}")).to_owned()
+    line.unwrap_or_else(|| panic!("no reason in {message}"))
+}
+
+/// The same without values, which differ in the last digits where a library begins anew.
+fn roughly(message: &str) -> &str {
+    reason(message).split(" (").next().unwrap_or_default()
 }
 
 fn read(folder: &Path, name: &str) -> String {
@@ -125,10 +129,12 @@ fn a_replay_fails_again_for_the_same_reason() {
     for keys in cases {
         let set: Vec<&str> = keys.iter().flat_map(|key| ["--set", *key]).collect();
         let args = [&["scene.toml", "--out", "a", "--force", "--quiet"], &set[..]].concat();
-        let first = reason(&failing(folder.path(), &args));
+        let first = failing(folder.path(), &args);
         let replay = ["a/failure/replay.toml", "--out", "b", "--force", "--quiet"];
-        let again = reason(&failing(folder.path(), &replay));
-        assert_eq!(first, again, "{keys:?}");
+        let again = failing(folder.path(), &replay);
+        assert_eq!(roughly(&first), roughly(&again), "{keys:?}");
+        let library = keys.iter().any(|key| key.contains("bdf") || key.contains("monolithic"));
+        assert!(library || reason(&first) == reason(&again), "{keys:?}: {first}\n{again}");
         let rows = read(&folder.path().join("b"), "ledger.csv").lines().count();
         assert!(rows <= 4, "{keys:?}: it begins {rows} steps before");
         // What helps can be tried out there.
@@ -144,14 +150,15 @@ fn a_replay_fails_again_for_the_same_reason() {
 
 #[test]
 fn a_start_that_finds_no_rest_fails_again() {
-    let folder = folder(SMALL);
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/spot.toml");
     let keys = [
         "--set",
         "kinetics.initial.c.gaussian.amplitude=10",
         "--set",
         "kinetics.parameters.lambda_min=0.3",
     ];
-    let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..]].concat();
+    let args = [&[scene, "--out", "a", "--quiet"], &keys[..]].concat();
     let first = failing(folder.path(), &args);
     assert!(first.contains("collapse"), "{first}");
     let failure = folder.path().join("a/failure");
@@ -160,7 +167,6 @@ fn a_start_that_finds_no_rest_fails_again() {
     for part in ["triangle", "vertices", "where the last try stuck"] {
         assert!(report.contains(part), "no {part} in {report}");
     }
-    assert!(read(&failure, "state.vtu").contains("way to where it stuck") || report.contains("stuck"));
     // The plugin is found without being looked for.
     let again = std::process::Command::new(super::program())
         .current_dir(folder.path())
