@@ -48,7 +48,8 @@ impl Beginning {
     pub(super) fn take(path: &Path, scene: &Scene, simulation: &mut Simulation) -> Result<()> {
         let refuse = |what: String| {
             let message = format!("{}: {what}", path.display());
-            let help = "it is written beside the replay of a run that failed; give that of this scene";
+            let help =
+                "it is written beside the replay of a run that failed; give that of this scene";
             scene.error_at("time.from", &message, Some(help))
         };
         let content = checkpoint::read(path).map_err(|error| refuse(format!("it {error}")))?;
@@ -79,7 +80,9 @@ impl Beginning {
                 .restore(&mut reading)
                 .and_then(|()| simulation.integrator.restore(&mut reading, vertices));
             if taken.is_err() {
-                return Err(refuse("what it holds of solvers is not that of the scene".into()).into());
+                return Err(
+                    refuse("what it holds of solvers is not that of the scene".into()).into()
+                );
             }
         }
         simulation.state = state;

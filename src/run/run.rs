@@ -269,7 +269,8 @@ fn begin(
     let at_rest = !first.relaxation.residual.is_nan();
     if at_rest
         && !simulation.at_rest
-        && let Some(note) = notes::on_start(scene, simulation.sheet(), &start.x, &simulation.state.x)
+        && let Some(note) =
+            notes::on_start(scene, simulation.sheet(), &start.x, &simulation.state.x)
     {
         progress.message(&note);
     }

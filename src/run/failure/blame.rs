@@ -103,7 +103,10 @@ impl Blame {
         let triangle = self.triangle.and_then(|t| Some((t, sheet.triangles().get(t)?)));
         if let Some((t, corners)) = triangle {
             let sum: Vec3 = corners.iter().filter_map(|v| x.get(*v as usize)).sum();
-            return Some(format!("triangle {t} (vertices {corners:?}) at {}", at(&(sum / real(3)))));
+            return Some(format!(
+                "triangle {t} (vertices {corners:?}) at {}",
+                at(&(sum / real(3)))
+            ));
         }
         let vertex = self.vertex.filter(|_| !sheet.triangles().is_empty())?;
         Some(format!("vertex {vertex} at {}", at(x.get(vertex)?)))
