@@ -39,6 +39,13 @@ stiff() {
 # A dome with a gentle feedback, smooth at all times.
 dome() { study dome policies/dome.toml --limit 60; }
 
+# The dome by all policies, from a shape that follows at once to one that hardly moves.
+policies() {
+    study policies policies/dome.toml --limit 60 --integrator staggered --tolerances 1e-2 --seeds 0 --repeats 1 \
+        --over time.policy=simultaneous,quasi-static,chemistry-fast \
+        --over material.drag=0.001,0.01,0.1,1,10,100,1000
+}
+
 # Model I before it buckles.
 before() { study before accuracy/before.toml --limit 60; }
 
@@ -71,7 +78,7 @@ spacing() {
         --over sheet.vertices=2000,5000,10000 --limit 600 --reference '{ kind = "staggered", rtol = 3e-1, atol = 3e-1 }'
 }
 
-studies=(dome before ring motors sphere robertson oregonator brusselator plate spacing)
+studies=(dome policies before ring motors sphere robertson oregonator brusselator plate spacing)
 [[ $# -gt 0 ]] || { echo "studies: ${studies[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${studies[@]}"
 failed=()

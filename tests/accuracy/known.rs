@@ -91,3 +91,21 @@ fn the_mesh_is_studied_by_its_references() {
     assert!(cells[2..5].iter().all(|cell| cell.parse::<f64>().unwrap() > 0.0), "{line}");
     assert!(root.join("plot-cases-vertices.svg").is_file());
 }
+
+#[test]
+fn policies_come_together_as_the_ratio_of_timescales_does() {
+    let over = "time.policy=simultaneous,quasi-static";
+    let drags = "material.drag=0.001,0.01";
+    let one = ["--integrator", "staggered", "--tolerances", "1e-2", "--seeds", "0"];
+    let arguments = [&one[..], &["--over", over, "--over", drags]].concat();
+    let (folder, out) = study(GROWING, &arguments);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    let line = page.lines().find(|line| line.contains("slope at the least")).expect(&page);
+    let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+    assert_eq!(cells[1], "quasi-static from simultaneous");
+    // Of the shape.
+    let slope: f64 = cells[6].parse().unwrap();
+    assert!((slope - 1.0).abs() < 0.15, "{line}\n{page}");
+    assert!(folder.path().join("out/plot-cases-policies.svg").exists());
+}

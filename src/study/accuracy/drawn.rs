@@ -2,6 +2,7 @@
 
 use super::advice::{Power, percent, subject};
 use super::errors::{Case, Distance, Point};
+use super::policies::Policies;
 use super::{Quantity, Study};
 use crate::num::real;
 use crate::output::plot::{Curve, Figure, Panel};
@@ -14,6 +15,8 @@ type Part = fn(&Distance) -> f64;
 
 /// Errors below this are round-off.
 const LEAST: f64 = 1e-15;
+/// What the plot of policies is called.
+const POLICIES: &str = "policies";
 /// How the line is called that tells how far the references are apart.
 const APART: &str = "references, apart";
 
@@ -23,7 +26,12 @@ fn wanted(study: &Study) -> String {
 }
 
 /// Name, caption and drawing of every plot.
-pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String, String, Figure)> {
+pub(super) fn figures(
+    study: &Study,
+    plan: &Plan,
+    cases: &[Case],
+    policies: &Policies,
+) -> Vec<(String, String, Figure)> {
     let mut all = Vec::new();
     for case in cases {
         let end = match case.name.is_empty() {
@@ -72,6 +80,12 @@ pub(super) fn figures(study: &Study, plan: &Plan, cases: &[Case]) -> Vec<(String
             map(study, case),
         );
     }
+    let policies = policies.figure();
+    if !policies.panels.is_empty() {
+        let caption = "How far the references of policies are apart, the largest along time. A slope of 1: the \
+                       error of leaving a rate out goes with the ratio of the two.";
+        all.push((format!("cases-{POLICIES}"), caption.to_owned(), policies));
+    }
     for (k, axis) in plan.axes.iter().enumerate().skip(1) {
         let across = across(plan, cases, k, axis);
         if !across.panels.is_empty() {
@@ -94,7 +108,7 @@ fn names(study: &Study, more: &[&str]) -> Vec<String> {
     curves.chain(more.iter().map(|name| (*name).to_owned())).collect()
 }
 
-fn panel(title: &str, across: &str, curves: Vec<Curve>) -> Option<Panel> {
+pub(super) fn panel(title: &str, across: &str, curves: Vec<Curve>) -> Option<Panel> {
     let some = curves.iter().any(|curve| !curve.points.is_empty());
     some.then(|| Panel {
         title: title.to_owned(),

@@ -55,6 +55,10 @@ pub struct Reference {
     pub failed: Vec<(String, String)>,
     /// Other references that did, and how far they are from this one at most.
     pub others: Vec<(String, f64)>,
+    /// The member of the sweep that it is.
+    pub member: usize,
+    /// Its states at the output times.
+    pub states: Vec<State>,
 }
 
 /// One integrator at one tolerance.
@@ -167,6 +171,7 @@ pub fn cases(study: &Study, plan: &Plan, root: &Path) -> Vec<Case> {
 
 /// A run and its states.
 struct Kept {
+    member: usize,
     found: Found,
     states: Vec<State>,
 }
@@ -174,7 +179,7 @@ struct Kept {
 fn kept(plan: &Plan, root: &Path, member: usize) -> Kept {
     let found = read(plan, root, member, false);
     let states = states::read(&plan.directory(root, member).join(ResultDirectory::STATES));
-    Kept { found, states }
+    Kept { member, found, states }
 }
 
 fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
@@ -239,6 +244,8 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
             seconds: first.found.timing.as_ref().map(Timing::median),
             failed: std::mem::take(&mut failed),
             others,
+            member: first.member,
+            states: first.states.clone(),
         });
         truth = Some(first);
     }
@@ -309,7 +316,7 @@ pub(super) fn add_peer(
         let number = plan.members.iter().position(|m| m.at.first() == Some(&run))?;
         Some((kept(plan, root, number), Yardstick::of(plan, number)?))
     });
-    let run = Kept { found: found.clone(), states };
+    let run = Kept { member: 0, found: found.clone(), states };
     let errors =
         truth.filter(|_| found.status == MemberStatus::Complete).map(|(truth, yardstick)| {
             let parted = case.reference.as_ref().and_then(|r| r.parted);
@@ -320,14 +327,14 @@ pub(super) fn add_peer(
 }
 
 /// What differences of states are relative to.
-struct Yardstick {
+pub(super) struct Yardstick {
     norm: Norm,
     moves: bool,
 }
 
 impl Yardstick {
     /// That of a member; none if its scene cannot be made ready any more.
-    fn of(plan: &Plan, number: usize) -> Option<Self> {
+    pub(super) fn of(plan: &Plan, number: usize) -> Option<Self> {
         let scene = plan.scene(number).ok()?;
         let simulation = Simulation::new(&scene, &plan.search()).ok()?;
         let model = simulation.model();
@@ -355,7 +362,7 @@ impl Yardstick {
     }
 
     /// Distances of states from those at the same time.
-    fn course(&self, states: &[State], truth: &[State]) -> Vec<Distance> {
+    pub(super) fn course(&self, states: &[State], truth: &[State]) -> Vec<Distance> {
         let mut course = Vec::new();
         for state in states {
             let near = |s: &&State| (s.time - state.time).abs() <= 1e-9 * state.time.abs();

@@ -19,6 +19,7 @@ mod errors;
 mod page;
 mod peers;
 mod plan;
+mod policies;
 mod quantity;
 mod report;
 mod richardson;
@@ -208,7 +209,8 @@ impl Study {
     fn report(&self, cases: &[Case], plan: &Plan, root: &Path) -> Result<String> {
         let advice: Vec<String> = cases.iter().map(|case| advice::advice(self, case)).collect();
         let open = unfinished(plan, root);
-        let figures = drawn::figures(self, plan, cases);
+        let policies = policies::policies(plan, cases);
+        let figures = drawn::figures(self, plan, cases, &policies);
         let [_, csv, md, html] = Self::FILES.map(str::to_owned);
         let mut files = vec![(csv, report::csv(self, cases).into_bytes())];
         let mut drawings = Vec::new();
@@ -219,7 +221,8 @@ impl Study {
             files.push((format!("{name}.png"), figure.picture()?.png()?));
             drawings.push(page::Drawing { name, caption, svg });
         }
-        let blocks = report::blocks(self, plan, cases, (open.as_deref(), &advice), drawings);
+        let blocks =
+            report::blocks(self, plan, (cases, &policies), (open.as_deref(), &advice), drawings);
         files.push((md, page::markdown(&blocks).into_bytes()));
         files.push((html, page::html(&blocks).into_bytes()));
         for (name, bytes) in files {

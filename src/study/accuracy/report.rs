@@ -3,6 +3,7 @@
 use super::advice::{described, percent, time, two_digits};
 use super::errors::{Case, Point};
 use super::page::{Block, Drawing};
+use super::policies::Policies;
 use super::richardson::limit;
 use super::{Quantity, Study};
 use crate::num::Short;
@@ -54,7 +55,7 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
 pub(super) fn blocks(
     study: &Study,
     plan: &Plan,
-    cases: &[Case],
+    (cases, policies): (&[Case], &Policies),
     (open, advice): (Option<&str>, &[String]),
     drawings: Vec<Drawing>,
 ) -> Vec<Block> {
@@ -100,6 +101,16 @@ pub(super) fn blocks(
             ));
             blocks.push(Block::Table(rows));
         }
+    }
+    if let Some(rows) = policies.table() {
+        blocks.push(Block::Heading(2, "Policies".into()));
+        blocks.push(Block::Text(
+            "How far the references of policies are apart, the largest along time, against the ratio of the rates \
+             of chemistry and shape at the start, and beside that how far those references are from the ones that \
+             confirm them: smaller distances are not known. With a slope of 1 a policy errs by what it leaves out."
+                .into(),
+        ));
+        blocks.push(Block::Table(rows));
     }
     blocks.extend(drawings.map(Block::Plot));
     if !study.left_out.is_empty() {
