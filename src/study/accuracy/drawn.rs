@@ -11,7 +11,7 @@ use crate::study::sweep::{Axis, Plan};
 /// What a run cost, if that is known.
 type Cost = fn(&Point) -> Option<f64>;
 /// One of the distances.
-type Part = fn(&Distance) -> f64;
+pub(super) type Part = fn(&Distance) -> f64;
 
 /// Errors below this are round-off.
 const LEAST: f64 = 1e-15;

@@ -5,7 +5,7 @@
 
 use super::Quantity;
 use super::advice::{percent, two_digits};
-use super::drawn::panel;
+use super::drawn::{Part, panel};
 use super::errors::{Case, Distance, Yardstick};
 use crate::num::Short;
 use crate::output::plot::{Curve, Figure, label};
@@ -137,7 +137,7 @@ fn floor(time: f64, cases: [&Case; 2]) -> Distance {
 const KNOWN: f64 = 3.0;
 
 /// Places and distances that are known.
-fn known(rows: &[Row], of: fn(&Distance) -> f64) -> Vec<(f64, f64)> {
+fn known(rows: &[Row], of: Part) -> Vec<(f64, f64)> {
     let known = |row: &&Row| of(&row.apart) > KNOWN * of(&row.floor) && of(&row.apart) > 0.0;
     rows.iter().filter(known).map(|row| (row.place, of(&row.apart))).collect()
 }
@@ -153,7 +153,7 @@ fn guide(curves: &[Curve]) -> Option<Vec<(f64, f64)>> {
 }
 
 /// The slope, on logarithmic axes, from where the distance is least and known to the next place.
-fn slope(rows: &[Row], of: fn(&Distance) -> f64) -> Option<f64> {
+fn slope(rows: &[Row], of: Part) -> Option<f64> {
     let points = known(rows, of);
     let least = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1))?;
     let next = if least + 1 < points.len() { least + 1 } else { least.checked_sub(1)? };
@@ -163,7 +163,7 @@ fn slope(rows: &[Row], of: fn(&Distance) -> f64) -> Option<f64> {
 }
 
 /// What distances are of.
-const PARTS: [(&str, fn(&Distance) -> f64); 2] =
+const PARTS: [(&str, Part); 2] =
     [("distance of the species", |d| d.species), ("distance of the shape", |d| d.shape)];
 
 impl Policies {
