@@ -2,6 +2,7 @@
 //! run.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::kinetics::{BadValue, Descriptor, KineticsError, Location, Outcome, Unreliable};
 
@@ -10,6 +11,8 @@ use crate::kinetics::{BadValue, Descriptor, KineticsError, Location, Outcome, Un
 pub struct Flagged {
     unreliable: OnceLock<(Location, Unreliable)>,
     bad: OnceLock<BadValue>,
+    /// How often a call gave no usable number.
+    count: AtomicU64,
 }
 
 impl Flagged {
@@ -23,6 +26,7 @@ impl Flagged {
             }
             Err(error) => {
                 if let KineticsError::BadOutput(bad) = &error {
+                    self.count.fetch_add(1, Ordering::Relaxed);
                     let _ = self.bad.set((**bad).clone());
                 }
                 Err(error)
@@ -40,6 +44,12 @@ impl Flagged {
             "{law} flags its result as unreliable{}: {message}",
             place.unwrap_or_default()
         ))
+    }
+
+    /// How many calls gave a result that was not a usable number.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.count.load(Ordering::Relaxed)
     }
 
     /// The first result that was not a usable number. Where the run goes on it was in a try that has

@@ -1,5 +1,6 @@
 //! The mechanical half of a model: the energies that a scene lists, and the directions it fixes.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use super::meters;
@@ -33,6 +34,15 @@ pub struct Mechanics {
     tally: Tally,
     /// One for each of the terms.
     meters: Vec<Meter>,
+    not_finite: NotFinite,
+}
+
+/// Energies that were no numbers, in tries that were given up.
+#[derive(Debug, Default)]
+struct NotFinite {
+    count: AtomicU64,
+    /// The effect that gave the first one, and the time in force.
+    first: OnceLock<(String, f64)>,
 }
 
 /// What mechanics are made of.
@@ -94,7 +104,26 @@ impl Mechanics {
             pattern,
             tally,
             meters,
+            not_finite: NotFinite::default(),
         }))
+    }
+
+    /// Counts an energy that is not a finite number; `who` says whose it is, of the first one.
+    pub(super) fn note_not_finite(&self, who: impl FnOnce() -> Option<(String, f64)>) {
+        self.not_finite.count.fetch_add(1, Ordering::Relaxed);
+        if self.not_finite.first.get().is_none()
+            && let Some(first) = who()
+        {
+            let _ = self.not_finite.first.set(first);
+        }
+    }
+
+    /// How many energies were not finite numbers, and the effect that gave the first one, with the time in
+    /// force then.
+    #[must_use]
+    pub fn not_finite(&self) -> (u64, Option<&(String, f64)>) {
+        let NotFinite { count, first } = &self.not_finite;
+        (count.load(Ordering::Relaxed), first.get())
     }
 
     /// What the work on the model costs.

@@ -162,6 +162,13 @@ impl Model {
         &self.drag
     }
 
+    /// How many values of laws and effects were not finite numbers, in tries that were given up.
+    #[must_use]
+    pub fn not_finite(&self) -> u64 {
+        let of_laws = self.chemistry.as_ref().map_or(0, |chemistry| chemistry.flagged().count());
+        of_laws + self.mechanics.not_finite().0
+    }
+
     /// Whether the shape can move.
     #[must_use]
     pub fn moves(&self) -> bool {

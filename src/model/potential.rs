@@ -257,6 +257,11 @@ impl Potential {
             let (mechanics, constraints, shape) = self.constrained(x);
             energy += constraints.add(mechanics, &shape, gradient);
         }
+        if !energy.is_finite() {
+            let mechanics = Arc::clone(&self.mechanics);
+            let time = self.time;
+            mechanics.note_not_finite(|| Some((self.not_finite(x)?, time)));
+        }
         energy
     }
 

@@ -11,10 +11,23 @@ use crate::num::real;
 use crate::parallel::{self, BLOCK};
 use crate::sheet::Sheet;
 use crate::solve::StepReport;
+use crate::solve::tries::Cause;
 use crate::tally::Work;
 
 /// Titles of the ledger's first columns.
 const STEP: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
+
+/// What the columns of [`Causes`](crate::solve::tries::Causes) and of values that are not finite are called.
+fn cause_columns() -> impl Iterator<Item = String> {
+    let causes = Cause::ALL.iter().map(|cause| format!("rejected for {}", cause.name()));
+    causes.chain(["values not finite".to_owned()])
+}
+
+/// Their row.
+fn causes(report: &StepReport) -> impl Iterator<Item = f64> {
+    let counts = report.rejected.0.into_iter().chain([report.not_finite]);
+    counts.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)))
+}
 
 fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
@@ -25,6 +38,7 @@ pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
     let mut all = STEP.map(str::to_owned).to_vec();
     // A row is a step.
     let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
+    let work = work.chain(cause_columns());
     if is_point(model) {
         all.extend(work.chain(["wall time [s]".to_owned()]));
         if let Some(chemistry) = model.chemistry() {
@@ -117,6 +131,7 @@ pub(super) fn row(
     let mut row = vec![step, state.time, report.step, report.error];
     let work = report.work.values().into_iter().skip(1);
     let work = work.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)));
+    let work = work.chain(causes(report));
     if is_point(model) {
         row.extend(work);
         row.push(wall);

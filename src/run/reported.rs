@@ -8,14 +8,24 @@ use crate::kinetics::KineticsError;
 pub(super) struct Reported {
     unreliable: bool,
     bad: bool,
+    energy: bool,
 }
 
 impl Reported {
     /// What is new after a step that was accepted, in words.
     pub(super) fn new_faults(&mut self, simulation: &Simulation) -> Vec<String> {
-        let Some(chemistry) = simulation.model().chemistry() else { return Vec::new() };
-        let flagged = chemistry.flagged();
         let mut news = Vec::new();
+        if !self.energy
+            && let (_, Some((effect, time))) = simulation.model().mechanics().not_finite()
+        {
+            self.energy = true;
+            news.push(format!(
+                "the energy or a force of the effect {effect} was not a finite number on the way at time \
+                 {time}; the try was made shorter"
+            ));
+        }
+        let Some(chemistry) = simulation.model().chemistry() else { return news };
+        let flagged = chemistry.flagged();
         if !self.unreliable
             && let Some(text) = flagged.unreliable(chemistry.descriptor())
         {

@@ -141,12 +141,15 @@ impl Simulation {
     /// # Errors
     /// Whatever no smaller step cures; the state is as before then, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
+        let before = (self.workspace.tries().causes(), self.model().not_finite());
         let (report, spent) = self.spend(|s| -> Result<StepReport> {
             let report = s.integrator.advance(&mut s.workspace, &mut s.state, until)?;
             s.model().tally().count(|work| work.steps += 1);
             Ok(report)
         });
-        Ok(StepReport { work: spent.work, ..report? })
+        let rejected = self.workspace.tries().causes().since(before.0);
+        let not_finite = self.model().not_finite() - before.1;
+        Ok(StepReport { work: spent.work, rejected, not_finite, ..report? })
     }
 
     /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,

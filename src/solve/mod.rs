@@ -27,6 +27,7 @@ use crate::num::checked::Positive;
 use crate::record::{Malformed, Reading, Record};
 use crate::tally::Work;
 use equilibrium::{Equilibrium, Relaxation};
+use tries::Causes;
 
 /// The integrator of a scene that names none.
 pub const DEFAULT_INTEGRATOR: &str = "staggered";
@@ -237,6 +238,10 @@ pub struct StepReport {
     pub error: f64,
     /// The length that this estimate allows, whatever else limits steps; none where it is not known.
     pub allowed: Option<f64>,
+    /// Tries that came to no result, by their causes; integrators leave it to whoever asks for the step.
+    pub rejected: Causes,
+    /// Values of laws and effects in the step that were not finite numbers; likewise.
+    pub not_finite: u64,
     /// Why the last try before came to no result, if it did not.
     pub reason: Option<String>,
     /// Where the relaxations of the step led.

@@ -19,7 +19,7 @@ use super::{
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
-use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options};
+use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 use crate::record::{Malformed, Reading, Record};
 
 /// Parameters of the monolithic integrator in a scene.
@@ -291,21 +291,24 @@ impl Monolithic {
         };
         *at = None;
         let tolerance = (self.rtol, self.atol);
-        let model = &workspace.model;
+        let model = Arc::clone(&workspace.model);
         let mut next = state.clone();
-        let rejected = integration.step(until, &mut |time, y| {
+        let mut rejected = Rejected::default();
+        let mut accept = |time: f64, y: &[f64]| {
             layout.unpack(model.mechanics(), time, y, &mut next);
             let kept = model.keep_in_range(&mut next.species, time, tolerance);
             kept.map_err(|e| SolveError::from(e).into_failure())
-        })?;
+        };
+        let stepped = integration.step(until, &mut accept, &mut rejected);
+        match self.part {
+            Part::Whole => workspace.reject_all(state, rejected),
+            Part::Shape | Part::Chemistry => model.tally().count(|work| {
+                work.substeps += u64::from(stepped.is_ok());
+                work.rejected_substeps += rejected.count();
+            }),
+        }
+        stepped?;
         next.step += 1;
-        model.tally().count(|work| match self.part {
-            Part::Whole => work.rejected += rejected,
-            Part::Shape | Part::Chemistry => {
-                work.substeps += 1;
-                work.rejected_substeps += rejected;
-            }
-        });
         let mut report = StepReport { step: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
             report.relaxation.residual = workspace.at(&next).residual()?;

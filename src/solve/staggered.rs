@@ -293,7 +293,7 @@ impl Staggered {
                     return Ok(report);
                 }
                 Ok((_, error)) => {
-                    let new = Try { error, ..rejected(state, step, Cause::Error) };
+                    let new = Try { error, ..Try::of(state, step, Cause::Error) };
                     workspace.reject(new);
                     let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
                     tried = step * factor;
@@ -301,7 +301,7 @@ impl Staggered {
                 Err(error) if error.is_recoverable() => {
                     let message = error.to_string();
                     report.reason = Some(message.clone());
-                    workspace.reject(Try { message, ..rejected(state, step, error.cause()) });
+                    workspace.reject(Try { message, ..Try::of(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
                     if tried < shortest {
                         return Err(error);
@@ -383,10 +383,4 @@ impl Staggered {
         }
         workspace.model.shape_misfit(state, (a, b), self.tolerance())
     }
-}
-
-/// A try of a step of this length from `state`.
-fn rejected(state: &State, length: f64, cause: Cause) -> Try {
-    let (step, time) = (state.step + 1, state.time);
-    Try { step, time, length, error: f64::NAN, cause, message: String::new() }
 }

@@ -5,9 +5,10 @@
 //! a run failed.
 
 use std::collections::VecDeque;
+use std::fmt;
 
 use super::SolveError;
-use crate::model::ModelError;
+use crate::model::{ModelError, State};
 
 /// Why a try came to no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,7 +91,7 @@ pub struct Try {
     pub step: u64,
     /// Where it was to begin.
     pub time: f64,
-    /// How long it was to be.
+    /// How long it was to be; NaN where a library does not tell.
     pub length: f64,
     /// Its error estimate in units of the tolerance; NaN without one.
     pub error: f64,
@@ -103,19 +104,67 @@ pub struct Try {
 /// Tries that are remembered.
 const LAST: usize = 50;
 
-/// The last tries that came to no result.
+impl Try {
+    /// At a step of this length from `state`.
+    pub(super) fn of(state: &State, length: f64, cause: Cause) -> Self {
+        let (step, time) = (state.step + 1, state.time);
+        Self { step, time, length, error: f64::NAN, cause, message: String::new() }
+    }
+}
+
+/// Tries that came to no result, by [`Cause::ALL`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Causes(pub [u64; Cause::ALL.len()]);
+
+impl Causes {
+    /// Those since `before`.
+    #[must_use]
+    pub fn since(self, before: Self) -> Self {
+        let mut all = self.0;
+        all.iter_mut().zip(before.0).for_each(|(now, before)| *now -= before);
+        Self(all)
+    }
+
+    /// Every cause with how many there are of it.
+    pub fn each(self) -> impl Iterator<Item = (Cause, u64)> {
+        Cause::ALL.into_iter().zip(self.0)
+    }
+}
+
+impl fmt::Display for Causes {
+    /// As `12 error, 3 law`: those that there are, the most frequent first.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut all: Vec<_> = self.each().filter(|(_, count)| *count > 0).collect();
+        all.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let words = all.iter().map(|(cause, count)| format!("{count} {}", cause.name()));
+        f.write_str(&words.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// The last tries that came to no result, and how many there were of each kind.
 #[derive(Debug, Clone, Default)]
 pub struct Tries {
     last: VecDeque<Try>,
+    causes: Causes,
 }
 
 impl Tries {
     /// Adds one, and forgets the oldest.
     pub(super) fn note(&mut self, new: Try) {
+        let at = Cause::ALL.iter().position(|cause| *cause == new.cause);
+        if let Some(count) = at.and_then(|at| self.causes.0.get_mut(at)) {
+            *count += 1;
+        }
         if self.last.len() == LAST {
             self.last.pop_front();
         }
         self.last.push_back(new);
+    }
+
+    /// How many there were.
+    #[must_use]
+    pub fn causes(&self) -> Causes {
+        self.causes
     }
 
     /// The last ones, in their order.

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
-use super::tries::{Tries, Try};
+use super::tries::{Cause, Tries, Try};
 use super::{Result, SolveError, part};
 use crate::Vec3;
 use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
+use crate::ode::Rejected;
 use crate::record::{Malformed, Reading, Record};
 
 /// Whoever asked for long work: it may be interrupted, and reports how far it is.
@@ -96,6 +97,19 @@ impl Workspace {
     pub(super) fn reject(&mut self, rejected: Try) {
         self.model.tally().count(|work| work.rejected += 1);
         self.tries.note(rejected);
+    }
+
+    /// The same of those of a library at a step from `state`.
+    pub(super) fn reject_all(&mut self, state: &State, rejected: Rejected) {
+        let mut reject = |cause, message| {
+            self.reject(Try { message, ..Try::of(state, f64::NAN, cause) });
+        };
+        (0..rejected.error).for_each(|_| reject(Cause::Error, String::new()));
+        (0..rejected.newton).for_each(|_| reject(Cause::Solver, String::new()));
+        for error in rejected.refused {
+            let error = SolveError::from(error);
+            reject(error.cause(), error.to_string());
+        }
     }
 
     /// The state at which the last relaxation that came to no end has stuck.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rumple::solve::{Result, SolveError};
 use rumple::tally::Tally;
 use rumple_numerics::linear::{Assembly, LinearChoice, Sparse};
-use rumple_numerics::ode::{Failure, Integration, OdeMethod, OdeProblem, Options};
+use rumple_numerics::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 
 type Law = fn(f64, &[f64], &mut [f64]) -> Result<(), Failure>;
 
@@ -90,11 +90,14 @@ fn stepped(
     let (mut time, mut solution, mut rejected) = (0.0, start.to_vec(), 0);
     while time < until {
         let mut next = None;
-        rejected += integration.step(until, &mut |new, y| {
+        let mut tries = Rejected::default();
+        let mut keep = |new: f64, y: &[f64]| {
             accept(time, new)?;
             next = Some((new, y.to_vec()));
             Ok(())
-        })?;
+        };
+        integration.step(until, &mut keep, &mut tries)?;
+        rejected += tries.count();
         // What was accepted last is what a step has led to.
         (time, solution) = next.unwrap();
     }

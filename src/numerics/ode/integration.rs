@@ -13,7 +13,7 @@ use self_cell::self_cell;
 use super::consistent::make_consistent;
 use super::equations::Equations;
 use super::stepper::{Problem, Stepper, problem};
-use super::{Accept, OdeProblem, Options, Result};
+use super::{Accept, OdeProblem, Options, Rejected, Result};
 use crate::linear::Shifted;
 
 self_cell!(
@@ -78,12 +78,17 @@ impl<P: OdeProblem> Integration<P> {
     /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
     /// it. `accept` may refuse the new solution (time, values): the step is then repeated with a smaller
     /// size; numbers that are not finite are never shown to it, nor are those from where
-    /// the next step would find no finite rates. Returns how many tries were rejected.
+    /// the next step would find no finite rates. Tries that come to no result are added to `rejected`.
     ///
     /// # Errors
     /// An error of F or of `accept` that no smaller step cures, or the last one if none did.
-    pub fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<u64> {
-        self.running.with_dependent_mut(|_, stepper| stepper.step(until, accept))
+    pub fn step(
+        &mut self,
+        until: f64,
+        accept: &mut Accept<'_>,
+        rejected: &mut Rejected,
+    ) -> Result<()> {
+        self.running.with_dependent_mut(|_, stepper| stepper.step(until, accept, rejected))
     }
 }
 

@@ -126,6 +126,25 @@ impl OdeError {
     }
 }
 
+/// Tries of a step that came to no result.
+#[derive(Debug, Default)]
+pub struct Rejected {
+    /// How many by the error estimate.
+    pub error: u64,
+    /// How many in Newton's method, with no word of the problem's.
+    pub newton: u64,
+    /// What the problem had no value for, or refused.
+    pub refused: Vec<OdeError>,
+}
+
+impl Rejected {
+    /// How many they are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.error + self.newton + self.refused.len() as u64
+    }
+}
+
 /// Shorthand for results with [`OdeError`].
 pub type Result<T, E = OdeError> = std::result::Result<T, E>;
 

@@ -11,7 +11,7 @@ use diffsol::{
 use super::combination::Combination;
 use super::equations::Equations;
 use super::newton::{NewtonSolver, Spare};
-use super::{Accept, OdeError, OdeMethod, Result};
+use super::{Accept, OdeError, OdeMethod, Rejected, Result};
 use crate::linear::{Displacements, LinearChoice};
 use crate::tally::Tally;
 
@@ -256,32 +256,41 @@ impl<'a> Stepper<'a> {
         every!(&self.method, solver => solver.state().y.inner().col_as_slice(0).to_vec(), none => Vec::new())
     }
 
-    /// Tries that the solver rejected and its iterations of Newton's method, since its start.
-    fn statistics(&self) -> [u64; 2] {
-        let both = every!(&self.method, solver => {
+    /// Tries that the solver rejected by their error and in Newton's method, and iterations of that, since its
+    /// start.
+    fn statistics(&self) -> [u64; 3] {
+        let all = every!(&self.method, solver => {
             let s = solver.get_statistics();
-            let failed = s.number_of_error_test_failures + s.number_of_nonlinear_solver_fails;
-            [failed, s.number_of_nonlinear_solver_iterations]
-        }, none => [0; 2]);
-        both.map(|count| count as u64)
+            [
+                s.number_of_error_test_failures,
+                s.number_of_nonlinear_solver_fails,
+                s.number_of_nonlinear_solver_iterations,
+            ]
+        }, none => [0; 3]);
+        all.map(|count| count as u64)
     }
 
     /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
     /// it. `accept` may refuse the new solution (time, values): the step is then taken back and tried
     /// again, shorter; numbers that are not finite are never shown to it, nor are those from where
-    /// the next step would find no finite rates. Returns how many tries were rejected.
+    /// the next step would find no finite rates. Tries that come to no result are added to `rejected`.
     ///
     /// # Errors
     /// An error of F or of `accept` that no shorter step cures, or the last one if none did.
-    pub(super) fn step(&mut self, until: f64, accept: &mut Accept<'_>) -> Result<u64> {
-        let mut rejected = 0;
+    pub(super) fn step(
+        &mut self,
+        until: f64,
+        accept: &mut Accept<'_>,
+        rejected: &mut Rejected,
+    ) -> Result<()> {
         for retry in 0.. {
             let (time, start) = (self.time, self.solution());
             let before = self.statistics();
             let stepped = self.raw_step(until);
-            let [failed, iterations] = self.statistics();
-            self.options.tally.count(|work| work.newton_iterations += iterations - before[1]);
-            rejected += failed - before[0];
+            let [failed, newton, iterations] = self.statistics();
+            self.options.tally.count(|work| work.newton_iterations += iterations - before[2]);
+            rejected.error += failed - before[0];
+            rejected.newton += newton - before[1];
             let stored_error = self.problem.eqn.take_error();
             let error = match stepped {
                 Ok(()) => {
@@ -296,7 +305,12 @@ impl<'a> Stepper<'a> {
                         (Ok(()), Some(error)) if !error.is_recoverable() => {
                             return Err(error);
                         }
-                        (Ok(()), _) => return Ok(rejected),
+                        (Ok(()), told) => {
+                            // A try that F had no value for ended in Newton's method.
+                            rejected.newton -= rejected.newton.min(u64::from(told.is_some()));
+                            rejected.refused.extend(told);
+                            return Ok(());
+                        }
                         // What F said is the better reason for numbers that are not finite.
                         (Err(_), Some(error)) if !finite => error,
                         (Err(error), _) => error,
@@ -310,10 +324,10 @@ impl<'a> Stepper<'a> {
             if hopeless || !error.is_recoverable() {
                 return Err(error);
             }
-            rejected += 1;
+            rejected.refused.push(error);
             self.begin(time, vector(&start), step)?;
         }
-        Ok(rejected)
+        Ok(())
     }
 
     /// Whether the solution is finite, and the rates there that an explicit method begins its next
