@@ -1,14 +1,16 @@
 //! What a scene is allowed to say and its author may not have meant: reported before a run, and what
 //! its first relaxation shows.
 
-use crate::geometry::aligned;
 use std::sync::Arc;
 
+use super::{Result, Simulation};
 use crate::Vec3;
+use crate::geometry::aligned;
 use crate::model::{Drag, Potential};
 use crate::num::Short;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
+use crate::solve::diagnosis;
 
 /// Loads this many times the tolerance move a sheet before it counts as at rest.
 const FELT: f64 = 1e3;
@@ -125,6 +127,20 @@ pub(super) fn on_loads(
             1e-4 * load
         ));
     }
+}
+
+/// Looks at fixed explicit steps, which diffusion limits.
+///
+/// # Errors
+/// If the model has no value at the state of `simulation`.
+pub(super) fn on_explicit_step(
+    scene: &Scene,
+    simulation: &mut Simulation,
+) -> Result<Option<String>> {
+    let Some(step) = scene.time.integrator.explicit_step() else { return Ok(None) };
+    let Simulation { workspace, state, .. } = simulation;
+    let limit = diagnosis::explicit_limit(workspace, state)?.filter(|limit| step > *limit);
+    Ok(limit.map(|limit| format!("warning: {}", diagnosis::too_long(step, limit))))
 }
 
 /// Looks at what the first relaxation left of the shape that a scene starts from.

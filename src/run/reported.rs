@@ -2,6 +2,8 @@
 
 use super::{Error, Simulation, located};
 use crate::kinetics::KineticsError;
+use crate::solve::StepReport;
+use crate::solve::tries::Causes;
 
 /// What has been reported already.
 #[derive(Debug, Default)]
@@ -41,5 +43,48 @@ impl Reported {
             news.push(format!("{error}; this was in a rejected step"));
         }
         news
+    }
+}
+
+/// Steps shorter than the longest one by this factor are reported, and again for every further one.
+const FACTOR: f64 = 1e3;
+
+/// Steps that become far shorter than they were.
+#[derive(Debug, Default)]
+pub(super) struct Shrinking {
+    longest: f64,
+    /// Reported down to here.
+    told: f64,
+    /// Of the tries that were rejected since the longest one, and the last of their reasons.
+    rejected: Causes,
+    reason: Option<String>,
+}
+
+impl Shrinking {
+    /// What is to be said after a step that led to `time`; one that an output time has `cut` says nothing.
+    pub(super) fn after(&mut self, report: &StepReport, time: f64, cut: bool) -> Option<String> {
+        if report.step >= self.longest {
+            *self = Self { longest: report.step, told: report.step, ..Self::default() };
+        }
+        self.rejected.add(report.rejected);
+        if let Some(reason) = &report.reason {
+            self.reason = Some(reason.clone());
+        }
+        let rejected = self.rejected != Causes::default();
+        if cut || !rejected || FACTOR * report.step > self.told {
+            return None;
+        }
+        self.told = report.step;
+        let Self { longest, rejected, reason, .. } = self;
+        let mut text = format!(
+            "time {time}: steps have shrunk by a factor of {:.0e}, from {longest:.1e} to {:.1e}; tries were rejected for: \
+             {rejected}",
+            *longest / report.step,
+            report.step
+        );
+        if let Some(reason) = reason {
+            text += &format!("; the last one: {reason}");
+        }
+        Some(text)
     }
 }

@@ -7,7 +7,7 @@ use super::checkpoint::{Checkpoint, Checkpoints, Place};
 use super::costs::{Costs, peak_resident};
 use super::forecast::{Clock, Outlook, Told};
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
-use super::reported::Reported;
+use super::reported::{Reported, Shrinking};
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, failure, laws, notes};
@@ -122,7 +122,7 @@ fn stepped(
             written += 1;
         }
     }
-    let (mut reported, mut failed) = (Reported::default(), 0);
+    let (mut reported, mut shrinking, mut failed) = (Reported::default(), Shrinking::default(), 0);
     loop {
         let stopwatch = Instant::now();
         let due = shown != Some(simulation.state.step) && checkpoints.renew(simulation);
@@ -211,6 +211,10 @@ fn stepped(
             progress.message(&fault);
             simulation.faults.push(fault);
         }
+        let cut = simulation.state.time == target;
+        if let Some(text) = shrinking.after(&latest, simulation.state.time, cut) {
+            progress.message(&text);
+        }
         if let Some(reason) = latest.reason.take() {
             failed += 1;
             if failed == REPORT_AFTER {
@@ -274,6 +278,9 @@ fn begin(
     {
         progress.message(&note);
     }
+    if at_rest && let Some(note) = notes::on_explicit_step(scene, simulation)? {
+        progress.message(&note);
+    }
     let negative = match watch {
         Some(watch) if at_rest => match look(watch, simulation, &mut first, progress) {
             Ok(seen) => Some(seen),
@@ -335,6 +342,7 @@ fn stopped(
         return error;
     }
     let error = super::located(error, simulation.sheet(), &simulation.state.x);
+    let error = failure::diagnosed(scene, simulation, error);
     match failure::write(scene, simulation, directory, (&error, start)) {
         // The first failure is the one to report.
         Err(_) => error,

@@ -139,11 +139,14 @@ impl Simulation {
     /// One step that does not pass the time `until`.
     ///
     /// # Errors
-    /// Whatever no smaller step cures; the state is as before then, bit for bit.
+    /// Whatever no smaller step cures. The state and what solvers remember are as before then, bit for bit, but for
+    /// what a library remembers: such an integrator begins anew from the state.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         let before = (self.workspace.tries().causes(), self.model().not_finite());
         let (report, spent) = self.spend(|s| -> Result<StepReport> {
-            let report = s.integrator.advance(&mut s.workspace, &mut s.state, until)?;
+            s.workspace.mark();
+            let report = s.integrator.advance(&mut s.workspace, &mut s.state, until);
+            let report = report.inspect_err(|_| s.workspace.roll_back())?;
             s.model().tally().count(|work| work.steps += 1);
             Ok(report)
         });

@@ -19,6 +19,7 @@ use crate::Vec3;
 use crate::output::events::{Event, Events};
 use crate::output::{Compression, Progress, ResultDirectory, vtu};
 use crate::scene::Scene;
+use crate::solve::SolveError;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::stability::{Inertia, Mode, Stability};
 
@@ -73,7 +74,8 @@ impl Watch {
         std::fs::create_dir_all(&modes)
             .map_err(|source| crate::output::OutputError::Write { path: modes, source })?;
         Ok(Some(Self {
-            stability: Stability::new(simulation.model().mechanics())?,
+            stability: Stability::new(simulation.model().mechanics())?
+                .with_control(&simulation.workspace.control),
             events: match from {
                 None => Events::create(&directory.events())?,
                 Some(_) => Events::reopen(&directory.events(), written)?,
@@ -147,6 +149,9 @@ impl Watch {
         let mut at = simulation.evaluate();
         let x = &at.state().x;
         let counted = self.stability.inertia(at.potential()?, x);
+        if let Err(SolveError::Interrupted) = counted {
+            return Err(SolveError::Interrupted.into());
+        }
         Ok(counted
             .map_err(|error| {
                 progress.message(&format!("the stability could not be determined: {error}"));
@@ -160,6 +165,7 @@ impl Watch {
         let x = &at.state().x;
         Ok(match self.stability.spectrum(at.potential()?, x, self.modes) {
             Ok(spectrum) => spectrum.modes,
+            Err(SolveError::Interrupted) => return Err(SolveError::Interrupted.into()),
             Err(error) => {
                 progress.message(&format!("the modes could not be computed: {error}"));
                 Vec::new()

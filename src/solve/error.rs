@@ -1,5 +1,6 @@
 //! Why a solver stopped without a result.
 
+use super::diagnosis::Diagnosis;
 use crate::linear::LinearError;
 use crate::model::ModelError;
 use crate::ode::{Failure, OdeError};
@@ -89,6 +90,29 @@ pub enum SolveError {
         /// Force asked for.
         tolerance: f64,
     },
+    /// A relaxation came to no end, and why is seen.
+    #[error(
+        "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \
+         (tolerance {tolerance:.1e}, in units of Y times the edge length); {diagnosis}"
+    )]
+    NotAtRest {
+        /// Iterations taken.
+        iterations: usize,
+        /// Largest force left.
+        residual: f64,
+        /// Force asked for.
+        tolerance: f64,
+        /// Why.
+        diagnosis: Box<Diagnosis>,
+    },
+    /// Something else failed first, and why is seen.
+    #[error("{diagnosis}\nit showed as: {error}")]
+    Diagnosed {
+        /// Why.
+        diagnosis: Box<Diagnosis>,
+        /// What failed.
+        error: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// A triangle has lost its area.
     #[error(
         "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
@@ -136,6 +160,28 @@ pub enum SolveError {
         time: f64,
         /// Steps taken.
         steps: usize,
+    },
+    /// Rates jump however short the steps of the chemistry are.
+    #[error(
+        "the chemistry is not resolved at time {time}: {} steps of it and {} rejected ones do not lead through one step \
+         of the coupling, and they are {length:.1e} long by now. The rate of {what} goes from {:.3e} to {:.3e} within \
+         one of them: its law has a pole or a switch there, from where on its equation has no solution, or none that \
+         steps can follow; try a law that is smooth and finite there, or an end before that time (time.until)",
+        steps[0], steps[1], rates[0], rates[1]
+    )]
+    Unresolved {
+        /// Time reached.
+        time: f64,
+        /// Length of the steps.
+        length: f64,
+        /// Steps taken, and rejected.
+        steps: [u64; 2],
+        /// The number of the unknown whose rate jumps …
+        unknown: usize,
+        /// … and what it is.
+        what: String,
+        /// Its rate before and after.
+        rates: [f64; 2],
     },
     /// An implicit or explicit integrator of the library gave up.
     #[error("the {method} integrator stopped at time {time}: {message}")]
@@ -200,7 +246,7 @@ impl SolveError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Model(error) => error.is_recoverable(),
-            Self::Interrupted | Self::Pairing(_) => false,
+            Self::Interrupted | Self::Pairing(_) | Self::Unresolved { .. } => false,
             Self::Problem { recoverable, .. } => *recoverable,
             _ => true,
         }

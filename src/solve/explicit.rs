@@ -92,6 +92,11 @@ impl IntegratorSpec for ExplicitSpec {
         }
     }
 
+    fn explicit_step(&self) -> Option<f64> {
+        let euler = self.method == ExplicitMethod::Euler;
+        euler.then(|| self.step.map_or(STEP, Positive::get))
+    }
+
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
             let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };

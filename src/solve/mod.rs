@@ -5,6 +5,7 @@
 //! they keep nothing.
 
 pub mod chemistry;
+pub mod diagnosis;
 pub mod equilibrium;
 mod error;
 pub mod explicit;
@@ -80,6 +81,12 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// Whether its steps are fixed.
     fn has_fixed_steps(&self) -> bool {
         matches!(self.rule(), StepRule::Fixed(_))
+    }
+
+    /// The fixed step by which the rates of the chemistry are followed without any look at their change, if
+    /// that is how it is done.
+    fn explicit_step(&self) -> Option<f64> {
+        None
     }
 
     /// Makes it ready for a policy.

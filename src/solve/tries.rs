@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use super::SolveError;
+use super::diagnosis::Reason;
 use crate::model::{ModelError, State};
 
 /// Why a try came to no result.
@@ -71,14 +72,20 @@ impl SolveError {
             }
             Self::Model(ModelError::OutOfRange { .. }) => Cause::Range,
             Self::Model(ModelError::Sheet(_)) | Self::Collapsed { .. } => Cause::Collapse,
+            Self::NotAtRest { diagnosis, .. } if diagnosis.reason == Reason::Mesh => {
+                Cause::Collapse
+            }
             Self::NotFinite | Self::EffectNotFinite { .. } | Self::SpectralBound { .. } => {
                 Cause::NotFinite
             }
-            Self::NotConverged { .. } | Self::Stalled { .. } | Self::Constraint { .. } => {
-                Cause::Relaxation
-            }
+            Self::NotConverged { .. }
+            | Self::NotAtRest { .. }
+            | Self::Stalled { .. }
+            | Self::Constraint { .. } => Cause::Relaxation,
             Self::StepTooSmall { .. } => Cause::Error,
-            Self::TooManySteps { .. } | Self::NotSteady { .. } => Cause::Chemistry,
+            Self::TooManySteps { .. } | Self::Unresolved { .. } | Self::NotSteady { .. } => {
+                Cause::Chemistry
+            }
             _ => Cause::Solver,
         }
     }
@@ -123,6 +130,11 @@ impl Causes {
         let mut all = self.0;
         all.iter_mut().zip(before.0).for_each(|(now, before)| *now -= before);
         Self(all)
+    }
+
+    /// Adds `more`.
+    pub fn add(&mut self, more: Self) {
+        self.0.iter_mut().zip(more.0).for_each(|(all, more)| *all += more);
     }
 
     /// Every cause with how many there are of it.

@@ -147,6 +147,20 @@ impl Workspace {
         }
     }
 
+    /// A step begins.
+    pub(crate) fn mark(&mut self) {
+        if let Some(relaxer) = &mut self.relaxer {
+            relaxer.equilibrium.mark();
+        }
+    }
+
+    /// That step has failed, and nothing of it stays but the account of its work.
+    pub(crate) fn roll_back(&mut self) {
+        if let Some(relaxer) = &mut self.relaxer {
+            relaxer.equilibrium.roll_back(self.model.mechanics());
+        }
+    }
+
     /// Moves the shape of `state` to where the constraints of the model are met; nothing without any.
     ///
     /// # Errors
@@ -251,7 +265,7 @@ impl Workspace {
             done.add(&equilibrium::relax(method, potential, &mut x, &goal)?);
             Ok(done)
         };
-        let done = relax().map_err(|error| explained(error, potential, &x));
+        let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
         potential.set_anchor(None);
         state.x = x;
         if done.as_ref().is_err_and(|error| !matches!(error, SolveError::Interrupted)) {

@@ -7,6 +7,7 @@ mod motion;
 mod policies;
 mod stiff;
 mod threads;
+mod transactions;
 mod turing;
 
 use rumple::Simulation;

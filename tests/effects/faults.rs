@@ -136,7 +136,7 @@ fn an_energy_that_is_no_number_is_not_at_rest_though_nothing_pulls() {
     let mut x = sheet.rest().to_vec();
     let goal = Goal { tolerance: 1e-6, max_iterations: 100, interrupted: &|| false };
     let error = relax(&mut lbfgs, &mut potential, &mut x, &goal).unwrap_err();
-    match explained(error, &mut potential, &x) {
+    match explained(error, &mut potential, &x, 1e-6) {
         SolveError::EffectNotFinite { effect, .. } => assert_eq!(effect, "nan"),
         other => panic!("{other}"),
     }

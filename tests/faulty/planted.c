@@ -13,10 +13,11 @@ enum {
     ABORTS, SEGFAULT, BEYOND, EXITS, UNWRITTEN, NEGATIVE_FACTOR, WRONG_FACTOR_DERIVATIVE,
     FIELDS_IGNORED, FACTOR_UNWRITTEN, MAXIMUM_KEPT, EXITS_LATE, SEGFAULT_LATE, DEEP, RAISES_FPE,
     THREAD_FAULT, EXITS_IN_CREATE, EXITS_ON_LOAD, CHANGES_FOLDER, NOT_FINITE_ONCE,
+    FAILS_ONCE,
 };
 
 /* Of the calls that come LATE. */
-enum { LATE = 400 };
+enum { LATE = 400, EARLY = 30 };
 
 __attribute__((constructor)) static void load(void) {
     if (FAULT == EXITS_ON_LOAD)
@@ -73,9 +74,10 @@ static void *fault(void *nothing) {
 
 static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                           const RumpleColumnMut *values, RumpleReport *report) {
-    (void)report;
     const double k = *(const double *)instance;
     calls += 1.0;
+    if (FAULT == FAILS_ONCE && calls == EARLY)
+        return rumple_fail(report, RUMPLE_FATAL, "planted to fail");
     for (size_t i = 0; i < batch->count; i++) {
         double c = rumple_get(batch->species[0], i), rate = -k * c;
         if (c > 0.5) {

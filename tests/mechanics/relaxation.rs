@@ -171,18 +171,18 @@ fn a_collapsed_triangle_explains_why_a_relaxation_stopped() {
     let mut mechanics = both(&sheet, &material, vec![[false; 3]; sheet.vertex_count()]);
     let stopped = || SolveError::NotConverged { iterations: 7, residual: 0.1, tolerance: 1e-6 };
     let mut x = sheet.rest().to_vec();
-    let error = explained(stopped(), &mut mechanics, &x);
+    let error = explained(stopped(), &mut mechanics, &x, 1e-6);
     assert!(matches!(error, SolveError::NotConverged { .. }), "{error}");
     let [a, b, c] = sheet.triangles()[20].map(|v| v as usize);
     x[a] = 0.5 * (x[b] + x[c]) + 1e-6 * (x[a] - x[b]);
-    match explained(stopped(), &mut mechanics, &x) {
+    match explained(stopped(), &mut mechanics, &x, 1e-6) {
         SolveError::Collapsed { triangle: 20, vertices, iterations: 7, .. } => {
             assert_eq!(vertices, sheet.triangles()[20]);
         }
         error => panic!("{error}"),
     }
     assert!(matches!(
-        explained(SolveError::Interrupted, &mut mechanics, &x),
+        explained(SolveError::Interrupted, &mut mechanics, &x, 1e-6),
         SolveError::Interrupted
     ));
 }

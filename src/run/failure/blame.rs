@@ -26,7 +26,7 @@ impl Blame {
     /// Of `error`, where `simulation` stopped.
     pub(super) fn of(error: &Error, simulation: &mut Simulation) -> Self {
         let mut blame = Self::default();
-        match error {
+        match innermost(error) {
             Error::Kinetics(error) => blame.law(error),
             Error::Solve(error) => blame.solver(error),
             _ => {}
@@ -110,6 +110,16 @@ impl Blame {
         }
         let vertex = self.vertex.filter(|_| !sheet.triangles().is_empty())?;
         Some(format!("vertex {vertex} at {}", at(x.get(vertex)?)))
+    }
+}
+
+/// What failed, without what is known of the cause.
+fn innermost(error: &Error) -> &Error {
+    match error {
+        Error::Solve(SolveError::Diagnosed { error: inner, .. }) => {
+            inner.downcast_ref().unwrap_or(error)
+        }
+        _ => error,
     }
 }
 

@@ -22,7 +22,26 @@ use super::{Error, Result, Simulation};
 use crate::model::State;
 use crate::output::{FailureFolder, ResultDirectory, atomic};
 use crate::scene::Scene;
+use crate::solve::{SolveError, diagnosis};
 use blame::Blame;
+
+/// `error` with its cause, where the state of `simulation` shows one that the error does not tell.
+pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error) -> Error {
+    if !matches!(error, Error::Solve(_) | Error::Kinetics(_)) {
+        return error;
+    }
+    let Simulation { workspace, state, .. } = simulation;
+    // Where the model has no value there is nothing to see.
+    let limit = diagnosis::explicit_limit(workspace, state).ok().flatten();
+    let too_long =
+        scene.time.integrator.explicit_step().zip(limit).filter(|(step, limit)| step > limit);
+    let seen = match too_long {
+        Some((step, limit)) => Some(diagnosis::too_long(step, limit)),
+        None => diagnosis::runaway(workspace, state).ok().flatten(),
+    };
+    let Some(diagnosis) = seen.map(Box::new) else { return error };
+    Error::Solve(SolveError::Diagnosed { diagnosis, error: Box::new(error) })
+}
 
 /// Writes the folder of a run of `scene` that stopped with `error`, in the first relaxation of `start` if that is
 /// given; returns its path.

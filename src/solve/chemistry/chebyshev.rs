@@ -28,6 +28,11 @@ const MOST_STAGES: f64 = 250.0;
 const SAFETY: f64 = 0.8;
 /// Steps after which an interval counts as hopeless.
 const MOST_STEPS: usize = 100_000;
+/// Steps of an interval from which on rejections are looked at, and the share of them at which rates are taken
+/// to jump without end: one for so many accepted. A law that switches sides all the time needs some ten
+/// thousand steps in `models/hard/cases.toml`, with as many rejections, and goes on.
+const MANY: u64 = 30_000;
+const CHATTERS: u64 = 2;
 /// A step below this share of the interval gives up.
 const SHORTEST_STEP: f64 = 1e-12;
 /// The spectral bound is raised by this factor against its change within a step.
@@ -102,7 +107,12 @@ impl Chebyshev {
         let mut step = until - from;
         rate(t, y, &mut self.f0)?;
         self.work.right_hand_sides += 1;
+        let before = self.work;
         for _ in 0..MOST_STEPS {
+            let done = self.work - before;
+            if done.substeps >= MANY && done.rejected_substeps >= done.substeps / CHATTERS {
+                return Err(self.chatters(t, step, &done, tolerance));
+            }
             if bound > 0.0 {
                 step = step.min(stable / bound);
             }
@@ -195,6 +205,20 @@ impl Chebyshev {
         rate(t + h, last, &mut self.f)?;
         self.work.right_hand_sides += 1;
         Ok(())
+    }
+
+    /// What to say of steps of some `length` that get nowhere at time t: whose rate changed most in the last one.
+    fn chatters(&self, t: f64, length: f64, done: &Work, tolerance: &Tolerance<'_>) -> SolveError {
+        let jump = |i: usize| (self.f[i] - self.f0[i]).abs() / tolerance.absolute[i];
+        let most = (0..self.f.len()).max_by(|a, b| jump(*a).total_cmp(&jump(*b))).unwrap_or(0);
+        SolveError::Unresolved {
+            time: t,
+            length,
+            steps: [done.substeps, done.rejected_substeps],
+            unknown: most,
+            what: format!("unknown {most}"),
+            rates: [self.f0[most], self.f[most]],
+        }
     }
 
     /// Error estimate of the step in `y2` in units of the tolerance; not finite if any value is not.

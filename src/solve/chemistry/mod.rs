@@ -25,6 +25,7 @@ use self::chebyshev::{Chebyshev, Tolerance};
 use super::monolithic::Monolithic;
 use super::{Result, SolveError, Workspace, part, under_way};
 use crate::model::{Coupled, Part, State, TimeCourse};
+use crate::num::Short;
 use crate::ode::OdeMethod;
 use crate::tally::Work;
 
@@ -181,7 +182,7 @@ impl ChemistrySteps {
                 // Right-hand sides are counted where they are evaluated.
                 let more = Work { right_hand_sides: 0, ..self.chebyshev.work() - before };
                 model.tally().count(|work| *work += more);
-                done?;
+                done.map_err(|error| named(error, workspace, coupled, state, &y))?;
             }
         }
         let mut next = state.clone();
@@ -214,6 +215,32 @@ impl ChemistrySteps {
             Err(SolveError::NotFinite)
         }
     }
+}
+
+/// `error` with the name of the unknown that it blames, where the unknowns are `y`.
+fn named(
+    mut error: SolveError,
+    workspace: &Workspace,
+    coupled: &Coupled,
+    state: &State,
+    y: &[f64],
+) -> SolveError {
+    if let SolveError::Unresolved { unknown, what, .. } = &mut error
+        && let Some(chemistry) = workspace.model.chemistry()
+    {
+        let mut only = vec![0.0; y.len()];
+        only.iter_mut().skip(*unknown).take(1).for_each(|y| *y = 1.0);
+        let mut place = state.clone();
+        coupled.layout().unpack(workspace.model.mechanics(), state.time, &only, &mut place);
+        let point = |values: &Vec<f64>| values.iter().position(|c| *c != 0.0);
+        let found = place.species.iter().enumerate().find_map(|(s, c)| Some((s, point(c)?)));
+        if let Some((s, point)) = found {
+            let (name, noun) =
+                (&chemistry.descriptor().species[s].name, chemistry.location().noun());
+            *what = format!("species `{name}` at {noun} {point} ({name} = {})", Short(y[*unknown]));
+        }
+    }
+    error
 }
 
 /// One explicit step. While signals move, Heun's: the mean of the rates at both ends.

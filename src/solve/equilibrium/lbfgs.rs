@@ -12,6 +12,7 @@
 //! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
 
 mod collapse;
+mod mark;
 mod progress;
 mod spec;
 mod stored;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 
 pub use spec::{Collapse, LbfgsSpec};
 
+use mark::Mark;
 use progress::{Outcome, Progress};
 use stored::Made;
 
@@ -94,6 +96,7 @@ pub struct Lbfgs {
     history: History,
     /// Vertices of collapsed triangles, fixed.
     fixed: Vec<usize>,
+    mark: Option<Mark>,
 }
 
 impl Lbfgs {
@@ -122,6 +125,7 @@ impl Lbfgs {
             try_full_below: NEARLY_AT_REST,
             history: History::new(mechanics.is_planar(), options.memory.get()),
             fixed: Vec::new(),
+            mark: None,
         })
     }
 
@@ -137,6 +141,7 @@ impl Lbfgs {
         x: &[Vec3],
         residual: f64,
     ) -> Result<(), SolveError> {
+        self.keep_marked();
         self.fit(potential, x)?;
         let weight = potential.anchor().map_or(0.0, |anchor| anchor.weights.least());
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
@@ -310,6 +315,9 @@ impl Lbfgs {
             let last = far_off <= slack;
             let mut length = (longest / far_off).min(1.0);
             let accepted = loop {
+                if (goal.interrupted)() {
+                    return Err(SolveError::Interrupted);
+                }
                 if length < SHORTEST || !length.is_finite() {
                     break None;
                 }

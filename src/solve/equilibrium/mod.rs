@@ -22,6 +22,7 @@ pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub(super) use led::{AREA_SHARE, lead};
 pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::{FactorPrecision, Preconditioner};
+pub(super) use stop::COLLAPSED;
 pub use stop::explained;
 
 use super::EquilibriumSpec;
@@ -76,6 +77,12 @@ pub trait Equilibrium: Send {
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError>;
+
+    /// A step begins.
+    fn mark(&mut self) {}
+
+    /// That step has failed: later relaxations have the bits of one that was never made.
+    fn roll_back(&mut self, _mechanics: &Mechanics) {}
 
     /// Writes all that a later relaxation depends on besides its arguments.
     fn store(&self, _record: &mut Record) {}

@@ -5,10 +5,10 @@ use crate::Vec3;
 use crate::model::Potential;
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
-use crate::solve::SolveError;
+use crate::solve::{SolveError, diagnosis};
 
 /// Quality below which a triangle counts as collapsed once the energy stops falling.
-pub(super) const COLLAPSED: f64 = 1e-2;
+pub(in crate::solve) const COLLAPSED: f64 = 1e-2;
 
 /// Whether the goal is reached; otherwise one more iteration may be made.
 ///
@@ -76,10 +76,15 @@ pub(super) fn collapsed_at(
     }
 }
 
-/// `error`, or the triangle that explains why a relaxation came to no end at `x`: the flattest, if
-/// that has collapsed.
+/// `error` with what explains it at `x`, where a relaxation to `tolerance` came to no end: a
+/// [`diagnosis`](crate::solve::diagnosis), or else the flattest triangle, if that has collapsed.
 /// Of an energy that is not a finite number, the first effect whose is not.
-pub fn explained(error: SolveError, potential: &mut Potential, x: &[Vec3]) -> SolveError {
+pub fn explained(
+    error: SolveError,
+    potential: &mut Potential,
+    x: &[Vec3],
+    tolerance: f64,
+) -> SolveError {
     if matches!(error, SolveError::NotFinite) {
         return match potential.not_finite(x) {
             Some(effect) => SolveError::EffectNotFinite { effect, time: potential.time() },
@@ -87,10 +92,18 @@ pub fn explained(error: SolveError, potential: &mut Potential, x: &[Vec3]) -> So
         };
     }
     let (SolveError::NotConverged { iterations, residual, .. }
-    | SolveError::Stalled { iterations, residual, .. }) = error
+    | SolveError::Stalled { iterations, residual, .. }
+    | SolveError::Collapsed { iterations, residual, .. }) = error
     else {
         return error;
     };
+    if let Some(diagnosis) = diagnosis::relaxation(potential, x, (residual, tolerance)) {
+        let diagnosis = Box::new(diagnosis);
+        return SolveError::NotAtRest { iterations, residual, tolerance, diagnosis };
+    }
+    if matches!(error, SolveError::Collapsed { .. }) {
+        return error;
+    }
     let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| x[v as usize]));
     let all = potential.sheet().triangles().iter().map(quality).enumerate();
     match all.min_by(|a, b| a.1.total_cmp(&b.1)) {

@@ -17,7 +17,7 @@ use super::restricted::{Restricted, inner};
 use crate::Vec3;
 use crate::effects::Pins;
 use crate::parallel;
-use crate::solve::SolveError;
+use crate::solve::{Control, SolveError};
 
 /// Change of `θ v` by the operator, relative, at which a pair counts as found. The error of θ is the
 /// square of it.
@@ -93,6 +93,7 @@ pub(super) fn smallest(
     restricted: &mut Restricted<'_>,
     pins: &Pins,
     count: usize,
+    control: &Control,
 ) -> Result<Vec<Pair>, SolveError> {
     let rigid = restricted.rigid().to_vec();
     let pencil = &mut Pencil { restricted, pins };
@@ -105,7 +106,7 @@ pub(super) fn smallest(
         });
         let wanted = count.saturating_sub(found.len()).max(1);
         let locked: Vec<&Vec<Vec3>> = rigid.iter().chain(found.iter().map(|(_, v)| v)).collect();
-        let run = cycle(pencil, &locked, first, wanted);
+        let run = cycle(pencil, &locked, first, wanted, control)?;
         let complete = found.len() >= count;
         let largest = found.get(count.max(1) - 1).map_or(f64::NEG_INFINITY, |p| p.0);
         let nothing_smaller = run.pairs.first().is_none_or(|p| p.0 >= largest);
@@ -142,18 +143,21 @@ fn cycle(
     locked: &[&Vec<Vec3>],
     first: Vec<Vec3>,
     wanted: usize,
-) -> Cycle {
+    control: &Control,
+) -> Result<Cycle, SolveError> {
     let mut v = first;
     pencil.hold(&mut v);
     let raw = pencil.inner(&v, &v).sqrt();
     pencil.clean(&mut v, locked.iter().copied());
     let nothing = Cycle { pairs: Vec::new(), best: None, exhausted: true };
     if !(pencil.normalise(&mut v) > EXHAUSTED * raw) {
-        return nothing;
+        return Ok(nothing);
     }
     let mut basis = vec![v];
     let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     loop {
+        control.check()?;
+        control.report(|| format!("softest modes: {} vectors of at most {LONGEST}", basis.len()));
         let last = &basis[basis.len() - 1];
         let mut w = pencil.apply(last);
         let size = pencil.inner(&w, &w).sqrt();
@@ -199,7 +203,7 @@ fn cycle(
                 // An exhausted space of fewer vectors than wanted holds all there are only if no
                 // eigenvalue is multiple; the next start finds what is left.
                 let exhausted = exhausted && converged == 0;
-                return Cycle { pairs, best, exhausted };
+                return Ok(Cycle { pairs, best, exhausted });
             }
         }
         beta.push(length);

@@ -31,8 +31,8 @@ mod rigid;
 use std::sync::Arc;
 
 use self::restricted::{Count, Restricted};
-use super::SolveError;
 use super::low_rank::LowRankUpdate;
+use super::{Control, SolveError};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank};
 use crate::linear::{BlockLdlt, BlockMatrix, LinearError};
@@ -95,6 +95,7 @@ pub struct Stability {
     matrix: BlockMatrix,
     ldlt: BlockLdlt,
     tally: Tally,
+    control: Control,
 }
 
 impl Stability {
@@ -118,7 +119,15 @@ impl Stability {
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             ldlt: BlockLdlt::new(pattern)?,
             tally: mechanics.tally().clone(),
+            control: Control::default(),
         })
+    }
+
+    /// The same on behalf of `control`, who may interrupt it between two factorisations or solutions.
+    #[must_use]
+    pub fn with_control(mut self, control: &Control) -> Self {
+        self.control = control.clone();
+        self
     }
 
     /// The mass of every vertex: its rest area, length².
@@ -137,7 +146,8 @@ impl Stability {
         x: &[Vec3],
     ) -> Result<Inertia, SolveError> {
         let (unit, rigid, terms) = self.assemble(potential, x)?;
-        count(&mut self.restricted(rigid, terms), unit)
+        let control = self.control.clone();
+        count(&mut self.restricted(rigid, terms), unit, &control)
     }
 
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
@@ -152,8 +162,9 @@ impl Stability {
         count: usize,
     ) -> Result<Spectrum, SolveError> {
         let (unit, rigid, terms) = self.assemble(potential, x)?;
+        let control = self.control.clone();
         let mut restricted = self.restricted(rigid, terms);
-        let inertia = self::count(&mut restricted, unit)?;
+        let inertia = self::count(&mut restricted, unit, &control)?;
         let Inertia { negative, resolution, .. } = inertia;
         let (mut shift, mut below) = (resolution, negative);
         while below > 0 {
@@ -161,9 +172,10 @@ impl Stability {
             if !shift.is_finite() {
                 return Err(SolveError::Modes { found: 0, wanted: count });
             }
+            control.check()?;
             below = restricted.factorise(shift)?.negative;
         }
-        let pairs = lanczos::smallest(&mut restricted, potential.pins(), count)?;
+        let pairs = lanczos::smallest(&mut restricted, potential.pins(), count, &control)?;
         let found = pairs.iter().filter(|p| p.0 < -resolution).count();
         if found != negative.min(pairs.len()) {
             return Err(SolveError::Linear(LinearError::new(format!(
@@ -215,9 +227,14 @@ impl Stability {
 type Parts = (f64, Vec<Vec<Vec3>>, Vec<LowRank>);
 
 /// Counts at the finest resolution that the factor bears, in units of `unit`.
-fn count(restricted: &mut Restricted<'_>, unit: f64) -> Result<Inertia, SolveError> {
+fn count(
+    restricted: &mut Restricted<'_>,
+    unit: f64,
+    control: &Control,
+) -> Result<Inertia, SolveError> {
     let mut relative = RESOLUTION;
     while relative <= COARSEST {
+        control.check()?;
         let Count { negative, error } = restricted.factorise(relative * unit)?;
         if MARGIN * error <= relative {
             let rigid = restricted.rigid().len();

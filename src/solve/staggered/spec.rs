@@ -118,6 +118,12 @@ impl IntegratorSpec for StaggeredSpec {
         }
     }
 
+    fn explicit_step(&self) -> Option<f64> {
+        let euler = self.method == Method::Euler
+            && self.chemistry.unwrap_or(self.usual()) == ChemistryMethod::Euler;
+        euler.then(|| self.step.map_or(STEP, Positive::get))
+    }
+
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 && self.shape.is_some() {
             return Err(SolveError::Pairing(

@@ -58,6 +58,14 @@ impl Equilibrium for Lbfgs {
         Err(stalled(&done, goal))
     }
 
+    fn mark(&mut self) {
+        self.set_mark();
+    }
+
+    fn roll_back(&mut self, mechanics: &Mechanics) {
+        self.return_to_mark(mechanics);
+    }
+
     fn store(&self, record: &mut Record) {
         self.write(record);
     }

@@ -1,0 +1,93 @@
+//! Why a chemistry came to no end.
+
+use std::sync::Arc;
+
+use super::{Diagnosis, Reason};
+use crate::model::State;
+use crate::num::Short;
+use crate::solve::{Result, Workspace};
+
+/// Change of a species by which its growth is judged, relative to its size.
+const CHANGE: f64 = 1e-4;
+/// A species runs away that is so many times its typical magnitude, and would be infinite within this share of
+/// the time until now.
+const LARGE: f64 = 100.0;
+const SOON: f64 = 1e-2;
+
+/// A species that grows ever faster at `state`, so that it would be infinite in no time:
+///
+/// ```text
+/// T = 1 / (R'/R - R/c),   R = dc/dt,   R' its derivative along the way        c/((p-1) R) for R = k cᵖ
+/// ```
+///
+/// # Errors
+/// If the model has no value there.
+pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagnosis>> {
+    let model = Arc::clone(&workspace.model);
+    let Some(chemistry) = model.chemistry() else { return Ok(None) };
+    let rates = workspace.at(state).rates()?.to_vec();
+    let species = &chemistry.descriptor().species;
+    let largest = |s: usize| {
+        let each =
+            rates[s].iter().enumerate().map(|(i, rate)| (i, rate * state.species[s][i].signum()));
+        let (point, rate) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((s, point, rate / species[s].typical))
+    };
+    let fastest = (0..rates.len()).filter_map(largest).max_by(|a, b| a.2.total_cmp(&b.2));
+    let Some((s, point, _)) = fastest else { return Ok(None) };
+    let (c, rate) = (state.species[s][point], rates[s][point]);
+    if !(c.abs() > LARGE * species[s].typical && rate * c > 0.0) {
+        return Ok(None);
+    }
+    let step = CHANGE * c / rate;
+    let mut later = state.clone();
+    for (values, rates) in later.species.iter_mut().zip(&rates) {
+        values.iter_mut().zip(rates).for_each(|(c, rate)| *c += step * rate);
+    }
+    let change = (workspace.at(&later).rates()?[s][point] - rate) / step;
+    let left = 1.0 / (change / rate - rate / c);
+    if !(left > 0.0 && left < SOON * state.time.abs()) {
+        return Ok(None);
+    }
+    Ok(Some(Diagnosis {
+        reason: Reason::Chemistry,
+        text: format!(
+            "species `{}` runs away: at {} {point} it is {c:.3e} and grows ever faster, without bound near time {:.6}, \
+             from where on its equation has no solution",
+            species[s].name,
+            chemistry.location().noun(),
+            state.time + left
+        ),
+        advice: "a law whose rate levels off, or an end before that time (time.until)".into(),
+    }))
+}
+
+/// The longest fixed explicit step that diffusion allows on the shape of `state`; none without diffusion.
+///
+/// # Errors
+/// If the model has no value there.
+pub fn explicit_limit(workspace: &mut Workspace, state: &State) -> Result<Option<f64>> {
+    let model = Arc::clone(&workspace.model);
+    let Some(chemistry) = model.chemistry() else { return Ok(None) };
+    let mut at = workspace.at(state);
+    let operators = &at.surface().operators;
+    let each = chemistry.transports().iter().zip(operators);
+    let bound = each.map(|(term, operator)| term.spectral_bound(operator)).fold(0.0, f64::max);
+    Ok((bound > 0.0).then(|| 2.0 / bound))
+}
+
+/// What to say of a fixed explicit step beyond that.
+#[must_use]
+pub fn too_long(step: f64, limit: f64) -> Diagnosis {
+    Diagnosis {
+        reason: Reason::Chemistry,
+        text: format!(
+            "explicit Euler steps of {} are longer than diffusion allows on this mesh: they are stable up to about {limit:.2e}, \
+             and beyond it short waves grow from step to step",
+            Short(step)
+        ),
+        advice: "a shorter step, or integrator = \"staggered\" with chemistry = \"chebyshev\" (its default), whose steps \
+                 diffusion does not limit"
+            .into(),
+    }
+}

@@ -1,0 +1,141 @@
+//! Why a relaxation came to no end.
+
+use super::{Diagnosis, Reason};
+use crate::Vec3;
+use crate::model::{Potential, free_motions};
+use crate::num::{Short, real};
+use crate::parallel;
+use crate::sheet::quality::triangle_quality;
+
+/// A triangle at rest that is longer than so many heights is to blame for what fails on it: relaxations
+/// succeed up to some 20 (`models/hard/cases.toml`).
+const NEEDLE: f64 = 30.0;
+/// A force that round-off makes a share of at least this size of cannot be made smaller.
+const ROUND_OFF: f64 = 0.1;
+/// Up to so many times the tolerance a force that a held triangle leaves is nearly at rest.
+const NEARLY: f64 = 100.0;
+
+/// What kept a relaxation at `x` from a force below `tolerance`, if one of the causes is seen: `residual` is what
+/// was left, both in units of [`Potential::force_scale`].
+pub fn relaxation(
+    potential: &mut Potential,
+    x: &[Vec3],
+    (residual, tolerance): (f64, f64),
+) -> Option<Diagnosis> {
+    needle(potential)
+        .or_else(|| unheld(potential, x, tolerance))
+        .or_else(|| round_off(potential, x, (residual, tolerance)))
+        .or_else(|| held(potential, x, (residual, tolerance)))
+}
+
+/// The triangle at rest that is the longest for its height, if it is too long.
+fn needle(potential: &Potential) -> Option<Diagnosis> {
+    let sheet = potential.sheet();
+    let aspect = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
+        let longest = [b - a, c - b, a - c].map(|e| e.norm_squared());
+        longest.into_iter().fold(0.0, f64::max) / (b - a).cross(&(c - a)).norm()
+    };
+    let all = sheet.triangles().iter().map(aspect).enumerate();
+    let (triangle, worst) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let many = sheet.triangles().iter().filter(|corners| aspect(corners) > NEEDLE).count();
+    (worst > NEEDLE).then(|| Diagnosis {
+        reason: Reason::Mesh,
+        text: format!(
+            "at rest triangle {triangle} (vertices {:?}) is {} times as long as high, and {many} of {} \
+             triangles are longer than {NEEDLE} heights: forces across them are not resolved",
+            sheet.triangles()[triangle],
+            Short(worst),
+            sheet.triangles().len()
+        ),
+        advice: "a mesh of rounder triangles, which `rumple mesh check FILE` judges".into(),
+    })
+}
+
+/// The force on the whole sheet, where nothing holds it.
+fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagnosis> {
+    // A pull towards an earlier shape holds it.
+    if potential.anchor().is_some() {
+        return None;
+    }
+    let (motions, _) = free_motions(x, potential.pins(), |_| 1.0);
+    let along = |force: &[Vec3]| -> f64 {
+        let share = |shape: &[Vec3]| parallel::sum(shape.len(), |i| shape[i].dot(&force[i]));
+        motions.iter().map(|motion| share(&motion.shape).powi(2)).sum::<f64>().sqrt()
+    };
+    let mut gradient = vec![Vec3::zeros(); x.len()];
+    potential.energy_gradient(x, &mut gradient);
+    let total = along(&gradient);
+    // Spread over all vertices.
+    if !(total > real(x.len()).sqrt() * tolerance * potential.force_scale()) {
+        return None;
+    }
+    let names: Vec<String> = potential.mechanics().names().map(str::to_owned).collect();
+    let forces = names.into_iter().enumerate().map(|(which, name)| {
+        let force = potential.force_of(which, x);
+        (along(&force), force.iter().sum::<Vec3>(), name)
+    });
+    let (size, sum, name) = forces.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    // No rounding of inner forces, which add up to nothing.
+    (size >= 0.5 * total).then(|| Diagnosis {
+        reason: Reason::Load,
+        text: format!(
+            "the effect {name} pushes or turns the sheet as a whole, by a force of ({}, {}, {}) in sum, and nothing \
+             holds it: there is no equilibrium",
+            Short(sum.x),
+            Short(sum.y),
+            Short(sum.z)
+        ),
+        advice: "[[effect]] kind = \"pin\" or \"foundation\", or a load that adds up to nothing".into(),
+    })
+}
+
+/// How much of the force is round-off.
+fn round_off(
+    potential: &mut Potential,
+    x: &[Vec3],
+    (residual, tolerance): (f64, f64),
+) -> Option<Diagnosis> {
+    // Every coordinate goes to the next number, up or down.
+    let moved = |i: usize| {
+        let sign = |axis: usize| if (7 * i + 5 * axis) % 11 < 5 { 1.0 } else { -1.0 };
+        Vec3::from_fn(|axis, _| x[i][axis] * (1.0 + sign(axis) * f64::EPSILON))
+    };
+    let mut other = vec![Vec3::zeros(); x.len()];
+    parallel::fill(&mut other, moved);
+    potential.mechanics().keep_pins(x, &mut other);
+    let (mut before, mut after) = (vec![Vec3::zeros(); x.len()], vec![Vec3::zeros(); x.len()]);
+    potential.energy_gradient(x, &mut before);
+    potential.energy_gradient(&other, &mut after);
+    parallel::update(&mut after, |i, g| *g -= before[i]);
+    let floor = potential.residual(&after);
+    (floor >= ROUND_OFF * residual).then(|| Diagnosis {
+        reason: Reason::Tolerance,
+        text: format!(
+            "positions have 16 digits, and a change in the last one changes forces by {floor:.1e} here, so that \
+             {tolerance:.1e} is not within reach"
+        ),
+        advice: format!("equilibrium.tolerance = {:.0e}", 10.0 * floor.max(0.3 * residual)),
+    })
+}
+
+/// A triangle without area beside which a small force is left.
+fn held(potential: &Potential, x: &[Vec3], (residual, tolerance): (f64, f64)) -> Option<Diagnosis> {
+    let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| x[v as usize]));
+    let all = potential.sheet().triangles().iter().map(quality).enumerate();
+    let (triangle, worst) = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let nearly = worst < crate::solve::equilibrium::COLLAPSED && residual <= NEARLY * tolerance;
+    nearly.then(|| Diagnosis {
+        reason: Reason::Tolerance,
+        text: format!(
+            "the sheet is nearly at rest, but triangle {triangle} (vertices {:?}) has collapsed (quality {worst:.1e}), and \
+             the force beside a triangle without area does not fall any further",
+            potential.sheet().triangles()[triangle]
+        ),
+        advice: format!(
+            "equilibrium.tolerance = {:.0e}, or growth in smaller amounts and a finer mesh, so that nothing \
+             collapses",
+            3.0 * residual
+        ),
+    })
+}
