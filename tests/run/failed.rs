@@ -6,7 +6,7 @@ use std::path::Path;
 use super::program::{folder, rumple, text};
 
 /// A small sheet with a law as text, which has no value from t = 0.2 on.
-const LATE: &str = r#"
+pub const LATE: &str = r#"
 [sheet]
 shape = "disc"
 radius = 5.0
@@ -45,7 +45,7 @@ until = 1.0
 const FILES: [&str; 5] = ["ledger.csv", "replay.toml", "report.md", "start.bin", "state.vtu"];
 
 /// Runs what fails; the message.
-fn failing(folder: &Path, args: &[&str]) -> String {
+pub fn failing(folder: &Path, args: &[&str]) -> String {
     let done = rumple(folder, &[&["run"][..], args].concat());
     let message = text(&done.stderr);
     assert_eq!(done.status.code(), Some(1), "{args:?}: {}\n{message}", text(&done.stdout));

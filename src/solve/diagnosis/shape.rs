@@ -42,10 +42,9 @@ fn needle(potential: &Potential) -> Option<Diagnosis> {
     (worst > NEEDLE).then(|| Diagnosis {
         reason: Reason::Mesh,
         text: format!(
-            "at rest triangle {triangle} (vertices {:?}) is {} times as long as high, and {many} of {} \
+            "at rest triangle {triangle} (vertices {:?}) is {worst:.0} times as long as high, and {many} of {} \
              triangles are longer than {NEEDLE} heights: forces across them are not resolved",
             sheet.triangles()[triangle],
-            Short(worst),
             sheet.triangles().len()
         ),
         advice: "a mesh of rounder triangles, which `rumple mesh check FILE` judges".into(),
@@ -115,7 +114,7 @@ fn round_off(
             "positions have 16 digits, and a change in the last one changes forces by {floor:.1e} here, so that \
              {tolerance:.1e} is not within reach"
         ),
-        advice: format!("equilibrium.tolerance = {:.0e}", 10.0 * floor.max(0.3 * residual)),
+        advice: format!("equilibrium.tolerance = {:.0e}", 3.0 * residual.max(tolerance)),
     })
 }
 

@@ -1,0 +1,128 @@
+//! Runs that stop say which of mesh, load, tolerance and chemistry it is, and what to try.
+
+use std::fmt::Write;
+use std::fs;
+
+use super::failed::{LATE, failing};
+use super::program::{folder, rumple, text};
+
+/// Rows of isosceles triangles, so many times as long as high, pulled apart by what grows on them.
+fn needles(aspect: f64) -> String {
+    let (columns, rows) = (12, 12);
+    let mut obj = String::new();
+    for r in 0..rows {
+        for c in 0..columns {
+            let shift = if r % 2 == 1 { 0.5 } else { 0.0 };
+            let x = aspect * (f64::from(c) + shift);
+            writeln!(obj, "v {x} {} 0", f64::from(r) * 0.75f64.sqrt()).unwrap();
+        }
+    }
+    let at = |c: i32, r: i32| 1 + r * columns + c;
+    for r in 0..rows - 1 {
+        for c in 0..columns - 1 {
+            let (a, b, d, e) = (at(c, r), at(c + 1, r), at(c, r + 1), at(c + 1, r + 1));
+            let pairs = if r % 2 == 0 { [[a, b, d], [b, e, d]] } else { [[a, b, e], [a, e, d]] };
+            pairs.iter().for_each(|[a, b, c]| writeln!(obj, "f {a} {b} {c}").unwrap());
+        }
+    }
+    obj
+}
+
+fn assert_says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "no `{part}` in {message}");
+    }
+}
+
+#[test]
+fn needles_are_blamed_on_the_mesh() {
+    let folder = folder("");
+    fs::write(folder.path().join("needles.obj"), needles(100.0)).unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/patch.toml");
+    let file = format!("sheet.file={}", folder.path().join("needles.obj").display());
+    let message = failing(folder.path(), &[scene, "--set", &file, "--out", "a", "--quiet"]);
+    assert_says(&message, &["the cause is the mesh", "times as long as high", "mesh check"]);
+    let report = fs::read_to_string(folder.path().join("a/failure/report.md")).unwrap();
+    assert_says(&report, &["the cause is the mesh"]);
+}
+
+#[test]
+fn a_load_that_nothing_holds_is_blamed() {
+    let folder = folder("");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/free.toml");
+    let keys = ["--set", "equilibrium.max_iterations=100", "--set", "sheet.vertices=100"];
+    let args = [&[scene, "--out", "a", "--quiet"], &keys[..]].concat();
+    let message = failing(folder.path(), &args);
+    assert_says(&message, &["the cause is the load", "effect load", "nothing holds it", "pin"]);
+}
+
+/// Forces of the last digits of positions far from the origin.
+#[test]
+fn a_tolerance_below_round_off_is_blamed() {
+    let folder = folder(LATE);
+    let keys = ["--set", "equilibrium.tolerance=1e-18", "--set", "equilibrium.max_iterations=60"];
+    let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..]].concat();
+    let message = failing(folder.path(), &args);
+    assert_says(&message, &["the cause is the tolerance", "16 digits", "equilibrium.tolerance = "]);
+}
+
+#[test]
+fn a_species_that_runs_away_is_named_with_the_time() {
+    let folder = folder(LATE);
+    let keys = ["--set", "kinetics.rates.c=c^2", "--set", "time.until=5"];
+    let flat = ["--set", "effect[4].coefficient=1e-9", "--set", "kinetics.initial.c=0.8"];
+    let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..], &flat].concat();
+    let message = failing(folder.path(), &args);
+    // 1/0.8
+    let parts = ["the cause is the chemistry", "species `c` runs away", "without bound near time 1.25"];
+    assert_says(&message, &parts);
+}
+
+#[test]
+fn a_law_that_chatters_about_a_pole_comes_to_an_end() {
+    let folder = folder(LATE);
+    let keys = ["kinetics.rates.c=1/(1 - c)", "time.until=5", "sheet.vertices=30"];
+    let keys = keys.iter().flat_map(|key| ["--set", *key]);
+    let args: Vec<&str> = ["scene.toml", "--out", "a", "--quiet"].into_iter().chain(keys).collect();
+    let message = failing(folder.path(), &args);
+    assert_says(&message, &["the chemistry is not resolved", "species `c` at vertex", "pole"]);
+}
+
+#[test]
+fn explicit_steps_beyond_the_limit_of_diffusion_are_told() {
+    let folder = folder(LATE);
+    let euler = r#"time.integrator={ kind = "staggered", method = "euler", step = 0.1 }"#;
+    let keys = ["kinetics.rates.c=-c", "effect[4].coefficient=100", euler];
+    let keys = keys.iter().flat_map(|key| ["--set", *key]);
+    let args: Vec<&str> = ["run", "scene.toml", "--out", "a"].into_iter().chain(keys).collect();
+    let done = rumple(folder.path(), &args);
+    let message = text(&done.stderr);
+    assert_says(&message, &["longer than diffusion allows", "stable up to about"]);
+    let fine = [&args[..], &["--force", "--set", "time.integrator.step=0.0001", "--set", "time.until=0.001"]];
+    let done = rumple(folder.path(), &fine.concat());
+    let message = text(&done.stderr);
+    assert!(done.status.success() && !message.contains("diffusion allows"), "{message}");
+}
+
+#[test]
+fn steps_that_shrink_are_told_and_their_causes_are_in_the_ledger() {
+    let folder = folder(LATE);
+    let message = failing(folder.path(), &["scene.toml", "--out", "a"]);
+    assert_says(&message, &["steps have shrunk by a factor of", "rejected for: ", " law"]);
+    let ledger = fs::read_to_string(folder.path().join("a/ledger.csv")).unwrap();
+    let mut rows = ledger.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let columns = rows.next().unwrap();
+    let at = |name: &str| columns.iter().position(|c| *c == name).unwrap_or_else(|| panic!("{name}"));
+    let causes: Vec<usize> =
+        (0..columns.len()).filter(|k| columns[*k].starts_with("rejected for ")).collect();
+    assert_eq!(causes.len(), 8, "{columns:?}");
+    let (mut law, mut odd) = (0.0, 0.0);
+    for row in rows {
+        let number = |k: usize| row[k].parse::<f64>().unwrap();
+        let all: f64 = causes.iter().map(|k| number(*k)).sum();
+        assert_eq!(all.to_bits(), number(at("rejected")).to_bits(), "{row:?}");
+        law += number(at("rejected for law"));
+        odd += number(at("values not finite"));
+    }
+    assert!(law > 0.0 && odd >= law, "{law} tries, {odd} values");
+}
