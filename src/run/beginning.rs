@@ -108,7 +108,8 @@ impl Beginning {
         let mut solvers = Record::default();
         simulation.workspace.store(&mut solvers);
         let stored = simulation.integrator.store(&mut solvers);
-        record.option(stored.then_some(&solvers), Record::record);
+        // Those that have relaxed a start in vain are not as they began.
+        record.option((stored && at_rest).then_some(&solvers), Record::record);
         Ok(checkpoint::write(path, &record.into_bytes())?)
     }
 }

@@ -10,9 +10,8 @@ use crate::common::prepare;
 use crate::plugins::build::c_library;
 
 /// Own methods, under every policy, with every way to relax that remembers something.
-const CASES: [&[&str]; 9] = [
+const CASES: [&[&str]; 8] = [
     &["time.policy=\"quasi-static\""],
-    &["time.policy=\"quasi-static\"", "equilibrium.preconditioner=\"multigrid\""],
     &[
         "time.policy=\"quasi-static\"",
         "equilibrium.preconditioner=\"blocks\"",

@@ -70,11 +70,12 @@ fn a_tolerance_below_round_off_is_blamed() {
 fn a_species_that_runs_away_is_named_with_the_time() {
     let folder = folder(LATE);
     let keys = ["--set", "kinetics.rates.c=c^2", "--set", "time.until=5"];
-    let flat = ["--set", "effect[4].coefficient=1e-9", "--set", "kinetics.initial.c=0.8"];
+    let flat = ["--set", "effect[3].coefficient=1e-9", "--set", "kinetics.initial.c=0.8"];
     let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..], &flat].concat();
     let message = failing(folder.path(), &args);
     // 1/0.8
-    let parts = ["the cause is the chemistry", "species `c` runs away", "without bound near time 1.25"];
+    let parts =
+        ["the cause is the chemistry", "species `c` runs away", "without bound near time 1.25"];
     assert_says(&message, &parts);
 }
 
@@ -92,13 +93,16 @@ fn a_law_that_chatters_about_a_pole_comes_to_an_end() {
 fn explicit_steps_beyond_the_limit_of_diffusion_are_told() {
     let folder = folder(LATE);
     let euler = r#"time.integrator={ kind = "staggered", method = "euler", step = 0.1 }"#;
-    let keys = ["kinetics.rates.c=-c", "effect[4].coefficient=100", euler];
+    let keys = ["kinetics.rates.c=-c", "effect[3].coefficient=100", euler];
     let keys = keys.iter().flat_map(|key| ["--set", *key]);
     let args: Vec<&str> = ["run", "scene.toml", "--out", "a"].into_iter().chain(keys).collect();
     let done = rumple(folder.path(), &args);
     let message = text(&done.stderr);
     assert_says(&message, &["longer than diffusion allows", "stable up to about"]);
-    let fine = [&args[..], &["--force", "--set", "time.integrator.step=0.0001", "--set", "time.until=0.001"]];
+    let fine = [
+        &args[..],
+        &["--force", "--set", "time.integrator.step=0.0001", "--set", "time.until=0.001"],
+    ];
     let done = rumple(folder.path(), &fine.concat());
     let message = text(&done.stderr);
     assert!(done.status.success() && !message.contains("diffusion allows"), "{message}");
@@ -112,7 +116,8 @@ fn steps_that_shrink_are_told_and_their_causes_are_in_the_ledger() {
     let ledger = fs::read_to_string(folder.path().join("a/ledger.csv")).unwrap();
     let mut rows = ledger.lines().map(|row| row.split(',').collect::<Vec<_>>());
     let columns = rows.next().unwrap();
-    let at = |name: &str| columns.iter().position(|c| *c == name).unwrap_or_else(|| panic!("{name}"));
+    let at =
+        |name: &str| columns.iter().position(|c| *c == name).unwrap_or_else(|| panic!("{name}"));
     let causes: Vec<usize> =
         (0..columns.len()).filter(|k| columns[*k].starts_with("rejected for ")).collect();
     assert_eq!(causes.len(), 8, "{columns:?}");
