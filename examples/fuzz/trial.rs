@@ -33,8 +33,7 @@ struct Tried {
 
 fn try_one(reader: &Reader, input: &[u8]) -> Tried {
     let began = Instant::now();
-    let (result, peak) =
-        peak_of(|| panic::catch_unwind(AssertUnwindSafe(|| (reader.read)(input))));
+    let (result, peak) = peak_of(|| panic::catch_unwind(AssertUnwindSafe(|| (reader.read)(input))));
     let seconds = began.elapsed().as_secs_f64();
     let outcome = match result {
         Ok(true) => "accepted",

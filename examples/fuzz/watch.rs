@@ -197,7 +197,13 @@ fn tell(
     if share > 1.0 {
         row.greedy += 1;
         let bound = reader.bound.of(size);
-        keep(reader, options, seeds, number, &format!("{peak} bytes of at most {bound} for {size}"));
+        keep(
+            reader,
+            options,
+            seeds,
+            number,
+            &format!("{peak} bytes of at most {bound} for {size}"),
+        );
     }
     Some(())
 }

@@ -66,12 +66,20 @@ pub const STATUS: Reader = Reader {
 pub const PROVENANCE: Reader = Reader {
     name: "provenance",
     bound: bound(1, 256),
-    seeds: || vec![b"{\"version\": \"rumple 0.1.0\", \"threads\": 2, \"resumed\": [{\"time\": 1.0}]}".into()],
+    seeds: || {
+        vec![
+            b"{\"version\": \"rumple 0.1.0\", \"threads\": 2, \"resumed\": [{\"time\": 1.0}]}"
+                .into(),
+        ]
+    },
     read: |bytes| {
         let directory = ResultDirectory::prepare(&room().join("run"), true);
         let directory = directory.unwrap_or_else(|error| panic!("{error}"));
         write(directory.provenance(), bytes);
-        Provenance::resumed(&directory, 1.0, 3).is_ok()
+        let done = Provenance::resumed(&directory, 1.0, 3);
+        // Whether what was there is still there: an unreadable record is begun anew.
+        let now = fs::read_to_string(directory.provenance()).unwrap_or_default();
+        done.is_ok() && now.contains("version")
     },
     repair: None,
 };

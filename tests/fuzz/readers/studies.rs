@@ -120,7 +120,9 @@ fn plan(scene: &Path, folder: &Path) -> run::Result<()> {
 fn study(scene: &Path, folder: &Path) -> run::Result<()> {
     let tolerances = [1e-3, 1e-5].into_iter().filter_map(Positive::new).collect();
     let options = Options {
-        integrators: vec!["bdf".into(), "tr-bdf2".into()],
+        integrators: ["bdf", "tr-bdf2"]
+            .map(|method| format!("{{ kind = \"monolithic\", method = \"{method}\" }}"))
+            .to_vec(),
         tolerances,
         forces: Vec::new(),
         references: Vec::new(),
