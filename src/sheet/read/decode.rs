@@ -114,14 +114,14 @@ pub(super) fn numbers(
     encoding: Encoding,
     budget: &Budget,
 ) -> Result<IOBuffer, String> {
-    budget.take(count.saturating_mul(size_of::<f64>()))?;
     if let Source::Ascii(text) = source {
         return ascii(text, scalar, count);
     }
     let bytes = count.checked_mul(scalar.size()).ok_or("has an impossible size")?;
+    let wide = count.checked_mul(size_of::<f64>()).ok_or("has an impossible size")?;
     let data = match encoding.compressor {
-        Compressor::None => plain(source, bytes, encoding)?,
-        _ => compressed(source, bytes, encoding, budget)?,
+        Compressor::None => plain(source, bytes, encoding, budget, wide)?,
+        _ => compressed(source, bytes, encoding, budget, wide)?,
     };
     IOBuffer::from_byte_vec(data, scalar, encoding.order).map_err(|e| format!("is broken: {e}"))
 }
@@ -150,14 +150,21 @@ fn words<T: std::str::FromStr>(text: &str, scalar: ScalarType) -> Result<Vec<T>,
         .collect()
 }
 
-/// Data without compression: a header with the number of bytes, then these.
-fn plain(source: Source, bytes: usize, encoding: Encoding) -> Result<Vec<u8>, String> {
+/// Data without compression: a header with the number of bytes, then these; `wide` bytes as numbers of 64 bits.
+fn plain(
+    source: Source,
+    bytes: usize,
+    encoding: Encoding,
+    budget: &Budget,
+    wide: usize,
+) -> Result<Vec<u8>, String> {
     let header = integers(&stretch(source, encoding.header)?.0, encoding);
     let given = header.first().copied().unwrap_or_default();
     if given != bytes {
         return Err(format!("holds {given} bytes instead of {bytes}"));
     }
     let all = encoding.header.checked_add(bytes).ok_or("has an impossible size")?;
+    budget.take(wide)?;
     let (mut data, _) = stretch(source, all)?;
     data.drain(..encoding.header);
     Ok(data)
@@ -169,6 +176,7 @@ fn compressed(
     bytes: usize,
     encoding: Encoding,
     budget: &Budget,
+    wide: usize,
 ) -> Result<Vec<u8>, String> {
     let impossible = || "has an impossible size".to_owned();
     let first = integers(&stretch(source, 3 * encoding.header)?.0, encoding);
@@ -181,6 +189,7 @@ fn compressed(
     if total != Some(bytes) {
         return Err(format!("holds {total:?} bytes instead of {bytes}"));
     }
+    budget.take(wide)?;
     let header = blocks.checked_add(3).and_then(|n| n.checked_mul(encoding.header));
     let header = header.ok_or_else(impossible)?;
     budget.take(header)?;

@@ -32,7 +32,8 @@ pub const SWEEP: Reader = Reader {
     bound: SWEEPS,
     seeds: || vec![bytes(&made("small").join(Plan::FILE))],
     read: |bytes| {
-        let root = with("small", Path::new(Plan::FILE), bytes);
+        let root = made("small");
+        let _replaced = Replaced::by(bytes, root.join(Plan::FILE));
         let Ok(Some(plan)) = Plan::read(&root) else { return false };
         shown(&plan, &root, false)
     },
@@ -147,6 +148,7 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
 
 /// Runs all members.
 fn members(mut plan: Plan, folder: &Path) -> run::Result<()> {
+    plan.plugin_limit = 60.0;
     plan.seal()?;
     fs::create_dir_all(folder.join(Plan::MEMBERS)).unwrap_or_default();
     plan.write(folder)?;
@@ -158,12 +160,25 @@ fn members(mut plan: Plan, folder: &Path) -> run::Result<()> {
     Ok(())
 }
 
-/// The folder of the study with these bytes in place of one of its files.
-fn with(name: &str, file: &Path, bytes: &[u8]) -> PathBuf {
-    let folder = made(name);
-    let path = folder.join(file);
-    fs::write(&path, bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    folder
+/// A file of a study in whose place the input is, until it has been read.
+struct Replaced {
+    path: PathBuf,
+    before: Vec<u8>,
+}
+
+impl Replaced {
+    fn by(input: &[u8], path: PathBuf) -> Self {
+        let before = bytes(&path);
+        fs::write(&path, input).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        Self { path, before }
+    }
+}
+
+impl Drop for Replaced {
+    fn drop(&mut self) {
+        // The next input of this thread would be read in its place.
+        let _ = fs::write(&self.path, &self.before);
+    }
 }
 
 fn first_member(root: &Path) -> PathBuf {
@@ -179,8 +194,7 @@ fn member_file(name: &str, file: &str) -> Vec<u8> {
 
 fn in_member(name: &str, file: &str, bytes: &[u8], pictures: bool) -> bool {
     let root = made(name);
-    let path = first_member(&root).join(file);
-    fs::write(&path, bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let _replaced = Replaced::by(bytes, first_member(&root).join(file));
     let Ok(Some(plan)) = Plan::read(&root) else { return false };
     shown(&plan, &root, pictures)
 }
@@ -200,7 +214,8 @@ fn shown(plan: &Plan, root: &Path, pictures: bool) -> bool {
 }
 
 fn gathered(file: &Path, bytes: &[u8]) -> bool {
-    let root = with("point", file, bytes);
+    let root = made("point");
+    let _replaced = Replaced::by(bytes, root.join(file));
     let (Ok(Some(study)), Ok(Some(plan))) = (Study::read(&root), Plan::read(&root)) else {
         return false;
     };
