@@ -25,7 +25,8 @@ pub const FORMULA: Reader = Reader {
 
 pub const LAW: Reader = Reader {
     name: "law",
-    bound: bound(2, 4096),
+    // That of a law with as many operations as there may be.
+    bound: bound(512, 64),
     seeds: || {
         let texts = [
             "let k 2*a\nrate c k*tanh(H) - c*d\nrate d a*c^2 - d/(1 + c)\nfactor 1 + 0.1*c\nshow r c/(d + 1)",

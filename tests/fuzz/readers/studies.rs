@@ -210,7 +210,7 @@ fn shown(plan: &Plan, root: &Path, pictures: bool) -> bool {
     for key in sweep::drawn_keys(plan) {
         let _ = sweep::figure(plan, &found, key).svg().map_err(|error| error.to_string());
     }
-    found.iter().any(|member| !member.measures.is_empty())
+    found.first().is_some_and(|member| !member.measures.is_empty())
 }
 
 fn gathered(file: &Path, bytes: &[u8]) -> bool {
