@@ -7,6 +7,7 @@
 //! * `effects`: every registered effect by the public kit, and effects in runs.
 //! * `examples`: the numbered examples, and the crate with an effect of its own.
 //! * `formula`: laws written as text, their derivatives and errors, the shipped models as text.
+//! * `fuzz`: hostile inputs for all that reads, its limits; formulas against trees.
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
 //! * `output`: frames, series, ledger, provenance, result directories, progress.
@@ -28,6 +29,7 @@ mod diffusion;
 mod effects;
 mod examples;
 mod formula;
+mod fuzz;
 mod house;
 mod mechanics;
 mod output;

@@ -3,7 +3,6 @@
 mod deserialize;
 mod problem;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
@@ -233,55 +232,73 @@ fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, Probl
     Ok(Node { value, place })
 }
 
-/// Places of every key and value of a document, by key path.
+/// Places of every key and value of a document, as a tree: their paths would need much more memory than it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Index {
-    places: BTreeMap<String, (Place, Place)>,
+    entries: Vec<Entry>,
+}
+
+/// One key or element.
+#[derive(Debug, Clone)]
+struct Entry {
+    segment: Segment,
+    /// Of key and value.
+    places: (Place, Place),
+    inside: Vec<Entry>,
 }
 
 impl Index {
     /// Collects the places of everything below `root`.
     pub(crate) fn new(root: &Node) -> Self {
-        let mut index = Self::default();
-        index.collect(root, &mut Vec::new());
-        index
-    }
-
-    fn collect(&mut self, node: &Node, path: &mut Vec<Segment>) {
-        let mut enter = |segment, key: &Place, child: &Node| {
-            path.push(segment);
-            self.places.insert(key_path(path.iter()), (key.clone(), child.place.clone()));
-            self.collect(child, path);
-            path.pop();
-        };
-        match &node.value {
-            Value::Array(items) => {
-                for (i, item) in items.iter().enumerate() {
-                    enter(Segment::Index(i), &item.place, item);
-                }
-            }
-            Value::Table(entries) => {
-                for (key, item) in entries {
-                    enter(Segment::Key(key.name.clone()), &key.place, item);
-                }
-            }
-            _ => {}
-        }
+        Self { entries: entries(root) }
     }
 
     /// Places of key and value at `path`, if it is written out.
     pub(crate) fn exactly(&self, path: &str) -> Option<&(Place, Place)> {
-        self.places.get(path)
+        self.follow(path).filter(|(_, rest)| rest.is_empty()).map(|(places, _)| places)
     }
 
     /// Places of key and value at `path`, or of its nearest ancestor that is written out.
     pub(crate) fn find(&self, path: &str) -> Option<&(Place, Place)> {
-        let mut path = path;
-        loop {
-            if let Some(found) = self.places.get(path) {
-                return Some(found);
-            }
-            path = &path[..path.rfind(['.', '['])?];
+        self.follow(path).map(|(places, _)| places)
+    }
+
+    /// The last entry on `path`, and what of that is left.
+    fn follow<'a>(&self, path: &'a str) -> Option<(&(Place, Place), &'a str)> {
+        let (mut entries, mut rest, mut found) = (&self.entries, path, None);
+        while !rest.is_empty() {
+            let key = if found.is_some() { rest.strip_prefix('.') } else { Some(rest) };
+            let step = |entry: &Entry| {
+                let rest = match entry.segment {
+                    Segment::Key(_) => key?,
+                    Segment::Index(_) => rest,
+                };
+                let after = rest.strip_prefix(&key_path([&entry.segment]))?;
+                (after.is_empty() || after.starts_with(['.', '['])).then_some(after)
+            };
+            let next = entries.iter().find_map(|entry| Some((entry, step(entry)?)));
+            let Some((entry, after)) = next else { break };
+            (entries, rest, found) = (&entry.inside, after, Some((&entry.places, after)));
         }
+        found
+    }
+}
+
+fn entries(node: &Node) -> Vec<Entry> {
+    let entry = |segment, key: &Place, child: &Node| Entry {
+        segment,
+        places: (key.clone(), child.place.clone()),
+        inside: entries(child),
+    };
+    match &node.value {
+        Value::Array(items) => {
+            let items = items.iter().enumerate();
+            items.map(|(i, item)| entry(Segment::Index(i), &item.place, item)).collect()
+        }
+        Value::Table(pairs) => {
+            let pairs = pairs.iter();
+            pairs.map(|(key, at)| entry(Segment::Key(key.name.clone()), &key.place, at)).collect()
+        }
+        _ => Vec::new(),
     }
 }

@@ -214,12 +214,17 @@ pub(crate) fn choices(word: &str, allowed: &[String]) -> String {
     if allowed.is_empty() {
         return "no name is allowed here".to_owned();
     }
-    let list = format!("allowed: {}", allowed.join(", "));
+    let first = allowed.get(..MOST_LISTED).unwrap_or(allowed);
+    let more = if first.len() < allowed.len() { ", …" } else { "" };
+    let list = format!("allowed: {}{more}", first.join(", "));
     match nearest(word, allowed) {
         Some(meant) => format!("did you mean {meant}? {list}"),
         None => list,
     }
 }
+
+/// So many allowed words are listed.
+const MOST_LISTED: usize = 100;
 
 /// Longer words (bytes) are no misspelt ones; to compare them takes their length times that of every
 /// allowed one.
@@ -234,6 +239,7 @@ fn nearest<'a>(word: &str, allowed: &'a [String]) -> Option<&'a String> {
     let lower = word.to_lowercase();
     allowed
         .iter()
+        .filter(|candidate| candidate.len() <= LONGEST)
         .map(|candidate| {
             (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate)
         })

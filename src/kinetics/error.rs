@@ -343,8 +343,11 @@ pub(super) fn nearest<'a>(
 ) -> Option<String> {
     // Below this Jaro-Winkler similarity a suggestion is more puzzling than helpful.
     const LIKENESS: f64 = 0.7;
+    // No misspelt names are that long (bytes), and to compare two takes the product of their lengths.
+    const LONGEST: usize = 200;
     candidates
         .into_iter()
+        .filter(|candidate| name.len() <= LONGEST && candidate.len() <= LONGEST)
         .map(|candidate| {
             let likeness = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
             (likeness, candidate)

@@ -261,7 +261,7 @@ impl std::fmt::Display for Costs {
         )?;
         let counted = self.bytes.is_some();
         let all = self.parts.iter().chain([&self.elsewhere]);
-        let width = all.clone().map(|part| part.name.chars().count()).max().unwrap_or(0);
+        let width = all.clone().map(|part| part.name.chars().count()).max().unwrap_or(0).min(200);
         let mut group = "";
         for part in all {
             if part.group != group {

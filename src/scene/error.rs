@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
 
+use super::excerpt::Excerpt;
 use crate::document::Index;
 use crate::document::{Explanation, Problem};
 
@@ -31,7 +32,7 @@ struct Report {
     position: Option<(usize, usize)>,
     text_label: String,
     #[source_code]
-    text: Option<NamedSource<Arc<str>>>,
+    text: Option<NamedSource<Excerpt>>,
     #[label("{text_label}")]
     span: Option<SourceSpan>,
     #[help]
@@ -161,8 +162,9 @@ impl Origin {
             }
             let start = place.span.start.min(text.len());
             let end = place.span.end.clamp(start, text.len());
-            report.text = Some(NamedSource::new(name, Arc::clone(text)));
-            report.span = Some((start, end - start).into());
+            let text = Excerpt(Arc::clone(text));
+            report.span = Some((start, text.end(start, end) - start).into());
+            report.text = Some(NamedSource::new(name, text));
         }
         SceneError(Box::new(report))
     }

@@ -7,6 +7,7 @@
 mod checkpoint;
 mod drag;
 mod error;
+mod excerpt;
 mod files;
 mod home;
 mod initial;

@@ -1,11 +1,16 @@
 //! Rows of cells as text; the first row is the head.
 
+/// Wider columns (characters) are not filled up: nobody reads them side by side, and text cannot be padded to
+/// more than 65535.
+const WIDEST: usize = 200;
+
 /// For people and for Markdown.
 pub(super) fn markdown_table(rows: &[Vec<String>]) -> String {
     let Some(head) = rows.first() else { return String::new() };
     let width =
         |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|c| c.chars().count()).max();
-    let widths: Vec<usize> = (0..head.len()).map(|k| width(k).unwrap_or(0).max(3)).collect();
+    let widths: Vec<usize> =
+        (0..head.len()).map(|k| width(k).unwrap_or(0).clamp(3, WIDEST)).collect();
     let mut text = String::new();
     for (number, row) in rows.iter().enumerate() {
         for (cell, width) in row.iter().zip(&widths) {

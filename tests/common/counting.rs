@@ -10,6 +10,7 @@ use rumple::tally::Allocated;
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
     static BYTES: Cell<usize> = const { Cell::new(0) };
+    static PEAK: Cell<isize> = const { Cell::new(0) };
 }
 
 struct Counting;
@@ -19,7 +20,10 @@ struct Counting;
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.with(|count| count.set(count.get() + 1));
-        BYTES.with(|bytes| bytes.set(bytes.get().wrapping_add(layout.size())));
+        let bytes = BYTES.get().wrapping_add(layout.size());
+        BYTES.set(bytes);
+        // What one thread has allocated may be freed by another, so both may be below 0.
+        PEAK.set(PEAK.get().max(bytes.cast_signed()));
         // SAFETY: as the caller promises.
         unsafe { System.alloc(layout) }
     }
@@ -43,4 +47,13 @@ pub fn allocations() -> usize {
 pub fn allocated() -> Allocated {
     let bytes = BYTES.with(Cell::get).wrapping_add(1 << 60);
     Allocated { bytes, times: allocations() }
+}
+
+/// What `work` gives, and the most bytes that this thread had allocated in it at any moment, besides those from
+/// before.
+pub fn peak_of<T>(work: impl FnOnce() -> T) -> (T, usize) {
+    let before = BYTES.get().cast_signed();
+    PEAK.set(before);
+    let result = work();
+    (result, PEAK.get().wrapping_sub(before).unsigned_abs())
 }

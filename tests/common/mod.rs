@@ -2,7 +2,7 @@
 
 mod counting;
 
-pub use counting::{allocated, allocations};
+pub use counting::{allocated, allocations, peak_of};
 
 use rumple::kinetics::Search;
 use rumple::scene::Scene;

@@ -1,20 +1,25 @@
 //! Derivatives of nodes by inputs, by the chain rule, as nodes of the same graph.
 
-use super::graph::{Graph, Id, Op};
+use super::graph::{Graph, Id, Op, TooLarge};
 
 impl Graph {
     /// ∂node/∂input. At the kinks of `pos`, `abs`, `min` and `max` one of the two slopes is taken; the
     /// jump of `step` has none.
-    pub(super) fn slope(&mut self, id: Id, input: u32) -> Id {
+    ///
+    /// # Errors
+    /// [`TooLarge`] where the graph would become that.
+    pub(super) fn slope(&mut self, id: Id, input: u32) -> Result<Id, TooLarge> {
         // Operands come first, so all slopes up to `id` can be made in order, without recursion.
         let mut slopes = self.slopes.remove(&input).unwrap_or_default();
         for k in rumple_numerics::num::index(slopes.len())..=id {
             let slope = self.slope_of(self.ops()[k as usize], k, input, &slopes);
             slopes.push(slope);
+            self.stored += 1;
+            self.room()?;
         }
         let slope = slopes[id as usize];
         self.slopes.insert(input, slopes);
-        slope
+        Ok(slope)
     }
 
     /// The slope of one node from those of its operands.

@@ -151,6 +151,24 @@ pub(super) fn logistic(a: f64) -> f64 {
     (if a < 0.0 { e } else { 1.0 }) / (1.0 + e)
 }
 
+/// Most operations of a law with all its derivatives, and most slopes of them that are kept: some 300 MB, a
+/// hundred times what the largest laws that people write need.
+const LARGEST: usize = 1 << 21;
+
+/// A law has more than [`LARGEST`] of them.
+#[derive(Debug)]
+pub(super) struct TooLarge;
+
+impl TooLarge {
+    /// The same about the formula `text`, at which it was found.
+    pub(super) fn at(self, text: &str) -> FormulaError {
+        let message = format!("the law has more than {LARGEST} operations with its derivatives");
+        let help =
+            "every rate is differentiated by every species and signal: fewer species, or a plugin";
+        FormulaError::new(0..text.len(), message).help(help)
+    }
+}
+
 /// The graph.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
@@ -158,11 +176,18 @@ pub(super) struct Graph {
     known: HashMap<(std::mem::Discriminant<Op>, u64, u64), Id>,
     /// By input: the slopes of all nodes up to the last that was asked for.
     pub(super) slopes: HashMap<u32, Vec<Id>>,
+    /// How many these are.
+    pub(super) stored: usize,
 }
 
 impl Graph {
     pub(super) fn ops(&self) -> &[Op] {
         &self.ops
+    }
+
+    /// That there is room for more.
+    pub(super) fn room(&self) -> Result<(), TooLarge> {
+        if self.ops.len() > LARGEST || self.stored > 2 * LARGEST { Err(TooLarge) } else { Ok(()) }
     }
 
     pub(super) fn input(&mut self, number: u32) -> Id {

@@ -19,7 +19,7 @@ pub use parse::{FUNCTIONS, FormulaError, Function};
 
 pub use place::{FieldFormula, over_positions};
 
-use graph::{Graph, Id};
+use graph::{Graph, Id, TooLarge};
 use names::Names;
 use program::Program;
 
@@ -102,6 +102,9 @@ pub struct FormulaKinetics {
     observables: Program,
 }
 
+/// Most species of a law as text: every rate is differentiated by each.
+const MOST_SPECIES: usize = 512;
+
 /// Numbers of inputs among those that a call has, by their numbers in the graph.
 type Numbers = Vec<Option<usize>>;
 
@@ -111,6 +114,14 @@ impl FormulaKinetics {
     /// # Errors
     /// The first formula that is wrong.
     pub fn new(law: &Law) -> Result<Self, LawError> {
+        if law.species.len() > MOST_SPECIES {
+            let (text, count) =
+                (law.rates.first().map_or("", |rate| &rate.text), law.species.len());
+            let message =
+                format!("the law has {count} species; as text it has at most {MOST_SPECIES}");
+            let error = FormulaError::new(0..text.len(), message).help("write it as a plugin");
+            return Err(LawError { formula: Which::Rate(0), error });
+        }
         let mut graph = Graph::default();
         let mut names = Names::new(law);
         names.define(&mut graph)?;
@@ -144,7 +155,7 @@ impl FormulaKinetics {
             observables.push(insert(&mut graph, &names, text).map_err(wrong)?);
         }
         let used = names.used.take();
-        let mut kinetics = Self::compile(law, graph, &rates, factor, &observables);
+        let mut kinetics = Self::compile(law, graph, &rates, factor, &observables)?;
         let all = law.parameters.iter().map(|p| &p.name);
         kinetics.unused = all.filter(|name| !used.contains(*name)).cloned().collect();
         Ok(kinetics)
@@ -156,7 +167,7 @@ impl FormulaKinetics {
         rates: &[Id],
         factor: Option<Id>,
         observables: &[Id],
-    ) -> Self {
+    ) -> Result<Self, LawError> {
         let species = law.species.len();
         let varying: Vec<usize> =
             (0..law.values.len()).filter(|k| law.values[*k].is_none()).collect();
@@ -170,9 +181,15 @@ impl FormulaKinetics {
         let differentiated: Vec<usize> = (0..of_rates.len())
             .filter(|k| of_rates[*k].is_some_and(|number| number < species + read))
             .collect();
+        // Which formula takes most room is not known: the first stands for all.
+        let too_large = |large: TooLarge| LawError {
+            formula: Which::Rate(0),
+            error: large.at(law.rates.first().map_or("", |rate| &rate.text)),
+        };
         for &rate in rates {
             for &input in &differentiated {
-                wanted.push(graph.slope(rate, rumple_numerics::num::index(input)));
+                let slope = graph.slope(rate, rumple_numerics::num::index(input));
+                wanted.push(slope.map_err(too_large)?);
             }
         }
         let program = |graph: &Graph, outputs: &[Id], numbers: &Numbers| {
@@ -182,9 +199,12 @@ impl FormulaKinetics {
         };
         let factor = factor.map(|id| {
             let mut wanted = vec![id];
-            wanted.extend((0..species).map(|s| graph.slope(id, rumple_numerics::num::index(s))));
-            (program(&graph, &[id], &of_factor), program(&graph, &wanted, &of_factor))
+            for s in 0..species {
+                wanted.push(graph.slope(id, rumple_numerics::num::index(s)).map_err(too_large)?);
+            }
+            Ok((program(&graph, &[id], &of_factor), program(&graph, &wanted, &of_factor)))
         });
+        let factor = factor.transpose()?;
         let capabilities = Capabilities {
             rate_partials: true,
             length_factor: factor.is_some(),
@@ -210,7 +230,7 @@ impl FormulaKinetics {
             observed,
             capabilities,
         };
-        Self {
+        Ok(Self {
             descriptor,
             parameters: law.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect(),
             varying,
@@ -219,7 +239,7 @@ impl FormulaKinetics {
             rate_partials: program(&graph, &wanted, &of_rates),
             factor,
             observables: program(&graph, observables, &of_observables),
-        }
+        })
     }
 
     /// Operations a point: of the rates, and of the rates with their partial derivatives.

@@ -22,6 +22,9 @@ const SHORT: [(&str, &str); 9] = [
     ("z", "position_z"),
 ];
 
+/// So many known names are listed where one is not known.
+const MOST_LISTED: usize = 100;
+
 /// What names stand for while formulas are put into the graph.
 ///
 /// Inputs are numbered: species, then the columns of all signals, then parameters that vary.
@@ -85,7 +88,8 @@ impl<'a> Names<'a> {
         all.extend(self.law.parameters.iter().map(|p| p.name.as_str()));
         all.extend(self.columns.iter().copied());
         all.extend(SHORT.iter().map(|(short, _)| *short));
-        let list = all.join(", ");
+        let first = all.get(..MOST_LISTED).unwrap_or(&all);
+        let list = first.join(", ") + if first.len() < all.len() { ", …" } else { "" };
         Err(match nearest(name, all.iter().copied()) {
             Some(near) => format!("did you mean `{near}`? There are {list}"),
             None => format!("there are {list}"),
@@ -122,6 +126,7 @@ impl<'a> Names<'a> {
         while let Some(k) = ready.pop_first() {
             let find = &mut |graph: &mut Graph, name: &str| self.find(graph, name);
             let id = graph.insert(&trees[k], find).map_err(wrong(k))?;
+            graph.room().map_err(|large| wrong(k)(large.at(&law.lets[k].text)))?;
             self.lets.insert(&law.lets[k].name, id);
             for &whole in &part_of[k] {
                 open[whole] -= 1;

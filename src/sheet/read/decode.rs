@@ -8,6 +8,7 @@
 //! vtkio decodes such data too, but loses what it does not know and trusts every size; the tests of
 //! its faults say where. Its buffers hold the result.
 
+use std::cell::Cell;
 use std::io::Read;
 
 use base64::Engine;
@@ -22,6 +23,42 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_padding_mode(DecodePaddingMode::Indifferent)
         .with_decode_allow_trailing_bits(true),
 );
+
+/// Arrays of a file may hold so many bytes in all, as numbers of 64 bits, …
+const LARGEST: usize = 1 << 26;
+/// … and more where the file has more than a share of them: what repeats itself shrinks to a hundredth. Much
+/// more is nothing that a sheet needs.
+const MOST_TIMES: usize = 256;
+/// Memory that a decoder of LZMA data may use: a little more than the strongest preset asks for.
+const LZMA_MEMORY: u64 = 100 << 20;
+
+/// How much more may be decoded.
+#[derive(Debug)]
+pub(super) struct Budget {
+    left: Cell<usize>,
+    all: usize,
+}
+
+impl Budget {
+    /// That of a file with so many bytes.
+    pub(super) fn of(bytes: usize) -> Self {
+        let all = bytes.saturating_mul(MOST_TIMES).max(LARGEST);
+        Self { left: Cell::new(all), all }
+    }
+
+    /// Takes `bytes` of it.
+    fn take(&self, bytes: usize) -> Result<(), String> {
+        let refuse = || {
+            let all = self.all;
+            format!(
+                "makes the file's arrays hold more than {all} bytes: at most {LARGEST}, or {MOST_TIMES} \
+                 times the size of the file, are decoded; save it with less or no compression"
+            )
+        };
+        self.left.set(self.left.get().checked_sub(bytes).ok_or_else(refuse)?);
+        Ok(())
+    }
+}
 
 /// What the file says about all of its binary data.
 #[derive(Debug, Clone, Copy)]
@@ -75,14 +112,16 @@ pub(super) fn numbers(
     scalar: ScalarType,
     count: usize,
     encoding: Encoding,
+    budget: &Budget,
 ) -> Result<IOBuffer, String> {
     if let Source::Ascii(text) = source {
         return ascii(text, scalar, count);
     }
     let bytes = count.checked_mul(scalar.size()).ok_or("has an impossible size")?;
+    let wide = count.checked_mul(size_of::<f64>()).ok_or("has an impossible size")?;
     let data = match encoding.compressor {
-        Compressor::None => plain(source, bytes, encoding)?,
-        _ => compressed(source, bytes, encoding)?,
+        Compressor::None => plain(source, bytes, encoding, budget, wide)?,
+        _ => compressed(source, bytes, encoding, budget, wide)?,
     };
     IOBuffer::from_byte_vec(data, scalar, encoding.order).map_err(|e| format!("is broken: {e}"))
 }
@@ -111,21 +150,34 @@ fn words<T: std::str::FromStr>(text: &str, scalar: ScalarType) -> Result<Vec<T>,
         .collect()
 }
 
-/// Data without compression: a header with the number of bytes, then these.
-fn plain(source: Source, bytes: usize, encoding: Encoding) -> Result<Vec<u8>, String> {
+/// Data without compression: a header with the number of bytes, then these; `wide` bytes as numbers of 64 bits.
+fn plain(
+    source: Source,
+    bytes: usize,
+    encoding: Encoding,
+    budget: &Budget,
+    wide: usize,
+) -> Result<Vec<u8>, String> {
     let header = integers(&stretch(source, encoding.header)?.0, encoding);
     let given = header.first().copied().unwrap_or_default();
     if given != bytes {
         return Err(format!("holds {given} bytes instead of {bytes}"));
     }
     let all = encoding.header.checked_add(bytes).ok_or("has an impossible size")?;
+    budget.take(wide)?;
     let (mut data, _) = stretch(source, all)?;
     data.drain(..encoding.header);
     Ok(data)
 }
 
 /// Data in compressed blocks.
-fn compressed(source: Source, bytes: usize, encoding: Encoding) -> Result<Vec<u8>, String> {
+fn compressed(
+    source: Source,
+    bytes: usize,
+    encoding: Encoding,
+    budget: &Budget,
+    wide: usize,
+) -> Result<Vec<u8>, String> {
     let impossible = || "has an impossible size".to_owned();
     let first = integers(&stretch(source, 3 * encoding.header)?.0, encoding);
     let [blocks, block, last] = first[..] else { return Err(impossible()) };
@@ -137,13 +189,19 @@ fn compressed(source: Source, bytes: usize, encoding: Encoding) -> Result<Vec<u8
     if total != Some(bytes) {
         return Err(format!("holds {total:?} bytes instead of {bytes}"));
     }
+    budget.take(wide)?;
     let header = blocks.checked_add(3).and_then(|n| n.checked_mul(encoding.header));
-    let (sizes, after) = stretch(source, header.ok_or_else(impossible)?)?;
+    let header = header.ok_or_else(impossible)?;
+    budget.take(header)?;
+    let (sizes, after) = stretch(source, header)?;
     let sizes = integers(&sizes, encoding).split_off(3);
     let packed_size =
         sizes.iter().try_fold(0usize, |sum, &n| sum.checked_add(n)).ok_or_else(impossible)?;
+    // Many arrays may name the same data.
+    budget.take(packed_size)?;
     let (packed, _) = stretch(after, packed_size)?;
-    let mut out = Vec::new();
+    // No more than the budget has room for.
+    let mut out = Vec::with_capacity(bytes);
     let mut rest = &packed[..];
     for (i, size) in sizes.into_iter().enumerate() {
         let (one, after) = rest.split_at(size);
@@ -173,7 +231,9 @@ fn unpack(
                 .map_err(|e| e.to_string())?;
         }
         Compressor::Lzma => {
-            liblzma::bufread::XzDecoder::new(packed)
+            let stream = liblzma::stream::Stream::new_stream_decoder(LZMA_MEMORY, 0)
+                .map_err(|e| e.to_string())?;
+            liblzma::bufread::XzDecoder::new_stream(packed, stream)
                 .take(limit)
                 .read_to_end(out)
                 .map_err(|e| e.to_string())?;

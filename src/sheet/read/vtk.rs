@@ -6,7 +6,7 @@
 
 use vtkio::model::{ByteOrder, IOBuffer, VertexNumbers};
 
-use super::decode::{Compressor, Encoding, Source, numbers, scalar};
+use super::decode::{Budget, Compressor, Encoding, Source, numbers, scalar};
 use super::model;
 use super::xml::{Scanner, Tag, Token};
 use crate::Surface;
@@ -31,6 +31,7 @@ struct Raw<'a> {
 /// The file taken apart.
 struct File<'a> {
     encoding: Encoding,
+    budget: Budget,
     piece: Tag<'a>,
     arrays: Vec<Raw<'a>>,
     /// What follows the underscore of `<AppendedData>`, and whether it is base64.
@@ -112,13 +113,16 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
         return Err(format!(
             "line {}: the file ends inside <{}>: it is cut short",
             scanner.line(),
-            open.join("><")
+            open.get(..10).unwrap_or(&open).join("><")
         ));
     }
     let encoding = encoding.ok_or("is empty: no <VTKFile> in it")?;
     let count = pieces.len();
     match <[Tag; 1]>::try_from(pieces) {
-        Ok([piece]) => Ok(File { encoding, piece, arrays, appended }),
+        Ok([piece]) => {
+            let budget = Budget::of(bytes.len());
+            Ok(File { encoding, budget, piece, arrays, appended })
+        }
         Err(_) => Err(format!("has {count} pieces; exactly one is read (merge the blocks first)")),
     }
 }
@@ -194,7 +198,7 @@ impl File<'_> {
         if count == 0 {
             return Ok((components, IOBuffer::U8(Vec::new())));
         }
-        Ok((components, numbers(source, scalar, count, self.encoding).map_err(at)?))
+        Ok((components, numbers(source, scalar, count, self.encoding, &self.budget).map_err(at)?))
     }
 
     fn points(&self, count: usize) -> Result<Vec<Vec3>, String> {
