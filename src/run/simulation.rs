@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::built::Built;
 use super::costs::processor_time;
+use super::invariants::Invariants;
 use super::{Fields, Result, prepare};
 use crate::geometry::VertexArea;
 use crate::kinetics::Search;
@@ -52,6 +53,8 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// What its effects brought, and what it cost to make.
     pub(crate) built: Built,
+    /// The laws of nature that steps are held to, if the scene lists some.
+    pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
 }
@@ -120,12 +123,16 @@ impl Simulation {
     /// begins in the middle of a run does so already.
     ///
     /// # Errors
-    /// If a relaxation or a law fails.
+    /// If a relaxation or a law fails, or the start breaks a law of nature that the scene lists.
     pub fn prepare(&mut self) -> Result<Relaxation> {
-        if self.at_rest {
-            return Ok(Relaxation::default());
+        let done = match self.at_rest {
+            true => Relaxation::default(),
+            false => self.spend(|s| s.integrator.prepare(&mut s.workspace, &mut s.state)).0?,
+        };
+        if let Some(laws) = &mut self.invariants {
+            laws.begin(&mut self.workspace, &self.state)?;
         }
-        self.spend(|s| Ok(s.integrator.prepare(&mut s.workspace, &mut s.state)?)).0
+        Ok(done)
     }
 
     /// Brings the shape into equilibrium with its species.
@@ -142,7 +149,11 @@ impl Simulation {
     /// Whatever no smaller step cures; the state is as before then, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         let (report, spent) = self.spend(|s| -> Result<StepReport> {
-            let report = s.integrator.advance(&mut s.workspace, &mut s.state, until)?;
+            let Self { integrator, workspace, state, .. } = s;
+            let report = match &mut s.invariants {
+                None => integrator.advance(workspace, state, until)?,
+                Some(laws) => laws.step(&mut **integrator, workspace, state, until)?,
+            };
             s.model().tally().count(|work| work.steps += 1);
             Ok(report)
         });

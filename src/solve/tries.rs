@@ -28,11 +28,13 @@ pub enum Cause {
     Chemistry,
     /// A linear system or an equation of an implicit method was not solved.
     Solver,
+    /// A law of nature that the scene lists did not hold.
+    Invariant,
 }
 
 impl Cause {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Error,
         Self::Law,
         Self::Range,
@@ -41,6 +43,7 @@ impl Cause {
         Self::Collapse,
         Self::Chemistry,
         Self::Solver,
+        Self::Invariant,
     ];
 
     /// What it is called in tables.
@@ -55,6 +58,7 @@ impl Cause {
             Self::Collapse => "collapse",
             Self::Chemistry => "chemistry",
             Self::Solver => "solver",
+            Self::Invariant => "invariant",
         }
     }
 }

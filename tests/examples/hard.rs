@@ -24,6 +24,7 @@ fn hard_chemistry_is_as_expected() {
 #[test]
 fn hard_mechanics_is_as_expected() {
     all_as_expected(&["at-once", "flat", "flat-left", "snap-pressure", "no-equilibrium"]);
+    all_as_expected(&["crossing", "snap-lost"]);
 }
 
 #[test]
