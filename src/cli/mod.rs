@@ -220,6 +220,6 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Kinetics(_)
         | Error::Output(_)
         | Error::Refused(_) => 2,
-        Error::Solve(_) | Error::Stopped(_) | Error::Incomplete(_) => 1,
+        Error::Solve(_) | Error::Broken(_) | Error::Stopped(_) | Error::Incomplete(_) => 1,
     }
 }

@@ -121,6 +121,9 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     if let Some(predicted) = done.predicted {
         say!("{}", words::judged(&predicted));
     }
+    for law in &done.laws {
+        say!("{law}");
+    }
     if done.frames > 0 {
         let index = directory.index(format);
         say!("{} frames; open {} in ParaView", done.frames, index.display());

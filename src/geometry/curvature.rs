@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Shape, VertexArea};
+use super::{Face, Shape, VertexArea};
 use rumple_numerics::Vec3;
 use rumple_numerics::parallel;
 
@@ -68,7 +68,14 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
 #[must_use]
 #[inline]
 pub fn angle_at(shape: &Shape<'_>, t: usize, k: usize) -> f64 {
-    let e = shape.edge_vectors(t);
-    let (u, v) = (e[(k + 2) % 3], -e[(k + 1) % 3]);
-    (2.0 * shape.face(t).area).atan2(u.dot(&v))
+    angle(&shape.corners(t), k)
+}
+
+/// The same of a triangle with these corners; 0 where a side has no length.
+#[must_use]
+#[inline]
+pub(super) fn angle(corners: &[Vec3; 3], k: usize) -> f64 {
+    let [here, next, last] = [0, 1, 2].map(|j| corners[(k + j) % 3]);
+    let (u, v) = (next - here, last - here);
+    (2.0 * Face::of(corners).area).atan2(u.dot(&v))
 }

@@ -4,15 +4,19 @@
 
 mod align;
 mod average;
+mod crossings;
 mod curvature;
 mod faces;
+mod gauss_bonnet;
 mod rest_metric;
 mod vertex_area;
 
 pub use align::aligned;
 pub use average::FaceVertexAverage;
+pub use crossings::{Crossings, Found};
 pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces, vertex_normals};
+pub use gauss_bonnet::TotalCurvature;
 pub use rest_metric::{RestMetric, heron_area};
 pub use vertex_area::{AreaRule, VertexArea, lumped_areas};
 

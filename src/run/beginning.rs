@@ -75,10 +75,13 @@ impl Beginning {
             let bytes: Vec<u8> = solvers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
             let mut reading = Reading::new(&bytes);
             let vertices = state.x.len();
-            let taken = simulation
-                .workspace
+            let Simulation { workspace, integrator, invariants, .. } = &mut *simulation;
+            let taken = workspace
                 .restore(&mut reading)
-                .and_then(|()| simulation.integrator.restore(&mut reading, vertices));
+                .and_then(|()| {
+                    invariants.as_mut().map_or(Ok(()), |laws| laws.restore(&mut reading))
+                })
+                .and_then(|()| integrator.restore(&mut reading, vertices));
             if taken.is_err() {
                 return Err(
                     refuse("what it holds of solvers is not that of the scene".into()).into()
@@ -107,6 +110,9 @@ impl Beginning {
         store_state(&mut record, state);
         let mut solvers = Record::default();
         simulation.workspace.store(&mut solvers);
+        if let Some(laws) = &simulation.invariants {
+            laws.store(&mut solvers);
+        }
         let stored = simulation.integrator.store(&mut solvers);
         // Those that have relaxed a start in vain are not as they began.
         record.option((stored && at_rest).then_some(&solvers), Record::record);

@@ -156,6 +156,9 @@ impl Checkpoint {
         let bytes: Vec<u8> = self.solvers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
         let mut reading = Reading::new(&bytes);
         simulation.workspace.restore(&mut reading)?;
+        if let Some(laws) = &mut simulation.invariants {
+            laws.restore(&mut reading)?;
+        }
         simulation.integrator.restore(&mut reading, self.state.x.len())?;
         reading.end()?;
         simulation.state = self.state.clone();
@@ -273,6 +276,9 @@ impl Checkpoints {
         let at = Instant::now();
         let mut solvers = Record::default();
         simulation.workspace.store(&mut solvers);
+        if let Some(laws) = &simulation.invariants {
+            laws.store(&mut solvers);
+        }
         if simulation.integrator.store(&mut solvers) {
             let mut record = self.made_from.clone();
             place().store(&mut record);

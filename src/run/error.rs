@@ -1,5 +1,6 @@
 //! The error of whole runs: every failure that a user, a file or a plugin can cause.
 
+use super::invariants::Broken;
 use super::run::Failure;
 use crate::kinetics::KineticsError;
 use crate::model::ModelError;
@@ -24,6 +25,9 @@ pub enum Error {
     /// A solver stopped without a result.
     #[error(transparent)]
     Solve(SolveError),
+    /// A law of nature that no step keeps.
+    #[error(transparent)]
+    Broken(Box<Broken>),
     /// A result could not be written or a state not be read.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -48,6 +52,12 @@ impl From<ModelError> for Error {
             ModelError::Sheet(error) => Self::Sheet(error),
             other => Self::Solve(SolveError::Model(other)),
         }
+    }
+}
+
+impl From<Broken> for Error {
+    fn from(broken: Broken) -> Self {
+        Self::Broken(Box::new(broken))
     }
 }
 

@@ -19,6 +19,8 @@ pub struct StepInfo<'a> {
     pub new: bool,
     /// Directions that lower the energy, where the run watches them.
     pub negative: Option<f64>,
+    /// What the laws of nature that the scene lists say of it, in the order of their columns.
+    pub laws: &'a [f64],
     /// Wall time since the run began, seconds.
     pub wall: f64,
 }
@@ -47,24 +49,18 @@ pub(super) struct LedgerRows {
 }
 
 impl LedgerRows {
-    pub(super) fn create(
-        directory: &ResultDirectory,
-        model: &Model,
-        watched: bool,
-    ) -> Result<Self> {
-        let ledger = Ledger::create(&directory.ledger(), &report::columns(model, watched))?;
+    pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
+        let ledger = Ledger::create(&directory.ledger(), columns)?;
         Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 
     /// After the row of this step; later ones are dropped.
     pub(super) fn reopen(
         directory: &ResultDirectory,
-        model: &Model,
-        watched: bool,
+        columns: &[String],
         step: u64,
     ) -> Result<Self> {
-        let columns = report::columns(model, watched);
-        let ledger = Ledger::reopen(&directory.ledger(), &columns, step)?;
+        let ledger = Ledger::reopen(&directory.ledger(), columns, step)?;
         Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 }
@@ -73,8 +69,7 @@ impl Observer for LedgerRows {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
-            let (report, shape) = (info.report, &mut self.shape);
-            let row = report::row(at, report, info.negative, info.wall, shape)?;
+            let row = report::row(at, info, &mut self.shape)?;
             self.ledger.append(&row)?;
         }
         Ok(())

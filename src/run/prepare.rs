@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::beginning::Beginning;
 use super::built::{Brought, Built};
+use super::invariants::Invariants;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
 use crate::Vec3;
@@ -204,7 +205,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         return Err(scene.error_at("material.drag", message, Some(help)).into());
     }
     let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
-    let workspace = Workspace::new(model, relaxer);
+    let mut workspace = Workspace::new(model, relaxer);
+    let invariants = Invariants::of(scene, &mut workspace, &state)?;
     let faults = Vec::new();
     built.end(workspace.model.tally());
     let spent = crate::tally::Spent::default();
@@ -219,6 +221,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         notes,
         faults,
         built,
+        invariants,
         spent,
     };
     if let Some(path) = &scene.time.span.from {

@@ -1,7 +1,7 @@
 //! The ledger's row: one line of numbers for every accepted step.
 
-use super::Result;
 use super::fields::qualities;
+use super::{Result, StepInfo};
 use crate::Vec3;
 use crate::effects::Measure;
 use crate::geometry::Face;
@@ -34,7 +34,7 @@ fn is_point(model: &Model) -> bool {
 }
 
 /// Titles of the ledger's columns, with units.
-pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
+pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<String> {
     let mut all = STEP.map(str::to_owned).to_vec();
     // A row is a step.
     let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
@@ -44,6 +44,7 @@ pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
         if let Some(chemistry) = model.chemistry() {
             all.extend(chemistry.descriptor().species.iter().map(|s| s.name.clone()));
         }
+        all.extend_from_slice(laws);
         return all;
     }
     all.extend(model.mechanics().names().map(|name| format!("energy of {name} [energy]")));
@@ -66,6 +67,7 @@ pub(super) fn columns(model: &Model, watched: bool) -> Vec<String> {
             ]);
         }
     }
+    all.extend_from_slice(laws);
     all.extend(
         ["least quality", "impossible rest triangles", "collapsed triangles", "wall time [s]"]
             .map(str::to_owned),
@@ -113,18 +115,16 @@ impl ShapeSums {
     }
 }
 
-/// The row of `state` after the step that `report` describes; `negative` directions only where
-/// the run watches them; `shape` is what the last row has said of the shape.
+/// The row of a state after the step that `info` describes; `shape` is what the last row has said of the shape.
 ///
 /// # Errors
 /// If a law fails.
 pub(super) fn row(
     at: &mut Evaluation<'_>,
-    report: &StepReport,
-    negative: Option<f64>,
-    wall: f64,
+    info: &StepInfo<'_>,
     shape: &mut ShapeSums,
 ) -> Result<Vec<f64>> {
+    let StepInfo { report, negative, laws, wall, .. } = *info;
     let (model, state) = (at.model(), at.state());
     let sheet = model.sheet();
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
@@ -136,6 +136,7 @@ pub(super) fn row(
         row.extend(work);
         row.push(wall);
         row.extend(state.species.iter().flatten());
+        row.extend(laws);
         return Ok(row);
     }
     let energies = at.energies()?;
@@ -168,6 +169,7 @@ pub(super) fn row(
             row.extend(whole.unwrap_or(EMPTY));
         }
     }
+    row.extend(laws);
     row.push(shape.least_quality);
     row.push(real(at.potential()?.metric().impossible_triangles()));
     row.push(real(report.relaxation.collapsed));

@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 use super::checkpoint::{Checkpoint, Checkpoints, Place};
 use super::costs::{Costs, peak_resident};
 use super::forecast::{Clock, Outlook, Told};
+use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::{Reported, Shrinking};
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::watch::{self, Watch};
-use super::{Error, Result, Simulation, failure, laws, notes};
+use super::{Error, Result, Simulation, failure, laws, notes, report};
 use crate::model::State;
 use crate::num::real;
 use crate::output::{Interrupt, Progress, ProgressLine, ResultDirectory};
@@ -79,9 +80,11 @@ fn stepped(
     let mut frames = Frames::create(directory, &model, &fields, &scene.output)?;
     let mut watch = Watch::of(scene, simulation, directory, place)?;
     let watched = watch.is_some();
+    let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
+    let columns = report::columns(&model, watched, &laws);
     let mut ledger = match from {
-        None => LedgerRows::create(directory, &model, watched)?,
-        Some(from) => LedgerRows::reopen(directory, &model, watched, from.step())?,
+        None => LedgerRows::create(directory, &columns)?,
+        Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
     };
     if let Some(place) = place {
         frames = frames.map(|frames| frames.after(&place.frames)).transpose()?;
@@ -106,6 +109,7 @@ fn stepped(
         wall: Duration::ZERO,
         output: Duration::ZERO,
         predicted: None,
+        laws: Vec::new(),
     };
     let until = scene.time.span.until.get();
     let every = scene.output.every.map_or(until, |e| e.get().min(until));
@@ -130,7 +134,8 @@ fn stepped(
         let mut observers: Vec<&mut dyn Observer> = vec![&mut ledger, &mut rules];
         observers.extend(others.iter_mut().map(|other| -> &mut dyn Observer { &mut **other }));
         observers.extend(frames.as_mut().map(|frames| -> &mut dyn Observer { frames }));
-        let Simulation { workspace, state, spent, .. } = &mut *simulation;
+        let Simulation { workspace, state, spent, invariants, .. } = &mut *simulation;
+        let laws = invariants.as_ref().map(Invariants::row).unwrap_or_default();
         let state = &*state;
         let mut at = workspace.at(state);
         directory.claim().tell(|reached| (reached.time, reached.spent) = (state.time, *spent));
@@ -153,7 +158,8 @@ fn stepped(
             let new = shown.replace(state.step) != Some(state.step);
             if new || frame {
                 let wall = wall_before + clock.wall();
-                let info = StepInfo { report: &latest, frame, new, negative, wall };
+                let laws = laws.as_slice();
+                let info = StepInfo { report: &latest, frame, new, negative, laws, wall };
                 for observer in &mut observers {
                     observer.observe(&mut at, &info)?;
                 }
@@ -242,6 +248,7 @@ fn stepped(
     summary.frames = frames.map_or(0, |frames| frames.times().len());
     summary.predicted = told.judged(&outlook);
     directory.claim().tell(|reached| reached.predicted = summary.predicted);
+    summary.laws = simulation.invariants.as_ref().map(Invariants::worst).unwrap_or_default();
     summary.wall = Duration::from_secs_f64(clock.wall());
     Ok(summary)
 }

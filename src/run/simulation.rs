@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::built::Built;
 use super::costs::processor_time;
-use super::{Fields, Result, prepare};
+use super::invariants::Invariants;
+use super::{Error, Fields, Result, prepare};
 use crate::geometry::VertexArea;
 use crate::kinetics::Search;
 use crate::model::{Evaluation, Model, State};
@@ -52,6 +53,8 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// What its effects brought, and what it cost to make.
     pub(crate) built: Built,
+    /// The laws of nature that steps are held to, if the scene lists some.
+    pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
 }
@@ -120,12 +123,16 @@ impl Simulation {
     /// begins in the middle of a run does so already.
     ///
     /// # Errors
-    /// If a relaxation or a law fails.
+    /// If a relaxation or a law fails, or the start breaks a law of nature that the scene lists.
     pub fn prepare(&mut self) -> Result<Relaxation> {
-        if self.at_rest {
-            return Ok(Relaxation::default());
+        let done = match self.at_rest {
+            true => Relaxation::default(),
+            false => self.spend(|s| s.integrator.prepare(&mut s.workspace, &mut s.state)).0?,
+        };
+        if let Some(laws) = &mut self.invariants {
+            laws.begin(&mut self.workspace, &self.state)?;
         }
-        self.spend(|s| Ok(s.integrator.prepare(&mut s.workspace, &mut s.state)?)).0
+        Ok(done)
     }
 
     /// Brings the shape into equilibrium with its species.
@@ -145,7 +152,11 @@ impl Simulation {
         let before = (self.workspace.tries().causes(), self.model().not_finite());
         let (report, spent) = self.spend(|s| -> Result<StepReport> {
             s.workspace.mark();
-            let report = s.integrator.advance(&mut s.workspace, &mut s.state, until);
+            let Self { integrator, workspace, state, .. } = s;
+            let report = match &mut s.invariants {
+                None => integrator.advance(workspace, state, until).map_err(Error::from),
+                Some(laws) => laws.step(&mut **integrator, workspace, state, until),
+            };
             let report = report.inspect_err(|_| s.workspace.roll_back())?;
             s.model().tally().count(|work| work.steps += 1);
             Ok(report)

@@ -52,6 +52,8 @@ pub struct Summary {
     pub output: Duration,
     /// How long it was first predicted to take, if it was, and took.
     pub predicted: Option<Predicted>,
+    /// Of every law of nature that the scene lists the largest value, in words.
+    pub laws: Vec<String>,
 }
 
 /// A run that failed, with what is to be known of it on the disk.

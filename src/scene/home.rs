@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use super::invariants::InvariantsSpec;
 use super::material::Material;
 use super::output::OutputSpec;
 use super::stability::StabilitySpec;
@@ -14,7 +15,7 @@ use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
 /// Tables with what reads them.
 type Reader = fn(Node) -> Option<Problem>;
-const READERS: [(&str, Reader); 7] = [
+const READERS: [(&str, Reader); 8] = [
     ("time", |node| time::read_time(node).err()),
     ("output", |node| read::<OutputSpec>(node).err()),
     ("sheet", |node| sheet::read_sheet(node).err()),
@@ -22,6 +23,7 @@ const READERS: [(&str, Reader); 7] = [
     ("kinetics", |node| kinetics::read_kinetics(node).err()),
     ("equilibrium", |node| choose::<dyn EquilibriumSpec>(node, Some(DEFAULT_EQUILIBRIUM)).err()),
     ("stability", |node| read::<StabilitySpec>(node).err()),
+    ("invariants", |node| read::<InvariantsSpec>(node).err()),
 ];
 
 /// The path of the first table's key that is called `key`, as in `time.until`.

@@ -11,11 +11,13 @@ mod excerpt;
 mod files;
 mod home;
 mod initial;
+mod invariants;
 mod kinetics;
 mod law;
 mod material;
 mod output;
 mod overrides;
+mod sections;
 mod sheet;
 mod source;
 mod stability;
@@ -27,13 +29,14 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::effects::EffectSpec;
+use crate::solve::EquilibriumSpec;
 use crate::solve::equilibrium::Method;
-use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
 pub use self::checkpoint::CheckpointSpec;
 pub use self::drag::{Coefficient, Directions, DragSpec};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
+pub use self::invariants::{Bound, InvariantsSpec};
 pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};
 pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
@@ -44,17 +47,17 @@ pub use self::sheet::{
 };
 pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
-pub use crate::document::Problem;
-pub use crate::document::{Node, Place};
+pub use crate::document::{Node, Place, Problem};
 
 use self::error::Origin;
+use self::sections::Sections;
 use crate::document::{Segment, Value, read};
-use crate::registry;
 
 /// Tables of a scene.
 #[rustfmt::skip]
-const TABLES: [&str; 9] = [
-    "sheet", "material", "effect", "kinetics", "time", "equilibrium", "stability", "output", "checkpoint",
+const TABLES: [&str; 10] = [
+    "sheet", "material", "effect", "kinetics", "time", "equilibrium", "stability", "invariants", "output",
+    "checkpoint",
 ];
 
 /// A checked scene, with the places of everything it was read from.
@@ -78,6 +81,9 @@ pub struct Scene {
     /// The watch on stability, if the scene has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stability: Option<StabilitySpec>,
+    /// The laws of nature that a run is held to, if the scene lists some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub invariants: Option<InvariantsSpec>,
     /// What is written.
     pub output: OutputSpec,
     /// When it can be continued, if the scene says so.
@@ -93,8 +99,7 @@ pub struct Scene {
 impl Scene {
     /// Reads and checks the scene file at `path`, after the `key.path=value` overrides.
     ///
-    /// Paths in the scene count from the folder of the file, also where an override gives them;
-    /// in the result they are absolute.
+    /// Paths in it count from the folder of the file, also those of overrides; the result's are absolute.
     ///
     /// # Errors
     /// The file cannot be read, or is not a valid scene; all that was found wrong, with places.
@@ -130,8 +135,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Checks the scene `text`, after the `key.path=value` overrides; `name` stands for its file
-    /// in messages. Paths in it stay as they are.
+    /// Checks the scene `text`, after the overrides; `name` stands for its file in messages. Paths stay as they are.
     ///
     /// # Errors
     /// `text` is not a valid scene; all that was found wrong, with places.
@@ -313,6 +317,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let time = section.required("time", time::read_time);
     let equilibrium = section.equilibrium();
     let stability = section.optional("stability", read);
+    let invariants = section.optional("invariants", read);
     let output: OutputSpec = section.optional("output", read).unwrap_or_default();
     let checkpoint = section.optional("checkpoint", read);
     if let Some(error) = origin.report(&problems) {
@@ -327,7 +332,6 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         }
         return Err(origin.error(&problem.under("output")));
     }
-    let file = PathBuf::new();
     Ok(Scene {
         sheet,
         material,
@@ -336,75 +340,10 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         time,
         equilibrium,
         stability,
+        invariants,
         output,
         checkpoint,
         origin,
-        file,
+        file: PathBuf::new(),
     })
-}
-
-/// Takes the tables of a scene one by one and notes what is wrong with them.
-struct Sections<'a> {
-    root: &'a mut Node,
-    problems: &'a mut Vec<Problem>,
-}
-
-impl Sections<'_> {
-    fn optional<T>(
-        &mut self,
-        key: &str,
-        read: impl FnOnce(Node) -> Result<T, Problem>,
-    ) -> Option<T> {
-        let (_, node) = self.root.take(key)?;
-        let place = node.place.clone();
-        match read(node) {
-            Ok(value) => Some(value),
-            Err(problem) => {
-                self.problems.push(problem.under(key).placed(&place));
-                None
-            }
-        }
-    }
-
-    fn required<T>(
-        &mut self,
-        key: &str,
-        read: impl FnOnce(Node) -> Result<T, Problem>,
-    ) -> Option<T> {
-        if self.root.get(key).is_none() {
-            self.problems.push(Problem::missing_table(key));
-        }
-        self.optional(key, read)
-    }
-
-    fn effects(&mut self) -> Vec<Box<dyn EffectSpec>> {
-        let mut effects = Vec::new();
-        match self.root.take("effect") {
-            None => {}
-            Some((_, Node { value: Value::Array(items), .. })) => {
-                for (i, item) in items.into_iter().enumerate() {
-                    match registry::choose(item, None) {
-                        Ok(effect) => effects.push(effect),
-                        Err(p) => self.problems.push(p.under_index(i).under("effect")),
-                    }
-                }
-            }
-            Some((_, Node { value, place })) => {
-                let problem = Problem::mismatch("a list of tables", value.describe())
-                    .help("write [[effect]] before every effect")
-                    .placed(&place);
-                self.problems.push(problem.under("effect"));
-            }
-        }
-        effects
-    }
-
-    fn equilibrium(&mut self) -> Option<Box<dyn EquilibriumSpec>> {
-        if self.root.get("equilibrium").is_some() {
-            return self
-                .optional("equilibrium", |node| registry::choose(node, Some(DEFAULT_EQUILIBRIUM)));
-        }
-        let default = Node::text(DEFAULT_EQUILIBRIUM, self.root.place.clone());
-        registry::choose(default, None).map_err(|problem| self.problems.push(problem)).ok()
-    }
 }

@@ -217,7 +217,7 @@ fn end_of_fixed_step(time: f64, step: f64, until: f64) -> f64 {
 }
 
 /// End of a step that does not pass `until`; the last two steps before it share the way.
-fn end_of_step(time: f64, step: f64, until: f64) -> f64 {
+pub(crate) fn end_of_step(time: f64, step: f64, until: f64) -> f64 {
     let left = until - time;
     if step >= left * (1.0 - 1e-12) {
         until

@@ -30,11 +30,13 @@ pub enum Cause {
     Chemistry,
     /// A linear system or an equation of an implicit method was not solved.
     Solver,
+    /// A law of nature that the scene lists did not hold.
+    Invariant,
 }
 
 impl Cause {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Error,
         Self::Law,
         Self::Range,
@@ -43,6 +45,7 @@ impl Cause {
         Self::Collapse,
         Self::Chemistry,
         Self::Solver,
+        Self::Invariant,
     ];
 
     /// What it is called in tables.
@@ -57,6 +60,7 @@ impl Cause {
             Self::Collapse => "collapse",
             Self::Chemistry => "chemistry",
             Self::Solver => "solver",
+            Self::Invariant => "invariant",
         }
     }
 }

@@ -94,7 +94,7 @@ impl Workspace {
     }
 
     /// Counts a try that came to no result.
-    pub(super) fn reject(&mut self, rejected: Try) {
+    pub(crate) fn reject(&mut self, rejected: Try) {
         self.model.tally().count(|work| work.rejected += 1);
         self.tries.note(rejected);
     }

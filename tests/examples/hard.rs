@@ -25,6 +25,7 @@ fn hard_chemistry_is_as_expected() {
 fn hard_mechanics_is_as_expected() {
     all_as_expected(&["at-once", "flat", "flat-left", "snap-pressure", "no-equilibrium"]);
     all_as_expected(&["needles-long", "obtuse-more"]);
+    all_as_expected(&["crossing", "snap-lost"]);
 }
 
 #[test]

@@ -47,6 +47,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         wall: Duration::from_secs_f64(seconds),
         output: Duration::ZERO,
         predicted: None,
+        laws: Vec::new(),
     };
     let ran = Ran {
         summary,

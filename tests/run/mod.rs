@@ -1,5 +1,6 @@
 //! The main job: scenes through the library and through the program.
 
+mod bits;
 mod coupling;
 mod diagnosed;
 mod ends;
@@ -8,6 +9,7 @@ mod failed;
 mod files;
 mod forecast;
 mod inspect;
+mod invariants;
 mod notes;
 mod old_format;
 pub mod program;

@@ -5,6 +5,8 @@
     resume.py kill KILLS [SEED]    kills runs of all cases in turn at random instants: so many that meet a run at work,
                                    with signal 9, and half as many with a signal that asks
     resume.py writing KILLS        kills runs of three cases while they write a checkpoint
+    resume.py threads [NAME]       every case on a finer mesh, of Model I and of Model II, on 1, 2 and 4 threads, and continued
+                                   from its middle with another number of them
     resume.py price                what new starts of diffsol's methods cost, and what a checkpoint costs
 
 Compared are all frames, their index, events, modes, and the ledger without its wall time. `rumple` is
@@ -16,6 +18,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -129,8 +132,8 @@ def cases():
         until=0.02, output=0.01, **SMOOTH)
 
 
-def rumple(*args, **keys):
-    command = [str(PROGRAM), *map(str, args), "--threads", "1", "--quiet"]
+def rumple(*args, threads=1, **keys):
+    command = [str(PROGRAM), *map(str, args), "--threads", str(threads), "--quiet"]
     return subprocess.run(command, capture_output=True, text=True, **keys)
 
 
@@ -205,6 +208,72 @@ def every(name):
               f"{len(ledger(whole)) - 2} steps, {len(checkpoints)} checkpoints of {size} bytes", flush=True)
         good, bad = good + (not wrong and bool(chosen)), bad + bool(wrong or not chosen)
     print(f"{good} cases equal, {bad} not")
+    return bad
+
+
+# Parallel loops hand out blocks of 512 entries: so many vertices are five of them.
+FINER = 2300
+MOTORS = '''location = "vertex"
+species.c = { lower = 0.0, upper = 1.0 }
+parameters = { a = 0.1 }
+rates.c = "0.2*(1 - c) - 10*exp(-a*pos(tension))*c"
+length_factor = "1 - 0.05*c"
+initial.c = { gaussian = { width = 4.0, amplitude = 0.3 } }
+'''
+
+
+def finer(text):
+    size = re.search(r"vertices = (\d+)", text)
+    edge = 14.0 / int(size[1]) ** 0.5
+    text = text.replace(size[0], f"vertices = {FINER}").replace("radius = 14.0", f"radius = {edge * FINER ** 0.5}")
+    # Enough steps to tell, on a mesh that has six times as many vertices.
+    shorter = lambda key, text: re.sub(rf"\b{key} = ([0-9.e-]+)", lambda m: f"{key} = {float(m[1]) / 5}", text)
+    return shorter("until", shorter("every", text))
+
+
+def models(text):
+    yield "model I", text
+    start, end = text.index('location = "vertex"'), text.index("[equilibrium]")
+    yield "model II", text[:start] + MOTORS + text[end:]
+
+
+def threads(name):
+    bad = runs = 0
+    for title, text in cases():
+        if name not in title:
+            continue
+        for model, scene_text in models(finer(text)):
+            what = f"{title}, {model}"
+            often = anew(title) or "1e-9"
+            scene = WORK / "scene.toml"
+            scene.write_text(scene_text + f"\n[checkpoint]\nevery = {float(often) / 5}\nkeep = 100000\n"
+                             + "[invariants]\nenergy = true\ngauss-bonnet = true\ncrossings = true\n")
+            made = {}
+            for count in (1, 2, 4):
+                made[count] = WORK / f"threads{count}"
+                shutil.rmtree(made[count], ignore_errors=True)
+                out = rumple("run", scene, "--out", made[count], threads=count)
+                if out.returncode:
+                    print(f"FAILED {what}: {out.stderr.strip()[:400]}", flush=True)
+                    break
+            else:
+                same = [compare(made[1], made[count], f"{what}, {count} threads") for count in (2, 4)]
+                other = WORK / "other"
+                shutil.rmtree(other, ignore_errors=True)
+                shutil.copytree(made[1], other)
+                checkpoints = sorted((other / "checkpoints").iterdir())
+                for later in checkpoints[len(checkpoints) // 2 + 1:]:
+                    later.unlink()
+                status = other / "status.json"
+                status.write_text(status.read_text().replace('"complete"', '"running"'))
+                out = rumple("resume", other, threads=4)
+                same.append(not out.returncode and compare(made[1], other, f"{what}, continued with 4 threads"))
+                print(f"{what}: {sum(same)} of 3 runs equal that on one thread; {len(ledger(made[1])) - 2} steps",
+                      flush=True)
+                runs, bad = runs + 1, bad + (not all(same))
+                continue
+            bad += 1
+    print(f"{runs} cases on 1, 2 and 4 threads and continued; {bad} are not equal or failed")
     return bad
 
 
@@ -365,6 +434,8 @@ if __name__ == "__main__":
             price()
         elif sys.argv[1] == "every":
             wrong = every(sys.argv[2] if len(sys.argv) > 2 else "")
+        elif sys.argv[1] == "threads":
+            wrong = threads(sys.argv[2] if len(sys.argv) > 2 else "")
         elif sys.argv[1] == "writing":
             wrong = writing(int(sys.argv[2]))
         else:

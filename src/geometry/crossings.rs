@@ -1,0 +1,321 @@
+//! Where a surface passes through itself: pairs of triangles that cross.
+//!
+//! Two triangles cross where an edge of one passes through the plane of the other inside of it (signs of the
+//! volumes of tetrahedra; Guigue & Devillers, J. Graphics Tools 8 (2003) 25, doi:10.1080/10867651.2003.10487580). Of two that
+//! share a corner only the edges opposite of it are asked; two that share an edge cross only where one lies folded
+//! flat on the other. Triangles in one plane cross where they overlap. A touch is no crossing.
+//!
+//! Candidates come from a tree of boxes: the triangles in the Morton order of their rest places, four to a leaf,
+//! every node the box of the nodes below. The tree stays, its boxes follow the shape. All pairs are found, in
+//! O(n log n) for n triangles of a sheet that is not crumpled beyond recognition.
+
+use rumple_numerics::Vec3;
+use rumple_numerics::num::index;
+use rumple_numerics::parallel::{self, BLOCK};
+use rumple_sheet::Sheet;
+
+/// Finds pairs of triangles of one sheet that cross.
+#[derive(Debug, Clone)]
+pub struct Crossings {
+    /// The triangles in the order of the leaves.
+    order: Vec<u32>,
+    /// A power of two.
+    leaves: usize,
+    /// Boxes of the nodes: those below node k are 2k + 1 and 2k + 2.
+    boxes: Vec<Bounds>,
+}
+
+/// What crosses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Found {
+    /// Pairs of triangles.
+    pub pairs: usize,
+    /// The first of them by the numbers of the triangles.
+    pub first: Option<[usize; 2]>,
+}
+
+/// A box along the axes.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    least: Vec3,
+    largest: Vec3,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self {
+        least: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        largest: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    fn of<'a>(points: impl IntoIterator<Item = &'a Vec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, x| b.with(&Self { least: *x, largest: *x }))
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self { least: self.least.inf(&other.least), largest: self.largest.sup(&other.largest) }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|a| self.least[a] <= other.largest[a] && other.least[a] <= self.largest[a])
+    }
+}
+
+/// Triangles of a leaf.
+const LEAF: usize = 4;
+
+impl Crossings {
+    /// For the shapes of `sheet`.
+    #[must_use]
+    pub fn new(sheet: &Sheet) -> Self {
+        let centre = |t: &[u32; 3]| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0;
+        let centres: Vec<Vec3> = sheet.triangles().iter().map(centre).collect();
+        let all = Bounds::of(&centres);
+        let size = (all.largest - all.least).max();
+        let key = |x: &Vec3| {
+            let scaled = (x - all.least) / size;
+            (0..3).fold(0, |key, a| key | spread(scaled[a]) << a)
+        };
+        let mut order: Vec<u32> = (0..centres.len()).map(index).collect();
+        order.sort_by_cached_key(|t| (key(&centres[*t as usize]), *t));
+        let leaves = centres.len().div_ceil(LEAF).next_power_of_two();
+        Self { order, leaves, boxes: vec![Bounds::EMPTY; 2 * leaves - 1] }
+    }
+
+    /// All pairs of triangles that cross in the shape `x` of `sheet`, which it was made for.
+    #[must_use]
+    pub fn find(&mut self, sheet: &Sheet, x: &[Vec3]) -> Found {
+        self.follow(sheet, x);
+        let (this, count) = (&*self, self.order.len());
+        let block = |b: usize| {
+            let mut found = Found::default();
+            for place in b * BLOCK..((b + 1) * BLOCK).min(count) {
+                this.later(sheet, x, place, &mut found);
+            }
+            found
+        };
+        let both = |a: Found, b: Found| Found {
+            pairs: a.pairs + b.pairs,
+            first: a.first.into_iter().chain(b.first).min(),
+        };
+        parallel::reduce(count.div_ceil(BLOCK), &block, &both).unwrap_or_default()
+    }
+
+    /// Lets the boxes follow the shape.
+    fn follow(&mut self, sheet: &Sheet, x: &[Vec3]) {
+        let Self { order, leaves, boxes } = self;
+        let (inner, last) = boxes.split_at_mut(*leaves - 1);
+        let triangles = sheet.triangles();
+        parallel::fill(last, |leaf| {
+            let of = order.iter().skip(leaf * LEAF).take(LEAF);
+            Bounds::of(of.flat_map(|t| triangles[*t as usize]).map(|v| &x[v as usize]))
+        });
+        for k in (0..inner.len()).rev() {
+            let below = |k: usize| if k < inner.len() { inner[k] } else { last[k - inner.len()] };
+            inner[k] = below(2 * k + 1).with(&below(2 * k + 2));
+        }
+    }
+
+    /// Adds the pairs of the triangle at `place` with those at later places.
+    fn later(&self, sheet: &Sheet, x: &[Vec3], place: usize, found: &mut Found) {
+        let t = self.order[place];
+        let corners = sheet.triangles()[t as usize];
+        let own = Bounds::of(corners.iter().map(|v| &x[*v as usize]));
+        // (node, its first leaf, how many leaves)
+        let mut open = vec![(0, 0, self.leaves)];
+        while let Some((node, first, leaves)) = open.pop() {
+            if (first + leaves) * LEAF <= place + 1 || !self.boxes[node].meets(&own) {
+                continue;
+            }
+            if leaves > 1 {
+                let half = leaves / 2;
+                open.push((2 * node + 1, first, half));
+                open.push((2 * node + 2, first + half, half));
+                continue;
+            }
+            let places = first * LEAF..((first + 1) * LEAF).min(self.order.len());
+            for &other in places.filter(|k| *k > place).map(|k| &self.order[k]) {
+                if cross(&corners, &sheet.triangles()[other as usize], x) {
+                    found.pairs += 1;
+                    let pair = [t.min(other) as usize, t.max(other) as usize];
+                    found.first = found.first.into_iter().chain([pair]).min();
+                }
+            }
+        }
+    }
+}
+
+/// 21 bits of a number from 0 to 1, two zeros between each of them.
+fn spread(share: f64) -> u64 {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let bits = (share.clamp(0.0, 1.0) * 2_097_151.0) as u64;
+    (0..21).fold(0, |all, k| all | (bits >> k & 1) << (3 * k))
+}
+
+/// Whether two triangles cross.
+fn cross(a: &[u32; 3], b: &[u32; 3], x: &[Vec3]) -> bool {
+    let at = |t: &[u32; 3]| t.map(|v| x[v as usize]);
+    // Edges by the corners opposite of them.
+    let edges = |t: &[u32; 3], other: &[u32; 3], shared: usize| {
+        let all = (0..3).map(|k| (t[k], [t[(k + 1) % 3], t[(k + 2) % 3]]));
+        let other = *other;
+        all.filter(move |(opposite, _)| shared == 0 || other.contains(opposite))
+            .map(|(_, ends)| ends.map(|v| x[v as usize]))
+            .collect::<Vec<_>>()
+    };
+    let shared = a.iter().filter(|v| b.contains(v)).count();
+    let [p, q] = [at(a), at(b)];
+    if shared == 2 {
+        return folded_flat(a, b, x);
+    }
+    let (of_a, of_b) = (edges(a, b, shared), edges(b, a, shared));
+    if q.iter().all(|x| volume(&p, x) == 0.0) {
+        let normal = (p[1] - p[0]).cross(&(p[2] - p[0]));
+        let inside = |x: &Vec3, t: &[Vec3; 3]| {
+            let side = |k: usize| area(&t[k], &t[(k + 1) % 3], x, &normal);
+            (0..3).all(|k| side(k) > 0.0) || (0..3).all(|k| side(k) < 0.0)
+        };
+        return of_a.iter().any(|e| of_b.iter().any(|f| edges_cross(e, f, &normal)))
+            || p.iter().any(|x| inside(x, &q))
+            || q.iter().any(|x| inside(x, &p));
+    }
+    of_a.iter().any(|edge| pierces(edge, &q)) || of_b.iter().any(|edge| pierces(edge, &p))
+}
+
+/// Six times the volume of the tetrahedron of a triangle and a point.
+fn volume([a, b, c]: &[Vec3; 3], x: &Vec3) -> f64 {
+    (b - a).cross(&(c - a)).dot(&(x - a))
+}
+
+/// Whether an edge passes from one side of a triangle to the other through it.
+fn pierces([from, to]: &[Vec3; 2], triangle: &[Vec3; 3]) -> bool {
+    let sides = volume(triangle, from) * volume(triangle, to);
+    if !(sides < 0.0) {
+        return false;
+    }
+    let [a, b, c] = triangle;
+    let turns = [[a, b], [b, c], [c, a]].map(|[a, b]| volume(&[*from, *to, *a], b));
+    turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
+}
+
+/// Twice the area of a triangle as seen along `normal`.
+fn area(a: &Vec3, b: &Vec3, c: &Vec3, normal: &Vec3) -> f64 {
+    (b - a).cross(&(c - a)).dot(normal)
+}
+
+/// Whether two edges in one plane cross.
+fn edges_cross([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2], normal: &Vec3) -> bool {
+    area(a, b, c, normal) * area(a, b, d, normal) < 0.0
+        && area(c, d, a, normal) * area(c, d, b, normal) < 0.0
+}
+
+/// Whether two triangles with an edge in common lie in one plane and on the same side of it.
+fn folded_flat(a: &[u32; 3], b: &[u32; 3], x: &[Vec3]) -> bool {
+    let (Some(ka), Some(kb)) =
+        ((0..3).find(|k| !b.contains(&a[*k])), (0..3).find(|k| !a.contains(&b[*k])))
+    else {
+        return false;
+    };
+    let [here, from, to] = [0, 1, 2].map(|j| x[a[(ka + j) % 3] as usize]);
+    let there = x[b[kb] as usize];
+    let normal = (to - from).cross(&(here - from));
+    volume(&[here, from, to], &there) == 0.0 && area(&from, &to, &there, &normal) > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// A ribbon of two rows of vertices along `curve`.
+    fn ribbon(curve: impl Fn(f64) -> Vec3, steps: usize) -> Sheet {
+        let place = |k: usize| {
+            #[allow(clippy::cast_precision_loss)]
+            let s = (k / 2) as f64 / steps as f64;
+            let side = if k.is_multiple_of(2) { 0.0 } else { 0.2 };
+            curve(s) + Vec3::new(0.0, 0.0, side)
+        };
+        let rest = (0..2 * steps + 2).map(place).collect();
+        let two = |k: usize| [2 * k, 2 * k + 2, 2 * k + 1, 2 * k + 2, 2 * k + 3, 2 * k + 1];
+        let corners: Vec<u32> = (0..steps).flat_map(two).map(index).collect();
+        Sheet::new(rest, corners.as_chunks::<3>().0.to_vec()).unwrap()
+    }
+
+    /// Every pair, one by one.
+    fn slowly(sheet: &Sheet, x: &[Vec3]) -> Found {
+        let mut found = Found::default();
+        let all = sheet.triangles();
+        for s in 0..all.len() {
+            for t in s + 1..all.len() {
+                if cross(&all[s], &all[t], x) {
+                    found.pairs += 1;
+                    found.first = found.first.or(Some([s, t]));
+                }
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn an_eight_crosses_where_it_should_and_a_ring_does_not() {
+        let eight = |s: f64| Vec3::new((TAU * s).sin(), (2.0 * TAU * s).sin(), 0.01 * s);
+        let sheet = ribbon(|s| eight(0.97 * s + 0.26), 97);
+        let mut crossings = Crossings::new(&sheet);
+        let found = crossings.find(&sheet, sheet.rest());
+        assert!(found.pairs > 0, "{found:?}");
+        assert_eq!(found, slowly(&sheet, sheet.rest()));
+        let [a, b] = found.first.unwrap();
+        let middle = |t: usize| {
+            sheet.triangles()[t].map(|v| sheet.rest()[v as usize]).iter().sum::<Vec3>() / 3.0
+        };
+        assert!(middle(a).xy().norm() < 0.2 && middle(b).xy().norm() < 0.2, "{a} {b}");
+        // The same triangles as an arc of a circle.
+        let ring = ribbon(|s| Vec3::new((6.0 * s).cos(), (6.0 * s).sin(), 0.0), 97);
+        assert_eq!(crossings.find(&sheet, ring.rest()), Found::default());
+    }
+
+    #[test]
+    fn a_crumpled_ribbon_has_all_its_crossings_found() {
+        let sheet = ribbon(|s| Vec3::new(s, 0.0, 0.0), 300);
+        let mut seed = 7u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            #[allow(clippy::cast_precision_loss)]
+            let unit = (seed >> 11) as f64 / (1u64 << 53) as f64;
+            unit
+        };
+        let x: Vec<Vec3> =
+            sheet.rest().iter().map(|x| x + Vec3::from_fn(|_, _| 0.1 * random())).collect();
+        let found = Crossings::new(&sheet).find(&sheet, &x);
+        assert!(found.pairs > 1000, "{found:?}");
+        assert_eq!(found, slowly(&sheet, &x));
+    }
+
+    #[test]
+    fn in_a_plane_overlap_and_folds_count_and_touch_does_not() {
+        let flat = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        // Two triangles with an edge in common, a third that shares one corner.
+        let x = [
+            flat(0.0, 0.0),
+            flat(1.0, 0.0),
+            flat(0.0, 1.0),
+            flat(1.0, 1.0),
+            flat(2.0, 0.5),
+            flat(2.0, 1.5),
+        ];
+        let triangles = [[0, 1, 2], [1, 3, 2], [3, 4, 5]];
+        let pairs = |x: &[Vec3]| {
+            let all: Vec<(usize, usize)> = vec![(0, 1), (0, 2), (1, 2)];
+            all.into_iter()
+                .filter(|(s, t)| cross(&triangles[*s], &triangles[*t], x))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(pairs(&x), []);
+        let mut folded = x;
+        folded[3] = flat(0.1, 0.1);
+        folded[4] = flat(2.0, 0.2);
+        assert!(pairs(&folded).contains(&(0, 1)));
+        let mut over = x;
+        over[4] = flat(0.5, 0.8);
+        assert!(pairs(&over).contains(&(1, 2)));
+    }
+}

@@ -1,0 +1,31 @@
+//! A law of nature that a run breaks.
+
+/// A law of nature that no step keeps.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "{law} does not hold at time {time}: it is off by {value:.3e}, and [invariants] {key} allows {limit:e}; \
+     {place}{}; {advice}",
+    shortest(*step)
+)]
+pub struct Broken {
+    /// The law, with the unit of value and limit.
+    pub law: String,
+    /// Its key in the scene.
+    pub key: String,
+    /// By how much, as the limit counts.
+    pub value: f64,
+    /// The limit.
+    pub limit: f64,
+    /// Where and by what.
+    pub place: String,
+    /// Time at the end of the step.
+    pub time: f64,
+    /// The length of the last and shortest step that was tried, if no shorter one will be.
+    pub step: Option<f64>,
+    /// What to try.
+    pub advice: &'static str,
+}
+
+fn shortest(step: Option<f64>) -> String {
+    step.map(|step| format!("; no step is short enough, not even {step:.1e}")).unwrap_or_default()
+}

@@ -1,0 +1,297 @@
+//! The laws that a scene lists, and the steps that are held to them.
+
+use super::crossings::NoCrossings;
+use super::energy::EnergyBalance;
+use super::forces::FreeBalance;
+use super::topology::GaussBonnet;
+use super::totals::Total;
+use super::{Broken, Law, Said, Step};
+use crate::model::State;
+use crate::record::{Malformed, Reading, Record};
+use crate::run::{Error, Result};
+use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
+use crate::solve::tries::{Cause, Try};
+use crate::solve::{Integrator, StepReport, Workspace, end_of_step};
+
+/// A step that breaks a law is tried again this much shorter,
+const SHORTER: f64 = 0.25;
+/// down to this share of the first one that did, or of the time reached.
+const SHORTEST: f64 = 1e-5;
+const ROUND_OFF: f64 = 1e-10;
+/// Steps grow by this factor afterwards.
+const GROWTH: f64 = 2.0;
+
+/// The laws that a scene lists.
+pub(crate) struct Invariants {
+    every: u64,
+    all: Vec<Listed>,
+    /// Whether the start has been seen.
+    begun: bool,
+    /// Steps after one that had to be shorter.
+    short: Option<ShortSteps>,
+}
+
+/// Steps that are kept short.
+#[derive(Debug, Clone, Copy)]
+struct ShortSteps {
+    /// They are no longer than this.
+    longest: f64,
+    /// The first that broke a law.
+    full: f64,
+}
+
+/// A law with what is asked of it and what it has said.
+struct Listed {
+    key: String,
+    limit: Option<f64>,
+    law: Box<dyn Law>,
+    row: Vec<f64>,
+    memory: Vec<f64>,
+    /// Largest value so far, and when.
+    worst: (f64, f64),
+}
+
+impl Listed {
+    fn new(key: &str, bound: Bound, law: impl Law + 'static) -> Self {
+        let row = vec![f64::NAN; law.columns().len()];
+        let (law, memory) = (Box::new(law), Vec::new());
+        Self { key: key.to_owned(), limit: bound.limit(), law, row, memory, worst: (0.0, 0.0) }
+    }
+
+    /// Whether the limit is passed; a value that is none passes every limit.
+    fn breaks(&self, said: &Said) -> bool {
+        self.limit.is_some_and(|limit| !(said.value <= limit))
+    }
+
+    fn broken(&self, said: Said, time: f64) -> Broken {
+        Broken {
+            law: self.law.name(),
+            key: self.key.clone(),
+            value: said.value,
+            limit: self.limit.unwrap_or_default(),
+            place: said.place,
+            time,
+            step: None,
+            advice: self.law.advice(),
+        }
+    }
+
+    fn accept(&mut self, said: Said, time: f64) {
+        if !(said.value <= self.worst.0) {
+            self.worst = (said.value, time);
+        }
+        (self.row, self.memory) = (said.row, said.memory);
+    }
+}
+
+impl Invariants {
+    /// Those of `scene`; none without the table. `state` is one that a run may begin with.
+    ///
+    /// # Errors
+    /// A law that cannot hold for the scene, with its place there.
+    pub(crate) fn of(
+        scene: &Scene,
+        workspace: &mut Workspace,
+        state: &State,
+    ) -> Result<Option<Self>> {
+        let Some(spec) = &scene.invariants else { return Ok(None) };
+        let InvariantsSpec { every, energy, force, gauss_bonnet, crossings, totals } = spec;
+        let mut all = Vec::new();
+        let model = workspace.model.clone();
+        let needs_space = |key: &str| {
+            let message = "a point has no shape";
+            let path = format!("invariants.{key}");
+            let none = model.sheet().triangles().is_empty();
+            if none { Err(Error::Scene(scene.error_at(&path, message, None))) } else { Ok(()) }
+        };
+        if let Some(bound) = energy {
+            needs_space("energy")?;
+            all.push(Listed::new("energy", *bound, EnergyBalance::of(scene, &model)?));
+        }
+        for (name, bound) in totals {
+            let total = Total::of(scene, name, workspace, state)?;
+            all.push(Listed::new(&path_to("totals", name), *bound, total));
+        }
+        if let Some(bound) = force {
+            needs_space("force")?;
+            all.push(Listed::new("force", *bound, FreeBalance::of(scene, workspace, state)?));
+        }
+        if let Some(bound) = gauss_bonnet {
+            needs_space("gauss-bonnet")?;
+            all.push(Listed::new("gauss-bonnet", *bound, GaussBonnet));
+        }
+        if let Some(bound) = crossings {
+            needs_space("crossings")?;
+            all.push(Listed::new("crossings", *bound, NoCrossings::of(model.sheet())));
+        }
+        let every = every.get() as u64;
+        Ok(Some(Self { every, all, begun: false, short: None }))
+    }
+
+    /// Their columns of the ledger.
+    pub(crate) fn columns(&self) -> Vec<String> {
+        self.all.iter().flat_map(|listed| listed.law.columns()).collect()
+    }
+
+    /// What they say of the last accepted state; not a number where they have not looked.
+    pub(crate) fn row(&self) -> Vec<f64> {
+        self.all.iter().flat_map(|listed| &listed.row).copied().collect()
+    }
+
+    /// The largest value of each, in words.
+    pub(crate) fn worst(&self) -> Vec<String> {
+        let words = |listed: &Listed| {
+            let (value, time) = listed.worst;
+            let limit = listed.limit.map(|limit| format!(", limit {limit:e}"));
+            let key = &listed.key;
+            format!("{key}: at most {value:.1e} (time {time}{})", limit.unwrap_or_default())
+        };
+        self.all.iter().map(words).collect()
+    }
+
+    /// Looks at the state that a run begins with, once.
+    ///
+    /// # Errors
+    /// [`Broken`] if that breaks a law.
+    pub(crate) fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<()> {
+        if self.begun {
+            return Ok(());
+        }
+        for listed in &mut self.all {
+            let said = listed.law.begin(workspace, state)?;
+            if listed.breaks(&said) {
+                return Err(listed.broken(said, state.time).into());
+            }
+            listed.accept(said, state.time);
+        }
+        self.begun = true;
+        Ok(())
+    }
+
+    /// Brings `state` forward by one step of `integrator` that keeps the laws.
+    ///
+    /// # Errors
+    /// [`Broken`] if no step does, and those of the integrator; `state` is as before then, bit for bit.
+    pub(crate) fn step(
+        &mut self,
+        integrator: &mut dyn Integrator,
+        workspace: &mut Workspace,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
+        self.begin(workspace, state)?;
+        let before = state.clone();
+        let (mut target, mut reason) = (until, None::<Broken>);
+        if let Some(short) = self.short {
+            target = end_of_step(before.time, short.longest, until);
+        }
+        loop {
+            let advanced = integrator.advance(workspace, state, target);
+            let mut report = match advanced {
+                Ok(report) => report,
+                // What stops a shorter step is not why it had to be shorter.
+                Err(error) if error.is_recoverable() => {
+                    return Err(reason.map_or_else(|| Error::from(error), Error::from));
+                }
+                Err(error) => return Err(error.into()),
+            };
+            match self.look(workspace, &before, state) {
+                Ok(None) => {
+                    self.grow();
+                    report.reason = report.reason.or(reason.map(|broken| broken.to_string()));
+                    return Ok(report);
+                }
+                Ok(Some(broken)) => {
+                    let end = state.time;
+                    state.clone_from(&before);
+                    workspace.roll_back();
+                    workspace.mark();
+                    workspace.reject(Try {
+                        step: before.step + 1,
+                        time: before.time,
+                        length: report.step,
+                        error: report.error,
+                        cause: Cause::Invariant,
+                        message: broken.to_string(),
+                    });
+                    let longest = SHORTER * report.step;
+                    let full = self.short.map_or(report.step, |short| short.full);
+                    self.short = Some(ShortSteps { longest, full });
+                    if !(longest >= (SHORTEST * full).max(ROUND_OFF * end)) {
+                        return Err(Broken { step: Some(report.step), ..broken }.into());
+                    }
+                    target = before.time + longest;
+                    reason = Some(broken);
+                }
+                Err(error) => {
+                    *state = before;
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    /// What breaks a limit between two states; nothing, and all is taken over, if the step may be accepted.
+    fn look(
+        &mut self,
+        workspace: &mut Workspace,
+        before: &State,
+        after: &State,
+    ) -> Result<Option<Broken>> {
+        let due = after.step.is_multiple_of(self.every);
+        let mut all = Vec::with_capacity(self.all.len());
+        for listed in &mut self.all {
+            if !due && !listed.law.sees_every_step() {
+                all.push(None);
+                continue;
+            }
+            let mut step = Step { workspace: &mut *workspace, before, after };
+            let said = listed.law.look(&mut step, &listed.memory)?;
+            if listed.breaks(&said) {
+                return Ok(Some(listed.broken(said, after.time)));
+            }
+            all.push(Some(said));
+        }
+        for (listed, said) in self.all.iter_mut().zip(all) {
+            match said {
+                Some(said) => listed.accept(said, after.time),
+                None => listed.row.fill(f64::NAN),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Lets steps grow again to what they were.
+    fn grow(&mut self) {
+        let longer = |short: ShortSteps| ShortSteps { longest: GROWTH * short.longest, ..short };
+        self.short = self.short.map(longer).filter(|short| short.longest < short.full);
+    }
+
+    /// Writes what later steps depend on.
+    pub(crate) fn store(&self, record: &mut Record) {
+        record.flag(self.begun);
+        record.option(self.short, |record, short| record.numbers(&[short.longest, short.full]));
+        for listed in &self.all {
+            record.numbers(&listed.memory);
+            record.numbers(&[listed.worst.0, listed.worst.1]);
+        }
+    }
+
+    /// Takes over what those of the same scene have written.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    pub(crate) fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
+        self.begun = reading.flag()?;
+        self.short = reading.option(|reading| match reading.numbers()?[..] {
+            [longest, full] => Ok(ShortSteps { longest, full }),
+            _ => Err(Malformed),
+        })?;
+        for listed in &mut self.all {
+            listed.memory = reading.numbers()?;
+            let [value, time] = reading.numbers()?[..] else { return Err(Malformed) };
+            listed.worst = (value, time);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,84 @@
+//! Laws of nature that a run is held to: what `[invariants]` lists.
+//!
+//! Each is a [`Law`]: it looks at a step, from one state to the next, and says what is in the ledger's row and how
+//! far the law is broken. Beyond the limit of the scene a step is refused and tried again shorter, from the same
+//! state to the bit; where no shorter step keeps the law the run fails with [`Broken`]. A law remembers nothing but
+//! numbers, which are part of a checkpoint.
+
+mod broken;
+mod crossings;
+mod energy;
+mod forces;
+mod listed;
+mod topology;
+mod totals;
+
+pub use broken::Broken;
+pub(crate) use listed::Invariants;
+
+use super::Result;
+use crate::model::{Evaluation, State};
+use crate::solve::Workspace;
+
+/// A step that laws look at.
+pub(super) struct Step<'a> {
+    workspace: &'a mut Workspace,
+    /// Where it began.
+    before: &'a State,
+    /// Where it led.
+    after: &'a State,
+}
+
+impl Step<'_> {
+    /// The model where the step began.
+    fn before(&mut self) -> Evaluation<'_> {
+        self.workspace.at(self.before)
+    }
+
+    /// And where it led.
+    fn after(&mut self) -> Evaluation<'_> {
+        self.workspace.at(self.after)
+    }
+}
+
+/// What a law says of a step.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Said {
+    /// Its columns of the ledger.
+    row: Vec<f64>,
+    /// What the limit is for: 0 where the law holds.
+    value: f64,
+    /// Where and by what it is broken, in words; asked for beyond the limit only.
+    place: String,
+    /// What it remembers of the run if the step is accepted.
+    memory: Vec<f64>,
+}
+
+/// A law of nature.
+pub(super) trait Law: Send {
+    /// What it says, as in "the net force and torque on a free sheet".
+    fn name(&self) -> String;
+
+    /// What to try where it is broken.
+    fn advice(&self) -> &'static str;
+
+    /// Its columns of the ledger, with units.
+    fn columns(&self) -> Vec<String>;
+
+    /// Whether it has to see every step.
+    fn sees_every_step(&self) -> bool {
+        false
+    }
+
+    /// What it says of the state that a run begins with.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Said>;
+
+    /// What it says of a step, where `memory` is that of the steps before.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    fn look(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Said>;
+}

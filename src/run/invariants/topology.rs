@@ -1,0 +1,46 @@
+//! Gauss and Bonnet: angle defects inside and turning along the boundary add up to 2πχ.
+
+use super::{Law, Said, Step};
+use crate::geometry::TotalCurvature;
+use crate::model::State;
+use crate::run::Result;
+use crate::sheet::Sheet;
+use crate::solve::Workspace;
+
+/// The law; it remembers nothing.
+pub(super) struct GaussBonnet;
+
+fn said(sheet: &Sheet, state: &State) -> Said {
+    let TotalCurvature { defect, worst } = TotalCurvature::of(sheet, &state.x);
+    let place = match worst {
+        None => "though every triangle is sound: the topology contradicts itself".to_owned(),
+        Some(t) => format!(
+            "triangle {t} (vertices {:?}) has angles that do not add up to pi",
+            sheet.triangles()[t]
+        ),
+    };
+    Said { row: vec![defect], value: defect.abs(), place, memory: Vec::new() }
+}
+
+impl Law for GaussBonnet {
+    fn name(&self) -> String {
+        "the theorem of Gauss and Bonnet (radians)".into()
+    }
+
+    fn advice(&self) -> &'static str {
+        "round-off of a million triangles is below 1e-9; where a triangle has lost a side, use a finer mesh or a \
+         smoother length factor"
+    }
+
+    fn columns(&self) -> Vec<String> {
+        vec!["Gauss-Bonnet defect [rad]".into()]
+    }
+
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Said> {
+        Ok(said(workspace.model.sheet(), state))
+    }
+
+    fn look(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Said> {
+        Ok(said(step.workspace.model.sheet(), step.after))
+    }
+}

@@ -1,0 +1,139 @@
+//! The same bits on 1, 2 and 4 threads, and where a run is continued with another number of them: both models of the
+//! paper, every policy, every integrator.
+
+use std::path::Path;
+
+use super::program::{folder, rumple, text};
+use super::resumed::{assert_same, checkpoints, stopped};
+
+/// Parallel loops hand out blocks of 512 entries: with so many vertices every loop over vertices has three of them.
+const VERTICES: &str = "sheet.vertices=1100";
+
+/// A gentle dome: what differs is its kinetics.
+const SCENE: &str = r#"
+[sheet]
+shape = "disc"
+radius = 20.0
+vertices = 1100
+imperfection = { amplitude = 1e-3, seed = 7 }
+[material]
+young = 1e3
+poisson = 0.3333333333333333
+thickness = 2.0
+drag = 10.0
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "z"
+[[effect]]
+kind = "pressure"
+value = 0.5
+[[effect]]
+kind = "diffusion"
+species = "SPECIES"
+coefficient = 1.0
+[invariants]
+energy = true
+gauss-bonnet = true
+crossings = true
+[kinetics]
+KINETICS
+[output]
+every = 0.005
+[time]
+until = 0.02
+"#;
+
+const MODELS: [(&str, &str, &str); 2] = [
+    (
+        "model I",
+        "c",
+        "plugin = \"curvature-feedback\"
+        parameters = { c_star = 0.4, b = 3.0, w = 2.0, H_s = 0.5, lambda_min = 0.95 }
+        initial.c = { gaussian = { width = 8.0, amplitude = 0.3 } }",
+    ),
+    (
+        "model II",
+        "m",
+        "plugin = \"tension-feedback\"
+        parameters = { a = 0.1, alpha = 0.05 }
+        initial.m = { gaussian = { width = 8.0, amplitude = 0.3 } }",
+    ),
+];
+
+/// Integrators, the time to which they run, and the time between checkpoints where those are a part of what is
+/// computed.
+#[rustfmt::skip]
+const INTEGRATORS: [(&str, &str, Option<&str>); 9] = [
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3", "0.02", None),
+    ("kind=\"staggered\",method=\"euler\",step=0.005", "0.02", None),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"euler\",chemistry=\"exponential\"", "0.02", None),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"tr-bdf2\",chemistry=\"bdf\"", "0.01", None),
+    ("kind=\"monolithic\",method=\"bdf\",rtol=1e-3,atol=1e-3", "0.01", Some("0.004")),
+    ("kind=\"monolithic\",method=\"tr-bdf2\",rtol=1e-3,atol=1e-3", "0.01", Some("0.004")),
+    ("kind=\"monolithic\",method=\"esdirk34\",rtol=1e-3,atol=1e-3", "0.01", Some("0.004")),
+    ("kind=\"explicit\",step=2e-4", "0.002", None),
+    ("kind=\"explicit\",method=\"tsit45\",rtol=1e-3,atol=1e-3", "0.001", Some("0.0004")),
+];
+
+/// Runs it on 1, 2 and 4 threads, and on from its middle with `other` threads.
+fn same_bits(scene: &str, name: &str, keys: &[&str], other: &str) {
+    let folder = folder(scene);
+    let run = |threads: &str| {
+        let mut args = vec!["run", "scene.toml", "--out", threads, "--threads", threads, "--quiet"];
+        args.extend(keys.iter().flat_map(|key| ["--set", *key]));
+        let out = rumple(folder.path(), &args);
+        assert!(out.status.success(), "{name} {keys:?}: {}", text(&out.stderr));
+        folder.path().join(threads)
+    };
+    let [one, two, four] = ["1", "2", "4"].map(run);
+    let threads = |n: &Path, what: &str| assert_same(&one, n, &format!("{name} {keys:?}, {what}"));
+    threads(&two, "2 threads");
+    threads(&four, "4 threads");
+    let middle = checkpoints(&two).len() / 2;
+    assert!(middle > 0, "{name} {keys:?}");
+    let on = folder.path().join("on");
+    stopped(&two, &on, middle);
+    let out = rumple(folder.path(), &["resume", "on", "--threads", other, "--quiet"]);
+    assert!(out.status.success(), "{name} {keys:?}: {}", text(&out.stderr));
+    threads(&on, &format!("continued with {other} threads"));
+}
+
+#[test]
+fn every_model_policy_and_integrator() {
+    for (k, (name, species, kinetics)) in MODELS.into_iter().enumerate() {
+        let scene = SCENE.replace("SPECIES", species).replace("KINETICS", kinetics);
+        for policy in ["quasi-static", "simultaneous", "chemistry-fast"] {
+            let fits = |kind: &str| policy == "simultaneous" || !kind.contains("explicit\"");
+            for (kind, until, every) in INTEGRATORS.into_iter().filter(|i| fits(i.0)) {
+                let integrator = format!("time.integrator={{{kind}}}");
+                let policy = format!("time.policy={policy:?}");
+                let until = format!("time.until={until}");
+                let every = format!("checkpoint.every={}", every.unwrap_or("1e-9"));
+                let keys =
+                    [VERTICES, &policy, &integrator, &until, &every, "checkpoint.keep=100000"];
+                same_bits(&scene, name, &keys, ["1", "4"][k]);
+            }
+        }
+    }
+}
+
+/// What the comparison is for: it tells runs apart that differ in the last digit of one number.
+#[test]
+fn a_last_digit_is_seen() {
+    let (_, species, kinetics) = MODELS[0];
+    let scene = SCENE.replace("SPECIES", species).replace("KINETICS", kinetics);
+    let folder = folder(&scene);
+    for (out, value) in [("a", "0.5"), ("b", "0.5000000000000001")] {
+        let key = format!("effect[3].value={value}");
+        let args = ["run", "scene.toml", "--out", out, "--set", &key, "--set", "time.until=0.005"];
+        assert!(rumple(folder.path(), &args).status.success());
+    }
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    let differs = std::panic::catch_unwind(|| assert_same(&a, &b, "")).is_err();
+    assert!(differs);
+}

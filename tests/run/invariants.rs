@@ -1,0 +1,393 @@
+//! Laws of nature that a run is held to: where they hold, and that planted violations are caught.
+
+use std::path::Path;
+use std::process::Output;
+
+use rumple::Simulation;
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+
+use super::program::{folder, rumple, text};
+use crate::common;
+use crate::coupled::DOME;
+use crate::plugins::build;
+
+/// The columns of a ledger.
+struct Ledger {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Ledger {
+    fn of(directory: &Path) -> Self {
+        let all = std::fs::read_to_string(directory.join("ledger.csv")).unwrap();
+        let mut lines = all.lines();
+        let names = lines.next().unwrap().split(',').map(str::to_owned).collect();
+        let row = |line: &str| line.split(',').map(|v| v.parse().unwrap()).collect();
+        Self { names, rows: lines.map(row).collect() }
+    }
+
+    fn column(&self, name: &str) -> Vec<f64> {
+        let found = self.names.iter().position(|n| n == name);
+        let k = found.unwrap_or_else(|| panic!("{name} in {:?}", self.names));
+        self.rows.iter().map(|row| row[k]).collect()
+    }
+
+    fn last(&self, name: &str) -> f64 {
+        *self.column(name).last().unwrap()
+    }
+
+    fn largest(&self, name: &str) -> f64 {
+        self.column(name)
+            .iter()
+            .fold(0.0, |m, v| if v.abs() > m || v.is_nan() { v.abs() } else { m })
+    }
+}
+
+/// A run by the program with these keys of `[invariants]` and others.
+fn run(scene: &str, laws: &str, keys: &[&str]) -> (tempfile::TempDir, Output) {
+    let folder = folder(&format!("{scene}\n[invariants]\n{laws}\n"));
+    let mut args = vec!["run", "scene.toml", "--out", "result"];
+    args.extend(keys.iter().flat_map(|key| ["--set", *key]));
+    let out = rumple(folder.path(), &args);
+    (folder, out)
+}
+
+/// The ledger of a run that keeps its laws.
+fn kept(scene: &str, laws: &str, keys: &[&str]) -> Ledger {
+    let (folder, out) = run(scene, laws, keys);
+    assert!(out.status.success(), "{laws} {keys:?}: {}", text(&out.stderr));
+    Ledger::of(&folder.path().join("result"))
+}
+
+/// What a run says that ends with this exit code.
+fn refused(code: i32, scene: &str, laws: &str, keys: &[&str]) -> String {
+    let (_folder, out) = run(scene, laws, keys);
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(code), "{laws} {keys:?}: {said}");
+    said.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn assert_says(said: &str, all: &[&str]) {
+    for part in all {
+        assert!(said.contains(part), "`{part}` in {said}");
+    }
+}
+
+/// A free sheet that grows where there is much of a, which turns into b and back.
+const FREE: &str = r#"
+[sheet]
+shape = "disc"
+radius = 6.0
+vertices = 150
+bump = { amplitude = 0.2, width = 3.0 }
+[material]
+young = 1e3
+poisson = 0.3333333333333333
+thickness = 0.5
+drag = 10.0
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "diffusion"
+species = "a"
+coefficient = 1.0
+[[effect]]
+kind = "diffusion"
+species = "b"
+coefficient = 0.1
+[kinetics]
+measure = "amount"
+rates.a = "b - 2*a*mean_curvature^2 - a*b"
+rates.b = "a*b + 2*a*mean_curvature^2 - b"
+length_factor = "1 + 0.1*a"
+initial.a = { gaussian = { width = 2.0, amplitude = 1.0 } }
+initial.b = 0.1
+[time]
+policy = "simultaneous"
+until = 1.0
+"#;
+
+const ALL: &str = "energy = 1e-2\nforce = 1e-9\ngauss-bonnet = 1e-9\ncrossings = 0\ntotals = { \"a + b\" = 1e-9 }";
+
+#[test]
+fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
+    let (folder, out) = run(FREE, ALL, &[]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    for law in
+        ["energy: at most", "force: at most", "gauss-bonnet: at most", "crossings: at most 0"]
+    {
+        assert!(text(&out.stdout).contains(law), "{}", text(&out.stdout));
+    }
+    let plain = FREE.to_owned();
+    std::fs::write(folder.path().join("plain.toml"), plain).unwrap();
+    let out = rumple(folder.path(), &["run", "plain.toml", "--out", "plain"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let [held, free] = ["result", "plain"].map(|name| Ledger::of(&folder.path().join(name)));
+    let added: Vec<&String> = held.names.iter().filter(|name| !free.names.contains(name)).collect();
+    let expected = [
+        "work against drag [energy]",
+        "work of growth [energy]",
+        "energy imbalance [energy]",
+        "energy imbalance of the step, relative",
+        "change of the total of a + b [amount]",
+        "net force [force]",
+        "net force, relative",
+        "net torque [force length]",
+        "net torque, relative",
+        "Gauss-Bonnet defect [rad]",
+        "crossings [pairs of triangles]",
+    ];
+    assert_eq!(added, expected);
+    assert_eq!(free.names.len() + added.len(), held.names.len());
+    // Looking changes nothing of what is computed.
+    for name in ["time", "total a", "total energy [energy]", "force residual"] {
+        assert_eq!(held.column(name), free.column(name), "{name}");
+    }
+    let frame = |name: &str| {
+        std::fs::read(folder.path().join(name).join("frames/frame_000001.vtu")).unwrap()
+    };
+    assert!(frame("result") == frame("plain"));
+    // It moves: the laws had something to hold.
+    assert!(
+        held.last("work against drag [energy]") > 1e-3,
+        "{}",
+        held.last("work against drag [energy]")
+    );
+    assert!(held.largest("net force, relative") > 0.0);
+    let (a, largest) = (held.column("total a"), held.largest("total b"));
+    assert!((a[0] - a[a.len() - 1]).abs() > 0.01 * largest);
+}
+
+/// Policies and shapes for which all of it holds as well.
+#[test]
+fn laws_hold_under_every_policy_on_open_and_closed_sheets() {
+    for policy in ["quasi-static", "chemistry-fast"] {
+        let steady = "kinetics.rates={a=\"0.1*exp(-t)*(b - a)\",b=\"0.1*exp(-t)*(a - b)\"}";
+        let keys = [format!("time.policy={policy:?}")];
+        let mut keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let mut laws = ALL;
+        if policy == "chemistry-fast" {
+            // Its chemistry has no steady state of a total that stays.
+            keys.push("kinetics.rates={a=\"exp(-t) - a\",b=\"a - b\"}");
+            laws = "energy = 1e-2\nforce = 1e-9\ngauss-bonnet = 1e-9";
+        } else {
+            keys.push(steady);
+        }
+        kept(FREE, laws, &keys);
+    }
+    let sphere = FREE.replace("shape = \"disc\"", "shape = \"sphere\"");
+    let sphere = sphere.replace("bump = { amplitude = 0.2, width = 3.0 }\n", "");
+    let pressed = [
+        "effect=[{kind=\"stretching\"},{kind=\"bending\"},{kind=\"pressure\",value=0.3}]",
+        "kinetics.rates={a=\"0\",b=\"0\"}",
+    ];
+    kept(&sphere, ALL, &pressed);
+}
+
+/// Fall of the energy = works, to the order of the integrator: with growth and a pressure that stays.
+#[test]
+fn the_imbalance_of_the_energy_falls_with_the_order_of_the_integrator() {
+    let imbalance = |integrator: &str, step: f64| {
+        let key = format!("time.integrator={{{integrator}}}").replace("STEP", &format!("{step}"));
+        let ledger = kept(DOME, "energy = true", &[&key, "time.until=0.8"]);
+        assert!(ledger.last("work against drag [energy]") > 0.0);
+        let steps = ledger.rows.len() as f64 - 1.0;
+        (ledger.last("energy imbalance [energy]").abs(), steps)
+    };
+    let fixed = "kind=\"staggered\",method=\"euler\",shape=\"euler\",step=STEP";
+    let controlled = "kind=\"staggered\",rtol=STEP,atol=STEP";
+    for (integrator, [coarse, fine], [least, most]) in
+        [(fixed, [0.02, 0.005], [0.8, 1.4]), (controlled, [1e-4, 1e-6], [1.6, 3.5])]
+    {
+        let [coarse, fine] = [coarse, fine].map(|step| imbalance(integrator, step));
+        let order = (coarse.0 / fine.0).ln() / (fine.1 / coarse.1).ln();
+        assert!(order > least && order < most, "{integrator}: {order} {coarse:?} {fine:?}");
+    }
+}
+
+/// Ramps, pins that move and constraints do work of their own; without it the balance would be wrong by it.
+#[test]
+fn the_works_of_ramps_moved_pins_and_constraints_are_in_the_balance() {
+    let base = "{kind=\"stretching\"},{kind=\"bending\"}";
+    let closed = DOME.replace("shape = \"disc\"", "shape = \"sphere\"");
+    let ramp = "ramp={formula=\"t\"}";
+    let rim = "{kind=\"pin\",where=\"rim\",axes=\"z\"";
+    let pole =
+        "{kind=\"pin\",where={ring={inner=0.0,outer=4.0}},axes=\"z\",displacement=[0.0,0.0,2.0]";
+    let cases = [
+        (DOME, "work of loads [energy]", format!("{rim}}},{{kind=\"pressure\",value=0.5,{ramp}}}")),
+        (DOME, "work of pins [energy]", format!("{rim}}},{pole},{ramp}}}")),
+        (
+            closed.as_str(),
+            "work of constraints [energy]",
+            "{kind=\"volume\",exact=true,ramp={formula=\"1 + 0.2*t\"}}".to_owned(),
+        ),
+    ];
+    for (scene, work, more) in &cases {
+        let effects = format!("effect=[{base},{more}]");
+        for policy in ["quasi-static", "simultaneous"] {
+            let keys = [
+                effects.as_str(),
+                &format!("time.policy={policy:?}"),
+                "kinetics.initial.c=0.0",
+                "kinetics.parameters.w=0.0",
+                "time.integrator={kind=\"staggered\",rtol=1e-4,atol=1e-4,longest_step=0.02}",
+            ];
+            if work.contains("constraints") && policy == "simultaneous" {
+                let said = refused(2, scene, "energy = true", &keys);
+                assert_says(&said, &["under drag the work of a constraint", "stiffness"]);
+                continue;
+            }
+            let ledger = kept(scene, "energy = true", &keys);
+            let (done, left) = (ledger.largest(work), ledger.largest("energy imbalance [energy]"));
+            assert!(done > 0.0 && left < 2e-2 * done, "{work}, {policy}: {done} {left}");
+        }
+    }
+}
+
+/// Beyond the limit steps are made shorter; where none is short enough the run ends and says which law.
+#[test]
+fn a_crude_integrator_is_held_to_the_balance_of_the_energy() {
+    let crude = "time.integrator={kind=\"staggered\",method=\"euler\",shape=\"euler\",step=0.2}";
+    let free = kept(DOME, "energy = true", &[crude]);
+    let relative = "energy imbalance of the step, relative";
+    assert!(free.largest(relative) > 0.02, "{}", free.largest(relative));
+    let held = kept(DOME, "energy = 0.005", &[crude]);
+    assert!(held.largest(relative) <= 0.005, "{}", held.largest(relative));
+    assert!(held.rows.len() > free.rows.len() && held.column("rejected").iter().sum::<f64>() > 0.0);
+    let turned = held.last("work against drag [energy]");
+    let [held, free] = [&held, &free].map(|run| run.last("energy imbalance [energy]").abs());
+    assert!(held < 0.3 * free && held < 0.03 * turned, "{held} {free} {turned}");
+    let said = refused(1, DOME, "energy = 0", &[crude]);
+    assert_says(
+        &said,
+        &["balance of the energy", "energy allows 0", "no step is short enough", "rtol"],
+    );
+}
+
+#[test]
+fn a_law_that_makes_what_should_stay_is_caught() {
+    let planted = "kinetics.rates.a=\"b - a + 0.01*step(t - 0.5)\"";
+    let keys = [planted, "kinetics.rates.b=\"a - b\""];
+    let said = refused(1, FREE, "totals = { \"a + b\" = 1e-9 }", &keys);
+    assert_says(
+        &said,
+        &[
+            "the total of a + b",
+            "does not hold at time 0.5",
+            "no step is short enough",
+            "the total was",
+        ],
+    );
+    // From the beginning it is no law of this scene; nor is a total that turns into another.
+    let keys = ["kinetics.rates.a=\"b - a + 0.01\"", "kinetics.rates.b=\"a - b\""];
+    for (laws, keys) in
+        [("totals = { \"a + b\" = 1e-9 }", keys), ("totals = { a = true }", [planted, keys[1]])]
+    {
+        assert_says(
+            &refused(2, FREE, laws, &keys),
+            &["invariants.totals", "the laws make", "at vertex"],
+        );
+    }
+    // With weights it may be one.
+    let keys = ["kinetics.rates.a=\"2*b - 2*a\"", "kinetics.rates.b=\"a - b\""];
+    kept(FREE, "totals = { \"a + 2 b\" = 1e-9 }", &keys);
+    let said = refused(2, FREE, "totals = { \"a + d\" = true }", &[]);
+    assert_says(&said, &["`d` is no species", "a, b"]);
+    let said =
+        refused(2, FREE, "totals = { \"a + b\" = true }", &["kinetics.measure=\"concentration\""]);
+    assert_says(&said, &["nothing dilutes it", "measure = \"amount\""]);
+}
+
+#[test]
+fn a_load_that_is_not_balanced_is_caught() {
+    let load = |ramp: &str| {
+        format!(
+            "effect=[{{kind=\"stretching\"}},{{kind=\"bending\"}},{{kind=\"load\",where=\"all\",\
+             force={{per-area=[0.01,0.0,0.0]}}{ramp}}}]"
+        )
+    };
+    // Between the times that are asked before.
+    let later = load(",ramp={formula=\"step(t - 0.4)*step(0.5 - t)\"}");
+    let keys = [later.as_str(), "time.integrator.longest_step=0.03"];
+    let said = refused(1, FREE, "force = 1e-9", &keys);
+    assert_says(
+        &said,
+        &["forces and torques of a free sheet", "does not hold at time 0.4", "load pulls with"],
+    );
+    let said = refused(2, FREE, "force = 1e-9", &[&load("")]);
+    assert_says(&said, &["pushed from outside", "load pulls with"]);
+    let clamped = DOME;
+    assert_says(&refused(2, clamped, "force = true", &[]), &["not free", "pins hold vertex"]);
+}
+
+/// The pole of a sphere that is pushed through the other one.
+#[test]
+fn a_sheet_that_passes_through_itself_is_caught() {
+    let scene = &std::fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let ledger = kept(scene, "crossings = true", &[]);
+    assert!(ledger.last("crossings [pairs of triangles]") > 5.0);
+    assert_eq!(ledger.column("crossings [pairs of triangles]")[0], 0.0);
+    let said = refused(1, scene, "crossings = 0", &[]);
+    assert_says(
+        &said,
+        &["does not pass through itself", "crossings allows 0", "first triangles", "near ("],
+    );
+}
+
+/// A step that is refused leaves the state as it was, to the bit; between looks nothing is said.
+#[test]
+fn a_refused_step_changes_nothing() {
+    let planted = "kinetics.rates.a=\"b - a + 0.01*step(t - 0.5)\"";
+    let scene = format!(
+        "{FREE}\n[invariants]\nevery = 3\ngauss-bonnet = true\ntotals = {{ \"a + b\" = 1e-9 }}"
+    );
+    let keys = [planted, "kinetics.rates.b=\"a - b\"", "time.integrator.longest_step=0.04"];
+    let (_, mut simulation) = common::prepare(&scene, &keys);
+    simulation.prepare().unwrap();
+    let error = loop {
+        let before = simulation.state().clone();
+        if let Err(error) = simulation.step(1.0) {
+            assert!(*simulation.state() == before);
+            break error;
+        }
+        assert!(simulation.state().time < 0.7);
+    };
+    assert!(
+        matches!(&error, rumple::Error::Broken(broken) if broken.key == "totals.\"a + b\""),
+        "{error}"
+    );
+    let every = kept(FREE, "every = 3\ngauss-bonnet = true", &[]);
+    for (step, defect) in every.column("Gauss-Bonnet defect [rad]").iter().enumerate() {
+        assert_eq!(defect.is_nan(), step % 3 != 0, "{step}");
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_its_place() {
+    let refusal = |laws: &str, keys: &[&str]| {
+        let keys: Vec<String> = keys.iter().map(|key| (*key).to_owned()).collect();
+        let search = Search::in_directories(vec![build::directory().to_owned()]);
+        let made = Scene::parse(&format!("{FREE}\n[invariants]\n{laws}\n"), "scene.toml", &keys);
+        let made = made.map_err(rumple::Error::from).and_then(|s| Simulation::new(&s, &search));
+        match made {
+            Err(rumple::Error::Scene(error)) => error.rendered(false),
+            Err(error) => panic!("{error}"),
+            Ok(_) => panic!("{laws} is accepted"),
+        }
+    };
+    for (laws, keys, says) in [
+        ("energy = false", &[][..], "true, to be watched"),
+        ("energy = -1.0", &[], "a number from 0"),
+        ("every = 0", &[], "an integer from 1"),
+        ("gauss_bonnet = 1", &[], "gauss-bonnet"),
+        ("totals = [\"a\"]", &[], "totals"),
+        ("energy = true", &["effect=[]"], "no effect of the scene has an energy"),
+    ] {
+        let said = refusal(laws, keys);
+        assert!(said.contains(says), "{laws}: {said}");
+    }
+}
