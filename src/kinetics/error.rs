@@ -283,6 +283,19 @@ pub enum KineticsError {
         /// The value after the call.
         after: f64,
     },
+    /// A plugin changed what belongs to the whole process, or to the thread that called it.
+    #[error("plugin `{plugin}` {what} in {call}: a law may write to its outputs only")]
+    Misbehaves {
+        /// The plugin.
+        plugin: String,
+        /// Which call.
+        call: &'static str,
+        /// What it does.
+        what: String,
+    },
+    /// A plugin in a process of its own ended that, or did not answer; or there is no such process.
+    #[error("{0}")]
+    Isolated(String),
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]
     BadInput {

@@ -39,7 +39,7 @@ impl std::fmt::Display for Ended {
         }
         match how {
             &EXIT => f.write_str(": it calls exit"),
-            signal => write!(f, ": {} (signal {signal})", system::meaning(*signal)),
+            signal => write!(f, ": {} (signal {signal})", meaning(*signal)),
         }
     }
 }
@@ -63,6 +63,11 @@ pub fn ended() -> Option<Ended> {
         number => CallOwner::Own(number),
     };
     Some(Ended { call: under_way(owner)?, own: owner != CallOwner::Other, how })
+}
+
+/// What a signal means, in words.
+pub(super) fn meaning(signal: i32) -> &'static str {
+    system::meaning(signal)
 }
 
 /// Ends the program at once, without the hooks of an exit.

@@ -14,7 +14,9 @@ use smallvec::SmallVec;
 use super::Library;
 use super::call::Call;
 use super::inputs::Inputs;
-use super::watch;
+use super::intact::Intact;
+use super::shape::{Shape, check};
+use super::{late, watch};
 use crate::batch::{Batch, Column};
 use crate::descriptor::{Descriptor, Location};
 use crate::error::KineticsError;
@@ -28,7 +30,7 @@ pub struct PluginKinetics {
     instance: *mut c_void,
     calls: AtomicUsize,
     /// Whether parameters that differ from point to point are handed over as columns.
-    takes_fields: bool,
+    pub(super) takes_fields: bool,
 }
 
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
@@ -43,9 +45,16 @@ unsafe impl Sync for PluginKinetics {}
 impl Drop for PluginKinetics {
     fn drop(&mut self) {
         if let Some(destroy) = self.library.destroy {
-            let _watched = watch::begin(&of_instance(&self.library, "destroy"));
-            // SAFETY: made by `create` of the same library, and never used again.
-            unsafe { destroy(self.instance) };
+            let call = of_instance(&self.library, "destroy");
+            let intact = Intact::before(true);
+            {
+                let _watched = watch::begin(&call);
+                // SAFETY: made by `create` of the same library, and never used again.
+                unsafe { destroy(self.instance) };
+            }
+            if let Some(what) = intact.after() {
+                late::tell(&call.fault(what));
+            }
         }
     }
 }
@@ -73,16 +82,14 @@ enum Function {
 struct Wanted {
     name: &'static str,
     function: Function,
-    signals: usize,
-    values: usize,
-    partials: usize,
+    shape: Shape,
 }
 
 impl PluginKinetics {
     /// An instance with all its parameters, in the order of the descriptor.
     pub(super) fn new(library: &Arc<Library>, parameters: Vec<f64>) -> Result<Self, KineticsError> {
         let mut instance = ptr::null_mut();
-        of_instance(library, "create").run(|report| {
+        of_instance(library, "create").run(true, |report| {
             // SAFETY: as many parameters as the descriptor has; `instance` is ours to be written.
             library.create.map_or(abi::Status::FATAL, |create| unsafe {
                 create(parameters.as_ptr(), parameters.len(), &raw mut instance, report)
@@ -99,19 +106,6 @@ impl PluginKinetics {
         &self.library
     }
 
-    fn check(
-        &self,
-        what: &'static str,
-        expected: usize,
-        found: usize,
-    ) -> Result<(), KineticsError> {
-        if expected == found {
-            return Ok(());
-        }
-        let plugin = self.library.descriptor.name.clone();
-        Err(KineticsError::Shape { plugin, what, expected, found })
-    }
-
     /// Checks that all columns are there and long enough, so that pointers to them may be given
     /// away, and calls the plugin.
     fn evaluate(
@@ -121,23 +115,10 @@ impl PluginKinetics {
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let descriptor = &self.library.descriptor;
-        self.check("species columns", descriptor.species.len(), batch.species.len())?;
-        self.check("signal columns", wanted.signals, batch.signals.len())?;
-        self.check("output columns", wanted.values, values.len())?;
-        self.check("derivative columns", wanted.partials, partials.len())?;
-        for column in batch.inputs().chain(batch.parameters) {
-            let readable =
-                if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
-            self.check("values of an input", batch.count, readable)?;
-        }
-        for column in values.iter().chain(partials.iter()) {
-            self.check("values of an output", batch.count, column.len())?;
-        }
+        check(&self.library.descriptor, wanted.shape, batch, values, partials)?;
         if batch.parameters.is_empty() {
             return self.call(wanted, batch, values, partials);
         }
-        self.check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
         if self.takes_fields {
             self.call(wanted, batch, values, partials)
         } else {
@@ -196,7 +177,7 @@ impl PluginKinetics {
             count: batch.count,
             library: self.library.number,
         };
-        let outcome = call.run(|report| {
+        let outcome = call.run(watched, |report| {
             let (batch, values) = (inputs.raw(), values.as_ptr());
             // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
             unsafe {
@@ -238,9 +219,7 @@ impl Kinetics for PluginKinetics {
         let wanted = Wanted {
             name: "rates",
             function: Function::Values(self.library.rates),
-            signals: self.descriptor().signal_columns(),
-            values: self.descriptor().species.len(),
-            partials: 0,
+            shape: Shape::of_rates(self.descriptor(), false),
         };
         self.evaluate(&wanted, batch, rates, &mut [])
     }
@@ -254,14 +233,10 @@ impl Kinetics for PluginKinetics {
         if self.library.rate_partials.is_none() {
             return differences::rate_partials(self, batch, rates, partials);
         }
-        let descriptor = self.descriptor();
-        let species = descriptor.species.len();
         let wanted = Wanted {
             name: "rate_partials",
             function: Function::Partials(self.library.rate_partials),
-            signals: descriptor.signal_columns(),
-            values: species,
-            partials: species * descriptor.inputs(),
+            shape: Shape::of_rates(self.descriptor(), true),
         };
         self.evaluate(&wanted, batch, rates, partials)
     }
@@ -272,7 +247,7 @@ impl Kinetics for PluginKinetics {
             return Ok(None);
         }
         let (name, function) = ("length_factor", Function::Values(self.library.length_factor));
-        let wanted = Wanted { name, function, signals: 0, values: 1, partials: 0 };
+        let wanted = Wanted { name, function, shape: Shape { signals: 0, values: 1, partials: 0 } };
         self.evaluate(&wanted, batch, &mut [factor], &mut [])
     }
 
@@ -287,8 +262,9 @@ impl Kinetics for PluginKinetics {
         }
         let function = Function::Partials(self.library.length_factor_partials);
         let name = "length_factor_partials";
-        let species = self.library.descriptor.species.len();
-        let wanted = Wanted { name, function, signals: 0, values: 1, partials: species };
+        let partials_wanted = self.library.descriptor.species.len();
+        let shape = Shape { signals: 0, values: 1, partials: partials_wanted };
+        let wanted = Wanted { name, function, shape };
         self.evaluate(&wanted, batch, &mut [factor], partials)
     }
 
@@ -306,12 +282,11 @@ impl Kinetics for PluginKinetics {
             return Ok(None);
         }
         let descriptor = self.descriptor();
+        let (signals, values_wanted) = (descriptor.signal_columns(), descriptor.observables.len());
         let wanted = Wanted {
             name: "observe",
             function: Function::Values(self.library.observe),
-            signals: descriptor.signal_columns(),
-            values: descriptor.observables.len(),
-            partials: 0,
+            shape: Shape { signals, values: values_wanted, partials: 0 },
         };
         self.evaluate(&wanted, batch, values, &mut [])
     }

@@ -1,0 +1,57 @@
+//! What a plugin must leave as it is: floating-point arithmetic, the folder, open files, the process.
+//!
+//! Arithmetic and forks are looked at after every call, which costs some nanoseconds; what costs
+//! system calls, after calls that are watched closely. What can be put back is.
+
+mod float;
+#[cfg(unix)]
+mod process;
+#[cfg(not(unix))]
+#[path = "intact/no_process.rs"]
+mod process;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use float::Float;
+use process::Process;
+#[cfg(target_os = "linux")]
+pub(super) use process::keep;
+pub(super) use process::{begin_to_look, moved};
+
+/// Whether every call is watched closely, as in a process that does nothing else.
+static CLOSELY: AtomicBool = AtomicBool::new(false);
+
+/// Watches every call closely from now on.
+#[cfg(target_os = "linux")]
+pub(super) fn watch_closely() {
+    CLOSELY.store(true, Ordering::Relaxed);
+}
+
+/// What there was before a call.
+#[derive(Debug)]
+pub(super) struct Intact {
+    float: Float,
+    forks: usize,
+    process: Option<Process>,
+}
+
+impl Intact {
+    /// Looks before a call, closely or not.
+    pub(super) fn before(closely: bool) -> Self {
+        let closely = closely || CLOSELY.load(Ordering::Relaxed);
+        Self {
+            float: Float::now(),
+            forks: process::forks(),
+            process: closely.then(Process::now),
+        }
+    }
+
+    /// Looks after the call, and puts back what can be: what the plugin does that it must not.
+    pub(super) fn after(self) -> Option<String> {
+        process::end_copies(self.process.as_ref());
+        let float = self.float.restore();
+        let forks = (process::forks() != self.forks).then(|| "forks the process".to_owned());
+        let process = self.process.and_then(Process::restore);
+        float.or(forks).or(process)
+    }
+}
