@@ -205,7 +205,8 @@ pub fn main() -> ExitCode {
         Command::Plugin(args) => plugin::run(args),
     };
     // A plugin may do wrong where no call can say so.
-    let result = result.and_then(|()| late_fault().map_or(Ok(()), |text| Err(Error::Incomplete(text))));
+    let result =
+        result.and_then(|()| late_fault().map_or(Ok(()), |text| Err(Error::Incomplete(text))));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // The command has reported it.

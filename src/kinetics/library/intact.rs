@@ -39,11 +39,7 @@ impl Intact {
     /// Looks before a call, closely or not.
     pub(super) fn before(closely: bool) -> Self {
         let closely = closely || CLOSELY.load(Ordering::Relaxed);
-        Self {
-            float: Float::now(),
-            forks: process::forks(),
-            process: closely.then(Process::now),
-        }
+        Self { float: Float::now(), forks: process::forks(), process: closely.then(Process::now) }
     }
 
     /// Looks after the call, and puts back what can be: what the plugin does that it must not.

@@ -80,7 +80,6 @@ impl Process {
         })
     }
 
-
     /// Gives the plugin its name.
     pub(super) fn name(&self, name: &str) {
         let _ = self.name.set(name.to_owned());
@@ -107,7 +106,8 @@ impl Process {
     pub(super) fn ask(&self, lane: &Lane, asked: &Asked) -> Result<(), KineticsError> {
         self.alive()?;
         let head = lane.head();
-        let number = |position: Option<usize>| position.map_or(u32::MAX, rumple_numerics::num::index);
+        let number =
+            |position: Option<usize>| position.map_or(u32::MAX, rumple_numerics::num::index);
         head.call.store(number(CALLS.iter().position(|c| *c == asked.call)), Ordering::Relaxed);
         let location = LOCATIONS.iter().position(|l| *l == asked.location);
         head.location.store(number(location), Ordering::Relaxed);
@@ -172,11 +172,17 @@ impl Process {
         let mut text = self.words.read();
         if text.is_empty() {
             let how = match (status.signal(), status.code()) {
-                (Some(libc::SIGKILL), _) => "it is killed (signal 9), perhaps for memory".to_owned(),
+                (Some(libc::SIGKILL), _) => {
+                    "it is killed (signal 9), perhaps for memory".to_owned()
+                }
                 (Some(signal), _) => format!("{} (signal {signal})", meaning(signal)),
                 (_, code) => format!("it exits with status {}", code.unwrap_or_default()),
             };
-            text = format!("plugin `{}` ends its process in {}: {how}", self.title(), asked.under_way());
+            text = format!(
+                "plugin `{}` ends its process in {}: {how}",
+                self.title(),
+                asked.under_way()
+            );
         }
         let _ = self.end.set(text);
     }

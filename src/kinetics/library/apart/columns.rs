@@ -39,8 +39,7 @@ impl Columns {
         };
         let inputs =
             vary.map(|v| next(if v { count } else { 1 }, 0)).collect::<Option<SmallVec<_>>>()?;
-        let outputs =
-            (0..outputs).map(|_| next(count, LINE)).collect::<Option<SmallVec<_>>>()?;
+        let outputs = (0..outputs).map(|_| next(count, LINE)).collect::<Option<SmallVec<_>>>()?;
         Some(Self { inputs, outputs, bytes })
     }
 

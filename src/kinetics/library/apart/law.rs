@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::columns::Columns;
-use super::told::{Told, Wanted};
 use super::Apart;
 use super::child::Asked;
+use super::columns::Columns;
+use super::told::{Told, Wanted};
 use crate::descriptor::{Capabilities, Descriptor};
 use crate::library::shape::{Shape, check};
 use crate::{Batch, Kinetics, KineticsError, Outcome};
@@ -23,7 +23,8 @@ pub struct ApartKinetics {
 
 impl Drop for ApartKinetics {
     fn drop(&mut self) {
-        let outcome = self.apart.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
+        let outcome =
+            self.apart.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
         if let Err(error) = outcome {
             crate::library::late::tell(&error);
         }
@@ -60,8 +61,13 @@ impl ApartKinetics {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         check(self.descriptor(), shape, batch, values, partials)?;
-        let parts =
-            [batch.species.len(), batch.signals.len(), batch.parameters.len(), values.len(), partials.len()];
+        let parts = [
+            batch.species.len(),
+            batch.signals.len(),
+            batch.parameters.len(),
+            values.len(),
+            partials.len(),
+        ];
         let inputs = || batch.inputs().chain(batch.parameters);
         let vary: Vec<bool> = inputs().map(|column| column.parts().1 > 0).collect();
         let too_many = || self.apart.process.no_room(&std::io::ErrorKind::OutOfMemory.into());
@@ -91,8 +97,11 @@ impl ApartKinetics {
         self.apart.process.ask(&lane, &asked)?;
         let mut outcome = Ok(None);
         if lane.head().text.load(Ordering::Relaxed) > 0 {
-            let text = lane.read_behind(columns.bytes).map_err(|error| self.apart.process.no_room(&error))?;
-            let told: Told = serde_json::from_str(&text).map_err(|_| self.apart.process.nonsense(call))?;
+            let text = lane
+                .read_behind(columns.bytes)
+                .map_err(|error| self.apart.process.no_room(&error))?;
+            let told: Told =
+                serde_json::from_str(&text).map_err(|_| self.apart.process.nonsense(call))?;
             outcome = told.outcome(self.descriptor(), Some(batch));
             if outcome.is_err() {
                 return outcome;

@@ -31,13 +31,21 @@ pub(super) const ASKED: u32 = 1;
 /// The parent is to read.
 pub(super) const ANSWERED: u32 = 2;
 
+/// Who waits for a turn.
+const CHILD: usize = 0;
+const PARENT: usize = 1;
+
+fn waiter(turn: u32) -> usize {
+    if turn == ASKED { CHILD } else { PARENT }
+}
+
 /// What both sides know of a call.
 #[repr(C)]
 #[derive(Debug, Default)]
 pub(super) struct Head {
     turn: AtomicU32,
-    /// Whether somebody sleeps until the turn changes.
-    asleep: AtomicU32,
+    /// Whether the child sleeps until it is asked, and the parent until there is an answer.
+    asleep: [AtomicU32; 2],
     /// Which call, and where its points are.
     pub(super) call: AtomicU32,
     pub(super) location: AtomicU32,
@@ -233,7 +241,8 @@ impl Lane {
     /// # Errors
     /// As for [`Lane::room`].
     pub(super) fn read_behind(&mut self, start: usize) -> io::Result<String> {
-        let length = usize::try_from(self.head().text.load(Ordering::Relaxed)).unwrap_or(usize::MAX);
+        let length =
+            usize::try_from(self.head().text.load(Ordering::Relaxed)).unwrap_or(usize::MAX);
         self.room(start.saturating_add(length))?;
         // SAFETY: there is room.
         let bytes = unsafe { copied(self.data().add(start), length) };
@@ -244,7 +253,7 @@ impl Lane {
     pub(super) fn hand_over(&self, turn: u32) {
         let head = self.head();
         head.turn.store(turn, Ordering::SeqCst);
-        if head.asleep.load(Ordering::SeqCst) != 0 {
+        if head.asleep[waiter(turn)].load(Ordering::SeqCst) != 0 {
             // SAFETY: wakes those who sleep at this address, in any process.
             unsafe {
                 libc::syscall(libc::SYS_futex, head.turn.as_ptr(), libc::FUTEX_WAKE, i32::MAX)
@@ -254,7 +263,7 @@ impl Lane {
 
     /// Waits until it is the turn that is wanted, for so long at most; whether it is.
     pub(super) fn wait_for(&self, wanted: u32, patience: Duration) -> bool {
-        let head = self.head();
+        let (head, asleep) = (self.head(), &self.head().asleep[waiter(wanted)]);
         let come = || head.turn.load(Ordering::Acquire) == wanted;
         for look in 0..LOOKS + OFFERS {
             if come() {
@@ -264,11 +273,11 @@ impl Lane {
         }
         let end = Instant::now() + patience;
         loop {
-            head.asleep.store(1, Ordering::SeqCst);
+            asleep.store(1, Ordering::SeqCst);
             let turn = head.turn.load(Ordering::SeqCst);
             let left = end.saturating_duration_since(Instant::now());
             if turn == wanted || left.is_zero() {
-                head.asleep.store(0, Ordering::SeqCst);
+                asleep.store(0, Ordering::SeqCst);
                 return turn == wanted;
             }
             let left = libc::timespec {
@@ -285,7 +294,7 @@ impl Lane {
                     &raw const left,
                 )
             };
-            head.asleep.store(0, Ordering::SeqCst);
+            asleep.store(0, Ordering::SeqCst);
         }
     }
 }

@@ -149,10 +149,8 @@ impl Served {
 
     fn load(&self, path: &str) -> Result<String, KineticsError> {
         let library = Library::load(Path::new(path))?;
-        let about = About {
-            descriptor: library.descriptor().clone(),
-            observes: library.observe.is_some(),
-        };
+        let about =
+            About { descriptor: library.descriptor().clone(), observes: library.observe.is_some() };
         let _ = self.library.set(library);
         serde_json::to_string(&about).map_err(|e| KineticsError::Isolated(e.to_string()))
     }

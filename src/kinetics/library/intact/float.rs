@@ -85,7 +85,9 @@ mod registers {
 
     pub(super) fn set(registers: Registers) {
         // SAFETY: a value that was there before.
-        unsafe { asm!("msr fpcr, {}", in(reg) registers.0, options(nomem, nostack, preserves_flags)) };
+        unsafe {
+            asm!("msr fpcr, {}", in(reg) registers.0, options(nomem, nostack, preserves_flags))
+        };
     }
 
     pub(super) fn changed(before: Registers, after: Registers) -> Vec<&'static str> {

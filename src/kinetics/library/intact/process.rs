@@ -23,6 +23,8 @@ static KEPT: RwLock<Vec<RawFd>> = RwLock::new(Vec::new());
 /// The folder when the program began to look, as a path and as what it is.
 static HOME: OnceLock<Option<(PathBuf, Folder)>> = OnceLock::new();
 
+const STANDARD: [RawFd; 3] = [0, 1, 2];
+
 /// A folder: device and number.
 type Folder = (u64, u64);
 
@@ -82,12 +84,12 @@ pub(super) struct Process {
 
 impl Process {
     pub(super) fn now() -> Self {
-        Self { number: std::process::id(), folder: folder(), standard: [0, 1, 2].map(is_open) }
+        Self { number: std::process::id(), folder: folder(), standard: STANDARD.map(is_open) }
     }
 
     /// Says what has changed since, and puts it back as far as that is possible.
     pub(super) fn restore(self) -> Option<String> {
-        let closed = [0, 1, 2].map(|file| self.standard[file as usize] && !is_open(file as RawFd));
+        let closed = STANDARD.iter().zip(self.standard).any(|(file, was)| was && !is_open(*file));
         let kept = KEPT.read().unwrap_or_else(PoisonError::into_inner).clone();
         let lost: Vec<RawFd> = kept.into_iter().filter(|file| !is_open(*file)).collect();
         let folder = folder();
@@ -95,7 +97,7 @@ impl Process {
             go_home();
             return Some("changes the working directory".to_owned());
         }
-        if lost.is_empty() && !closed.contains(&true) {
+        if lost.is_empty() && !closed {
             return None;
         }
         KEPT.write().unwrap_or_else(PoisonError::into_inner).retain(|file| !lost.contains(file));
