@@ -90,6 +90,7 @@ fn compare(
         {
             return Err(KineticsError::Unsteady {
                 plugin: kinetics.descriptor().name.clone(),
+                call: "rates",
                 quantity: format!("the rate of species {}", species.name),
                 location: batch.location.noun(),
                 point: batch.first + point,

@@ -12,6 +12,7 @@
 
 mod child;
 mod columns;
+mod grown;
 mod law;
 mod memory;
 mod serve;

@@ -1,7 +1,8 @@
 //! A loaded law with its parameters, and the calls to it.
 //!
 //! The first calls, and later some, are watched: they get copies of their inputs, and what a plugin
-//! writes to these is found. The others borrow the caller's own columns, which costs nothing.
+//! writes to these is found; and they are made twice, which finds a plugin that gives something else
+//! now and then. The others borrow the caller's own columns, which costs nothing.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -153,7 +154,7 @@ impl PluginKinetics {
         Ok(warning)
     }
 
-    /// Calls the plugin with columns that were checked.
+    /// Calls the plugin with columns that were checked; twice, if the call is watched.
     fn call(
         &self,
         wanted: &Wanted,
@@ -162,7 +163,56 @@ impl PluginKinetics {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
-        let watched = calls < WATCHED || calls.is_multiple_of(EVERY);
+        if calls >= WATCHED && !calls.is_multiple_of(EVERY) {
+            return self.call_once(wanted, batch, values, partials, false);
+        }
+        let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
+            columns.iter().map(|column| column[..batch.count].to_vec()).collect()
+        };
+        let (mut values_again, mut partials_again) = (copies(values), copies(partials));
+        let warning = self.call_once(wanted, batch, values, partials, true)?;
+        {
+            let mut values: Vec<_> = values_again.iter_mut().map(|c| &mut c[..]).collect();
+            let mut partials: Vec<_> = partials_again.iter_mut().map(|c| &mut c[..]).collect();
+            self.call_once(wanted, batch, &mut values, &mut partials, true)?;
+        }
+        let first = values.iter().chain(partials.iter());
+        for (output, (first, second)) in
+            first.zip(values_again.iter().chain(&partials_again)).enumerate()
+        {
+            let differs = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
+            if let Some(point) = first.iter().zip(second).position(differs) {
+                let descriptor = &self.library.descriptor;
+                let species =
+                    descriptor.species.get(output).filter(|_| wanted.shape.values > output);
+                let of_rates = wanted.name.starts_with("rate");
+                return Err(KineticsError::Unsteady {
+                    plugin: descriptor.name.clone(),
+                    call: wanted.name,
+                    quantity: match species.filter(|_| of_rates) {
+                        Some(species) => format!("the rate of species {}", species.name),
+                        None => format!("output {}", output + 1),
+                    },
+                    location: batch.location.noun(),
+                    point: batch.first + point,
+                    first: first[point],
+                    second: second[point],
+                    how: "one call after the other",
+                });
+            }
+        }
+        Ok(warning)
+    }
+
+    /// One call, with copies of the inputs or with the caller's own.
+    fn call_once(
+        &self,
+        wanted: &Wanted,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+        watched: bool,
+    ) -> Outcome {
         let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
         let raw = |columns: &mut [&mut [f64]]| -> SmallVec<[abi::ColumnMut; 8]> {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };

@@ -31,6 +31,7 @@ pub(super) fn watch_closely() {
 #[derive(Debug)]
 pub(super) struct Intact {
     float: Float,
+    number: u32,
     forks: usize,
     process: Option<Process>,
 }
@@ -39,12 +40,17 @@ impl Intact {
     /// Looks before a call, closely or not.
     pub(super) fn before(closely: bool) -> Self {
         let closely = closely || CLOSELY.load(Ordering::Relaxed);
-        Self { float: Float::now(), forks: process::forks(), process: closely.then(Process::now) }
+        Self {
+            float: Float::now(),
+            number: process::number(),
+            forks: process::forks(),
+            process: closely.then(Process::now),
+        }
     }
 
     /// Looks after the call, and puts back what can be: what the plugin does that it must not.
     pub(super) fn after(self) -> Option<String> {
-        process::end_copies(self.process.as_ref());
+        process::end_copies(self.number);
         let float = self.float.restore();
         let forks = (process::forks() != self.forks).then(|| "forks the process".to_owned());
         let process = self.process.and_then(Process::restore);

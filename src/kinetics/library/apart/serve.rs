@@ -12,6 +12,7 @@ use std::time::Duration;
 use super::super::watch::{CALLS, LOCATIONS};
 use super::super::{Library, PluginKinetics, end, intact, late};
 use super::columns::{Columns, UNTOUCHED};
+use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, Lane, Memory, Part};
 use super::told::{About, Told, Wanted};
 use crate::batch::{Batch, Column};
@@ -29,6 +30,7 @@ const LONG: Duration = Duration::from_secs(3600);
 struct Served {
     library: OnceLock<Arc<Library>>,
     laws: RwLock<Vec<Option<Arc<PluginKinetics>>>>,
+    grown: Grown,
 }
 
 /// Serves one plugin until the parent ends.
@@ -251,6 +253,10 @@ impl Served {
                 let beyond = KineticsError::WritesBeyond { law, call, output, points: count };
                 return Ok((Err(beyond), columns.bytes));
             }
+        }
+        if let Some(what) = self.grown.look() {
+            let plugin = law.descriptor().name.clone();
+            return Ok((Err(KineticsError::Misbehaves { plugin, call, what }), columns.bytes));
         }
         Ok((outcome, columns.bytes))
     }

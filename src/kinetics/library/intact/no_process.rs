@@ -10,7 +10,11 @@ pub(super) fn forks() -> usize {
     0
 }
 
-pub(super) fn end_copies(_: Option<&Process>) {}
+pub(super) fn number() -> u32 {
+    0
+}
+
+pub(super) fn end_copies(_: u32) {}
 
 #[derive(Debug)]
 pub(super) struct Process;

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::os::fd::{IntoRawFd, RawFd};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Once, OnceLock, PoisonError, RwLock};
 
 use super::super::end::leave;
@@ -20,6 +20,9 @@ thread_local! {
 static COPY: AtomicBool = AtomicBool::new(false);
 /// Files that nobody but a plugin would close.
 static KEPT: RwLock<Vec<RawFd>> = RwLock::new(Vec::new());
+/// Standard error once more, in case that it is closed.
+static ERRORS: AtomicI32 = AtomicI32::new(-1);
+const BEYOND: libc::c_int = 1000;
 /// The folder when the program began to look, as a path and as what it is.
 static HOME: OnceLock<Option<(PathBuf, Folder)>> = OnceLock::new();
 
@@ -35,6 +38,11 @@ pub(crate) fn begin_to_look() {
         let _ = HOME.set(std::env::current_dir().ok().zip(folder()));
         // SAFETY: handlers that use atomics and constant thread-locals only.
         unsafe { libc::pthread_atfork(None, Some(in_parent), Some(in_copy)) };
+        // SAFETY: makes a new number for an open file, beyond those that anybody would close.
+        ERRORS.store(
+            unsafe { libc::fcntl(libc::STDERR_FILENO, libc::F_DUPFD_CLOEXEC, BEYOND) },
+            Ordering::Relaxed,
+        );
         // Whoever closes all files from some number on closes the lowest that is free now.
         if let Ok(file) = File::open("/dev/null") {
             keep(file.into_raw_fd());
@@ -67,9 +75,14 @@ pub(super) fn forks() -> usize {
     FORKS.get()
 }
 
-/// Ends this process if it is a copy: there must not be two that compute and write.
-pub(super) fn end_copies(before: Option<&Process>) {
-    if COPY.load(Ordering::Relaxed) || before.is_some_and(|b| b.number != std::process::id()) {
+pub(super) fn number() -> u32 {
+    std::process::id()
+}
+
+/// Ends this process if it is a copy of that with this number: there must not be two that compute and
+/// write.
+pub(super) fn end_copies(original: u32) {
+    if COPY.load(Ordering::Relaxed) || original != number() {
         leave(0);
     }
 }
@@ -77,14 +90,14 @@ pub(super) fn end_copies(before: Option<&Process>) {
 /// What there was before a call.
 #[derive(Debug)]
 pub(super) struct Process {
-    number: u32,
+    children: bool,
     folder: Option<Folder>,
     standard: [bool; 3],
 }
 
 impl Process {
     pub(super) fn now() -> Self {
-        Self { number: std::process::id(), folder: folder(), standard: STANDARD.map(is_open) }
+        Self { children: has_children(), folder: folder(), standard: STANDARD.map(is_open) }
     }
 
     /// Says what has changed since, and puts it back as far as that is possible.
@@ -92,8 +105,10 @@ impl Process {
         let closed = STANDARD.iter().zip(self.standard).any(|(file, was)| was && !is_open(*file));
         let kept = KEPT.read().unwrap_or_else(PoisonError::into_inner).clone();
         let lost: Vec<RawFd> = kept.into_iter().filter(|file| !is_open(*file)).collect();
-        let folder = folder();
-        if folder != self.folder {
+        if !self.children && has_children() {
+            return Some("forks the process".to_owned());
+        }
+        if folder() != self.folder {
             go_home();
             return Some("changes the working directory".to_owned());
         }
@@ -101,6 +116,10 @@ impl Process {
             return None;
         }
         KEPT.write().unwrap_or_else(PoisonError::into_inner).retain(|file| !lost.contains(file));
+        if self.standard[2] && !is_open(libc::STDERR_FILENO) {
+            // SAFETY: a file of our own, under the number that it has lost; where it is lost too, none.
+            unsafe { libc::dup2(ERRORS.load(Ordering::Relaxed), libc::STDERR_FILENO) };
+        }
         Some("closes files that are not its own".to_owned())
     }
 }
@@ -123,6 +142,22 @@ fn go_home() {
 fn folder() -> Option<Folder> {
     fs::metadata(".").ok().map(|about| (about.dev(), about.ino()))
 }
+
+/// Whether there are processes that this one has started and not waited for.
+fn has_children() -> bool {
+    let how = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT | ANY_KIND;
+    // SAFETY: valid when all of it is zero; nothing is taken from anybody who waits.
+    unsafe {
+        let mut about: libc::siginfo_t = std::mem::zeroed();
+        libc::waitid(libc::P_ALL, 0, &raw mut about, how) == 0
+    }
+}
+
+/// Also those that send no signal when they end.
+#[cfg(target_os = "linux")]
+const ANY_KIND: libc::c_int = libc::__WALL;
+#[cfg(not(target_os = "linux"))]
+const ANY_KIND: libc::c_int = 0;
 
 fn is_open(file: RawFd) -> bool {
     // SAFETY: asks for flags only.
