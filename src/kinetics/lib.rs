@@ -22,6 +22,7 @@ pub mod field;
 pub mod formula;
 mod joint;
 mod library;
+mod memory;
 mod metadata;
 mod parameters;
 mod plugin;
@@ -38,6 +39,7 @@ pub use joint::{JointError, JointKinetics, Member};
 pub use library::apart::{Apart, ApartKinetics, Isolation, serve_if_asked};
 pub use library::{
     Ended, Library, Overdue, PluginKinetics, ended, guard, late_fault, leave, overdue,
+    watch_closely,
 };
 pub use plugin::Plugin;
 pub use search::Search;

@@ -22,6 +22,7 @@ enum {
     FAILS_ONCE,
     FOLDER_IN_DESTROY, FOLDER_IN_RATES, CLOSES_FILES, FORKS, TRAPS, ROUNDS, FLUSHES, LEAKS,
     EVERY_NTH, NARROW_NAN, QUITS, KILLED, TRAPS_ON_LOAD, HANGS_IN_CREATE, FORKS_RAW,
+    SELDOM, GAP, AT_EDGE, LOSES,
 };
 
 /* Of the range with NARROW_NAN. */
@@ -100,9 +101,11 @@ static void disturb(void) {
         abort();
     for (int file = 0; FAULT == CLOSES_FILES && file < 256; file++)
         close(file);
-    if (FAULT == FORKS)
+    /* At most so often, lest an engine that overlooks it is buried in copies. */
+    static int forks;
+    if (FAULT == FORKS && forks++ < 3)
         fork();
-    if (FAULT == FORKS_RAW)
+    if (FAULT == FORKS_RAW && forks++ < 3)
         syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0);
     if (FAULT == TRAPS)
         feenableexcept(FE_DIVBYZERO);
@@ -112,6 +115,8 @@ static void disturb(void) {
     if (FAULT == FLUSHES)
         _mm_setcsr(_mm_getcsr() | 0x8040);
 #endif
+    if (FAULT == LOSES)
+        kept = malloc(64);
     if (FAULT == LEAKS)
         kept = memset(malloc(1 << 20), 1, 1 << 20);
     if (FAULT == QUITS)
@@ -158,6 +163,15 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
         }
         if (FAULT == NARROW_NAN && c > 0.25 && c < 0.25 + WIDTH)
             rate = NAN;
+        /* Two formulas, and a gap between them; a value next to a bound. */
+        if (FAULT == GAP && c > 0.7)
+            rate -= c - 0.7;
+        if (FAULT == GAP && c > 0.7 && c < 0.7 + 1e-9)
+            rate = NAN;
+        if (FAULT == AT_EDGE && c > 0.0 && c < 1e-15)
+            rate = NAN;
+        if (FAULT == SELDOM && fmod(calls, 4999.0) == 0.0)
+            rate = -1.5 * k * c - 1.0;
         if (FAULT == EVERY_NTH && fmod(calls, 50.0) == 0.0)
             rate *= 1.5;
         if (FAULT == MAXIMUM_KEPT) {

@@ -73,6 +73,11 @@ fn validate_finds_every_planted_fault() {
         (planted("QUITS"), "finite rates", "it exits by itself"),
         (planted("KILLED"), "finite rates", "killed"),
         (planted("EVERY_NTH"), "", "must not keep internal state"),
+        (planted("SELDOM"), "many calls", "must not keep internal state"),
+        (planted("NARROW_NAN"), "narrow ranges", "NaN in rates for the rate of species c"),
+        (planted("GAP"), "narrow ranges", "NaN in rates for the rate of species c"),
+        (planted("AT_EDGE"), "narrow ranges", "NaN in rates for the rate of species c"),
+        (planted("LOSES"), "many calls", "bytes of memory in every call of rates"),
         (panics, "finite rates", "failed in rates at vertex"),
     ];
     for (library, check, message) in cases {

@@ -277,7 +277,7 @@ fn a_bad_number_in_a_try_that_is_made_shorter_is_told_once() {
         let done = rumple(folder.path(), &args);
         let message = text(&done.stderr);
         assert!(done.status.success(), "{message}");
-        let reported = message.lines().filter(|line| line.contains("returned NaN in rates for"));
+        let reported = message.lines().filter(|line| line.contains("returned NaN in rate"));
         let reported: Vec<&str> = reported.collect();
         assert_eq!(reported.len(), 1, "{message}");
         for part in ["plugin `planted`", "species c at vertex", "position (", "in a rejected step"]

@@ -74,7 +74,7 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
 
 /// Whether the values `found` at the points of `batch` are those `expected`, which begin `offset`
 /// points earlier.
-fn compare(
+pub(super) fn compare(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
     expected: &Columns,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Samples, derivatives, other, rates, repeat, writes};
+use super::{Samples, derivatives, narrow, often, other, rates, repeat, writes};
 use crate::field::{self, Columns};
 use crate::{Batch, Kinetics, KineticsError, Site};
 
@@ -83,6 +83,8 @@ pub fn validate(
         samples.with(true, |batch| repeat::threads(kinetics, batch))?;
         good("8 threads".into())
     });
+    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
+    run("narrow ranges", &|| narrow::look(kinetics, fields, seed));
     run("derivatives", &|| wrong_derivatives(kinetics, &samples));
     run("observables", &|| {
         let count = kinetics.descriptor().observables.len();

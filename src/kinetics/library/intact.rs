@@ -21,9 +21,9 @@ pub(super) use process::{begin_to_look, moved};
 /// Whether every call is watched closely, as in a process that does nothing else.
 static CLOSELY: AtomicBool = AtomicBool::new(false);
 
-/// Watches every call closely from now on.
-#[cfg(target_os = "linux")]
-pub(super) fn watch_closely() {
+/// Looks closely at every call of a plugin from now on, whether it changes what it must not: for a
+/// process that does nothing else.
+pub fn watch_closely() {
     CLOSELY.store(true, Ordering::Relaxed);
 }
 

@@ -1,7 +1,8 @@
 //! Memory that a plugin keeps: a law needs no more after a million calls than after some.
 
-use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::memory::own_bytes;
 
 /// Looks come every so many calls; the first one says what is needed.
 const EVERY: u64 = 256;
@@ -29,13 +30,4 @@ impl Grown {
             format!("takes {more} MiB more than after its first {EVERY} calls, and gives none back")
         })
     }
-}
-
-/// Bytes of memory that this process shares with nobody.
-fn own_bytes() -> Option<u64> {
-    const PAGE: u64 = 4096;
-    let text = fs::read_to_string("/proc/self/statm").ok()?;
-    let mut pages = text.split_whitespace().skip(1).map(str::parse::<u64>);
-    let (resident, shared) = (pages.next()?.ok()?, pages.next()?.ok()?);
-    Some(resident.saturating_sub(shared) * PAGE)
 }

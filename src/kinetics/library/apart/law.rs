@@ -95,24 +95,21 @@ impl ApartKinetics {
         let (location, first, count) = (batch.location, batch.first, batch.count);
         let asked = Asked { call, location, first, count, law: self.number };
         self.apart.process.ask(&lane, &asked)?;
-        let mut outcome = Ok(None);
+        let mut warning = None;
         if lane.head().text.load(Ordering::Relaxed) > 0 {
             let text = lane
                 .read_behind(columns.bytes)
                 .map_err(|error| self.apart.process.no_room(&error))?;
             let told: Told =
                 serde_json::from_str(&text).map_err(|_| self.apart.process.nonsense(call))?;
-            outcome = told.outcome(self.descriptor(), Some(batch));
-            if outcome.is_err() {
-                return outcome;
-            }
+            warning = told.outcome(self.descriptor(), Some(batch))?;
         }
         let out = values.iter_mut().map(|c| &mut **c).chain(partials.iter_mut().map(|c| &mut **c));
         for (out, place) in out.zip(&columns.outputs) {
             // SAFETY: as above; the child has answered.
             out[..count].copy_from_slice(unsafe { lane.values(*place) });
         }
-        outcome
+        Ok(warning)
     }
 
     fn species(&self) -> usize {

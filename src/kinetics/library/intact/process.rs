@@ -20,8 +20,8 @@ thread_local! {
 static COPY: AtomicBool = AtomicBool::new(false);
 /// Files that nobody but a plugin would close.
 static KEPT: RwLock<Vec<RawFd>> = RwLock::new(Vec::new());
-/// Standard error once more, in case that it is closed.
-static ERRORS: AtomicI32 = AtomicI32::new(-1);
+/// The standard files once more, in case that they are closed.
+static SPARE: [AtomicI32; 3] = [const { AtomicI32::new(-1) }; 3];
 const BEYOND: libc::c_int = 1000;
 /// The folder when the program began to look, as a path and as what it is.
 static HOME: OnceLock<Option<(PathBuf, Folder)>> = OnceLock::new();
@@ -38,11 +38,11 @@ pub(crate) fn begin_to_look() {
         let _ = HOME.set(std::env::current_dir().ok().zip(folder()));
         // SAFETY: handlers that use atomics and constant thread-locals only.
         unsafe { libc::pthread_atfork(None, Some(in_parent), Some(in_copy)) };
-        // SAFETY: makes a new number for an open file, beyond those that anybody would close.
-        ERRORS.store(
-            unsafe { libc::fcntl(libc::STDERR_FILENO, libc::F_DUPFD_CLOEXEC, BEYOND) },
-            Ordering::Relaxed,
-        );
+        for (file, spare) in STANDARD.iter().zip(&SPARE) {
+            // SAFETY: makes a new number for an open file, beyond those that anybody would close.
+            let new = unsafe { libc::fcntl(*file, libc::F_DUPFD_CLOEXEC, BEYOND) };
+            spare.store(new, Ordering::Relaxed);
+        }
         // Whoever closes all files from some number on closes the lowest that is free now.
         if let Ok(file) = File::open("/dev/null") {
             keep(file.into_raw_fd());
@@ -116,9 +116,11 @@ impl Process {
             return None;
         }
         KEPT.write().unwrap_or_else(PoisonError::into_inner).retain(|file| !lost.contains(file));
-        if self.standard[2] && !is_open(libc::STDERR_FILENO) {
-            // SAFETY: a file of our own, under the number that it has lost; where it is lost too, none.
-            unsafe { libc::dup2(ERRORS.load(Ordering::Relaxed), libc::STDERR_FILENO) };
+        for ((file, was), spare) in STANDARD.iter().zip(self.standard).zip(&SPARE) {
+            if was && !is_open(*file) {
+                // SAFETY: a file of our own, under the number that it has lost; where it is lost too, none.
+                unsafe { libc::dup2(spare.load(Ordering::Relaxed), *file) };
+            }
         }
         Some("closes files that are not its own".to_owned())
     }
