@@ -5,6 +5,8 @@
 //! that line are then looked at ever more closely, by factors of 64: there a law changes its formula,
 //! and may have a gap; and so are its ends.
 
+use std::time::{Duration, Instant};
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rumple_numerics::num::real;
@@ -27,6 +29,8 @@ const DEPTH: usize = 7;
 const CLOSER: usize = 128;
 /// Sampled points, the last of which give the other inputs: the first lie at bounds.
 const OTHERS: usize = 1024;
+/// A law for which a line would take longer is looked at near edges only.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What one input may be.
 struct Axis {
@@ -46,15 +50,15 @@ pub(super) fn look(kinetics: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) -> C
             let others =
                 Samples::new(descriptor, OTHERS, random.random()).with_parameters(fields, seed);
             let shift = real(line) / real(LINES);
-            others.with(true, |batch| {
+            let whole = others.with(true, |batch| {
                 along(kinetics, batch, OTHERS - 1 - line, (input, &axis), shift)
             })?;
-            lines += 1;
+            lines += usize::from(whole);
         }
     }
     let points = lines * LINE;
     Ok(match lines {
-        0 => Verdict::Skipped("there is no input to vary".into()),
+        0 => Verdict::Skipped("no input to vary, or a law that takes too long for it".into()),
         _ => {
             Verdict::Good(format!("{points} points along single inputs, closer at edges and kinks"))
         }
@@ -116,17 +120,24 @@ impl Axis {
     }
 }
 
-/// One input along its range, with the others as at `point` of the batch.
+/// One input along its range, with the others as at `point` of the batch; whether there was time for
+/// more than the edges.
 fn along(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
     point: usize,
     (input, axis): (usize, &Axis),
     shift: f64,
-) -> Result<(), KineticsError> {
+) -> Result<bool, KineticsError> {
     let line = Line { kinetics, batch, point, input };
-    line.values(&axis.edges())?;
+    let (edges, begin) = (axis.edges(), Instant::now());
+    line.values(&edges)?;
     let points = axis.points(shift);
+    if begin.elapsed().as_secs_f64() / real(edges.len().max(1)) * real(LINE)
+        > PATIENCE.as_secs_f64()
+    {
+        return Ok(false);
+    }
     let values = line.values(&points)?;
     for kink in kinks(&points, &values, KINKS) {
         let (mut from, mut to) = (points[kink - 1], points[kink + 1]);
@@ -138,7 +149,7 @@ fn along(
             (from, to) = (closer[kink - 1], closer[kink + 1]);
         }
     }
-    Ok(())
+    Ok(true)
 }
 
 /// A line through the inputs.
