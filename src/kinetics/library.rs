@@ -32,6 +32,7 @@ use call::Call;
 pub use end::{Ended, ended, guard, leave};
 pub use instance::PluginKinetics;
 use intact::Intact;
+pub(crate) use intact::alone;
 pub use intact::watch_closely;
 pub use late::late_fault;
 pub use watch::{Overdue, overdue};

@@ -31,7 +31,7 @@ enum {
 #endif
 
 /* Of the calls that come LATE. */
-enum { LATE = 400, EARLY = 30 };
+enum { LATE = 400, EARLY = 60 };
 
 __attribute__((constructor)) static void load(void) {
     if (FAULT == EXITS_ON_LOAD)

@@ -83,8 +83,6 @@ pub fn validate(
         samples.with(true, |batch| repeat::threads(kinetics, batch))?;
         good("8 threads".into())
     });
-    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
-    run("narrow ranges", &|| narrow::look(kinetics, fields, seed));
     run("derivatives", &|| wrong_derivatives(kinetics, &samples));
     run("observables", &|| {
         let count = kinetics.descriptor().observables.len();
@@ -107,6 +105,8 @@ pub fn validate(
     });
     run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
+    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
+    run("narrow ranges", &|| narrow::look(kinetics, fields, seed));
 }
 
 /// The rates at some points, each in a call of its own, bit by bit; from the last point to the first

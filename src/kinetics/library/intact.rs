@@ -27,6 +27,11 @@ pub fn watch_closely() {
     CLOSELY.store(true, Ordering::Relaxed);
 }
 
+/// Whether this is a process that does nothing else: all that happens to it is the plugin's doing.
+pub(crate) fn alone() -> bool {
+    CLOSELY.load(Ordering::Relaxed)
+}
+
 /// What there was before a call.
 #[derive(Debug)]
 pub(super) struct Intact {
@@ -39,7 +44,7 @@ pub(super) struct Intact {
 impl Intact {
     /// Looks before a call, closely or not.
     pub(super) fn before(closely: bool) -> Self {
-        let closely = closely || CLOSELY.load(Ordering::Relaxed);
+        let closely = closely || alone();
         Self {
             float: Float::now(),
             number: process::number(),
