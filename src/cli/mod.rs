@@ -24,10 +24,11 @@ mod watchdog;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::kinetics::Search;
+use crate::kinetics::{Isolation, KineticsError, Search, late_fault};
 use crate::output::provenance::{FileRecord, MeshRecord};
 use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, atomic, interrupt};
 use crate::run::{Checkpoint, Simulation};
@@ -89,6 +90,9 @@ struct SceneArgs {
     /// Seconds that one call of a plugin (for at most 4096 points) may take.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     plugin_limit: f64,
+    /// Give every plugin a process of its own: whatever it does there, the run can say so.
+    #[arg(long)]
+    isolate: bool,
 }
 
 impl SceneArgs {
@@ -109,8 +113,15 @@ impl SceneArgs {
         self.set_threads();
         watchdog::start(self.plugin_limit);
         let scene = Scene::load(&self.scene, &self.overrides)?;
-        Ok((scene, Search::from_environment(&self.plugin_path)))
+        let search = Search::from_environment(&self.plugin_path);
+        Ok((scene, search.isolated(isolation(self.isolate, self.plugin_limit)?)))
     }
+}
+
+/// Processes of their own for plugins, whose calls may take `limit` seconds, if they are to have some.
+fn isolation(isolate: bool, limit: f64) -> Result<Option<Isolation>> {
+    let limit = || Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
+    Ok(isolate.then(|| Isolation::here(limit())).transpose()?)
 }
 
 /// Sets up the threads, as many as there are cores if no number is given.
@@ -193,6 +204,9 @@ pub fn main() -> ExitCode {
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
     };
+    // A plugin may do wrong where no call can say so.
+    let result =
+        result.and_then(|()| late_fault().map_or(Ok(()), |text| Err(Error::Incomplete(text))));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // The command has reported it.
@@ -215,6 +229,8 @@ fn warn(text: &str) {
 
 fn exit_code(error: &Error) -> u8 {
     match error {
+        // The run itself is as asked for; the plugin has failed.
+        Error::Kinetics(KineticsError::Isolated(_) | KineticsError::Misbehaves { .. }) => 1,
         Error::Scene(_)
         | Error::Sheet(_)
         | Error::Kinetics(_)

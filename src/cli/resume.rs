@@ -30,6 +30,9 @@ pub(super) struct ResumeArgs {
     /// Seconds that one call of a plugin (for at most 4096 points) may take.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     plugin_limit: f64,
+    /// Give every plugin a process of its own: whatever it does there, the run can say so.
+    #[arg(long)]
+    isolate: bool,
     /// Print nothing but errors, and what a law does wrong.
     #[arg(long)]
     quiet: bool,
@@ -47,7 +50,8 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
         return Err(Error::Refused(format!("{}: no such directory", root.display())));
     }
     let directory = ResultDirectory::reopen(&root)?;
-    let search = Search::from_environment(&args.plugin_path);
+    let search = Search::from_environment(&args.plugin_path)
+        .isolated(super::isolation(args.isolate, args.plugin_limit)?);
     let resume::Resumed { scene, mut simulation, checkpoint, notes } =
         resume::resume(&directory, args.until, &search)?;
     let interrupt = Interrupt::install()?;

@@ -1,5 +1,6 @@
 //! What kinetics says about itself, checked.
 
+use super::exact;
 use super::signal::Signal;
 use rumple_numerics::num::Short;
 
@@ -39,7 +40,7 @@ impl Location {
 }
 
 /// One species.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Species {
     /// Name in scenes and results.
     pub name: String,
@@ -48,19 +49,23 @@ pub struct Species {
     /// What it is.
     pub doc: String,
     /// Magnitude that matters, > 0.
+    #[serde(with = "exact")]
     pub typical: f64,
     /// Least value that makes sense.
+    #[serde(with = "exact")]
     pub lower: f64,
     /// Greatest value that makes sense.
+    #[serde(with = "exact")]
     pub upper: f64,
     /// Diffusion coefficient unless the scene gives one, length²/time.
+    #[serde(with = "exact")]
     pub diffusion: f64,
     /// Location unless the scene gives one.
     pub location: Location,
 }
 
 /// One parameter.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Parameter {
     /// Name in scenes.
     pub name: String,
@@ -71,20 +76,22 @@ pub struct Parameter {
     /// Value where the scene gives none.
     pub default: Default,
     /// Lower bound.
+    #[serde(with = "exact")]
     pub lower: f64,
     /// Whether the lower bound itself is excluded.
     pub lower_open: bool,
     /// Upper bound.
+    #[serde(with = "exact")]
     pub upper: f64,
     /// Whether the upper bound itself is excluded.
     pub upper_open: bool,
 }
 
 /// The default of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Default {
     /// A number.
-    Value(f64),
+    Value(#[serde(with = "exact")] f64),
     /// The value of an earlier parameter.
     SameAs(usize),
 }
@@ -114,16 +121,17 @@ impl Parameter {
 }
 
 /// A signal that the rates read.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SignalRead {
     /// Which.
     pub signal: Signal,
     /// Magnitude that matters, > 0, in the signal's unit.
+    #[serde(with = "exact")]
     pub typical: f64,
 }
 
 /// What is given besides rates.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Capabilities {
     /// Exact partial derivatives of the rates.
     pub rate_partials: bool,
@@ -136,7 +144,7 @@ pub struct Capabilities {
 }
 
 /// A quantity to look at besides the species.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Observable {
     /// Name in scenes and results.
     pub name: String,
@@ -147,7 +155,7 @@ pub struct Observable {
 }
 
 /// What kinetics says about itself.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Descriptor {
     /// Reverse domain name.
     pub id: String,

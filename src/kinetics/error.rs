@@ -168,7 +168,7 @@ pub enum KineticsError {
     BadOutput(Box<BadValue>),
     /// Two calls with the same inputs gave different results.
     #[error(
-        "plugin `{plugin}` gave {} and then {} in rates for {quantity} at {location} {point} from \
+        "plugin `{plugin}` gave {} and then {} in {call} for {quantity} at {location} {point} from \
          the same inputs ({how}): a law must not keep internal state",
         Short(*first),
         Short(*second)
@@ -176,6 +176,8 @@ pub enum KineticsError {
     Unsteady {
         /// The plugin.
         plugin: String,
+        /// Which call.
+        call: &'static str,
         /// What was returned.
         quantity: String,
         /// `vertex`, `face` or `edge`.
@@ -283,6 +285,19 @@ pub enum KineticsError {
         /// The value after the call.
         after: f64,
     },
+    /// A plugin changed what belongs to the whole process, or to the thread that called it.
+    #[error("plugin `{plugin}` {what} in {call}: a law must leave all but its outputs as it is")]
+    Misbehaves {
+        /// The plugin.
+        plugin: String,
+        /// Which call.
+        call: &'static str,
+        /// What it does.
+        what: String,
+    },
+    /// A plugin in a process of its own ended that, or did not answer; or there is no such process.
+    #[error("{0}")]
+    Isolated(String),
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]
     BadInput {

@@ -16,13 +16,16 @@ mod batch;
 pub mod descriptor;
 pub mod differences;
 mod error;
+mod exact;
 pub mod examine;
 pub mod field;
 pub mod formula;
 mod joint;
 mod library;
+mod memory;
 mod metadata;
 mod parameters;
+mod plugin;
 pub mod search;
 mod signal;
 mod site;
@@ -33,7 +36,12 @@ pub use descriptor::{
 };
 pub use error::KineticsError;
 pub use joint::{JointError, JointKinetics, Member};
-pub use library::{Ended, Library, Overdue, PluginKinetics, ended, guard, leave, overdue};
+pub use library::apart::{Apart, ApartKinetics, Isolation, serve_if_asked};
+pub use library::{
+    Ended, Library, Overdue, PluginKinetics, ended, guard, late_fault, leave, overdue,
+    watch_closely,
+};
+pub use plugin::Plugin;
 pub use search::Search;
 pub use signal::Signal;
 pub use site::{BadValue, Site};

@@ -6,11 +6,16 @@
 //! unloaded.
 #![allow(unsafe_code)]
 
+#[cfg_attr(not(target_os = "linux"), path = "library/not_apart.rs")]
+pub(super) mod apart;
 mod call;
 mod end;
 mod inputs;
 mod instance;
+mod intact;
+mod late;
 mod read;
+mod shape;
 mod watch;
 
 use std::collections::BTreeMap;
@@ -26,6 +31,10 @@ use super::search::no_file;
 use call::Call;
 pub use end::{Ended, ended, guard, leave};
 pub use instance::PluginKinetics;
+use intact::Intact;
+pub(crate) use intact::alone;
+pub use intact::watch_closely;
+pub use late::late_fault;
 pub use watch::{Overdue, overdue};
 
 /// A loaded plugin: its description and its functions.
@@ -65,14 +74,19 @@ impl Library {
             count: 0,
             library: watch::enter(&name),
         };
-        let loading = watch::begin(&loading);
+        intact::begin_to_look();
+        let intact = Intact::before(true);
+        let watched = watch::begin(&loading);
         // SAFETY: runs the initialisers of the library: the user chose to trust it.
         let library = unsafe { libloading::Library::new(&path) }.map_err(|error| {
             let source = std::error::Error::source(&error).map(ToString::to_string);
             let reason = source.unwrap_or_else(|| error.to_string());
             KineticsError::NotALibrary { path: path.clone(), reason }
         })?;
-        drop(loading);
+        drop(watched);
+        if let Some(what) = intact.after() {
+            return Err(loading.fault(what));
+        }
         // SAFETY: an address is only taken here; what it points to is read below.
         let entry = unsafe { library.get::<*const abi::PluginTable>(abi::ENTRY_SYMBOL) }
             .map(|symbol| *symbol)

@@ -4,22 +4,37 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::Isolation;
 use super::error::{KineticsError, nearest};
 
 /// The environment variable with further directories, separated as in `PATH`.
 pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
 
-/// The directories in which a plugin is looked up by name, in order.
+/// The directories in which a plugin is looked up by name, in order; and whether it is to have a process
+/// of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {
     directories: Vec<PathBuf>,
+    isolation: Option<Isolation>,
 }
 
 impl Search {
     /// These directories and no others.
     #[must_use]
     pub fn in_directories(directories: Vec<PathBuf>) -> Self {
-        Self { directories }
+        Self { directories, isolation: None }
+    }
+
+    /// With every plugin in a process of its own; or, with `None`, in this one.
+    #[must_use]
+    pub fn isolated(self, isolation: Option<Isolation>) -> Self {
+        Self { isolation, ..self }
+    }
+
+    /// How plugins get processes of their own, if they do.
+    #[must_use]
+    pub fn isolation(&self) -> Option<&Isolation> {
+        self.isolation.as_ref()
     }
 
     /// The explicit directories first, then those of [`PATH_VARIABLE`], then the executable's own.
@@ -39,7 +54,7 @@ impl Search {
                 *directory = full;
             }
         }
-        Self { directories }
+        Self { directories, isolation: None }
     }
 
     /// The directories, in order.

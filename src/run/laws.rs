@@ -12,8 +12,7 @@ use crate::kinetics::formula::{
     self, Formula, FormulaError, FormulaKinetics, Law, LawError, Which,
 };
 use crate::kinetics::{
-    Descriptor, JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter,
-    Search,
+    Descriptor, JointKinetics, Kinetics, KineticsError, Location, Member, Parameter, Plugin, Search,
 };
 use crate::model::{Evaluation, ParameterFields};
 use crate::num::Short;
@@ -201,16 +200,16 @@ fn loaded(
         Error::Scene(scene.error_at(&path, &error.to_string(), None))
     };
     let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
-    let library = Library::load(&file).map_err(blame)?;
+    let plugin = Plugin::load(&file, search).map_err(blame)?;
     let mut given = BTreeMap::new();
     for (name, value) in &spec.parameters {
-        let known = library.descriptor().parameters.iter().any(|p| p.name == *name);
+        let known = plugin.descriptor().parameters.iter().any(|p| p.name == *name);
         // A field leaves the instance its default; a name that is not known is refused below.
         if let Some(value) = value.uniform().or((!known).then_some(0.0)) {
             given.insert(name.clone(), value);
         }
     }
-    Ok((Arc::new(library.instantiate(&given).map_err(blame)?), file))
+    Ok((plugin.instantiate(&given).map_err(blame)?, file))
 }
 
 /// The error with its place in the scene.

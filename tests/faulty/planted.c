@@ -1,12 +1,18 @@
 /* dc/dt = -k c, with the fault that FAULT names; where c matters, at points with c > 0.5. */
-#define _DEFAULT_SOURCE
+#define _GNU_SOURCE
 #include "rumple_plugin.h"
 
+#include <fenv.h>
 #include <math.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/syscall.h>
 #include <unistd.h>
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
 
 enum {
     NONE, NOT_FINITE, WRONG_DERIVATIVE, HIDDEN_STATE, MUTATED_INPUT, NOT_THREAD_SAFE, ENDLESS,
@@ -14,14 +20,24 @@ enum {
     FIELDS_IGNORED, FACTOR_UNWRITTEN, MAXIMUM_KEPT, EXITS_LATE, SEGFAULT_LATE, DEEP, RAISES_FPE,
     THREAD_FAULT, EXITS_IN_CREATE, EXITS_ON_LOAD, CHANGES_FOLDER, NOT_FINITE_ONCE,
     FAILS_ONCE,
+    FOLDER_IN_DESTROY, FOLDER_IN_RATES, CLOSES_FILES, FORKS, TRAPS, ROUNDS, FLUSHES, LEAKS,
+    EVERY_NTH, NARROW_NAN, QUITS, KILLED, TRAPS_ON_LOAD, HANGS_IN_CREATE, FORKS_RAW,
+    SELDOM, GAP, AT_EDGE, LOSES,
 };
 
+/* Of the range with NARROW_NAN. */
+#ifndef WIDTH
+#define WIDTH 3e-5
+#endif
+
 /* Of the calls that come LATE. */
-enum { LATE = 400, EARLY = 30 };
+enum { LATE = 400, EARLY = 60 };
 
 __attribute__((constructor)) static void load(void) {
     if (FAULT == EXITS_ON_LOAD)
         exit(0);
+    if (FAULT == TRAPS_ON_LOAD)
+        feenableexcept(FE_DIVBYZERO);
 }
 
 static const RumpleSpecies species[] = {
@@ -48,16 +64,23 @@ static RumpleStatus create(const double *values, size_t count, void **instance,
         exit(0);
     if (FAULT == CHANGES_FOLDER && chdir("/") != 0)
         return RUMPLE_FATAL;
+    while (FAULT == HANGS_IN_CREATE)
+        usleep(1000);
     double *k = malloc(count * sizeof *k);
     *k = *values;
     *instance = k;
     return RUMPLE_OK;
 }
 
-static void destroy(void *instance) { free(instance); }
+static void destroy(void *instance) {
+    free(instance);
+    if (FAULT == FOLDER_IN_DESTROY && chdir("/") != 0)
+        abort();
+}
 
 static double scratch[1024];
 static double calls, most;
+static void *volatile kept;
 static volatile int *volatile nowhere = (volatile int *)8;
 
 /* Without end, which the compiler cannot know. */
@@ -72,12 +95,43 @@ static void *fault(void *nothing) {
     return nothing;
 }
 
+/* What a call does to the process and its thread, beside its work. */
+static void disturb(void) {
+    if (FAULT == FOLDER_IN_RATES && chdir("/") != 0)
+        abort();
+    for (int file = 0; FAULT == CLOSES_FILES && file < 256; file++)
+        close(file);
+    /* At most so often, lest an engine that overlooks it is buried in copies. */
+    static int forks;
+    if (FAULT == FORKS && forks++ < 3)
+        fork();
+    if (FAULT == FORKS_RAW && forks++ < 3)
+        syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0);
+    if (FAULT == TRAPS)
+        feenableexcept(FE_DIVBYZERO);
+    if (FAULT == ROUNDS)
+        fesetround(FE_TOWARDZERO);
+#ifdef __SSE__
+    if (FAULT == FLUSHES)
+        _mm_setcsr(_mm_getcsr() | 0x8040);
+#endif
+    if (FAULT == LOSES)
+        kept = malloc(64);
+    if (FAULT == LEAKS)
+        kept = memset(malloc(1 << 20), 1, 1 << 20);
+    if (FAULT == QUITS)
+        _exit(0);
+    if (FAULT == KILLED)
+        raise(SIGKILL);
+}
+
 static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                           const RumpleColumnMut *values, RumpleReport *report) {
     const double k = *(const double *)instance;
     calls += 1.0;
     if (FAULT == FAILS_ONCE && calls == EARLY)
         return rumple_fail(report, RUMPLE_FATAL, "planted to fail");
+    disturb();
     for (size_t i = 0; i < batch->count; i++) {
         double c = rumple_get(batch->species[0], i), rate = -k * c;
         if (c > 0.5) {
@@ -107,6 +161,19 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
             while (FAULT == ENDLESS)
                 usleep(1000);
         }
+        if (FAULT == NARROW_NAN && c > 0.25 && c < 0.25 + WIDTH)
+            rate = NAN;
+        /* Two formulas, and a gap between them; a value next to a bound. */
+        if (FAULT == GAP && c > 0.7)
+            rate -= c - 0.7;
+        if (FAULT == GAP && c > 0.7 && c < 0.7 + 1e-9)
+            rate = NAN;
+        if (FAULT == AT_EDGE && c > 0.0 && c < 1e-15)
+            rate = NAN;
+        if (FAULT == SELDOM && fmod(calls, 4999.0) == 0.0)
+            rate = -1.5 * k * c - 1.0;
+        if (FAULT == EVERY_NTH && fmod(calls, 50.0) == 0.0)
+            rate *= 1.5;
         if (FAULT == MAXIMUM_KEPT) {
             most = fmax(most, c);
             rate = -k * most;

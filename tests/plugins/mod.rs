@@ -4,6 +4,7 @@ pub mod build;
 mod correct;
 mod faults;
 mod fields;
+mod isolated;
 mod joint;
 mod made;
 mod models;

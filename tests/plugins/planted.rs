@@ -46,9 +46,9 @@ fn validate_finds_every_planted_fault() {
         (planted("WRONG_DERIVATIVE"), "derivatives", "gives -2 in rate_partials"),
         (planted("WRONG_FACTOR_DERIVATIVE"), "derivatives", "gives 0.2 in length_factor_partials"),
         (planted("NEGATIVE_FACTOR"), "positive length factor", "returned -1 in length_factor"),
-        (planted("HIDDEN_STATE"), "same outputs", "must not keep internal state"),
+        (planted("HIDDEN_STATE"), "finite rates", "must not keep internal state"),
         (planted("MUTATED_INPUT"), "finite rates", "changed its input c at vertex"),
-        (planted("NOT_THREAD_SAFE"), "several threads", "from several at once"),
+        (planted("NOT_THREAD_SAFE"), "", "must not keep internal state"),
         (planted("ENDLESS"), "finite rates", "does not return within 3 s"),
         (planted("ABORTS"), "finite rates", "ends the process: abort"),
         (planted("SEGFAULT"), "finite rates", "a segmentation fault"),
@@ -61,6 +61,23 @@ fn validate_finds_every_planted_fault() {
             "an instance with these parameters",
         ),
         (planted("FACTOR_UNWRITTEN"), "writes only", "output 1 of 1 of length_factor unwritten"),
+        (planted("FOLDER_IN_RATES"), "finite rates", "changes the working directory"),
+        (planted("CHANGES_FOLDER"), "table, description", "changes the working directory"),
+        (planted("CLOSES_FILES"), "finite rates", "closes files"),
+        (planted("FORKS"), "finite rates", "forks the process"),
+        (planted("FORKS_RAW"), "finite rates", "forks the process"),
+        (planted("TRAPS"), "finite rates", "arithmetic changed (traps)"),
+        (planted("ROUNDS"), "finite rates", "arithmetic changed (rounding)"),
+        (planted("FLUSHES"), "finite rates", "subnormal numbers"),
+        (planted("TRAPS_ON_LOAD"), "table, description", "arithmetic changed (traps)"),
+        (planted("QUITS"), "finite rates", "it exits by itself"),
+        (planted("KILLED"), "finite rates", "killed"),
+        (planted("EVERY_NTH"), "", "must not keep internal state"),
+        (planted("SELDOM"), "many calls", "must not keep internal state"),
+        (planted("NARROW_NAN"), "narrow ranges", "NaN in rates for the rate of species c"),
+        (planted("GAP"), "narrow ranges", "NaN in rates for the rate of species c"),
+        (planted("AT_EDGE"), "narrow ranges", "NaN in rates for the rate of species c"),
+        (planted("LOSES"), "many calls", "bytes of memory in every call of rates"),
         (panics, "finite rates", "failed in rates at vertex"),
     ];
     for (library, check, message) in cases {
@@ -173,6 +190,79 @@ fn a_run_survives_every_planted_fault() {
             let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
             assert!(plain.contains(message), "{}: no {message:?} in {text}", library.display());
         }
+    }
+}
+
+/// What a run says of a planted fault: in one process with its plugin, and in two.
+const ENDS: [(&str, [&str; 2]); 24] = [
+    ("EXITS", ["ends the program in rates at vertices"; 2]),
+    ("ABORTS", ["ends the program in rates at vertices"; 2]),
+    ("SEGFAULT", ["a segmentation fault"; 2]),
+    ("DEEP", ["a segmentation fault"; 2]),
+    ("RAISES_FPE", ["an arithmetic exception"; 2]),
+    ("THREAD_FAULT", ["on a thread of its own: a segmentation fault"; 2]),
+    ("EXITS_IN_CREATE", ["ends the program in create"; 2]),
+    ("ENDLESS", ["does not return from rates at vertices"; 2]),
+    ("HANGS_IN_CREATE", ["does not return from create"; 2]),
+    // Nothing sees these two but another process.
+    ("QUITS", ["", "ends its process in rates at vertices"]),
+    ("KILLED", ["", "it is killed (signal 9)"]),
+    ("CHANGES_FOLDER", ["changes the working directory in create"; 2]),
+    ("FOLDER_IN_RATES", ["changes the working directory in rates"; 2]),
+    ("FOLDER_IN_DESTROY", ["changes the working directory in destroy"; 2]),
+    ("CLOSES_FILES", ["closes files that are not its own in rates"; 2]),
+    ("FORKS", ["forks the process in rates"; 2]),
+    ("FORKS_RAW", ["forks the process in rates"; 2]),
+    ("TRAPS", ["leaves floating-point arithmetic changed (traps) in rates"; 2]),
+    ("ROUNDS", ["leaves floating-point arithmetic changed (rounding) in rates"; 2]),
+    ("EVERY_NTH", ["a law must not keep internal state"; 2]),
+    ("NARROW_NAN", ["returned NaN in rates for the rate of species c at vertex"; 2]),
+    ("BEYOND", ["writes beyond the"; 2]),
+    ("UNWRITTEN", ["unwritten"; 2]),
+    // Whose memory it is that grows nobody can say but in another process.
+    ("LEAKS", ["", "more than after its first 256 calls"]),
+];
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_names_what_a_plugin_does_to_its_process() {
+    for (fault, messages) in ENDS {
+        let definitions = [format!("FAULT={fault}"), "WIDTH=0.003".to_owned()];
+        let definitions = definitions.each_ref().map(String::as_str);
+        let library = c_library("tests/faulty/planted.c", &format!("ends_{fault}"), &definitions);
+        let folder = tempfile::tempdir().unwrap();
+        let scene = match fault {
+            "LEAKS" => scene_of(&library).replace("until = 0.3", "until = 15.0"),
+            _ => scene_of(&library),
+        };
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        for (message, more) in messages.iter().zip([&[][..], &["--isolate"]]) {
+            if message.is_empty() {
+                continue;
+            }
+            let arguments = ["run", "scene.toml", "--out", "out", "--force", "--plugin-limit", "1"];
+            let out = rumple(folder.path(), &[&arguments[..], &["--threads", "2"], more].concat());
+            let text = String::from_utf8_lossy(&out.stderr).replace(['│', '\n'], " ");
+            let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let code = out.status.code();
+            assert!(matches!(code, Some(1 | 2)), "{fault} {more:?}: {code:?} {text}");
+            for part in ["plugin `planted`", *message] {
+                assert!(text.contains(part), "{fault} {more:?}: no {part:?} in {text}");
+            }
+            whole(&folder.path().join("out"));
+        }
+    }
+}
+
+/// Every frame in the folder is listed, and ends as it should.
+fn whole(results: &Path) {
+    let Ok(frames) = fs::read_dir(results.join("frames")) else { return };
+    let list = fs::read_to_string(results.join("sheet.pvd")).unwrap_or_default();
+    for frame in frames {
+        let path = frame.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert!(list.contains(name), "{name} is not in {list}");
+        assert!(fs::read(&path).unwrap().trim_ascii_end().ends_with(b"</VTKFile>"), "{name}");
     }
 }
 

@@ -13,8 +13,8 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{Found, LawArgs};
-use crate::kinetics::Kinetics;
 use crate::kinetics::examine::{self, Finding, Made, Make, Verdict};
+use crate::kinetics::{Kinetics, watch_closely};
 use crate::{Error, Result};
 
 /// Arguments of `plugin validate`.
@@ -69,6 +69,7 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 }
 
 fn child(args: &ValidateArgs) -> Result<()> {
+    watch_closely();
     emit(&Message::Begin(LOADING.to_owned()));
     let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {

@@ -28,6 +28,10 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
 
 /// Gives members what the command line says of threads and plugins.
 pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
+    if scene.isolate {
+        let message = "--isolate is for one run: members are processes of their own already";
+        return Err(Error::Refused(message.into()));
+    }
     crate::cli::watchdog::start(scene.plugin_limit);
     let directories = Search::from_environment(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);

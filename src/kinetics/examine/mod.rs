@@ -4,6 +4,8 @@
 //! looks everywhere in the declared ranges.
 
 mod derivatives;
+mod narrow;
+mod often;
 mod other;
 mod repeat;
 mod sample;

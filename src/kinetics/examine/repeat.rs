@@ -74,7 +74,7 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
 
 /// Whether the values `found` at the points of `batch` are those `expected`, which begin `offset`
 /// points earlier.
-fn compare(
+pub(super) fn compare(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
     expected: &Columns,
@@ -90,6 +90,7 @@ fn compare(
         {
             return Err(KineticsError::Unsteady {
                 plugin: kinetics.descriptor().name.clone(),
+                call: "rates",
                 quantity: format!("the rate of species {}", species.name),
                 location: batch.location.noun(),
                 point: batch.first + point,

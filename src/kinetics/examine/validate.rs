@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Samples, derivatives, other, rates, repeat, writes};
+use super::{Samples, derivatives, narrow, often, other, rates, repeat, writes};
 use crate::field::{self, Columns};
 use crate::{Batch, Kinetics, KineticsError, Site};
 
@@ -105,6 +105,8 @@ pub fn validate(
     });
     run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
+    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
+    run("narrow ranges", &|| narrow::look(kinetics, fields, seed));
 }
 
 /// The rates at some points, each in a call of its own, bit by bit; from the last point to the first

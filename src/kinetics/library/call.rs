@@ -2,6 +2,7 @@
 
 use rumple_plugin_abi as abi;
 
+use super::intact::Intact;
 use super::watch;
 use crate::descriptor::Location;
 use crate::{KineticsError, Outcome, Site, Unreliable};
@@ -23,8 +24,19 @@ pub(super) struct Call<'a> {
 }
 
 impl Call<'_> {
-    /// Gives the function a report to write to and turns its status into an outcome.
-    pub(super) fn run(&self, function: impl FnOnce(*mut abi::Report) -> abi::Status) -> Outcome {
+    /// What the plugin does in this call that it must not.
+    pub(super) fn fault(&self, what: String) -> KineticsError {
+        let (plugin, call) = (self.plugin.to_owned(), self.name);
+        KineticsError::Misbehaves { plugin, call, what }
+    }
+
+    /// Gives the function a report to write to and turns its status into an outcome. What a plugin must
+    /// leave as it is is looked at, closely or not.
+    pub(super) fn run(
+        &self,
+        closely: bool,
+        function: impl FnOnce(*mut abi::Report) -> abi::Status,
+    ) -> Outcome {
         // Without an answer to a retry, halve the step: what adaptive integrators do as well.
         const DEFAULT_FACTOR: f64 = 0.5;
         let mut buffer = [0_u8; MESSAGE_CAPACITY];
@@ -36,10 +48,14 @@ impl Call<'_> {
             point: abi::NO_POINT,
             factor: DEFAULT_FACTOR,
         };
+        let intact = Intact::before(closely);
         let status = {
             let _watched = watch::begin(self);
             function(&raw mut report)
         };
+        if let Some(what) = intact.after() {
+            return Err(self.fault(what));
+        }
         let (length, point, factor) = (report.length, report.point, report.factor);
         if status == abi::Status::OK {
             return Ok(None);

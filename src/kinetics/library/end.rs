@@ -39,7 +39,7 @@ impl std::fmt::Display for Ended {
         }
         match how {
             &EXIT => f.write_str(": it calls exit"),
-            signal => write!(f, ": {} (signal {signal})", system::meaning(*signal)),
+            signal => write!(f, ": {} (signal {signal})", meaning(*signal)),
         }
     }
 }
@@ -65,6 +65,11 @@ pub fn ended() -> Option<Ended> {
     Some(Ended { call: under_way(owner)?, own: owner != CallOwner::Other, how })
 }
 
+/// What a signal means, in words.
+pub(super) fn meaning(signal: i32) -> &'static str {
+    system::meaning(signal)
+}
+
 /// Ends the program at once, without the hooks of an exit.
 pub fn leave(status: i32) -> ! {
     system::leave(status)
@@ -84,6 +89,9 @@ mod system {
     const STATUS: i32 = 1;
     /// So many hundredths of a second others have for that.
     const PATIENCE: usize = 300;
+    /// Threads that may call exit at the same time: each takes a hook off the system's list, and where
+    /// there is none left the program ends.
+    const HOOKS: usize = 256;
     const MESSAGE: &str = "\nerror: a plugin ends the program\n";
 
     /// Signals that a fault raises in the thread that has it, and what they mean.
@@ -123,8 +131,10 @@ mod system {
                 }
             }
         }
-        // SAFETY: the hook is a function without arguments that may be called at any exit.
-        unsafe { libc::atexit(on_exit) };
+        for _ in 0..HOOKS {
+            // SAFETY: the hook is a function without arguments that may be called at any exit.
+            unsafe { libc::atexit(on_exit) };
+        }
     }
 
     pub(super) fn leave(status: i32) -> ! {

@@ -1,7 +1,8 @@
 //! A loaded law with its parameters, and the calls to it.
 //!
 //! The first calls, and later some, are watched: they get copies of their inputs, and what a plugin
-//! writes to these is found. The others borrow the caller's own columns, which costs nothing.
+//! writes to these is found; and they are made twice, which finds a plugin that gives something else
+//! now and then. The others borrow the caller's own columns, which costs nothing.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -14,7 +15,9 @@ use smallvec::SmallVec;
 use super::Library;
 use super::call::Call;
 use super::inputs::Inputs;
-use super::watch;
+use super::intact::Intact;
+use super::shape::{Shape, check};
+use super::{late, watch};
 use crate::batch::{Batch, Column};
 use crate::descriptor::{Descriptor, Location};
 use crate::error::KineticsError;
@@ -28,7 +31,7 @@ pub struct PluginKinetics {
     instance: *mut c_void,
     calls: AtomicUsize,
     /// Whether parameters that differ from point to point are handed over as columns.
-    takes_fields: bool,
+    pub(super) takes_fields: bool,
 }
 
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
@@ -43,9 +46,16 @@ unsafe impl Sync for PluginKinetics {}
 impl Drop for PluginKinetics {
     fn drop(&mut self) {
         if let Some(destroy) = self.library.destroy {
-            let _watched = watch::begin(&of_instance(&self.library, "destroy"));
-            // SAFETY: made by `create` of the same library, and never used again.
-            unsafe { destroy(self.instance) };
+            let call = of_instance(&self.library, "destroy");
+            let intact = Intact::before(true);
+            {
+                let _watched = watch::begin(&call);
+                // SAFETY: made by `create` of the same library, and never used again.
+                unsafe { destroy(self.instance) };
+            }
+            if let Some(what) = intact.after() {
+                late::tell(&call.fault(what));
+            }
         }
     }
 }
@@ -73,16 +83,14 @@ enum Function {
 struct Wanted {
     name: &'static str,
     function: Function,
-    signals: usize,
-    values: usize,
-    partials: usize,
+    shape: Shape,
 }
 
 impl PluginKinetics {
     /// An instance with all its parameters, in the order of the descriptor.
     pub(super) fn new(library: &Arc<Library>, parameters: Vec<f64>) -> Result<Self, KineticsError> {
         let mut instance = ptr::null_mut();
-        of_instance(library, "create").run(|report| {
+        of_instance(library, "create").run(true, |report| {
             // SAFETY: as many parameters as the descriptor has; `instance` is ours to be written.
             library.create.map_or(abi::Status::FATAL, |create| unsafe {
                 create(parameters.as_ptr(), parameters.len(), &raw mut instance, report)
@@ -99,19 +107,6 @@ impl PluginKinetics {
         &self.library
     }
 
-    fn check(
-        &self,
-        what: &'static str,
-        expected: usize,
-        found: usize,
-    ) -> Result<(), KineticsError> {
-        if expected == found {
-            return Ok(());
-        }
-        let plugin = self.library.descriptor.name.clone();
-        Err(KineticsError::Shape { plugin, what, expected, found })
-    }
-
     /// Checks that all columns are there and long enough, so that pointers to them may be given
     /// away, and calls the plugin.
     fn evaluate(
@@ -121,23 +116,10 @@ impl PluginKinetics {
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let descriptor = &self.library.descriptor;
-        self.check("species columns", descriptor.species.len(), batch.species.len())?;
-        self.check("signal columns", wanted.signals, batch.signals.len())?;
-        self.check("output columns", wanted.values, values.len())?;
-        self.check("derivative columns", wanted.partials, partials.len())?;
-        for column in batch.inputs().chain(batch.parameters) {
-            let readable =
-                if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
-            self.check("values of an input", batch.count, readable)?;
-        }
-        for column in values.iter().chain(partials.iter()) {
-            self.check("values of an output", batch.count, column.len())?;
-        }
+        check(&self.library.descriptor, wanted.shape, batch, values, partials)?;
         if batch.parameters.is_empty() {
             return self.call(wanted, batch, values, partials);
         }
-        self.check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
         if self.takes_fields {
             self.call(wanted, batch, values, partials)
         } else {
@@ -172,7 +154,7 @@ impl PluginKinetics {
         Ok(warning)
     }
 
-    /// Calls the plugin with columns that were checked.
+    /// Calls the plugin with columns that were checked; twice, if the call is watched.
     fn call(
         &self,
         wanted: &Wanted,
@@ -181,7 +163,56 @@ impl PluginKinetics {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
-        let watched = calls < WATCHED || calls.is_multiple_of(EVERY);
+        if calls >= WATCHED && !calls.is_multiple_of(EVERY) {
+            return self.call_once(wanted, batch, values, partials, false);
+        }
+        let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
+            columns.iter().map(|column| column[..batch.count].to_vec()).collect()
+        };
+        let (mut values_again, mut partials_again) = (copies(values), copies(partials));
+        let warning = self.call_once(wanted, batch, values, partials, true)?;
+        {
+            let mut values: Vec<_> = values_again.iter_mut().map(|c| &mut c[..]).collect();
+            let mut partials: Vec<_> = partials_again.iter_mut().map(|c| &mut c[..]).collect();
+            self.call_once(wanted, batch, &mut values, &mut partials, true)?;
+        }
+        let first = values.iter().chain(partials.iter());
+        for (output, (first, second)) in
+            first.zip(values_again.iter().chain(&partials_again)).enumerate()
+        {
+            let differs = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
+            if let Some(point) = first.iter().zip(second).position(differs) {
+                let descriptor = &self.library.descriptor;
+                let species =
+                    descriptor.species.get(output).filter(|_| wanted.shape.values > output);
+                let of_rates = wanted.name.starts_with("rate");
+                return Err(KineticsError::Unsteady {
+                    plugin: descriptor.name.clone(),
+                    call: wanted.name,
+                    quantity: match species.filter(|_| of_rates) {
+                        Some(species) => format!("the rate of species {}", species.name),
+                        None => format!("output {}", output + 1),
+                    },
+                    location: batch.location.noun(),
+                    point: batch.first + point,
+                    first: first[point],
+                    second: second[point],
+                    how: "one call after the other",
+                });
+            }
+        }
+        Ok(warning)
+    }
+
+    /// One call, with copies of the inputs or with the caller's own.
+    fn call_once(
+        &self,
+        wanted: &Wanted,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+        watched: bool,
+    ) -> Outcome {
         let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
         let raw = |columns: &mut [&mut [f64]]| -> SmallVec<[abi::ColumnMut; 8]> {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
@@ -196,7 +227,7 @@ impl PluginKinetics {
             count: batch.count,
             library: self.library.number,
         };
-        let outcome = call.run(|report| {
+        let outcome = call.run(watched, |report| {
             let (batch, values) = (inputs.raw(), values.as_ptr());
             // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
             unsafe {
@@ -238,9 +269,7 @@ impl Kinetics for PluginKinetics {
         let wanted = Wanted {
             name: "rates",
             function: Function::Values(self.library.rates),
-            signals: self.descriptor().signal_columns(),
-            values: self.descriptor().species.len(),
-            partials: 0,
+            shape: Shape::of_rates(self.descriptor(), false),
         };
         self.evaluate(&wanted, batch, rates, &mut [])
     }
@@ -254,14 +283,10 @@ impl Kinetics for PluginKinetics {
         if self.library.rate_partials.is_none() {
             return differences::rate_partials(self, batch, rates, partials);
         }
-        let descriptor = self.descriptor();
-        let species = descriptor.species.len();
         let wanted = Wanted {
             name: "rate_partials",
             function: Function::Partials(self.library.rate_partials),
-            signals: descriptor.signal_columns(),
-            values: species,
-            partials: species * descriptor.inputs(),
+            shape: Shape::of_rates(self.descriptor(), true),
         };
         self.evaluate(&wanted, batch, rates, partials)
     }
@@ -272,7 +297,7 @@ impl Kinetics for PluginKinetics {
             return Ok(None);
         }
         let (name, function) = ("length_factor", Function::Values(self.library.length_factor));
-        let wanted = Wanted { name, function, signals: 0, values: 1, partials: 0 };
+        let wanted = Wanted { name, function, shape: Shape { signals: 0, values: 1, partials: 0 } };
         self.evaluate(&wanted, batch, &mut [factor], &mut [])
     }
 
@@ -287,8 +312,9 @@ impl Kinetics for PluginKinetics {
         }
         let function = Function::Partials(self.library.length_factor_partials);
         let name = "length_factor_partials";
-        let species = self.library.descriptor.species.len();
-        let wanted = Wanted { name, function, signals: 0, values: 1, partials: species };
+        let partials_wanted = self.library.descriptor.species.len();
+        let shape = Shape { signals: 0, values: 1, partials: partials_wanted };
+        let wanted = Wanted { name, function, shape };
         self.evaluate(&wanted, batch, &mut [factor], partials)
     }
 
@@ -306,12 +332,11 @@ impl Kinetics for PluginKinetics {
             return Ok(None);
         }
         let descriptor = self.descriptor();
+        let (signals, values_wanted) = (descriptor.signal_columns(), descriptor.observables.len());
         let wanted = Wanted {
             name: "observe",
             function: Function::Values(self.library.observe),
-            signals: descriptor.signal_columns(),
-            values: descriptor.observables.len(),
-            partials: 0,
+            shape: Shape { signals, values: values_wanted, partials: 0 },
         };
         self.evaluate(&wanted, batch, values, &mut [])
     }

@@ -17,10 +17,10 @@ use rumple_growing::Growing;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct UnderWay {
     pub(super) plugin: &'static str,
-    call: &'static str,
-    location: Location,
-    first: usize,
-    count: usize,
+    pub(super) call: &'static str,
+    pub(super) location: Location,
+    pub(super) first: usize,
+    pub(super) count: usize,
 }
 
 impl std::fmt::Display for UnderWay {
@@ -70,7 +70,7 @@ static START: LazyLock<Instant> = LazyLock::new(Instant::now);
 static NAMES: Growing<String> = Growing::new();
 static SLOTS: Growing<Slot> = Growing::new();
 
-const CALLS: [&str; 8] = [
+pub(super) const CALLS: [&str; 8] = [
     "loading",
     "create",
     "rates",
@@ -80,7 +80,7 @@ const CALLS: [&str; 8] = [
     "observe",
     "destroy",
 ];
-const LOCATIONS: [Location; 3] = [Location::Vertex, Location::Face, Location::Edge];
+pub(super) const LOCATIONS: [Location; 3] = [Location::Vertex, Location::Face, Location::Edge];
 
 thread_local! {
     static SLOT: Cell<Option<(usize, &'static Slot)>> = const { Cell::new(None) };

@@ -1,0 +1,51 @@
+//! What shows only after many calls: results that differ now and then, memory that is not given back.
+
+use std::time::{Duration, Instant};
+
+use super::validate::{Check, Verdict};
+use crate::field::Columns;
+use crate::library::alone;
+use crate::memory::own_bytes;
+use crate::{Batch, Kinetics, KineticsError};
+
+/// Calls at one point, each compared with the first; fewer of a law that takes its time.
+const CALLS: usize = 10_000;
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Rounds of that many calls; memory that grows in all but the first by so many bytes is lost.
+const ROUNDS: usize = 4;
+const LOST: u64 = 64 << 10;
+
+/// Calls the rates at the first point of the batch again and again.
+pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
+    let species = kinetics.descriptor().species.len();
+    let rates = || -> Result<Columns, KineticsError> {
+        let mut rates = Columns::new(species, 1);
+        batch.with_part(0, 1, |b| kinetics.rates(b, &mut rates.slices_mut()))?;
+        Ok(rates)
+    };
+    let first = rates()?;
+    let (begin, mut calls) = (Instant::now(), 0);
+    let mut memory = Vec::with_capacity(ROUNDS);
+    for _ in 0..ROUNDS {
+        for _ in 0..CALLS / ROUNDS {
+            if begin.elapsed() > PATIENCE {
+                return Ok(Verdict::Good(format!("{calls} calls at one point")));
+            }
+            calls += 1;
+            let again = rates()?;
+            let how = "one call after the other";
+            batch
+                .with_part(0, 1, |b| super::repeat::compare(kinetics, b, &first, &again, 0, how))?;
+        }
+        // Of a process that others use as well it says nothing.
+        memory.extend(own_bytes().filter(|_| alone()));
+    }
+    let grows = |pair: &[u64]| pair[1].saturating_sub(pair[0]) >= LOST;
+    if memory.len() == ROUNDS && memory.windows(2).all(grows) {
+        let lost = (memory[ROUNDS - 1] - memory[0]) / (CALLS - CALLS / ROUNDS) as u64;
+        return Ok(Verdict::Fault(format!(
+            "takes some {lost} bytes of memory in every call of rates and does not give them back"
+        )));
+    }
+    Ok(Verdict::Good(format!("{CALLS} calls at one point")))
+}

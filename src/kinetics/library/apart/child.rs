@@ -1,0 +1,232 @@
+//! A child as its parent sees it: started, asked, waited for, ended.
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::Ordering;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+
+use super::super::end::meaning;
+use super::super::watch::{CALLS, LOCATIONS, UnderWay};
+use super::memory::{ANSWERED, ASKED, IDLE, Lane, Memory, Part};
+use super::told::Told;
+use super::{Isolation, WORD};
+use crate::KineticsError;
+use crate::descriptor::{Descriptor, Location};
+
+/// Between two looks whether the child is still there.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// A process that serves a plugin.
+#[derive(Debug)]
+pub(super) struct Process {
+    path: String,
+    name: OnceLock<String>,
+    limit: Duration,
+    child: Mutex<Child>,
+    /// Open for as long as the child is to live.
+    _line: UnixStream,
+    words: Part,
+    lanes: Vec<Mutex<Lane>>,
+    /// Why there is no child any more.
+    end: OnceLock<String>,
+}
+
+/// A call into a child: what to say if it does not come back.
+pub(super) struct Asked {
+    pub(super) call: &'static str,
+    pub(super) location: Location,
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Number of the law.
+    pub(super) law: u64,
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.kill(&mut lock(&self.child));
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Process {
+    /// Starts a child for the plugin at this path, which is its name until it has another.
+    pub(super) fn start(path: &Path, isolation: &Isolation) -> io::Result<Self> {
+        let lanes = rayon::current_num_threads();
+        let memory = Memory::new(lanes)?;
+        let (line, end) = UnixStream::pair()?;
+        let mut command = Command::new(&isolation.program);
+        // The two files come in the places of standard input and output: nothing else is inherited.
+        command.arg(WORD).arg(lanes.to_string());
+        command.stdin(memory.file().try_clone()?).stdout(OwnedFd::from(end));
+        // Ctrl-C is for the parent; and what the plugin starts can be ended with it.
+        command.process_group(0);
+        Ok(Self {
+            path: path.display().to_string(),
+            name: OnceLock::new(),
+            limit: isolation.limit,
+            words: memory.words()?,
+            lanes: (0..lanes).map(|k| memory.lane(k).map(Mutex::new)).collect::<io::Result<_>>()?,
+            child: Mutex::new(command.stderr(Stdio::inherit()).spawn()?),
+            _line: line,
+            end: OnceLock::new(),
+        })
+    }
+
+    /// Gives the plugin its name.
+    pub(super) fn name(&self, name: &str) {
+        let _ = self.name.set(name.to_owned());
+    }
+
+    fn title(&self) -> &str {
+        self.name.get().unwrap_or(&self.path)
+    }
+
+    /// A lane that nobody uses; this thread's own, if it waits.
+    pub(super) fn lane(&self) -> MutexGuard<'_, Lane> {
+        let own = rayon::current_thread_index().unwrap_or(0);
+        for k in 0..self.lanes.len() {
+            match self.lanes[(own + k) % self.lanes.len()].try_lock() {
+                Ok(lane) => return lane,
+                Err(TryLockError::Poisoned(lane)) => return lane.into_inner(),
+                Err(TryLockError::WouldBlock) => {}
+            }
+        }
+        lock(&self.lanes[own % self.lanes.len()])
+    }
+
+    /// Has the child do what the lane says, and waits for it.
+    pub(super) fn ask(&self, lane: &Lane, asked: &Asked) -> Result<(), KineticsError> {
+        self.alive()?;
+        let head = lane.head();
+        let number =
+            |position: Option<usize>| position.map_or(u32::MAX, rumple_numerics::num::index);
+        head.call.store(number(CALLS.iter().position(|c| *c == asked.call)), Ordering::Relaxed);
+        let location = LOCATIONS.iter().position(|l| *l == asked.location);
+        head.location.store(number(location), Ordering::Relaxed);
+        head.law.store(asked.law, Ordering::Relaxed);
+        head.first.store(asked.first as u64, Ordering::Relaxed);
+        head.count.store(asked.count as u64, Ordering::Relaxed);
+        lane.hand_over(ASKED);
+        let begin = Instant::now();
+        while !lane.wait_for(ANSWERED, PAUSE) {
+            let mut child = lock(&self.child);
+            if let Ok(Some(status)) = child.try_wait() {
+                // It may have answered and then ended, for another call.
+                if !lane.wait_for(ANSWERED, Duration::ZERO) {
+                    self.ended(asked, status);
+                }
+            } else if begin.elapsed() > self.limit {
+                let (plugin, call) = (self.title(), asked.under_way());
+                let limit = self.limit.as_secs_f64();
+                let text = format!(
+                    "plugin `{plugin}` does not return from {call}: it has been there for {limit} s \
+                     (--plugin-limit)"
+                );
+                let _ = self.end.set(text);
+                self.kill(&mut child);
+            }
+            drop(child);
+            self.alive()?;
+        }
+        lane.hand_over(IDLE);
+        Ok(())
+    }
+
+    /// The same with texts for inputs and outputs; refuses an answer that is none.
+    pub(super) fn ask_in_words(
+        &self,
+        call: &'static str,
+        law: u64,
+        text: &str,
+        descriptor: Option<&Descriptor>,
+    ) -> Result<String, KineticsError> {
+        let mut lane = self.lane();
+        let asked = Asked { call, location: Location::Vertex, first: 0, count: 0, law };
+        lane.write(text).map_err(|e| self.no_room(&e))?;
+        self.ask(&lane, &asked)?;
+        let answer = lane.read().map_err(|e| self.no_room(&e))?;
+        drop(lane);
+        match serde_json::from_str::<Result<String, Told>>(&answer) {
+            Ok(Ok(text)) => Ok(text),
+            Ok(Err(told)) => match (told, descriptor) {
+                (Told::Other(text), _) => Err(KineticsError::Isolated(text)),
+                (told, Some(descriptor)) => {
+                    told.outcome(descriptor, None).and_then(|_| Err(self.nonsense(call)))
+                }
+                (_, None) => Err(self.nonsense(call)),
+            },
+            Err(_) => Err(self.nonsense(call)),
+        }
+    }
+
+    /// Notes why the child has ended: what it has said itself, or what can be told from outside.
+    fn ended(&self, asked: &Asked, status: ExitStatus) {
+        let mut text = self.words.read();
+        if text.is_empty() {
+            let how = match (status.signal(), status.code()) {
+                (Some(libc::SIGKILL), _) => {
+                    "it is killed (signal 9), perhaps for memory".to_owned()
+                }
+                (Some(signal), _) => format!("{} (signal {signal})", meaning(signal)),
+                (_, code) => format!("it exits with status {}", code.unwrap_or_default()),
+            };
+            text = format!(
+                "plugin `{}` ends its process in {}: {how}",
+                self.title(),
+                asked.under_way()
+            );
+        }
+        let _ = self.end.set(text);
+    }
+
+    fn alive(&self) -> Result<(), KineticsError> {
+        match self.end.get() {
+            None => Ok(()),
+            Some(text) => Err(KineticsError::Isolated(text.clone())),
+        }
+    }
+
+    /// Ends the child and whatever it has started.
+    fn kill(&self, child: &mut Child) {
+        if let Ok(group) = libc::pid_t::try_from(child.id())
+            && matches!(child.try_wait(), Ok(None))
+        {
+            // SAFETY: a signal to a group that the child leads, which is still there.
+            unsafe { libc::kill(-group, libc::SIGKILL) };
+        }
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+
+    pub(super) fn nonsense(&self, call: &str) -> KineticsError {
+        let name = self.title();
+        KineticsError::Isolated(format!(
+            "plugin `{name}` spoils the memory of its process: the answer to {call} makes no sense"
+        ))
+    }
+
+    pub(super) fn no_room(&self, error: &io::Error) -> KineticsError {
+        let name = self.title();
+        KineticsError::Isolated(format!("no memory to share with plugin `{name}`: {error}"))
+    }
+}
+
+impl Asked {
+    fn under_way(&self) -> UnderWay {
+        UnderWay {
+            plugin: "",
+            call: self.call,
+            location: self.location,
+            first: self.first,
+            count: self.count,
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! A law in another process.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use super::Apart;
+use super::child::Asked;
+use super::columns::Columns;
+use super::told::{Told, Wanted};
+use crate::descriptor::{Capabilities, Descriptor};
+use crate::library::shape::{Shape, check};
+use crate::{Batch, Kinetics, KineticsError, Outcome};
+
+/// The law of a plugin in a process of its own.
+#[derive(Debug)]
+pub struct ApartKinetics {
+    apart: Arc<Apart>,
+    takes_fields: bool,
+    parameters: Vec<f64>,
+    /// Its number in the child.
+    number: u64,
+}
+
+impl Drop for ApartKinetics {
+    fn drop(&mut self) {
+        let outcome =
+            self.apart.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
+        if let Err(error) = outcome {
+            crate::library::late::tell(&error);
+        }
+    }
+}
+
+impl ApartKinetics {
+    /// An instance with all its parameters; with or without parameters as columns.
+    pub(super) fn new(
+        apart: &Arc<Apart>,
+        parameters: Vec<f64>,
+        takes_fields: bool,
+    ) -> Result<Self, KineticsError> {
+        let process = &apart.process;
+        let bits = parameters.iter().map(|p| p.to_bits()).collect();
+        let wanted = Wanted { parameters: bits, takes_fields };
+        let text = serde_json::to_string(&wanted).map_err(|_| process.nonsense("create"))?;
+        let answer = process.ask_in_words("create", 0, &text, Some(apart.descriptor()))?;
+        let number = answer.parse().map_err(|_| process.nonsense("create"))?;
+        Ok(Self { apart: Arc::clone(apart), takes_fields, parameters, number })
+    }
+
+    fn given(&self) -> Capabilities {
+        self.descriptor().capabilities
+    }
+
+    /// Copies the inputs to the child, has it call the law, and copies the outputs back.
+    fn evaluate(
+        &self,
+        call: &'static str,
+        shape: Shape,
+        batch: &Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        check(self.descriptor(), shape, batch, values, partials)?;
+        let parts = [
+            batch.species.len(),
+            batch.signals.len(),
+            batch.parameters.len(),
+            values.len(),
+            partials.len(),
+        ];
+        let inputs = || batch.inputs().chain(batch.parameters);
+        let vary: Vec<bool> = inputs().map(|column| column.parts().1 > 0).collect();
+        let too_many = || self.apart.process.no_room(&std::io::ErrorKind::OutOfMemory.into());
+        let columns = Columns::new(vary.iter().copied(), parts[3] + parts[4], batch.count)
+            .ok_or_else(too_many)?;
+        let mut lane = self.apart.process.lane();
+        lane.room(columns.bytes).map_err(|error| self.apart.process.no_room(&error))?;
+        for (k, vary) in vary.iter().enumerate() {
+            // SAFETY: within the room just made; it is our turn, and the lane is locked.
+            unsafe { lane.data().cast::<u64>().add(k).write(u64::from(*vary)) };
+        }
+        for (column, place) in inputs().zip(&columns.inputs) {
+            // SAFETY: as above.
+            let room = unsafe { lane.values_mut(*place) };
+            match column.parts() {
+                (data, 0) => room[0] = data.first().copied().unwrap_or(0.0),
+                _ => column.copy_to(0, room),
+            }
+        }
+        let head = lane.head();
+        for (place, count) in head.columns.iter().zip(parts) {
+            place.store(count as u64, Ordering::Relaxed);
+        }
+        head.text.store(0, Ordering::Relaxed);
+        let (location, first, count) = (batch.location, batch.first, batch.count);
+        let asked = Asked { call, location, first, count, law: self.number };
+        self.apart.process.ask(&lane, &asked)?;
+        let mut warning = None;
+        if lane.head().text.load(Ordering::Relaxed) > 0 {
+            let text = lane
+                .read_behind(columns.bytes)
+                .map_err(|error| self.apart.process.no_room(&error))?;
+            let told: Told =
+                serde_json::from_str(&text).map_err(|_| self.apart.process.nonsense(call))?;
+            warning = told.outcome(self.descriptor(), Some(batch))?;
+        }
+        let out = values.iter_mut().map(|c| &mut **c).chain(partials.iter_mut().map(|c| &mut **c));
+        for (out, place) in out.zip(&columns.outputs) {
+            // SAFETY: as above; the child has answered.
+            out[..count].copy_from_slice(unsafe { lane.values(*place) });
+        }
+        Ok(warning)
+    }
+
+    fn species(&self) -> usize {
+        self.descriptor().species.len()
+    }
+}
+
+impl Kinetics for ApartKinetics {
+    fn descriptor(&self) -> &Descriptor {
+        self.apart.descriptor()
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
+        let shape = Shape::of_rates(self.descriptor(), false);
+        self.evaluate("rates", shape, batch, rates, &mut [])
+    }
+
+    fn rate_partials(
+        &self,
+        batch: &Batch<'_>,
+        rates: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let shape = Shape::of_rates(self.descriptor(), true);
+        self.evaluate("rate_partials", shape, batch, rates, partials)
+    }
+
+    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
+        if !self.given().length_factor {
+            factor.fill(1.0);
+            return Ok(None);
+        }
+        let shape = Shape { signals: 0, values: 1, partials: 0 };
+        self.evaluate("length_factor", shape, batch, &mut [factor], &mut [])
+    }
+
+    fn length_factor_partials(
+        &self,
+        batch: &Batch<'_>,
+        factor: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        if !self.given().length_factor {
+            return crate::differences::length_factor_partials(self, batch, factor, partials);
+        }
+        let shape = Shape { signals: 0, values: 1, partials: self.species() };
+        self.evaluate("length_factor_partials", shape, batch, &mut [factor], partials)
+    }
+
+    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+        if !self.takes_fields {
+            return Ok(None);
+        }
+        let twin = Self::new(&self.apart, self.parameters.clone(), false)?;
+        Ok(Some(Box::new(twin)))
+    }
+
+    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
+        if !self.apart.about.observes {
+            return Ok(None);
+        }
+        let signals = self.descriptor().signal_columns();
+        let shape = Shape { signals, values: self.descriptor().observables.len(), partials: 0 };
+        self.evaluate("observe", shape, batch, values, &mut [])
+    }
+}

@@ -1,0 +1,263 @@
+//! The child's side: loads a library and calls it, one thread a lane.
+
+use std::fs::File;
+use std::io;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
+use std::thread;
+use std::time::Duration;
+
+use super::super::watch::{CALLS, LOCATIONS};
+use super::super::{Library, PluginKinetics, end, intact, late};
+use super::columns::{Columns, UNTOUCHED};
+use super::grown::Grown;
+use super::memory::{ANSWERED, ASKED, Lane, Memory, Part};
+use super::told::{About, Told, Wanted};
+use crate::batch::{Batch, Column};
+use crate::{Kinetics, KineticsError, Outcome};
+
+/// Bytes of stack of a thread: what the main one has elsewhere.
+const STACK: usize = 8 << 20;
+/// Milliseconds between two looks whether a plugin ends the process.
+const PAUSE: libc::c_int = 20;
+/// Between two looks whether there is something to do.
+const LONG: Duration = Duration::from_secs(3600);
+
+/// What the threads share.
+#[derive(Debug, Default)]
+struct Served {
+    library: OnceLock<Arc<Library>>,
+    laws: RwLock<Vec<Option<Arc<PluginKinetics>>>>,
+    grown: Grown,
+}
+
+/// Serves one plugin until the parent ends.
+pub(super) fn serve(lanes: usize) -> ! {
+    match begin(lanes) {
+        Ok(line) => stay(line.0, &line.1),
+        // Nobody can be told but by a status.
+        Err(_) => end::leave(1),
+    }
+}
+
+/// Takes the two files that the parent gives, and starts a thread for each lane.
+fn begin(lanes: usize) -> io::Result<(RawFd, Part)> {
+    let memory = aside(libc::STDIN_FILENO)?;
+    let line = aside(libc::STDOUT_FILENO)?;
+    let nothing = File::open("/dev/null")?;
+    // SAFETY: files that are open: from now on nothing is read, and prints go where errors go.
+    unsafe {
+        libc::dup2(nothing.as_raw_fd(), libc::STDIN_FILENO);
+        libc::dup2(libc::STDERR_FILENO, libc::STDOUT_FILENO);
+    }
+    // The parent says when the run ends, also where a signal is sent to all.
+    for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+        // SAFETY: a signal that is ignored calls nobody.
+        unsafe { libc::signal(signal, libc::SIG_IGN) };
+    }
+    end::guard();
+    intact::begin_to_look();
+    intact::watch_closely();
+    intact::keep(memory.as_raw_fd());
+    intact::keep(line.as_raw_fd());
+    let memory = Memory::of(memory);
+    let served = Arc::new(Served::default());
+    for number in 0..lanes {
+        let mut lane = memory.lane(number)?;
+        let served = Arc::clone(&served);
+        let work = move || {
+            loop {
+                if lane.wait_for(ASKED, LONG) {
+                    served.answer(&mut lane);
+                    lane.hand_over(ANSWERED);
+                }
+            }
+        };
+        thread::Builder::new().stack_size(STACK).spawn(work)?;
+    }
+    let words = memory.words()?;
+    // Both stay open for good.
+    std::mem::forget(memory);
+    Ok((std::os::fd::IntoRawFd::into_raw_fd(line), words))
+}
+
+/// A file under a number that is not one of the standard ones.
+fn aside(file: RawFd) -> io::Result<OwnedFd> {
+    // SAFETY: makes a new number for an open file.
+    let new = unsafe { libc::fcntl(file, libc::F_DUPFD_CLOEXEC, 3) };
+    if new < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: just made, and of nobody else.
+    Ok(unsafe { OwnedFd::from_raw_fd(new) })
+}
+
+/// Waits for the parent to end, or for a plugin that ends this process, and names that.
+fn stay(line: RawFd, words: &Part) -> ! {
+    loop {
+        let mut look = libc::pollfd { fd: line, events: libc::POLLIN, revents: 0 };
+        // SAFETY: one entry.
+        unsafe { libc::poll(&raw mut look, 1, PAUSE) };
+        if let Some(ended) = end::ended() {
+            words.write(&ended.to_string());
+            end::leave(1);
+        }
+        if look.revents & (libc::POLLHUP | libc::POLLERR) != 0 {
+            // SAFETY: this group consists of this process and of what the plugin has started.
+            unsafe { libc::kill(0, libc::SIGKILL) };
+        }
+        if look.revents & libc::POLLNVAL != 0 {
+            // A call under way will say so.
+            thread::sleep(Duration::from_millis(100));
+            end::leave(1);
+        }
+    }
+}
+
+impl Served {
+    /// Does what the lane asks for.
+    fn answer(&self, lane: &mut Lane) {
+        let asked = lane.head().call.load(Ordering::Relaxed) as usize;
+        let call = CALLS.get(asked).copied().unwrap_or_default();
+        match call {
+            "loading" | "create" | "destroy" => {
+                let answer = lane.read().map_err(|e| Told::Other(e.to_string())).and_then(|text| {
+                    let done = match call {
+                        "loading" => self.load(&text),
+                        "create" => self.create(&text),
+                        _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
+                    };
+                    done.map_err(Told::of_error)
+                });
+                let text = serde_json::to_string(&answer).unwrap_or_default();
+                // Without room the parent finds what it has written, and that makes no sense.
+                let _ = lane.write(&text);
+            }
+            _ => {
+                let (told, behind) = match self.evaluate(lane, call) {
+                    Ok((outcome, behind)) => (Told::of(outcome), behind),
+                    Err(text) => (Some(Told::Other(text)), 0),
+                };
+                lane.head().text.store(0, Ordering::Relaxed);
+                if let Some(told) = told {
+                    let text = serde_json::to_string(&told).unwrap_or_default();
+                    let _ = lane.write_behind(behind, &text);
+                }
+            }
+        }
+    }
+
+    fn load(&self, path: &str) -> Result<String, KineticsError> {
+        let library = Library::load(Path::new(path))?;
+        let about =
+            About { descriptor: library.descriptor().clone(), observes: library.observe.is_some() };
+        let _ = self.library.set(library);
+        serde_json::to_string(&about).map_err(|e| KineticsError::Isolated(e.to_string()))
+    }
+
+    fn create(&self, text: &str) -> Result<String, KineticsError> {
+        let none = || KineticsError::Isolated("no plugin is loaded".to_owned());
+        let library = self.library.get().ok_or_else(none)?;
+        let wanted: Wanted = serde_json::from_str(text).map_err(|_| none())?;
+        let parameters = wanted.parameters.into_iter().map(f64::from_bits).collect();
+        let mut law = PluginKinetics::new(library, parameters)?;
+        law.takes_fields &= wanted.takes_fields;
+        let mut laws = self.laws.write().unwrap_or_else(PoisonError::into_inner);
+        let free = laws.iter().position(Option::is_none).unwrap_or(laws.len());
+        if free == laws.len() {
+            laws.push(None);
+        }
+        laws[free] = Some(Arc::new(law));
+        Ok(free.to_string())
+    }
+
+    fn destroy(&self, number: u64) -> Result<String, KineticsError> {
+        let law = {
+            let mut laws = self.laws.write().unwrap_or_else(PoisonError::into_inner);
+            usize::try_from(number).ok().and_then(|k| laws.get_mut(k)?.take())
+        };
+        drop(law);
+        late::take().map_or_else(|| Ok(String::new()), |text| Err(KineticsError::Isolated(text)))
+    }
+
+    /// Calls the law at the points of the lane; the outcome, and where the columns end.
+    fn evaluate(&self, lane: &mut Lane, call: &'static str) -> Result<(Outcome, usize), String> {
+        let nonsense = || format!("{call} is asked for what makes no sense");
+        let head = lane.head();
+        let number = |value: u64| usize::try_from(value).map_err(|_| nonsense());
+        let law = {
+            let number = number(head.law.load(Ordering::Relaxed))?;
+            let laws = self.laws.read().unwrap_or_else(PoisonError::into_inner);
+            laws.get(number).cloned().flatten().ok_or_else(nonsense)?
+        };
+        let first = number(head.first.load(Ordering::Relaxed))?;
+        let count = number(head.count.load(Ordering::Relaxed))?;
+        let location = LOCATIONS.get(head.location.load(Ordering::Relaxed) as usize);
+        let mut parts = [0; 5];
+        for (part, place) in parts.iter_mut().zip(&head.columns) {
+            *part = number(place.load(Ordering::Relaxed))?;
+        }
+        let [species, signals, parameters, values, partials] = parts;
+        let inputs = species + signals + parameters;
+        let room = |lane: &mut Lane, bytes: usize| lane.room(bytes).map_err(|e| e.to_string());
+        room(lane, inputs.saturating_mul(size_of::<u64>()))?;
+        let vary: Vec<bool> =
+            // SAFETY: there is room, and it is our turn.
+            (0..inputs).map(|k| unsafe { lane.data().cast::<u64>().add(k).read() } != 0).collect();
+        let columns = Columns::new(vary.iter().copied(), values + partials, count);
+        let columns = columns.ok_or_else(nonsense)?;
+        room(lane, columns.bytes)?;
+
+        let column = |(place, vary): (&(usize, usize), &bool)| {
+            // SAFETY: there is room, it is our turn, and inputs are only read.
+            let data = unsafe { lane.values(*place) };
+            if *vary { data.into() } else { Column::uniform(&data[0]) }
+        };
+        let all: Vec<Column<'_>> = columns.inputs.iter().zip(&vary).map(column).collect();
+        let untouched = f64::from_bits(UNTOUCHED);
+        let mut out: Vec<&mut [f64]> = Vec::with_capacity(values + partials);
+        for (k, place) in columns.outputs.iter().enumerate() {
+            // SAFETY: there is room, it is our turn, and no two columns overlap.
+            let (column, behind) =
+                unsafe { (lane.values_mut(*place), lane.values_mut(columns.behind(k))) };
+            column.fill(untouched);
+            behind.fill(untouched);
+            out.push(column);
+        }
+        let batch = Batch {
+            location: *location.ok_or_else(nonsense)?,
+            first,
+            count,
+            species: &all[..species],
+            signals: &all[species..species + signals],
+            parameters: &all[species + signals..],
+        };
+        let (out_values, out_partials) = out.split_at_mut(values);
+        let outcome = match (call, &mut *out_values) {
+            ("rates", rates) => law.rates(&batch, rates),
+            ("rate_partials", rates) => law.rate_partials(&batch, rates, out_partials),
+            ("length_factor", [factor]) => law.length_factor(&batch, factor),
+            ("length_factor_partials", [factor]) => {
+                law.length_factor_partials(&batch, factor, out_partials)
+            }
+            ("observe", values) => law.observe(&batch, values),
+            _ => return Err(nonsense()),
+        };
+        for k in 0..columns.outputs.len() {
+            // SAFETY: as above; nobody holds these.
+            let behind = unsafe { lane.values(columns.behind(k)) };
+            if outcome.is_ok() && behind.iter().any(|value| value.to_bits() != UNTOUCHED) {
+                let (output, law) = (k + 1, law.descriptor().title());
+                let beyond = KineticsError::WritesBeyond { law, call, output, points: count };
+                return Ok((Err(beyond), columns.bytes));
+            }
+        }
+        if let Some(what) = self.grown.look() {
+            let plugin = law.descriptor().name.clone();
+            return Ok((Err(KineticsError::Misbehaves { plugin, call, what }), columns.bytes));
+        }
+        Ok((outcome, columns.bytes))
+    }
+}

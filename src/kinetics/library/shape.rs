@@ -1,0 +1,56 @@
+//! Whether all columns of a call are there and long enough, so that pointers to them may be given away.
+
+use crate::descriptor::Descriptor;
+use crate::{Batch, KineticsError};
+
+/// Numbers of columns of a call.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
+    pub(super) signals: usize,
+    pub(super) values: usize,
+    pub(super) partials: usize,
+}
+
+impl Shape {
+    /// Of the rates, with or without partial derivatives.
+    pub(super) fn of_rates(descriptor: &Descriptor, partials: bool) -> Self {
+        let (signals, values) = (descriptor.signal_columns(), descriptor.species.len());
+        let partials = if partials { values * descriptor.inputs() } else { 0 };
+        Self { signals, values, partials }
+    }
+}
+
+/// Checks the columns of a call.
+///
+/// # Errors
+/// [`KineticsError::Shape`].
+pub(super) fn check(
+    descriptor: &Descriptor,
+    shape: Shape,
+    batch: &Batch<'_>,
+    values: &[&mut [f64]],
+    partials: &[&mut [f64]],
+) -> Result<(), KineticsError> {
+    let check = |what: &'static str, expected: usize, found: usize| {
+        if expected == found {
+            return Ok(());
+        }
+        Err(KineticsError::Shape { plugin: descriptor.name.clone(), what, expected, found })
+    };
+    check("species columns", descriptor.species.len(), batch.species.len())?;
+    check("signal columns", shape.signals, batch.signals.len())?;
+    check("output columns", shape.values, values.len())?;
+    check("derivative columns", shape.partials, partials.len())?;
+    for column in batch.inputs().chain(batch.parameters) {
+        let readable =
+            if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
+        check("values of an input", batch.count, readable)?;
+    }
+    for column in values.iter().chain(partials) {
+        check("values of an output", batch.count, column.len())?;
+    }
+    if !batch.parameters.is_empty() {
+        check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
+    }
+    Ok(())
+}

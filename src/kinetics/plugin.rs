@@ -1,0 +1,52 @@
+//! A plugin in this process or in one of its own, as is asked for.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::{Apart, Descriptor, Kinetics, KineticsError, Library, Search};
+
+/// A loaded plugin.
+#[derive(Debug, Clone)]
+pub enum Plugin {
+    /// In this process.
+    Here(Arc<Library>),
+    /// In a process of its own.
+    Apart(Arc<Apart>),
+}
+
+impl Plugin {
+    /// Loads the plugin at a path, where `search` says.
+    ///
+    /// # Errors
+    /// As for [`Library::load`] and [`Apart::load`].
+    pub fn load(path: &Path, search: &Search) -> Result<Self, KineticsError> {
+        match search.isolation() {
+            None => Ok(Self::Here(Library::load(path)?)),
+            Some(isolation) => Ok(Self::Apart(Apart::load(path, isolation)?)),
+        }
+    }
+
+    /// What the plugin says about itself.
+    #[must_use]
+    pub fn descriptor(&self) -> &Descriptor {
+        match self {
+            Self::Here(library) => library.descriptor(),
+            Self::Apart(apart) => apart.descriptor(),
+        }
+    }
+
+    /// The law with these parameters; those not given take their defaults.
+    ///
+    /// # Errors
+    /// As for [`Library::instantiate`].
+    pub fn instantiate(
+        &self,
+        given: &BTreeMap<String, f64>,
+    ) -> Result<Arc<dyn Kinetics>, KineticsError> {
+        Ok(match self {
+            Self::Here(library) => Arc::new(library.instantiate(given)?),
+            Self::Apart(apart) => Arc::new(apart.instantiate(given)?),
+        })
+    }
+}
