@@ -131,12 +131,12 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
         "work against drag [energy]",
         "work of growth [energy]",
         "energy imbalance [energy]",
-        "energy imbalance of the step, relative",
+        "relative energy imbalance of the step",
         "change of the total of a + b [amount]",
         "net force [force]",
-        "net force, relative",
+        "relative net force",
         "net torque [force length]",
-        "net torque, relative",
+        "relative net torque",
         "Gauss-Bonnet defect [rad]",
         "crossings [pairs of triangles]",
     ];
@@ -156,7 +156,7 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
         "{}",
         held.last("work against drag [energy]")
     );
-    assert!(held.largest("net force, relative") > 0.0);
+    assert!(held.largest("relative net force") > 0.0);
     let (a, largest) = (held.column("total a"), held.largest("total b"));
     assert!((a[0] - a[a.len() - 1]).abs() > 0.01 * largest);
 }
@@ -253,7 +253,7 @@ fn the_works_of_ramps_moved_pins_and_constraints_are_in_the_balance() {
 fn a_crude_integrator_is_held_to_the_balance_of_the_energy() {
     let crude = "time.integrator={kind=\"staggered\",method=\"euler\",shape=\"euler\",step=0.2}";
     let free = kept(DOME, "energy = true", &[crude]);
-    let relative = "energy imbalance of the step, relative";
+    let relative = "relative energy imbalance of the step";
     assert!(free.largest(relative) > 0.02, "{}", free.largest(relative));
     let held = kept(DOME, "energy = 0.005", &[crude]);
     assert!(held.largest(relative) <= 0.005, "{}", held.largest(relative));

@@ -226,7 +226,7 @@ impl Law for EnergyBalance {
             (self.pins, "work of pins [energy]"),
             (self.constraints, "work of constraints [energy]"),
             (true, "energy imbalance [energy]"),
-            (true, "energy imbalance of the step, relative"),
+            (true, "relative energy imbalance of the step"),
         ];
         all.into_iter().filter(|(listed, _)| *listed).map(|(_, name)| name.to_owned()).collect()
     }

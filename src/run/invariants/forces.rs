@@ -154,9 +154,9 @@ impl Law for FreeBalance {
     fn columns(&self) -> Vec<String> {
         [
             "net force [force]",
-            "net force, relative",
+            "relative net force",
             "net torque [force length]",
-            "net torque, relative",
+            "relative net torque",
         ]
         .map(str::to_owned)
         .to_vec()
