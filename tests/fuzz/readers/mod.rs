@@ -1,7 +1,7 @@
 //! Everything of Rumple that reads what somebody else may have written, each with valid inputs and the memory
 //! that it may take; and mutations of those inputs.
 //!
-//! One list for all who try them: `05_fuzz`, the suite, and the targets of libFuzzer in `tests/fuzz/targets`.
+//! One list for all who try them: `05_fuzz` and the suite.
 
 mod formulas;
 pub mod mutate;
