@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rumple::kinetics::formula::FormulaKinetics;
 use rumple::scene::Scene;
 use rumple::sheet::read;
+use rumple::study::sweep::Axis;
 
 use super::readers::root;
 use crate::common::peak_of;
@@ -98,4 +99,18 @@ fn arrays_may_not_name_the_same_data_without_end() {
 fn a_decoder_of_lzma_data_gets_no_more_memory_than_that() {
     let message = refused("lzma-dictionary.vtu");
     assert!(message.contains("memory"), "{message}");
+}
+
+/// Each against each they would be parsed fifty million times.
+#[test]
+fn ten_thousand_long_values_are_compared_in_no_time() {
+    let zeros = "0".repeat(80);
+    let values: Vec<String> = (0..10_000).map(|k| format!("{k}.{zeros}{k}")).collect();
+    let began = Instant::now();
+    let parse = |values: &[String]| Axis::parse(&format!("a.b={}", values.join(",")));
+    assert_eq!(parse(&values).unwrap().values.len(), 10_000);
+    let again = [&values[1..], &[format!("1.{zeros}10e0")]].concat();
+    let message = parse(&again).unwrap_err();
+    assert!(message.contains("are the same"), "{message}");
+    assert!(began.elapsed() < Duration::from_secs(10), "{:?}", began.elapsed());
 }

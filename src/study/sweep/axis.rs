@@ -10,6 +10,8 @@
 //!
 //! An item of a list may be a range. Commas within brackets, braces and quotes part nothing.
 
+use std::collections::HashMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::num::{real, whole};
@@ -71,13 +73,11 @@ impl Axis {
                 return wrong(format!("more than {MOST} values"));
             }
         }
-        for (k, value) in values.iter().enumerate() {
-            if let Some(same) = values[..k].iter().find(|v| same(v, value)) {
-                return wrong(match same == value {
-                    true => format!("{value} is given twice"),
-                    false => format!("{same} and {value} are the same"),
-                });
-            }
+        if let Some((same, value)) = twice(&values) {
+            return wrong(match same == value {
+                true => format!("{value} is given twice"),
+                false => format!("{same} and {value} are the same"),
+            });
         }
         Ok(Self {
             key: key.to_owned(),
@@ -154,12 +154,16 @@ fn number(value: &str) -> Option<f64> {
     value.parse().ok().filter(|v: &f64| v.is_finite())
 }
 
-/// Whether two values mean the same.
-fn same(a: &str, b: &str) -> bool {
-    match (number(a), number(b)) {
-        (Some(a), Some(b)) => a == b,
-        _ => plain(a) == plain(b),
-    }
+/// The first value that means the same as one before it, after that: by number, or else by text.
+fn twice(values: &[String]) -> Option<(&str, &str)> {
+    let (mut numbers, mut texts) = (HashMap::new(), HashMap::new());
+    values.iter().find_map(|value| {
+        // Of the two zeros one.
+        let bits = number(value).map(|number| (number + 0.0).to_bits());
+        let same = bits.and_then(|bits| numbers.insert(bits, value.as_str()));
+        let same = same.or(texts.insert(plain(value), value.as_str()));
+        same.map(|same| (same, value.as_str()))
+    })
 }
 
 /// The items of a list, which commas part.

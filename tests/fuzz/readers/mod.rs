@@ -28,7 +28,7 @@ pub struct Reader {
     /// Reads an input by way of the library; whether it was accepted. May not panic.
     pub read: fn(&[u8]) -> bool,
     /// Makes checksums of a mutated input right, so that what is behind them is tried too.
-    pub repair: Option<fn(&mut Vec<u8>)>,
+    pub repair: Option<fn(&mut [u8])>,
 }
 
 /// The most memory that reading may take besides the input: `fixed + per_byte * bytes of the input`.
@@ -119,7 +119,7 @@ impl Reader {
         let mut random = ChaCha8Rng::from_seed(key);
         let mut input = mutate::input(&mut random, seeds);
         // Most of them: a wrong checksum hides all that follows.
-        if let Some(repair) = self.repair.filter(|_| number % 8 > 0) {
+        if let Some(repair) = self.repair.filter(|_| !number.is_multiple_of(8)) {
             repair(&mut input);
         }
         input

@@ -157,7 +157,7 @@ fn checkpoint(bytes: &[u8]) -> bool {
 }
 
 /// Makes length and checksum of a checkpoint right.
-fn seal(bytes: &mut Vec<u8>) {
+fn seal(bytes: &mut [u8]) {
     const HEADER: usize = 64;
     const HASH: usize = 32;
     let Some(length) = bytes.len().checked_sub(HEADER + 8 + HASH) else { return };
