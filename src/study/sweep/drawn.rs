@@ -40,7 +40,7 @@ pub fn contact_sheet(plan: &Plan, members: &[Found]) -> Result<Option<Picture>> 
     let scale = Scale::of(values.copied());
     let across = match &plan.axes[..] {
         [_] => members.len().clamp(1, ACROSS),
-        axes => axes.last().map_or(1, |axis| axis.values.len()),
+        axes => axes.last().map_or(1, |axis| axis.values.len().max(1)),
     };
     let tile = if across > MANY { SMALL } else { TILE };
     // What no shape reaches is left out, but for the room of a word.

@@ -144,6 +144,11 @@ pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
 
 fn read_shown(directory: &Path) -> Option<Shown> {
     let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
+    // Of a damaged file nothing is shown.
+    let exists = |vertex: &u32| (*vertex as usize) < surface.points.len();
+    if !surface.triangles.iter().flatten().all(exists) {
+        return None;
+    }
     let species = surface.point_arrays.into_iter().find(|array| array.components == 1);
     Some(Shown {
         x: surface.points,
