@@ -83,6 +83,7 @@ pub fn validate(
         samples.with(true, |batch| repeat::threads(kinetics, batch))?;
         good("8 threads".into())
     });
+    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
     run("derivatives", &|| wrong_derivatives(kinetics, &samples));
     run("observables", &|| {
         let count = kinetics.descriptor().observables.len();
@@ -105,7 +106,6 @@ pub fn validate(
     });
     run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
-    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
     run("narrow ranges", &|| narrow::look(kinetics, fields, seed));
 }
 

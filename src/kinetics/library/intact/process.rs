@@ -10,6 +10,7 @@ use std::sync::{Once, OnceLock, PoisonError, RwLock};
 
 use super::super::end::leave;
 use super::super::watch::{CallOwner, call_owner};
+use super::alone;
 
 thread_local! {
     /// How often a call of this thread has forked.
@@ -105,7 +106,8 @@ impl Process {
         let closed = STANDARD.iter().zip(self.standard).any(|(file, was)| was && !is_open(*file));
         let kept = KEPT.read().unwrap_or_else(PoisonError::into_inner).clone();
         let lost: Vec<RawFd> = kept.into_iter().filter(|file| !is_open(*file)).collect();
-        if !self.children && has_children() {
+        // In a program that does other things as well, these may start some at the same time.
+        if alone() && !self.children && has_children() {
             return Some("forks the process".to_owned());
         }
         if folder() != self.folder {
