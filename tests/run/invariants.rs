@@ -128,6 +128,7 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
     let [held, free] = ["result", "plain"].map(|name| Ledger::of(&folder.path().join(name)));
     let added: Vec<&String> = held.names.iter().filter(|name| !free.names.contains(name)).collect();
     let expected = [
+        "rejected for invariant",
         "work against drag [energy]",
         "work of growth [energy]",
         "energy imbalance [energy]",

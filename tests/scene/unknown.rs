@@ -54,7 +54,7 @@ fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
         "unknown key outputs",
         Some(
             "did you mean output? \
-             allowed: sheet, material, effect, kinetics, time, equilibrium, stability, output, checkpoint",
+             allowed: sheet, material, effect, kinetics, time, equilibrium, stability, invariants, output, checkpoint",
         ),
     );
     wrong(
