@@ -31,7 +31,7 @@ const CASES: [&[&str]; 8] = [
         "time.integrator={ kind = \"staggered\", chemistry = \"exponential\" }",
     ],
     &["time.policy=\"simultaneous\"", "time.integrator=\"staggered\""],
-    &["time.policy=\"simultaneous\"", "time.integrator={ kind = \"explicit\", step = 1e-4 }"],
+    &["time.policy=\"simultaneous\"", "time.integrator={ kind = \"explicit\", step = 1e-6 }"],
     &["time.policy=\"chemistry-fast\"", "time.integrator=\"staggered\"", "kinetics.parameters.b=1"],
 ];
 

@@ -50,10 +50,12 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
     let search = Search::in_directories(vec![build::directory().to_owned()]);
     let mut count = 0;
     for folder in fs::read_dir("models").unwrap().map(|f| f.unwrap().path()) {
+        // The hard ones are run as such, some with meshes that are made for them.
+        if folder.ends_with("hard") {
+            continue;
+        }
         for file in fs::read_dir(folder).into_iter().flatten().map(|f| f.unwrap().path()) {
-            // Of the hard cases there is a list as well.
-            let scene = file.file_name().is_some_and(|name| name != "cases.toml");
-            if scene && file.extension().is_some_and(|e| e == "toml") {
+            if file.extension().is_some_and(|e| e == "toml") {
                 let scene = Scene::load(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
                 let simulation = Simulation::new(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
                 assert!(
