@@ -179,7 +179,7 @@ pub enum KineticsError {
         /// Which call.
         call: &'static str,
         /// What was returned.
-        quantity: String,
+        quantity: Box<str>,
         /// `vertex`, `face` or `edge`.
         location: &'static str,
         /// Number of the point.

@@ -146,9 +146,14 @@ impl Simulation {
     /// One step that does not pass the time `until`.
     ///
     /// # Errors
-    /// Whatever no smaller step cures. The state and what solvers remember are as before then, bit for bit, but for
-    /// what a library remembers: such an integrator begins anew from the state.
+    /// `until` is not after the time of the state. Whatever no smaller step cures: the state and what solvers
+    /// remember are as before then, bit for bit, but for what a library remembers: such an integrator begins anew
+    /// from the state.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
+        if !(until > self.state.time) {
+            let message = format!("no step leads from time {} to {until}", self.state.time);
+            return Err(Error::Refused(message));
+        }
         let before = (self.workspace.tries().causes(), self.model().not_finite());
         let (report, spent) = self.spend(|s| -> Result<StepReport> {
             s.workspace.mark();

@@ -14,7 +14,7 @@ use super::build::{SHIPPED, directory, library, map, misbehaving};
 use crate::run::program;
 
 fn isolation() -> Isolation {
-    Isolation::by(program().into(), Duration::from_secs(20))
+    Isolation::by(program(), Duration::from_secs(20))
 }
 
 const COUNT: usize = 3000;

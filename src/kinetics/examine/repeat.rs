@@ -91,7 +91,7 @@ pub(super) fn compare(
             return Err(KineticsError::Unsteady {
                 plugin: kinetics.descriptor().name.clone(),
                 call: "rates",
-                quantity: format!("the rate of species {}", species.name),
+                quantity: format!("the rate of species {}", species.name).into(),
                 location: batch.location.noun(),
                 point: batch.first + point,
                 first: *first,

@@ -190,8 +190,8 @@ impl PluginKinetics {
                     plugin: descriptor.name.clone(),
                     call: wanted.name,
                     quantity: match species.filter(|_| of_rates) {
-                        Some(species) => format!("the rate of species {}", species.name),
-                        None => format!("output {}", output + 1),
+                        Some(species) => format!("the rate of species {}", species.name).into(),
+                        None => format!("output {}", output + 1).into(),
                     },
                     location: batch.location.noun(),
                     point: batch.first + point,
