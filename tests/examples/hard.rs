@@ -42,3 +42,15 @@ fn hostile_files_are_as_expected() {
 fn units_do_not_matter() {
     all_as_expected(&["scales-drag", "scales-spot"]);
 }
+
+#[test]
+fn the_table_of_the_documentation_leaves_no_case_out() {
+    let cases = std::fs::read_to_string("models/hard/cases.toml").unwrap();
+    let page = std::fs::read_to_string("docs/hard-cases.md").unwrap();
+    let names = cases.lines().filter_map(|line| line.strip_prefix("name = \""));
+    let names: Vec<&str> = names.map(|name| name.trim_end_matches('"')).collect();
+    assert!(names.len() > 40, "{names:?}");
+    for name in names {
+        assert!(page.contains(&format!("`{name}`")), "{name} is not in docs/hard-cases.md");
+    }
+}
