@@ -116,8 +116,10 @@ fn stepped(
     let mut written = 0usize;
     let mut latest = first;
     let (mut shown, mut framed) = (None, None);
-    // Whether solvers are as the last accepted step has left them; not even the start may have come to its end.
-    let mut clean = !latest.relaxation.residual.is_nan();
+    // Whether solvers are as the last accepted step has left them; not even the start, or the look at it, may have
+    // come to its end.
+    let whole = from.is_some() || !interrupt.requested();
+    let mut clean = whole && !latest.relaxation.residual.is_nan();
     if from.is_some() {
         shown = Some(simulation.state.step);
         let last = place.and_then(|place| place.frames.last());
