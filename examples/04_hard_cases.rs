@@ -5,7 +5,7 @@
 //! cargo build --release --workspace
 //! cargo run --release --example 04_hard_cases             # all but the slow ones, some minutes
 //! cargo run --release --example 04_hard_cases steep flat  # these cases
-//! cargo run --release --example 04_hard_cases --slow      # all; an hour
+//! cargo run --release --example 04_hard_cases --slow      # all; some minutes more
 //! ```
 //!
 //! `RUMPLE` may say which program is tried, and `BENCH` where the source of the paper's scheme is, for rows beside some
