@@ -10,7 +10,7 @@ use crate::common::prepare;
 use crate::plugins::build::c_library;
 
 /// Own methods, under every policy, with every way to relax that remembers something.
-const CASES: [&[&str]; 8] = [
+const CASES: [&[&str]; 11] = [
     &["time.policy=\"quasi-static\""],
     &[
         "time.policy=\"quasi-static\"",
@@ -30,7 +30,11 @@ const CASES: [&[&str]; 8] = [
         "time.policy=\"quasi-static\"",
         "time.integrator={ kind = \"staggered\", chemistry = \"exponential\" }",
     ],
+    &["time.policy=\"quasi-static\"", "equilibrium.preconditioner=\"multigrid\""],
     &["time.policy=\"simultaneous\"", "time.integrator=\"staggered\""],
+    &["time.policy=\"simultaneous\"", "equilibrium.preconditioner=\"multigrid\""],
+    // A law that is looked at after every step, and holds.
+    &["time.policy=\"simultaneous\"", "invariants.gauss-bonnet=1e-6"],
     &["time.policy=\"simultaneous\"", "time.integrator={ kind = \"explicit\", step = 1e-6 }"],
     &[
         "time.policy=\"chemistry-fast\"",

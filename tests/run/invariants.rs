@@ -361,6 +361,9 @@ fn a_refused_step_changes_nothing() {
         matches!(&error, rumple::Error::Broken(broken) if broken.key == "totals.\"a + b\""),
         "{error}"
     );
+    // Nor is it remembered: the same tries, down to the same shortest step.
+    let again = simulation.step(1.0).unwrap_err();
+    assert_eq!(again.to_string(), error.to_string());
     let every = kept(FREE, "every = 3\ngauss-bonnet = true", &[]);
     for (step, defect) in every.column("Gauss-Bonnet defect [rad]").iter().enumerate() {
         assert_eq!(defect.is_nan(), step % 3 != 0, "{step}");

@@ -31,6 +31,24 @@ pub(crate) struct Invariants {
     short: Option<ShortSteps>,
 }
 
+/// What an integrator remembered where a step began.
+struct Memory(Vec<u8>);
+
+impl Memory {
+    fn of(integrator: &dyn Integrator) -> Self {
+        let mut record = Record::default();
+        // What cannot be written begins anew.
+        let _whole = integrator.store(&mut record);
+        Self(record.into_bytes())
+    }
+
+    fn put_back(&self, integrator: &mut dyn Integrator, vertices: usize) {
+        integrator.renew();
+        let restored = integrator.restore(&mut Reading::new(&self.0), vertices);
+        debug_assert!(restored.is_ok(), "it has written this itself");
+    }
+}
+
 /// Steps that are kept short.
 #[derive(Debug, Clone, Copy)]
 struct ShortSteps {
@@ -171,10 +189,30 @@ impl Invariants {
     /// Brings `state` forward by one step of `integrator` that keeps the laws.
     ///
     /// # Errors
-    /// [`Broken`] if no step does, and those of the integrator; `state` is as before then, bit for bit.
+    /// [`Broken`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
+    /// as before then, bit for bit, but for what a library remembers, which begins anew.
     pub(crate) fn step(
         &mut self,
         integrator: &mut dyn Integrator,
+        workspace: &mut Workspace,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
+        let short = self.short;
+        let vertices = workspace.model.sheet().vertex_count();
+        let memory = Memory::of(integrator);
+        let done = self.step_within(integrator, &memory, workspace, state, until);
+        if done.is_err() {
+            self.short = short;
+            memory.put_back(integrator, vertices);
+        }
+        done
+    }
+
+    fn step_within(
+        &mut self,
+        integrator: &mut dyn Integrator,
+        memory: &Memory,
         workspace: &mut Workspace,
         state: &mut State,
         until: f64,
@@ -206,6 +244,7 @@ impl Invariants {
                     state.clone_from(&before);
                     workspace.roll_back();
                     workspace.mark();
+                    memory.put_back(integrator, workspace.model.sheet().vertex_count());
                     workspace.reject(Try {
                         step: before.step + 1,
                         time: before.time,

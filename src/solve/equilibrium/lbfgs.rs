@@ -141,7 +141,6 @@ impl Lbfgs {
         x: &[Vec3],
         residual: f64,
     ) -> Result<(), SolveError> {
-        self.keep_marked();
         self.fit(potential, x)?;
         let weight = potential.anchor().map_or(0.0, |anchor| anchor.weights.least());
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
@@ -287,6 +286,7 @@ impl Lbfgs {
                 if age > 0 && halvings > SOFT * age {
                     self.stiffen();
                 }
+                self.keep_marked();
                 self.gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
                 self.refactor(potential, x, done.residual)?;
                 self.weight = weight;
