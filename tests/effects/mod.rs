@@ -8,3 +8,4 @@ mod growth;
 mod planted;
 mod registered;
 mod running;
+mod unlisted;
