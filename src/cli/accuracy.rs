@@ -202,9 +202,10 @@ fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
 fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
     let found = gather(plan, root, false);
     write_tables(plan, &found, root)?;
-    let advice = study.gather(plan, root)?;
+    let gathered = study.gather(plan, root);
+    gathered.write(root)?;
     if !quiet {
-        say!("{advice}");
+        say!("{}", gathered.advice());
         say!("{}; report, tables and plots: {}", counts(&found), root.display());
     }
     let silent = |f: &&Found| f.status == MemberStatus::Killed;

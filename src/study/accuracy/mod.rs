@@ -16,6 +16,7 @@
 mod advice;
 mod drawn;
 mod errors;
+mod gathered;
 mod page;
 mod peers;
 mod plan;
@@ -25,6 +26,7 @@ mod report;
 mod richardson;
 
 pub use errors::{Case, Distance, Point, Reference, cases};
+pub use gathered::Gathered;
 pub use plan::Options;
 pub use quantity::Quantity;
 
@@ -33,7 +35,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::sweep::{Found, MemberStatus, PLOT, Plan, status};
+use super::sweep::{Found, MemberStatus, Plan};
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 
@@ -178,13 +180,11 @@ impl Study {
         self.references(plan).try_for_each(|number| plan.adopt(number, root, other))
     }
 
-    /// Reads what there is of all runs and writes tables, plots and reports into `root`; the advice in words.
-    ///
-    /// # Errors
-    /// A plot that cannot be drawn, a file that cannot be written.
-    pub fn gather(&self, plan: &Plan, root: &Path) -> Result<String> {
+    /// Reads what there is of all runs: errors, and what they say together. Nothing is drawn or written.
+    #[must_use]
+    pub fn gather<'a>(&self, plan: &'a Plan, root: &Path) -> Gathered<'a> {
         let (study, cases) = self.with_peers(cases(self, plan, root), plan, root);
-        study.report(&cases, plan, root)
+        Gathered::new(study, cases, plan, root)
     }
 
     /// With the runs of other programs, if there are any, of a study of one case.
@@ -205,50 +205,4 @@ impl Study {
         }
         (study, cases)
     }
-
-    fn report(&self, cases: &[Case], plan: &Plan, root: &Path) -> Result<String> {
-        let advice: Vec<String> = cases.iter().map(|case| advice::advice(self, case)).collect();
-        let open = unfinished(plan, root);
-        let policies = policies::policies(plan, cases);
-        let figures = drawn::figures(self, plan, cases, &policies);
-        let [_, csv, md, html] = Self::FILES.map(str::to_owned);
-        let mut files = vec![(csv, report::csv(self, cases).into_bytes())];
-        let mut drawings = Vec::new();
-        for (name, caption, figure) in figures {
-            let name = format!("{PLOT}{name}");
-            let svg = figure.svg()?;
-            files.push((format!("{name}.svg"), svg.clone().into_bytes()));
-            files.push((format!("{name}.png"), figure.picture()?.png()?));
-            drawings.push(page::Drawing { name, caption, svg });
-        }
-        let blocks =
-            report::blocks(self, plan, (cases, &policies), (open.as_deref(), &advice), drawings);
-        files.push((md, page::markdown(&blocks).into_bytes()));
-        files.push((html, page::html(&blocks).into_bytes()));
-        for (name, bytes) in files {
-            atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
-        }
-        let named = cases.iter().zip(advice);
-        let text = |(case, advice): (&Case, String)| match case.name.is_empty() {
-            true => advice,
-            false => format!("{}: {advice}", case.name),
-        };
-        Ok(open.into_iter().chain(named.map(text)).collect::<Vec<_>>().join("\n\n"))
-    }
-}
-
-/// What is still to be made, if anything is.
-fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
-    let all = plan.members.len();
-    let ended = |number: &usize| {
-        let status = status(&plan.directory(root, *number)).0;
-        matches!(status, MemberStatus::Complete | MemberStatus::Failed)
-    };
-    let open = all - (0..all).filter(ended).count();
-    (open > 0).then(|| {
-        format!(
-            "Incomplete: {open} of {all} runs are still to be made. What follows is of those that there are, and \
-             may change; the same command goes on."
-        )
-    })
 }
