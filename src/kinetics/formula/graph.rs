@@ -151,18 +151,22 @@ pub(super) fn logistic(a: f64) -> f64 {
     (if a < 0.0 { e } else { 1.0 }) / (1.0 + e)
 }
 
-/// Most operations of a law with all its derivatives, and most slopes of them that are kept: some 300 MB, a
-/// hundred times what the largest laws that people write need.
+/// Operations that a law may have with all its derivatives for every byte of its text: twice what 500 species
+/// need of which each depends on the sum of all, …
+const PER_BYTE: usize = 128;
+/// … at least, as short products of many factors have more, …
+const LEAST: usize = 1 << 16;
+/// … and at most: some 300 MB, a hundred times what the largest laws that people write need.
 const LARGEST: usize = 1 << 21;
 
-/// A law has more than [`LARGEST`] of them.
+/// A law has more than so many of them.
 #[derive(Debug)]
-pub(super) struct TooLarge;
+pub(super) struct TooLarge(usize);
 
 impl TooLarge {
     /// The same about the formula `text`, at which it was found.
     pub(super) fn at(self, text: &str) -> FormulaError {
-        let message = format!("the law has more than {LARGEST} operations with its derivatives");
+        let message = format!("the law has more than {} operations with its derivatives", self.0);
         let help =
             "every rate is differentiated by every species and signal: fewer species, or a plugin";
         FormulaError::new(0..text.len(), message).help(help)
@@ -178,16 +182,30 @@ pub(super) struct Graph {
     pub(super) slopes: HashMap<u32, Vec<Id>>,
     /// How many these are.
     pub(super) stored: usize,
+    /// Most operations, and half the slopes that may be kept.
+    most: usize,
 }
 
 impl Graph {
+    /// That of formulas with so many bytes in all.
+    pub(super) fn of(bytes: usize) -> Self {
+        let most = bytes.saturating_mul(PER_BYTE).clamp(LEAST, LARGEST);
+        Self { most, ..Self::default() }
+    }
+
+    /// Forgets what only matters while it grows: that is most of its memory.
+    pub(super) fn complete(&mut self) {
+        (self.known, self.slopes) = Default::default();
+    }
+
     pub(super) fn ops(&self) -> &[Op] {
         &self.ops
     }
 
     /// That there is room for more.
     pub(super) fn room(&self) -> Result<(), TooLarge> {
-        if self.ops.len() > LARGEST || self.stored > 2 * LARGEST { Err(TooLarge) } else { Ok(()) }
+        let large = self.ops.len() > self.most || self.stored > 2 * self.most;
+        if large { Err(TooLarge(self.most)) } else { Ok(()) }
     }
 
     pub(super) fn input(&mut self, number: u32) -> Id {

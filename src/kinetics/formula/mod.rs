@@ -64,6 +64,13 @@ impl Law {
             || self.parameters.iter().any(|p| p.name == name)
             || self.lets.iter().any(|l| l.name == name)
     }
+
+    /// Bytes of all formulas.
+    fn size(&self) -> usize {
+        let named = self.lets.iter().chain(&self.rates).map(|formula| &formula.text);
+        let observables = self.observables.iter().map(|(_, text)| text);
+        named.chain(&self.length_factor).chain(observables).map(String::len).sum()
+    }
 }
 
 /// Which formula of a law is wrong, and how.
@@ -122,7 +129,7 @@ impl FormulaKinetics {
             let error = FormulaError::new(0..text.len(), message).help("write it as a plugin");
             return Err(LawError { formula: Which::Rate(0), error });
         }
-        let mut graph = Graph::default();
+        let mut graph = Graph::of(law.size());
         let mut names = Names::new(law);
         names.define(&mut graph)?;
         let zero = graph.constant(0.0);
@@ -192,19 +199,22 @@ impl FormulaKinetics {
                 wanted.push(slope.map_err(too_large)?);
             }
         }
-        let program = |graph: &Graph, outputs: &[Id], numbers: &Numbers| {
-            let mut program = Program::new(graph, outputs);
-            program.renumber(numbers);
-            program
-        };
         let factor = factor.map(|id| {
             let mut wanted = vec![id];
             for s in 0..species {
                 wanted.push(graph.slope(id, rumple_numerics::num::index(s)).map_err(too_large)?);
             }
-            Ok((program(&graph, &[id], &of_factor), program(&graph, &wanted, &of_factor)))
+            Ok((id, wanted))
         });
         let factor = factor.transpose()?;
+        graph.complete();
+        let program = |outputs: &[Id], numbers: &Numbers| {
+            let mut program = Program::new(&graph, outputs);
+            program.renumber(numbers);
+            program
+        };
+        let factor =
+            factor.map(|(id, wanted)| (program(&[id], &of_factor), program(&wanted, &of_factor)));
         let capabilities = Capabilities {
             rate_partials: true,
             length_factor: factor.is_some(),
@@ -235,10 +245,10 @@ impl FormulaKinetics {
             parameters: law.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect(),
             varying,
             unused: Vec::new(),
-            rates: program(&graph, rates, &of_rates),
-            rate_partials: program(&graph, &wanted, &of_rates),
+            rates: program(rates, &of_rates),
+            rate_partials: program(&wanted, &of_rates),
             factor,
-            observables: program(&graph, observables, &of_observables),
+            observables: program(observables, &of_observables),
         })
     }
 

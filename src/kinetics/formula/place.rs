@@ -25,7 +25,7 @@ impl FieldFormula {
     /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, timed: bool) -> Result<Self, FormulaError> {
         let names = &NAMES[..if timed { 4 } else { 3 }];
-        let mut graph = Graph::default();
+        let mut graph = Graph::of(text.len());
         let tree = parse::parse(text)?;
         let (mut placed, mut varying) = (false, false);
         let id = graph.insert(&tree, &mut |graph, name| {

@@ -47,8 +47,9 @@ impl Program {
                 }
             }
         }
+        let steps = last_use.iter().filter(|last| last.is_some()).count();
         let mut program = Self {
-            steps: Vec::new(),
+            steps: Vec::with_capacity(steps),
             constants: Vec::new(),
             inputs: Vec::new(),
             outputs: Vec::new(),

@@ -25,7 +25,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Arrays of a file may hold so many bytes in all, as numbers of 64 bits, …
-const LARGEST: usize = 1 << 26;
+const LARGEST: usize = 1 << 23;
 /// … and more where the file has more than a share of them: what repeats itself shrinks to a hundredth. Much
 /// more is nothing that a sheet needs.
 const MOST_TIMES: usize = 256;
