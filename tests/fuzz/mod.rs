@@ -2,6 +2,7 @@
 //!
 //! `05_fuzz` tries many more inputs, also for crashes and for those that take too long.
 
+mod built;
 mod formulas;
 mod limits;
 #[allow(dead_code, reason = "the command uses the rest")]

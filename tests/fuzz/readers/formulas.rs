@@ -25,8 +25,8 @@ pub const FORMULA: Reader = Reader {
 
 pub const LAW: Reader = Reader {
     name: "law",
-    // That of a law with as many operations as there may be.
-    bound: bound(512, 64),
+    // So many operations a byte as there may be, with what finds them again.
+    bound: bound(16, 24 << 10),
     seeds: || {
         let texts = [
             "let k 2*a\nrate c k*tanh(H) - c*d\nrate d a*c^2 - d/(1 + c)\nfactor 1 + 0.1*c\nshow r c/(d + 1)",

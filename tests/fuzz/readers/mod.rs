@@ -3,6 +3,7 @@
 //!
 //! One list for all who try them: `05_fuzz` and the suite.
 
+pub mod built;
 mod formulas;
 pub mod mutate;
 mod results;
@@ -16,6 +17,8 @@ use std::path::{Path, PathBuf};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
+
+pub use formulas::LAW;
 
 /// A reader of the program.
 pub struct Reader {
@@ -52,12 +55,13 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 24] = [
+pub const ALL: [Reader; 25] = [
     scenes::SCENE,
+    built::BUILT,
     scenes::OVERRIDE,
     scenes::AXIS,
     formulas::FORMULA,
-    formulas::LAW,
+    LAW,
     surfaces::OBJ,
     surfaces::VTU,
     surfaces::VTP,

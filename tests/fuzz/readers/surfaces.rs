@@ -24,8 +24,8 @@ pub const OBJ: Reader = Reader {
 
 pub const VTU: Reader = Reader {
     name: "vtu",
-    bound: bound(256, 1024),
-    seeds: || [data("vtu"), vec![bomb(1 << 20), bomb(1 << 26)]].concat(),
+    bound: bound(32, 1024),
+    seeds: || [data("vtu"), vec![bomb(1 << 20), bomb(1 << 23)]].concat(),
     read: |bytes| surface("mesh.vtu", bytes),
     repair: None,
 };
