@@ -59,3 +59,13 @@ fn inputs_are_the_same_wherever_they_are_made() {
     assert!((2..50).all(|k| one[k - 2] == reader.input(&other, 1, k as u64)));
     assert!(one != (2..50).map(|k| reader.input(&other, 2, k)).collect::<Vec<_>>());
 }
+
+#[test]
+fn every_reader_has_a_target() {
+    let path = readers::root().join("tests/fuzz/Cargo.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let names: Vec<&str> =
+        text.lines().filter_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"')).collect();
+    // The first is that of the crate.
+    assert!(names[1..].iter().eq(ALL.iter().map(|reader| &reader.name)), "{names:?}");
+}
