@@ -297,6 +297,31 @@ def begin(command):
                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
+def half_written(directory):
+    """Files that a run that was killed has left in pieces; those under construction are called .part."""
+    wrong = []
+    for path in (p for p in directory.rglob("*") if p.is_file() and p.suffix != ".part"):
+        content = path.read_bytes()
+        try:
+            if path.suffix in (".vtu", ".pvd"):
+                # Frames may hold raw numbers, which no parser of XML accepts.
+                whole = content.rstrip().endswith(b"</VTKFile>")
+                listed = re.findall(rb'file="([^"]*)"', content) if path.suffix == ".pvd" else []
+                whole = whole and all((path.parent / name.decode()).is_file() for name in listed)
+            elif path.suffix == ".json":
+                json.loads(content)
+                whole = True
+            else:
+                whole = path.suffix not in (".csv", ".toml") or content.endswith(b"\n")
+        except ValueError:
+            whole = False
+        if not whole:
+            wrong.append(str(path.relative_to(directory)))
+    if wrong:
+        print(f"HALF WRITTEN {wrong}", flush=True)
+    return len(wrong)
+
+
 def onwards(scene, other):
     """How a run that was killed goes on."""
     begun = any((other / "checkpoints").glob("checkpoint_*.bin"))
@@ -315,7 +340,7 @@ def ends_the_same(scene, other, whole, title):
 def kill(kills, seed):
     dice = random.Random(seed)
     whole, cases_met = Whole(), set()
-    killed = asked = missed = bad = runs = 0
+    killed = asked = missed = bad = runs = halves = 0
     while killed < kills:
         for title, text in cases():
             if killed >= kills:
@@ -342,12 +367,13 @@ def kill(kills, seed):
                         process.terminate()
                         asked += 1
                 process.wait()
+                halves += half_written(other)
                 command = onwards(scene, other)
             bad += not ends_the_same(scene, other, directory, title)
             runs += 1
     print(f"{killed} kills with signal 9 and {asked} with SIGTERM met a run at work ({missed} came too late), in "
-          f"{runs} runs of {len(cases_met)} cases; {bad} runs differ")
-    return bad
+          f"{runs} runs of {len(cases_met)} cases; {bad} runs differ, {halves} files were half written")
+    return bad + halves
 
 
 def writing(kills):
@@ -376,6 +402,7 @@ def writing(kills):
                         process.kill()
                 process.wait()
                 tries += 1
+                bad += half_written(other)
                 met += checkpoints.is_dir() and any(n.endswith(".part") for n in os.listdir(checkpoints))
                 command = onwards(scene, other)
             bad += not ends_the_same(scene, other, directory, title)
