@@ -41,6 +41,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         ending: Ending::Reached,
         time: 2.0,
         resumable: None,
+        step: 0,
         frames: 3,
         spent: Spent { work, wall_seconds: seconds, ..Spent::default() },
         start: Spent::default(),

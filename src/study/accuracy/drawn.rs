@@ -15,6 +15,8 @@ pub(super) type Part = fn(&Distance) -> f64;
 
 /// Errors below this are round-off.
 const LEAST: f64 = 1e-15;
+/// Runs with an error beyond this have diverged.
+const FARTHEST: f64 = 100.0;
 /// What the plot of policies is called.
 const POLICIES: &str = "policies";
 /// How the line is called that tells how far the references are apart.
@@ -50,7 +52,7 @@ pub(super) fn figures(
         add(
             "work-precision",
             "What accuracy costs: error against processor time of the steps, and beside it against work that \
-             does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed, at the time they took. \
+             does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed or diverged, at the time they took. \
              Dashed: how far the references are apart (nothing below it means anything), and the error that is \
              wanted. Errors of 0 lie on the lowest one.",
             work_precision(study, case),
@@ -150,9 +152,11 @@ fn against(
     for (name, _) in study.curves.iter().enumerate() {
         let points = line(case, name)
             .filter_map(|p| Some((cost(p)?, p.error(quantity)?)))
-            .filter(|p| p.0 > 0.0);
+            .filter(|p| p.0 > 0.0 && p.1 <= FARTHEST);
         curves.push(Curve { name, points: points.collect() });
-        let lost = line(case, name).filter(|p| !p.ended());
+        // What has diverged would leave no room for the rest.
+        let diverged = |p: &&Point| p.error(quantity).is_some_and(|error| !(error <= FARTHEST));
+        let lost = line(case, name).filter(|p| !p.ended() || diverged(p));
         failed.extend(lost.filter_map(|p| Some((name, cost(p)?))));
     }
     let places = || curves.iter().flat_map(|c| c.points.iter().map(|p| p.0));
@@ -229,7 +233,11 @@ fn in_time(study: &Study, case: &Case) -> Figure {
         [("error of the species", |d| d.species), ("error of the shape", |d| d.shape)];
     for (title, of) in distances {
         let points = |course: &[Distance]| -> Vec<(f64, f64)> {
-            course.iter().map(|d| (d.time, of(d))).filter(|p| p.0 > 0.0 && p.1 > LEAST).collect()
+            course
+                .iter()
+                .map(|d| (d.time, of(d)))
+                .filter(|p| p.0 > 0.0 && p.1 > LEAST && p.1 <= FARTHEST)
+                .collect()
         };
         let mut curves = Vec::new();
         for (name, _) in study.curves.iter().enumerate() {
@@ -255,6 +263,7 @@ fn trust(study: &Study, case: &Case) -> Figure {
         let mut curves = Vec::new();
         for (name, _) in study.curves.iter().enumerate() {
             let points = line(case, name).filter_map(|p| Some((p.tolerance, p.error(quantity)?)));
+            let points = points.filter(|p| p.1 <= FARTHEST);
             curves.push(Curve { name, points: points.collect() });
         }
         let asked = || case.points.iter().map(|p| p.tolerance);
