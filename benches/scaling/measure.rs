@@ -151,6 +151,7 @@ fn relax(
         tolerance: spec.tolerance(),
         max_iterations: spec.max_iterations(),
         interrupted: &|| false,
+        report: &|_| (),
     };
     let before = mechanics.mechanics().tally().work();
     let (done, time) = timed(|| spec.build(mechanics.mechanics())?.relax(mechanics, x, &goal))?;

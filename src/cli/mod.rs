@@ -205,8 +205,16 @@ pub fn main() -> ExitCode {
         Command::Plugin(args) => plugin::run(args),
     };
     // A plugin may do wrong where no call can say so.
-    let result =
-        result.and_then(|()| late_fault().map_or(Ok(()), |text| Err(Error::Incomplete(text))));
+    let late = |text: String| Err(Error::Incomplete(text));
+    let result = match result {
+        Ok(()) => late_fault().map_or(Ok(()), late),
+        // As where it has closed what is to be written.
+        Err(Error::Output(error)) => match late_fault() {
+            Some(fault) => late(format!("{fault}: {error}")),
+            None => Err(Error::Output(error)),
+        },
+        result => result,
+    };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // The command has reported it.

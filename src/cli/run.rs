@@ -99,8 +99,19 @@ fn work(
 
 pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
     say!("time {}: {}", done.time, done.ending);
-    if let Some(step) = done.resumable {
-        say!("`rumple resume {}` goes on from step {step}", directory.root().display());
+    let root = directory.root().display();
+    match done.resumable {
+        Some(step) if step < done.step => say!(
+            "`rumple resume {root}` goes on from step {step} and computes {} steps again: what an integrator of diffsol \
+             remembers cannot be stored in between; `rumple run --from FRAME` goes on from the last frame, with other \
+             rounding",
+            done.step - step
+        ),
+        Some(step) => say!("`rumple resume {root}` goes on from step {step}"),
+        None if done.ending == Ending::Interrupted => say!(
+            "it cannot be resumed: there is no checkpoint before the start is at rest and its first step done"
+        ),
+        None => {}
     }
     let work = done.spent.work;
     let mut counts = vec![format!("{} steps ({} rejected)", work.steps, work.rejected)];

@@ -127,6 +127,7 @@ impl Library {
             );
             return Err(bad((format!("function `{name}`"), problem)));
         }
+        late::loaded(&descriptor.name);
         Ok(Arc::new(Self {
             create: table.create,
             destroy: table.destroy,

@@ -1,5 +1,6 @@
 //! The point to blame for an error, with what the law saw there.
 
+use crate::batch::UNTOUCHED;
 use std::fmt;
 
 use rumple_numerics::num::Short;
@@ -81,10 +82,11 @@ pub struct BadValue {
 impl fmt::Display for BadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, call, quantity, value, site } = self;
-        write!(f, "{law} returned {} in {call} for {quantity} at {site}", Short(*value))?;
-        if value.is_nan() && law.starts_with("plugin") {
-            write!(f, " (or left it unwritten)")?;
+        if value.to_bits() == UNTOUCHED {
+            let must = "it must write every output at every point";
+            return write!(f, "{law} leaves {quantity} unwritten in {call} at {site}: {must}");
         }
+        write!(f, "{law} returned {} in {call} for {quantity} at {site}", Short(*value))?;
         if *value <= 0.0 && quantity == LENGTH_FACTOR {
             write!(
                 f,

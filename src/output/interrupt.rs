@@ -88,6 +88,9 @@ pub fn reason() -> &'static str {
         _ if REQUESTED.load(Ordering::SeqCst) == ORPHANED => "the process that began it is gone",
         129 => "the terminal was closed (SIGHUP)",
         143 => "asked to end (SIGTERM)",
+        138 => "asked to end (SIGUSR1)",
+        140 => "asked to end (SIGUSR2)",
+        152 => "the processor time that it may take is used up (SIGXCPU)",
         _ => "interrupted (SIGINT)",
     }
 }
@@ -108,13 +111,14 @@ fn came(signal: i32) -> bool {
 mod system {
     use std::thread;
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU};
     use signal_hook::iterator::Signals;
     use signal_hook::low_level;
 
     /// A signal that was ignored when the program began (`nohup`) stays so.
     pub(super) fn watch() -> std::io::Result<()> {
-        let mut watched = vec![SIGINT, SIGTERM];
+        // Batch systems announce the end of a job's time by the last three.
+        let mut watched = vec![SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU];
         if hangup_counts() {
             watched.push(SIGHUP);
         }

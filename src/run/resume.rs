@@ -1,6 +1,7 @@
 //! A run that goes on from its last checkpoint.
 
 use std::fs;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use super::made_from::MadeFrom;
@@ -57,7 +58,7 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
         }
     };
     let (time, end) = (checkpoint.time(), scene.time.span.until.get());
-    let complete = standing.is_some_and(|standing| standing.status == RunStatus::Complete);
+    let complete = standing.as_ref().is_some_and(|standing| standing.status == RunStatus::Complete);
     if complete && until.is_none() {
         let what = format!("the run is complete, at time {time}");
         return refuse(format!("{what}; `--until T` lets it go further"));
@@ -66,6 +67,14 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
     if end < time || (complete && end <= time) {
         return refuse(format!(
             "its checkpoint is at time {time}, and the run is to end at {end}; `--until T` lets it go \
+             further"
+        ));
+    }
+    // Results are cut back to the checkpoint: what lies beyond the new end would be lost.
+    let reached = standing.map_or(time, |standing| standing.time);
+    if let Some(until) = until.filter(|until| *until < reached) {
+        return refuse(format!(
+            "it has results up to time {reached}, and those after {until} would be lost; `--until T` lets it go \
              further"
         ));
     }
@@ -119,7 +128,20 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
         let frame = directory.frame(*k);
         frame.is_file() || frame.with_extension("vtk").is_file()
     };
-    (!(0..frames).all(|k| there(&k))).then(|| format!("some of its {frames} frames are gone"))
+    if let Some(gone) = (0..frames).find(|k| !there(k)) {
+        return Some(format!("frame {gone} of its {frames} is gone"));
+    }
+    let cut = (0..frames).map(|k| directory.frame(k)).find(|frame| !whole(frame));
+    cut.map(|frame| format!("{} is cut short", frame.display()))
+}
+
+/// Whether a file of VTK's XML, if it is there, ends as one does.
+fn whole(frame: &Path) -> bool {
+    const TAIL: i64 = 32;
+    let Ok(mut file) = fs::File::open(frame) else { return true };
+    let mut end = Vec::new();
+    let read = file.seek(SeekFrom::End(-TAIL)).and_then(|_| file.read_to_end(&mut end));
+    read.is_ok() && end.trim_ascii_end().ends_with(b"</VTKFile>")
 }
 
 /// Whole rows of a ledger up to a step.

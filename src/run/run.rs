@@ -104,6 +104,7 @@ fn stepped(
         time: 0.0,
         frames: 0,
         resumable: None,
+        step: 0,
         spent: start,
         start,
         wall: Duration::ZERO,
@@ -141,7 +142,7 @@ fn stepped(
         let state = &*state;
         let mut at = workspace.at(state);
         directory.claim().tell(|reached| (reached.time, reached.spent) = (state.time, *spent));
-        summary.time = state.time;
+        (summary.time, summary.step) = (state.time, state.step);
         let mut scheduled = false;
         let mut see = || -> Result<Option<Ending>> {
             let mut ending = None;
@@ -352,6 +353,10 @@ fn stopped(
     }
     let error = super::located(error, simulation.sheet(), &simulation.state.x);
     let error = failure::diagnosed(scene, simulation, error);
+    // A first relaxation that failed leaves the shape where it stuck, which is looked at beside it.
+    if let Some(start) = start {
+        simulation.state.clone_from(start);
+    }
     match failure::write(scene, simulation, directory, (&error, start)) {
         // The first failure is the one to report.
         Err(_) => error,

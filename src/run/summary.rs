@@ -42,6 +42,8 @@ pub struct Summary {
     pub frames: usize,
     /// Of a run that was interrupted the step from which it can be continued.
     pub resumable: Option<u64>,
+    /// The last step.
+    pub step: u64,
     /// What relaxing the start and all steps have cost.
     pub spent: Spent,
     /// Of these the start.

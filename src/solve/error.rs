@@ -9,7 +9,7 @@ use crate::ode::{Failure, OdeError};
 pub type Result<T, E = SolveError> = std::result::Result<T, E>;
 
 /// Residual forces above this correspond to strains of a per cent: no tolerance to recommend.
-const LOOSEST: f64 = 1e-2;
+pub(super) const LOOSEST: f64 = 1e-2;
 
 /// What to try when a relaxation comes to no end: keys with values.
 fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> String {
@@ -117,7 +117,7 @@ pub enum SolveError {
     #[error(
         "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
          area is nearly zero, and no step lowers the energy further (largest force \
-         {residual:.3e}); its optimal lengths are {optimal:.3?}. Use a finer mesh or a smoother \
+         {residual:.3e}); its optimal lengths are {optimal:.3?}. Use equilibrium.method = \"lbfgs\" if it is another, a finer mesh or a smoother \
          length factor, or go on with equilibrium.collapse = \"hold\", which fixes its vertices, or \
          \"turn\", which lets it turn over"
     )]
@@ -137,7 +137,11 @@ pub enum SolveError {
     #[error("{0}")]
     Pairing(String),
     /// The error estimate asks for ever smaller steps.
-    #[error("the coupling error needs steps below {step:.1e} at time {time}")]
+    #[error(
+        "the error of the coupling needs steps below {step:.1e} at time {time}: a law or the shape jumps or runs away \
+         there, or the tolerance asks for more than round-off leaves; try a looser time.integrator.rtol, or a law that is \
+         smooth and bounded"
+    )]
     StepTooSmall {
         /// Time reached.
         time: f64,

@@ -246,6 +246,7 @@ impl Workspace {
         }
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
+        let state_time = potential.time();
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
         let mut tolerance = relaxer.tolerance;
         if let Some(mut anchor) = anchor {
@@ -258,6 +259,7 @@ impl Workspace {
             tolerance,
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
+            report: &|done| control.report(|| relaxing(state_time, done)),
         };
         let method = &mut *relaxer.equilibrium;
         let mut relax = || {
@@ -273,6 +275,14 @@ impl Workspace {
         }
         done
     }
+}
+
+/// How far a relaxation is, in words.
+fn relaxing(time: f64, done: &Relaxation) -> String {
+    let Relaxation { iterations, residual, .. } = done;
+    format!(
+        "time {time:.6}: relaxing the shape, {iterations} iterations, largest force {residual:.1e}"
+    )
 }
 
 /// Puts `guess` in place of `x`, with the fixed directions of this, if it is allowed and has less energy.

@@ -60,7 +60,7 @@ fn relax(
     method: &mut dyn Equilibrium,
     tolerance: f64,
 ) -> Relaxation {
-    let goal = Goal { tolerance, max_iterations: 100_000, interrupted: &|| false };
+    let goal = Goal { tolerance, max_iterations: 100_000, interrupted: &|| false, report: &|_| () };
     method.relax(mechanics, x, &goal).unwrap()
 }
 

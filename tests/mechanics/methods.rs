@@ -56,7 +56,11 @@ fn relax(
     tolerance: f64,
     max_iterations: usize,
 ) -> Result<Relaxation, SolveError> {
-    solver.relax(mechanics, x, &Goal { tolerance, max_iterations, interrupted: &|| false })
+    solver.relax(
+        mechanics,
+        x,
+        &Goal { tolerance, max_iterations, interrupted: &|| false, report: &|_| () },
+    )
 }
 
 #[test]
@@ -128,7 +132,8 @@ fn they_fail_in_the_words_of_the_others() {
         let error = relax(&mut *solver, &mut mechanics, &mut x, 1e-9, 5).unwrap_err();
         assert!(matches!(error, SolveError::NotConverged { iterations: 5, .. }), "{error}");
         assert!(x != start && mechanics.energy(&x) < mechanics.energy(&start));
-        let goal = Goal { tolerance: 1e-9, max_iterations: 9, interrupted: &|| true };
+        let goal =
+            Goal { tolerance: 1e-9, max_iterations: 9, interrupted: &|| true, report: &|_| () };
         let error = solver.relax(&mut mechanics, &mut x, &goal).unwrap_err();
         assert!(matches!(error, SolveError::Interrupted), "{error}");
         x[60].x = f64::NAN;

@@ -166,7 +166,8 @@ fn conjugate_gradients_need_no_more_iterations_on_finer_sheets() {
 
 fn relaxed(preconditioner: Preconditioner) -> Relaxation {
     let (mut mechanics, mut x) = dome(3000, true);
-    let goal = Goal { tolerance: 1e-9, max_iterations: 500, interrupted: &|| false };
+    let goal =
+        Goal { tolerance: 1e-9, max_iterations: 500, interrupted: &|| false, report: &|_| () };
     let spec = LbfgsSpec { preconditioner, ..LbfgsSpec::default() };
     let mut lbfgs = Lbfgs::new(mechanics.mechanics(), spec).unwrap();
     lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap()

@@ -150,7 +150,7 @@ fn bad_numbers_name_species_point_and_inputs() {
     assert_eq!(
         error.to_string(),
         "plugin `misbehaving` returned NaN in rates for the rate of species c at vertex 2600 \
-         (c = 0.75, mean_curvature = 0.125) (or left it unwritten)"
+         (c = 0.75, mean_curvature = 0.125)"
     );
     let error = evaluate(&misbehave(12.0), COUNT).unwrap_err();
     assert!(error.to_string().contains("returned inf in rates for the rate"), "{error}");

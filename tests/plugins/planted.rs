@@ -170,8 +170,12 @@ fn a_run_survives_every_planted_fault() {
             2,
             &[named, "returned -1 in length_factor for the length factor at edge", "(c = 0."],
         ),
-        (planted("UNWRITTEN"), 2, &[named, "output 1 of 1 of rates unwritten at vertex"]),
-        (planted("FACTOR_UNWRITTEN"), 2, &[named, "output 1 of 1 of length_factor unwritten"]),
+        (
+            planted("UNWRITTEN"),
+            2,
+            &[named, "leaves the rate of species c unwritten in rates at vertex"],
+        ),
+        (planted("FACTOR_UNWRITTEN"), 2, &[named, "leaves the length factor unwritten"]),
         (panics, 2, &["plugin `misbehaving` failed in rates at vertex", "no luck with c = 0."]),
     ];
     for (library, code, messages) in cases {
@@ -204,8 +208,8 @@ const ENDS: [(&str, [&str; 2]); 24] = [
     ("EXITS_IN_CREATE", ["ends the program in create"; 2]),
     ("ENDLESS", ["does not return from rates at vertices"; 2]),
     ("HANGS_IN_CREATE", ["does not return from create"; 2]),
-    // Nothing sees these two but another process.
-    ("QUITS", ["", "ends its process in rates at vertices"]),
+    ("QUITS", ["ends the program in rates at vertices"; 2]),
+    // Nothing sees it but another process.
     ("KILLED", ["", "it is killed (signal 9)"]),
     ("CHANGES_FOLDER", ["changes the working directory in create"; 2]),
     ("FOLDER_IN_RATES", ["changes the working directory in rates"; 2]),

@@ -57,11 +57,37 @@ enum Message {
 /// Before every line of the child: a plugin may print what it likes.
 const MARK: &str = "\u{1}rumple ";
 
+/// Number of the error that a file is not open.
+const BAD_FILE: i32 = 9;
+/// How often a line is tried again, and after which pause.
+const TRIES: usize = 400;
+const PAUSE: Duration = Duration::from_millis(5);
+
 fn emit(message: &Message) {
     let text = serde_json::to_string(message).unwrap_or_default();
+    let line = format!("\n{MARK}{text}\n");
+    for _ in 0..TRIES {
+        match written(line.as_bytes()) {
+            // A law may have closed all files on another thread, which is put right after its call.
+            Err(error) if error.raw_os_error() == Some(BAD_FILE) => thread::sleep(PAUSE),
+            // A broken pipe cannot be reported to anybody.
+            _ => return,
+        }
+    }
+}
+
+/// Writes to standard output; unlike the standard library's own way it says so where that is closed.
+#[cfg(unix)]
+fn written(line: &[u8]) -> std::io::Result<()> {
+    use std::os::fd::AsFd;
+    let mut out = std::fs::File::from(std::io::stdout().as_fd().try_clone_to_owned()?);
+    out.write_all(line)
+}
+
+#[cfg(not(unix))]
+fn written(line: &[u8]) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
-    // A broken pipe cannot be reported to anybody.
-    let _ = writeln!(out, "\n{MARK}{text}").and_then(|()| out.flush());
+    out.write_all(line).and_then(|()| out.flush())
 }
 
 pub(super) fn run(args: &ValidateArgs) -> Result<()> {

@@ -1,11 +1,10 @@
 //! Whether a law writes all of its outputs, and nothing beside them.
 
+use crate::batch::UNTOUCHED;
 use crate::{Batch, Kinetics, KineticsError, Outcome};
 
 /// Numbers around every output that must stay as they are.
 const MARGIN: usize = 64;
-/// What is there: a number that no law writes.
-const UNTOUCHED: u64 = 0x7ff8_5eed_5eed_5eed;
 
 /// Calls everything but the observables; the batch is one of the rates.
 pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {

@@ -5,7 +5,8 @@
 //! somebody who watches to name plugin and call, and to end the program with a status that is not 0.
 //! A handler has no memory of its own and hardly a stack. If nobody does so in time, because a
 //! plugin has corrupted the memory that all share, they end the program themselves. Where no call is under
-//! way all goes on as it would without them. `_exit`, which calls no hook, and SIGKILL cannot be seen.
+//! way all goes on as it would without them. `_exit` calls no hook, but plugins are bound to the one here, where
+//! the linker can do that; SIGKILL and system calls of its own cannot be seen.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
@@ -80,7 +81,7 @@ mod system {
     use std::mem::MaybeUninit;
     use std::ptr;
     use std::sync::OnceLock;
-    use std::sync::atomic::Ordering;
+    use std::sync::atomic::{AtomicI32, Ordering};
 
     use super::super::watch::{CallOwner, call_owner};
     use super::{EXIT, HOW, OTHER, SEEN, THREAD};
@@ -113,7 +114,12 @@ mod system {
         FAULTS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, text)| text)
     }
 
+    /// The process that is guarded.
+    static GUARDED: AtomicI32 = AtomicI32::new(0);
+
     pub(super) fn install() {
+        // SAFETY: asks for a number and cannot fail.
+        GUARDED.store(unsafe { libc::getpid() }, Ordering::Relaxed);
         for ((signal, _), before) in FAULTS.iter().zip(&BEFORE) {
             let handler: extern "C" fn(libc::c_int, *mut libc::siginfo_t, *mut libc::c_void) =
                 on_fault;
@@ -137,9 +143,42 @@ mod system {
         }
     }
 
+    /// As `_exit`, which must not be called here: it may be [`instead`].
     pub(super) fn leave(status: i32) -> ! {
-        // SAFETY: ends the process and cannot fail.
-        unsafe { libc::_exit(status) }
+        loop {
+            // SAFETY: ends the process and cannot fail.
+            #[cfg(target_os = "linux")]
+            unsafe {
+                libc::syscall(libc::SYS_exit_group, status)
+            };
+            // SAFETY: as above.
+            #[cfg(not(target_os = "linux"))]
+            unsafe {
+                libc::_exit(status)
+            };
+        }
+    }
+
+    /// The C library's functions that end a process without hooks, as a plugin sees them: a program's own come before
+    /// those of shared libraries. The C library itself does not come here.
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    mod instead {
+        use super::{EXIT, GUARDED, Ordering, call_owner, leave, wait_for_the_end};
+
+        #[unsafe(no_mangle)]
+        extern "C" fn _exit(status: libc::c_int) -> ! {
+            // SAFETY: asks for a number and cannot fail. A copy of this process (fork) ends as it likes.
+            let guarded = GUARDED.load(Ordering::Relaxed) == unsafe { libc::getpid() };
+            if let Some(owner) = call_owner().filter(|_| guarded) {
+                wait_for_the_end(owner, EXIT);
+            }
+            leave(status)
+        }
+
+        #[unsafe(no_mangle)]
+        extern "C" fn _Exit(status: libc::c_int) -> ! {
+            _exit(status)
+        }
     }
 
     extern "C" fn on_fault(signal: libc::c_int, about: *mut libc::siginfo_t, _: *mut libc::c_void) {

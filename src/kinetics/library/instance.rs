@@ -18,7 +18,7 @@ use super::inputs::Inputs;
 use super::intact::Intact;
 use super::shape::{Shape, check};
 use super::{late, watch};
-use crate::batch::{Batch, Column};
+use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::descriptor::{Descriptor, Location};
 use crate::error::KineticsError;
 use crate::{Kinetics, Outcome, Site, differences};
@@ -214,6 +214,10 @@ impl PluginKinetics {
         watched: bool,
     ) -> Outcome {
         let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
+        // What it leaves unwritten must not pass for a result: numbers of an earlier call would.
+        let clear = |column: &mut &mut [f64]| column[..batch.count].fill(f64::from_bits(UNTOUCHED));
+        values.iter_mut().for_each(clear);
+        partials.iter_mut().for_each(clear);
         let raw = |columns: &mut [&mut [f64]]| -> SmallVec<[abi::ColumnMut; 8]> {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
             columns.iter_mut().map(raw).collect()

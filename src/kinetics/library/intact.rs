@@ -16,7 +16,7 @@ use float::Float;
 use process::Process;
 #[cfg(target_os = "linux")]
 pub(super) use process::keep;
-pub(super) use process::{begin_to_look, moved};
+pub(super) use process::{begin_to_look, closed, moved};
 
 /// Whether every call is watched closely, as in a process that does nothing else.
 static CLOSELY: AtomicBool = AtomicBool::new(false);

@@ -155,6 +155,11 @@ fn rejected(text: &mut String, simulation: &Simulation) {
     let (shortest, longest) = of_last.fold((f64::INFINITY, 0.0f64), |(least, most), t| {
         (least.min(t.length), most.max(t.length))
     });
+    // Of what a library has tried it does not tell the lengths.
+    if !(shortest.is_finite() && longest > 0.0) {
+        text.push('\n');
+        return;
+    }
     let _ = writeln!(
         text,
         "\nOf step {} lengths from {longest:.3e} down to {shortest:.3e} were tried; ledger.csv lists them.\n",

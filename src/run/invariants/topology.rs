@@ -10,9 +10,15 @@ use crate::solve::Workspace;
 /// The law; it remembers nothing.
 pub(super) struct GaussBonnet;
 
+/// A sum of angles is exact to that.
+const ROUND_OFF: f64 = 1e-9;
+
 fn said(sheet: &Sheet, state: &State) -> Said {
     let TotalCurvature { defect, worst } = TotalCurvature::of(sheet, &state.x);
     let place = match worst {
+        None if defect.abs() < ROUND_OFF => {
+            "every triangle is sound, and this is round-off: no step is better".to_owned()
+        }
         None => "though every triangle is sound: the topology contradicts itself".to_owned(),
         Some(t) => format!(
             "triangle {t} (vertices {:?}) has angles that do not add up to pi",

@@ -30,6 +30,10 @@ use crate::ode::OdeMethod;
 use crate::tally::Work;
 
 /// What sub-steps are called where their progress is reported.
+/// Evaluations within one step of the coupling from which on the chemistry is called stiff.
+const STIFF: usize = 20_000;
+const IMPLICIT: &str = "; a law or its diffusion is much faster than the run: time.integrator = { kind = \"monolithic\" } or \
+                        chemistry = \"bdf\" may take far less time";
 const CHEMISTRY: &str = "integrating the chemistry";
 
 /// How the chemistry is integrated within a step of the coupling.
@@ -170,8 +174,13 @@ impl ChemistrySteps {
             _ => {
                 let times = if still { vec![until] } else { vec![state.time, until] };
                 let bound = coupled.spectral_bound(&times)?;
+                let mut evaluations = 0_usize;
                 let rate = |t: f64, y: &[f64], out: &mut [f64]| {
-                    control.report(|| under_way(CHEMISTRY, (state.time, t, until)));
+                    evaluations += 1;
+                    control.report(|| {
+                        let stiff = if evaluations > STIFF { IMPLICIT } else { "" };
+                        under_way(CHEMISTRY, (state.time, t, until)) + stiff
+                    });
                     control.check()?;
                     Ok(coupled.residual(t, y, out)?)
                 };

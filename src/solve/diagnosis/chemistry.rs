@@ -13,6 +13,8 @@ const CHANGE: f64 = 1e-4;
 /// the time until now.
 const LARGE: f64 = 100.0;
 const SOON: f64 = 1e-2;
+/// One that would be infinite within this share of the time runs away whatever its size: `exp(c)` does so at c = 30.
+const AT_ONCE: f64 = 1e-9;
 
 /// A species that grows ever faster at `state`, so that it would be infinite in no time:
 ///
@@ -36,9 +38,10 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
     let fastest = (0..rates.len()).filter_map(largest).max_by(|a, b| a.2.total_cmp(&b.2));
     let Some((s, point, _)) = fastest else { return Ok(None) };
     let (c, rate) = (state.species[s][point], rates[s][point]);
-    if !(c.abs() > LARGE * species[s].typical && rate * c > 0.0) {
+    if !(rate * c > 0.0) {
         return Ok(None);
     }
+    let soon = if c.abs() > LARGE * species[s].typical { SOON } else { AT_ONCE };
     let step = CHANGE * c / rate;
     let mut later = state.clone();
     for (values, rates) in later.species.iter_mut().zip(&rates) {
@@ -46,7 +49,7 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
     }
     let change = (workspace.at(&later).rates()?[s][point] - rate) / step;
     let left = 1.0 / (change / rate - rate / c);
-    if !(left > 0.0 && left < SOON * state.time.abs()) {
+    if !(left > 0.0 && left < soon * state.time.abs()) {
         return Ok(None);
     }
     Ok(Some(Diagnosis {

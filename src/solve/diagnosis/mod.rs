@@ -3,7 +3,8 @@
 //! | cause | what is looked at |
 //! | --- | --- |
 //! | mesh | the triangle at rest that is longest for its height |
-//! | load | the force on the whole sheet along motions that nothing holds |
+//! | load | the force on the whole sheet along motions that nothing holds; forces of effects on the sheet at rest |
+//! | start | a sheet that is still flat where its triangles collapse |
 //! | tolerance | how much of the force is round-off: what a change of all positions in their last digit makes of it; triangles that are held |
 //! | unresolved chemistry | a species that grows ever faster, or chatters; a fixed step beyond the limit of stability |
 //!
@@ -15,15 +16,17 @@ mod shape;
 use std::fmt;
 
 pub use chemistry::{explicit_limit, runaway, too_long};
-pub use shape::relaxation;
+pub use shape::{collapse, relaxation};
 
 /// What kept work from its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
     /// Triangles that are much longer than high.
     Mesh,
-    /// A force that nothing holds.
+    /// A force that nothing holds, or that is far beyond what the sheet can bear.
     Load,
+    /// A start that is an equilibrium, but not a stable one.
+    Start,
     /// A tolerance below what the force can be brought to.
     Tolerance,
     /// A chemistry that no step resolves.
@@ -46,6 +49,7 @@ impl fmt::Display for Diagnosis {
         let what = match self.reason {
             Reason::Mesh => "the mesh",
             Reason::Load => "the load",
+            Reason::Start => "the start",
             Reason::Tolerance => "the tolerance",
             Reason::Chemistry => "the chemistry",
         };

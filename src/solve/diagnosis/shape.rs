@@ -6,12 +6,18 @@ use crate::model::{Potential, free_motions};
 use crate::num::{Short, real};
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
+use crate::solve::error::LOOSEST;
 
 /// A triangle at rest that is longer than so many heights is to blame for what fails on it: relaxations
 /// succeed up to some 20 (`models/hard/cases.toml`).
 const NEEDLE: f64 = 30.0;
 /// A force that round-off makes a share of at least this size of cannot be made smaller.
 const ROUND_OFF: f64 = 0.1;
+/// An effect that acts on the sheet at rest with so many times the force that doubles the length of edges is
+/// beyond anything the sheet can bear.
+const OVERLOAD: f64 = 10.0;
+/// A sheet is flat whose height is below this share of its size.
+const FLAT: f64 = 1e-6;
 /// Up to so many times the tolerance a force that a held triangle leaves is nearly at rest.
 const NEARLY: f64 = 100.0;
 
@@ -24,6 +30,7 @@ pub fn relaxation(
 ) -> Option<Diagnosis> {
     needle(potential)
         .or_else(|| unheld(potential, x, tolerance))
+        .or_else(|| overloaded(potential))
         .or_else(|| round_off(potential, x, (residual, tolerance)))
         .or_else(|| held(potential, x, (residual, tolerance)))
 }
@@ -89,12 +96,58 @@ fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagn
     })
 }
 
+/// The effect with the largest force on the sheet at rest, if that is far too large.
+fn overloaded(potential: &mut Potential) -> Option<Diagnosis> {
+    let rest = potential.sheet().rest().to_vec();
+    let names: Vec<String> = potential.mechanics().names().map(str::to_owned).collect();
+    let forces = names.into_iter().enumerate().map(|(which, name)| {
+        let force = potential.force_of(which, &rest);
+        (potential.residual(&force), name)
+    });
+    let (size, name) = forces.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (size > OVERLOAD).then(|| Diagnosis {
+        reason: Reason::Load,
+        text: format!(
+            "the effect {name} acts on the sheet at rest with {size:.1e} times the force that stretches an edge to \
+             twice its length"
+        ),
+        advice: format!("a value of {name} that fits Young's modulus and the thickness: are the units the same?"),
+    })
+}
+
+/// Why a triangle collapses in the shape `x`, if it is the start that is to blame.
+pub fn collapse(potential: &Potential, x: &[Vec3]) -> Option<Diagnosis> {
+    let flat = |x: &[Vec3]| {
+        let range = |axis: usize| {
+            let all = x.iter().map(|x| x[axis]);
+            let ends =
+                all.fold((f64::INFINITY, f64::NEG_INFINITY), |e, v| (e.0.min(v), e.1.max(v)));
+            ends.1 - ends.0
+        };
+        range(2) <= FLAT * range(0).max(range(1))
+    };
+    let free = !potential.mechanics().is_planar();
+    (free && flat(potential.sheet().rest()) && flat(x)).then(|| Diagnosis {
+        reason: Reason::Start,
+        text: "the sheet is still flat: without any unevenness a flat sheet under compression stays flat, on a saddle, \
+               until triangles collapse"
+            .into(),
+        advice: "sheet.imperfection = { amplitude = 1e-3, seed = 1 } or stability.perturb = 0.01, so that it can buckle, \
+                 and short steps"
+            .into(),
+    })
+}
+
 /// How much of the force is round-off.
 fn round_off(
     potential: &mut Potential,
     x: &[Vec3],
     (residual, tolerance): (f64, f64),
 ) -> Option<Diagnosis> {
+    // A shape that is far from rest has been crushed, whatever round-off makes of it by now.
+    if !(residual < LOOSEST) {
+        return None;
+    }
     // Every coordinate goes to the next number, up or down.
     let moved = |i: usize| {
         let sign = |axis: usize| if (7 * i + 5 * axis) % 11 < 5 { 1.0 } else { -1.0 };

@@ -40,6 +40,8 @@ pub struct Goal<'a> {
     pub max_iterations: usize,
     /// Asked now and then; `true` gives up with [`SolveError::Interrupted`].
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
+    /// Told in every iteration how far it is.
+    pub report: &'a (dyn Fn(&Relaxation) + Sync),
 }
 
 /// What a relaxation did.

@@ -28,6 +28,7 @@ pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>) -> Result<bool, SolveE
             tolerance: goal.tolerance,
         });
     }
+    (goal.report)(done);
     if (goal.interrupted)() {
         return Err(SolveError::Interrupted);
     }
@@ -102,7 +103,8 @@ pub fn explained(
         return SolveError::NotAtRest { iterations, residual, tolerance, diagnosis };
     }
     if matches!(error, SolveError::Collapsed { .. }) {
-        return error;
+        let Some(diagnosis) = diagnosis::collapse(potential, x).map(Box::new) else { return error };
+        return SolveError::NotAtRest { iterations, residual, tolerance, diagnosis };
     }
     let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| x[v as usize]));
     let all = potential.sheet().triangles().iter().map(quality).enumerate();

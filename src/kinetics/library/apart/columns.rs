@@ -11,8 +11,6 @@ use super::memory::Lane;
 /// Bytes of a line of the cache.
 const LINE: usize = 64;
 const WORD: usize = size_of::<u64>();
-/// What stands in outputs before a call, and behind them after it: a number that no law writes.
-pub(super) const UNTOUCHED: u64 = 0x7ff8_5eed_5eed_5eed;
 
 /// Where the columns are: offset into the data, and values.
 #[derive(Debug)]

@@ -11,11 +11,11 @@ use std::time::Duration;
 
 use super::super::watch::{CALLS, LOCATIONS};
 use super::super::{Library, PluginKinetics, end, intact, late};
-use super::columns::{Columns, UNTOUCHED};
+use super::columns::Columns;
 use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, Lane, Memory, Part};
 use super::told::{About, Told, Wanted};
-use crate::batch::{Batch, Column};
+use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::{Kinetics, KineticsError, Outcome};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.

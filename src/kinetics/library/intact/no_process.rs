@@ -6,6 +6,10 @@ pub(crate) fn moved() -> bool {
     false
 }
 
+pub(crate) fn closed() -> bool {
+    false
+}
+
 pub(super) fn forks() -> usize {
     0
 }

@@ -93,17 +93,15 @@ pub(super) fn end_copies(original: u32) {
 pub(super) struct Process {
     children: bool,
     folder: Option<Folder>,
-    standard: [bool; 3],
 }
 
 impl Process {
     pub(super) fn now() -> Self {
-        Self { children: has_children(), folder: folder(), standard: STANDARD.map(is_open) }
+        Self { children: has_children(), folder: folder() }
     }
 
     /// Says what has changed since, and puts it back as far as that is possible.
     pub(super) fn restore(self) -> Option<String> {
-        let closed = STANDARD.iter().zip(self.standard).any(|(file, was)| was && !is_open(*file));
         let kept = KEPT.read().unwrap_or_else(PoisonError::into_inner).clone();
         let lost: Vec<RawFd> = kept.into_iter().filter(|file| !is_open(*file)).collect();
         // In a program that does other things as well, these may start some at the same time.
@@ -114,18 +112,36 @@ impl Process {
             go_home();
             return Some("changes the working directory".to_owned());
         }
-        if lost.is_empty() && !closed {
+        if lost.is_empty() && standard_closed().next().is_none() {
             return None;
         }
         KEPT.write().unwrap_or_else(PoisonError::into_inner).retain(|file| !lost.contains(file));
-        for ((file, was), spare) in STANDARD.iter().zip(self.standard).zip(&SPARE) {
-            if was && !is_open(*file) {
-                // SAFETY: a file of our own, under the number that it has lost; where it is lost too, none.
-                unsafe { libc::dup2(spare.load(Ordering::Relaxed), *file) };
-            }
-        }
+        reopen();
         Some("closes files that are not its own".to_owned())
     }
+}
+
+/// Standard files that are closed and were open when the program began to look, with their spare ones: what there was
+/// before a call does not tell, as a call on another thread may have closed them by then.
+fn standard_closed() -> impl Iterator<Item = (RawFd, RawFd)> {
+    let all = STANDARD.into_iter().zip(SPARE.each_ref().map(|spare| spare.load(Ordering::Relaxed)));
+    all.filter(|(file, spare)| *spare >= 0 && !is_open(*file))
+}
+
+/// Puts standard files back.
+fn reopen() {
+    for (file, spare) in standard_closed() {
+        // SAFETY: a file of our own, under the number that it has lost; where it is lost too, none.
+        unsafe { libc::dup2(spare, file) };
+    }
+}
+
+/// Whether files are closed that only a plugin would close; standard ones are put back.
+pub(crate) fn closed() -> bool {
+    let kept = KEPT.read().unwrap_or_else(PoisonError::into_inner);
+    let closed = standard_closed().next().is_some() || kept.iter().any(|file| !is_open(*file));
+    reopen();
+    closed
 }
 
 /// Whether the folder is not that in which the program began; goes back to it.
