@@ -149,8 +149,10 @@ fn stepped(
             for observer in &mut observers {
                 ending = ending.or(observer.stop(&mut at)?);
             }
-            // What has come to its end cannot be interrupted any more.
-            if ending.is_none_or(|ending| ending == Ending::Steady) && interrupt.requested() {
+            // What has come to its end cannot be interrupted any more, unless the look at its stability was cut short.
+            let open = ending.is_none_or(|ending| ending == Ending::Steady)
+                || negative.is_some_and(f64::is_nan);
+            if open && interrupt.requested() {
                 ending = Some(Ending::Interrupted);
             }
             // Output times are multiples of `every` counted in integers; steps hit them exactly.
