@@ -197,7 +197,7 @@ fn error(said: &str) -> String {
         .clone()
         .position(|l| l.starts_with("error") || l.starts_with("Error") || l.contains("×"));
     let text: Vec<&str> = lines.skip(from.unwrap_or(0)).take(6).collect();
-    let text = text.join(" ").replace('|', "").replace("  ", " ");
+    let text = text.join(" ").replace(['|', '\0'], "").replace("  ", " ");
     let short: String = text.chars().take(300).collect();
     short.split("target/").collect::<Vec<_>>().join("")
 }

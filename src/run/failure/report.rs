@@ -23,9 +23,12 @@ pub(super) fn of(
 ) -> String {
     let mut text = String::from("# The run stopped\n\n");
     let _ = writeln!(text, "{error}\n");
-    facts(&mut text, scene, simulation, blame);
-    forces(&mut text, simulation, blame);
-    rates(&mut text, simulation, blame);
+    facts(&mut text, scene, simulation, (blame, error));
+    // A law of nature is broken somewhere else than where most of the force is left over.
+    if !matches!(error, Error::Broken(_)) {
+        forces(&mut text, simulation, blame);
+        rates(&mut text, simulation, blame);
+    }
     rejected(&mut text, simulation);
     commands(&mut text, scene, files);
     text
@@ -42,7 +45,12 @@ fn head(text: &mut String, titles: &[&str]) {
     row(text, &titles.iter().map(|_| "---".to_owned()).collect::<Vec<_>>());
 }
 
-fn facts(text: &mut String, scene: &Scene, simulation: &Simulation, blame: &Blame) {
+fn facts(
+    text: &mut String,
+    scene: &Scene,
+    simulation: &Simulation,
+    (blame, error): (&Blame, &Error),
+) {
     let State { time, step, x, .. } = simulation.state();
     head(text, &["", ""]);
     let mut fact = |what: &str, is: String| row(text, &[what.to_owned(), is]);
@@ -53,7 +61,10 @@ fn facts(text: &mut String, scene: &Scene, simulation: &Simulation, blame: &Blam
     if !blame.who.is_empty() {
         fact("to blame", blame.who.join(", "));
     }
-    if let Some(place) = blame.place(simulation, x) {
+    if let Error::Broken(broken) = error {
+        fact("to blame", broken.law.clone());
+        fact("where", broken.place.clone());
+    } else if let Some(place) = blame.place(simulation, x) {
         let what = if blame.named { "where" } else { "where most is left over" };
         fact(what, place);
     }

@@ -1,10 +1,13 @@
 //! A law of nature that a run breaks.
 
+use crate::num::Short;
+
 /// A law of nature that no step keeps.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "{law} does not hold at time {time}: it is off by {value:.3e}, and [invariants] {key} allows {limit:e}; \
-     {place}{}; {advice}",
+    "{law} does not hold at time {time}: it is off by {}, and [invariants] {key} allows {}; {place}{}; {advice}",
+    digits(*value),
+    Short(*limit),
     shortest(*step)
 )]
 pub struct Broken {
@@ -24,6 +27,11 @@ pub struct Broken {
     pub step: Option<f64>,
     /// What to try.
     pub advice: &'static str,
+}
+
+/// Counts as they are, other numbers with four digits.
+fn digits(value: f64) -> String {
+    if value.fract() == 0.0 { Short(value).to_string() } else { format!("{value:.3e}") }
 }
 
 fn shortest(step: Option<f64>) -> String {
