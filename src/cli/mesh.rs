@@ -122,7 +122,9 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
         Command::Generate(given) => {
             let shape = Shape::from(given.shape);
             let out = given.out.as_deref().map(|path| mesh_file(path, given.force)).transpose()?;
+            let waiting = super::Waiting::on("making the mesh", false);
             let sheet = generate(&shape, given.vertices, given.seed)?;
+            drop(waiting);
             if let Some((file, format)) = out {
                 file.write(|mut out| write::mesh(&sheet, format, &mut out))?;
             }

@@ -24,7 +24,9 @@ mod watchdog;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use clap::{Args, Parser, Subcommand};
 
@@ -227,6 +229,29 @@ pub fn main() -> ExitCode {
             warn(&text);
             ExitCode::from(exit_code(&error))
         }
+    }
+}
+
+/// Says on standard error what takes so long, for as long as it is there.
+struct Waiting {
+    /// Whose end is seen.
+    _end: Option<mpsc::Sender<()>>,
+}
+
+impl Waiting {
+    /// Nothing is said in the first seconds, nor ever where `silent`.
+    fn on(what: &'static str, silent: bool) -> Self {
+        const PAUSE: Duration = Duration::from_secs(4);
+        let (end, ended) = mpsc::channel();
+        let watch = move || {
+            let began = Instant::now();
+            while ended.recv_timeout(PAUSE) == Err(mpsc::RecvTimeoutError::Timeout) {
+                warn(&format!("{what}, for {:.0} s so far", began.elapsed().as_secs_f64()));
+            }
+        };
+        // Without a thread for it there is no word.
+        let told = !silent && thread::Builder::new().spawn(watch).is_ok();
+        Self { _end: told.then_some(end) }
     }
 }
 

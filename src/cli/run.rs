@@ -47,7 +47,9 @@ fn run_here(args: &RunArgs) -> Result<()> {
     let root = super::absolute(&root)?;
     let from = args.from.as_deref().map(super::absolute).transpose()?;
     let given = from.as_ref().map(read::surface).transpose()?;
+    let waiting = super::Waiting::on("making sheet, effects and laws ready", args.quiet);
     let mut simulation = Simulation::new(&scene, &search)?;
+    drop(waiting);
     let mut inputs = super::inputs(&scene, simulation.plugins());
     if let Some(path) = &from {
         inputs.add("the state", path);

@@ -109,9 +109,10 @@ fn came(signal: i32) -> bool {
 
 #[cfg(unix)]
 mod system {
+    use std::sync::Arc;
     use std::thread;
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU, SIGXFSZ};
     use signal_hook::iterator::Signals;
     use signal_hook::low_level;
 
@@ -122,6 +123,8 @@ mod system {
         if hangup_counts() {
             watched.push(SIGHUP);
         }
+        // A file beyond the limit of its size (`ulimit -f`) is then an error of writing, which is told.
+        signal_hook::flag::register(SIGXFSZ, Arc::default())?;
         let mut signals = Signals::new(watched)?;
         thread::Builder::new().name("signals".into()).spawn(move || {
             for signal in signals.forever() {

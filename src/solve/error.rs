@@ -188,7 +188,10 @@ pub enum SolveError {
         rates: [f64; 2],
     },
     /// An implicit or explicit integrator of the library gave up.
-    #[error("the {method} integrator stopped at time {time}: {message}")]
+    #[error(
+        "the {method} integrator stopped at time {time}: {message}; try a looser time.integrator.rtol or another \
+         integrator, and look whether a law or the shape jumps there"
+    )]
     Integrator {
         /// Its name.
         method: &'static str,
