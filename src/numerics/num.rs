@@ -32,6 +32,12 @@ pub fn whole(value: f64) -> usize {
     value.round().max(0.0) as usize
 }
 
+/// The number with twelve digits that is nearest: 1e-4 where a quotient is 0.9999999999999999e-4.
+#[must_use]
+pub fn decimal(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
 /// A number in messages: exact, and with a power of ten where it would have many zeros.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Short(pub f64);

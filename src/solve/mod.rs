@@ -25,6 +25,7 @@ pub use workspace::{Control, Workspace};
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;
+use crate::num::decimal;
 use crate::record::{Malformed, Reading, Record};
 use crate::tally::Work;
 use equilibrium::{Equilibrium, Relaxation};
@@ -193,7 +194,7 @@ pub(crate) trait Integrator: Send {
 
 /// A relative tolerance and the absolute one that has the same ratio to it as before.
 fn scaled(tolerance: Positive, rtol: Positive, atol: Positive) -> (Positive, Positive) {
-    let absolute = atol.get() / rtol.get() * tolerance.get();
+    let absolute = decimal(atol.get() / rtol.get() * tolerance.get());
     (tolerance, Positive::new(absolute).unwrap_or(tolerance))
 }
 

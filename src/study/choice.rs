@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::num::Short;
 use crate::num::checked::Positive;
+use crate::num::{Short, decimal};
 use crate::run::{Error, Result};
 use crate::scene::Scene;
 
@@ -31,7 +31,7 @@ impl Choice {
         let ratio =
             toml::from_str::<toml::Table>(&format!("table = {table}")).ok().and_then(|all| {
                 let number = |key: &str| all.get("table")?.get(key)?.as_float();
-                Some(format!(", atol = {} rtol", Short(number("atol")? / number("rtol")?)))
+                Some(format!(", atol = {} rtol", Short(decimal(number("atol")? / number("rtol")?))))
             });
         let name = integrator.name() + &settings(&table, &["rtol", "atol", "step"]);
         let name = name + &ratio.unwrap_or_default();
