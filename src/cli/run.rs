@@ -104,15 +104,14 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     let root = directory.root().display();
     match done.resumable {
         Some(step) if step < done.step => say!(
-            "`rumple resume {root}` goes on from step {step} and computes {} steps again: what an integrator of diffsol \
-             remembers cannot be stored in between; `rumple run --from FRAME` goes on from the last frame, with other \
-             rounding",
+            "`rumple resume {root}` goes on from step {step}, where the last checkpoint is, and computes {} again; \
+             `rumple run --from FRAME` begins with the last frame, with other rounding",
             done.step - step
         ),
         Some(step) => say!("`rumple resume {root}` goes on from step {step}"),
-        None if done.ending == Ending::Interrupted => say!(
-            "it cannot be resumed: there is no checkpoint before the start is at rest and its first step done"
-        ),
+        None if done.ending == Ending::Interrupted => {
+            say!("it cannot be resumed: there is no checkpoint yet")
+        }
         None => {}
     }
     let work = done.spent.work;

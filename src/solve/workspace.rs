@@ -246,7 +246,7 @@ impl Workspace {
         }
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
-        let state_time = potential.time();
+        let time = potential.time();
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
         let mut tolerance = relaxer.tolerance;
         if let Some(mut anchor) = anchor {
@@ -259,7 +259,7 @@ impl Workspace {
             tolerance,
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
-            report: &|done| control.report(|| relaxing(state_time, done)),
+            report: &|done| control.report(|| relaxing(time, done)),
         };
         let method = &mut *relaxer.equilibrium;
         let mut relax = || {

@@ -1,10 +1,11 @@
-//! Runs that stop say which of mesh, load, tolerance and chemistry it is, and what to try.
+//! Runs that stop say which of mesh, load, start, tolerance and chemistry it is, and what to try.
 
 use std::fmt::Write;
 use std::fs;
 
 use super::failed::{LATE, failing};
 use super::program::{folder, rumple, text};
+use crate::coupled::DOME;
 
 /// Rows of isosceles triangles, so many times as long as high, pulled apart by what grows on them.
 fn needles(aspect: f64) -> String {
@@ -56,6 +57,40 @@ fn a_load_that_nothing_holds_is_blamed() {
     assert_says(&message, &["the cause is the load", "effect load", "nothing holds it", "pin"]);
 }
 
+/// A thousand times what stretches the sheet.
+#[test]
+fn a_load_beyond_what_the_sheet_can_bear_is_blamed() {
+    let folder = folder(DOME);
+    let keys = ["--set", "effect.pressure.value=1e7", "--set", "equilibrium.max_iterations=50"];
+    let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..]].concat();
+    let message = failing(folder.path(), &args);
+    assert_says(
+        &message,
+        &["the cause is the load", "pressure acts on the sheet at rest", "units"],
+    );
+}
+
+/// One end of a strip is led towards the other.
+const STRIP: &str = r#"
+effect = [
+    { kind = "stretching" },
+    { kind = "bending" },
+    { kind = "pin", where = { half-space = { point = [-9.9, 0, 0], normal = [-1, 0, 0] } }, axes = "xyz" },
+    { kind = "pin", where = { half-space = { point = [9.9, 0, 0], normal = [1, 0, 0] } }, axes = "xyz",
+      displacement = [-15.0, 0, 0], ramp = { formula = "t" } },
+]
+sheet = { shape = "rectangle", width = 20.0, height = 2.0, vertices = 300 }
+material = { young = 1e6, poisson = 0.3, thickness = 0.05 }
+time = { until = 1.0, integrator = { kind = "staggered", longest_step = 0.1 } }
+"#;
+
+#[test]
+fn a_flat_start_is_blamed_for_what_collapses() {
+    let folder = folder(STRIP);
+    let message = failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
+    assert_says(&message, &["the cause is the start", "still flat", "imperfection"]);
+}
+
 /// Forces of the last digits of positions far from the origin.
 #[test]
 fn a_tolerance_below_round_off_is_blamed() {
@@ -76,6 +111,16 @@ fn a_species_that_runs_away_is_named_with_the_time() {
     let parts =
         ["the cause is the chemistry", "species `c` runs away", "without bound near time 1.2"];
     assert_says(&message, &parts);
+}
+
+/// It does so at no great size.
+#[test]
+fn a_species_that_runs_away_by_an_exponential_is_named_too() {
+    let folder = folder("");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/law.toml");
+    let args = [scene, "--out", "a", "--quiet", "--set", "kinetics.rates.c=exp(c)"];
+    let message = failing(folder.path(), &args);
+    assert_says(&message, &["the cause is the chemistry", "species `c` runs away"]);
 }
 
 #[test]

@@ -243,6 +243,12 @@ fn what_cannot_go_on_says_why_and_what_can() {
     fs::write(cut.join("ledger.csv"), "step\n").unwrap();
     refused("cut", "ledger.csv ends before");
 
+    let frame = other("frame");
+    let first = frame.join("frames/frame_000000.vtu");
+    let bytes = fs::read(&first).unwrap();
+    fs::write(&first, &bytes[..bytes.len() - 20]).unwrap();
+    refused("frame", "frame_000000.vtu is cut short");
+
     // Of another version, cut short, changed: none is misread.
     let last = |directory: &Path| checkpoints(directory).pop().unwrap();
     let version = other("version");
@@ -280,6 +286,13 @@ fn what_cannot_go_on_says_why_and_what_can() {
     let ledger = fs::read_to_string(whole.join("ledger.csv")).unwrap();
     assert!(ledger.lines().last().unwrap().split(',').nth(1) == Some("0.25"), "{ledger}");
     refused("whole", "the run is complete, at time 0.25");
+    // Nor back to where its results would be cut off.
+    let all = checkpoints(&whole);
+    all[1..].iter().for_each(|path| fs::remove_file(path).unwrap());
+    let out = rumple(folder.path(), &["resume", "whole", "--until", "0.24"]);
+    let said = text(&out.stderr);
+    assert!(out.status.code() == Some(2) && said.contains("would be lost"), "{said}");
+    assert_eq!(fs::read_to_string(whole.join("ledger.csv")).unwrap(), ledger);
 }
 
 #[test]

@@ -29,11 +29,12 @@ use crate::num::Short;
 use crate::ode::OdeMethod;
 use crate::tally::Work;
 
-/// What sub-steps are called where their progress is reported.
 /// Evaluations within one step of the coupling from which on the chemistry is called stiff.
 const STIFF: usize = 20_000;
+/// What is said then.
 const IMPLICIT: &str = "; a law or its diffusion is much faster than the run: time.integrator = { kind = \"monolithic\" } or \
                         chemistry = \"bdf\" may take far less time";
+/// What sub-steps are called where their progress is reported.
 const CHEMISTRY: &str = "integrating the chemistry";
 
 /// How the chemistry is integrated within a step of the coupling.
