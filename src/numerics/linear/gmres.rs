@@ -4,13 +4,16 @@
 //! The preconditioned vectors are kept as well as the basis (the flexible form), so that the solution needs
 //! neither the preconditioner nor the matrix once more.
 
-use super::LinearError;
+use super::{Difference, LinearError};
 use crate::parallel;
 
 /// Residual, relative to the right-hand side, at which a solution is good enough for Newton's
-/// method, which corrects it. Rows are divided by their diagonals first, so that the unknowns count by
-/// their own errors, whatever their units.
+/// method, which corrects it, where every unknown has storage. Rows are divided by their diagonals first, so that
+/// the unknowns count by their own errors, whatever their units.
 const TOLERANCE: f64 = 1e-2;
+/// The same where some rows are equations of equilibrium: their matrix does not come nearer to a diagonal as steps get
+/// shorter, and a small residual may be that of a large error. Newton's method then fails at any step.
+const TOLERANCE_OF_EQUILIBRIUM: f64 = 1e-4;
 /// Iterations before the basis is dropped.
 const BASIS: usize = 40;
 /// Iterations after which the preconditioner has failed.
@@ -78,6 +81,8 @@ fn subtract_and_dot(w: &mut [f64], h: f64, v: &[f64], next: Option<&[f64]>) -> f
 /// Room for the vectors, kept from one system to the next.
 #[derive(Default)]
 pub(super) struct Krylov {
+    /// Whether rows without storage are among those of the last matrix.
+    equilibrium: bool,
     basis: Vec<Vec<f64>>,
     /// The basis after the preconditioner.
     changed: Vec<Vec<f64>>,
@@ -87,10 +92,15 @@ pub(super) struct Krylov {
 }
 
 impl Krylov {
+    /// Takes from a matrix how exact its solutions have to be.
+    pub(super) fn load(&mut self, matrix: Difference<'_>) {
+        self.equilibrium = !matrix.is_stored();
+    }
+
     /// Solves `A x = b`, from x = 0; `x` is b before and the solution after.
     ///
     /// # Errors
-    /// [`LinearError`] if the residual does not fall to [`TOLERANCE`].
+    /// [`LinearError`] if the residual does not fall far enough.
     pub(super) fn solve(
         &mut self,
         multiply: impl FnMut(&[f64], &mut [f64]),
@@ -114,7 +124,8 @@ impl Krylov {
         self.residual.clear();
         self.residual.extend_from_slice(x);
         let mut size = norm(&self.residual);
-        let goal = TOLERANCE * size;
+        let tolerance = if self.equilibrium { TOLERANCE_OF_EQUILIBRIUM } else { TOLERANCE };
+        let goal = tolerance * size;
         x.fill(0.0);
         self.iterations = 0;
         // Of systems that need a second basis.
@@ -126,7 +137,7 @@ impl Krylov {
             if self.iterations >= MOST || !size.is_finite() {
                 return Err(LinearError::new(format!(
                     "the linear solver has a residual of {:.1e} after {} iterations",
-                    size / (goal / TOLERANCE),
+                    size / (goal / tolerance),
                     self.iterations
                 )));
             }

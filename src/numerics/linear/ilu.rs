@@ -38,7 +38,8 @@ impl Ilu {
     /// # Errors
     /// [`LinearError`] where a pivot vanishes or is not finite.
     pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
-        let Self { factor, value, .. } = self;
+        let Self { factor, value, krylov, .. } = self;
+        krylov.load(matrix);
         factor.load(matrix);
         for i in 0..factor.len() {
             let (lower, upper) = (factor.lower.row(i).1, factor.upper.row(i).1);

@@ -49,6 +49,11 @@ impl<'a> Difference<'a> {
         if size > 0.0 { size } else { 1.0 }
     }
 
+    /// Whether no entry of D is 0: a rate of change stands in every row.
+    pub(super) fn is_stored(self) -> bool {
+        (0..self.jacobian.rows()).all(|i| (self.row)(i).0 != 0.0)
+    }
+
     /// Whether all entries are finite.
     #[must_use]
     pub fn is_finite(self) -> bool {

@@ -115,6 +115,7 @@ impl TwoFields {
     /// [`LinearError`] if one of them is singular.
     pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
         self.rows.load(matrix);
+        self.krylov.load(matrix);
         self.shape.clear();
         let Self { place, of, rows, shape_from, shape, .. } = self;
         let sum = parallel::sum(of.len(), |unknown| rows.size(unknown));
