@@ -92,8 +92,8 @@ impl IntegratorSpec for MonolithicSpec {
     fn parts(&self, _: Storage) -> Vec<String> {
         let how = match self.linear {
             LinearChoice::Auto => {
-                "sparse LU up to 3000 unknowns; beyond, GMRES with an incomplete factor of the species \
-                 and a Cholesky factor of a shape that moves"
+                "GMRES with an incomplete factor of the species and a Cholesky factor of a shape that moves; \
+                 sparse LU for up to 3000 unknowns without such a shape"
             }
             LinearChoice::Lu => "sparse LU",
             LinearChoice::Ilu => "GMRES with an incomplete factor",

@@ -21,7 +21,9 @@ pub enum LinearChoice {
     Blocks,
 }
 
-/// Unknowns up to which LU is chosen: below, a factor costs less than the set-up of anything else.
+/// Unknowns up to which LU is chosen where there are no displacements: below, a factor costs less than the set-up of
+/// anything else. Of shapes factors are dense: there LU is slower from 60 vertices on (`kind = "monolithic"`,
+/// `linear = "lu"` against `"blocks"` on `models/policies/dome.toml`).
 const DIRECT: usize = 3000;
 
 /// One of the solvers, for matrices of one pattern.
@@ -46,8 +48,8 @@ impl Factor {
         displacements: Option<&Displacements>,
     ) -> Result<Self, LinearError> {
         let choice = match choice {
-            LinearChoice::Auto if matrix.columns() <= DIRECT => LinearChoice::Lu,
             LinearChoice::Auto if displacements.is_some() => LinearChoice::Blocks,
+            LinearChoice::Auto if matrix.columns() <= DIRECT => LinearChoice::Lu,
             LinearChoice::Auto => LinearChoice::Ilu,
             choice => choice,
         };

@@ -5,10 +5,10 @@
 //!     | A_cx  A_cc |
 //! ```
 //!
-//! `A_xx` is a mass plus a multiple of the elastic Hessian: symmetric and, where the step is short
-//! enough or the shape stable, positive. It gets a Cholesky factor in single precision, and where it is
-//! not positive an LDLᵀ factor. `A_cc` gets an incomplete factor. What couples back, `A_cx`, is left to
-//! the iteration.
+//! `A_xx` is a mass plus a multiple of the elastic Hessian, and of what shapes do to lengths where species are carried
+//! from faces to bonds. Its symmetric part, positive where the step is short enough or the shape stable, gets a Cholesky
+//! factor in single precision, and where it is not positive an LDLᵀ factor. `A_cc` gets an incomplete factor. What
+//! couples back, `A_cx`, and what is not symmetric are left to the iteration.
 
 use std::sync::Arc;
 
@@ -42,8 +42,6 @@ pub struct TwoFields {
     /// Vertex and axis of every displacement.
     of: Vec<(u32, u8)>,
     rows: ScaledRows,
-    /// Place in the matrix, block and entry of every number of the first field, block by block.
-    shape_from: Vec<(u32, u32, u8)>,
     shape: BlockMatrix,
     positive: FrugalCholesky,
     /// Of the last matrix that was not positive; none before the first.
@@ -55,6 +53,36 @@ pub struct TwoFields {
     rest: Option<(Incomplete, Vec<f64>)>,
     pub(super) krylov: Krylov,
     work: Vec<f64>,
+}
+
+/// What displacements of vertex `j` do to the rows of vertex `i`.
+fn block(
+    matrix: Difference<'_>,
+    place: &[[u32; 3]],
+    of: &[(u32, u8)],
+    (i, j): (usize, usize),
+) -> Block {
+    let mut block = Block::zeros();
+    let free = |axis: &u32| *axis != FIXED;
+    let columns = place[j].into_iter().filter(free);
+    let (Some(first), Some(last)) = (columns.clone().min(), columns.max()) else { return block };
+    let pattern = matrix.jacobian().pattern();
+    for (a, row) in place[i].into_iter().enumerate().filter(|(_, row)| free(row)) {
+        let row = row as usize;
+        let all = pattern.row(row);
+        let begin = all.partition_point(|&column| column < first);
+        for (place, &column) in (pattern.places(row).start + begin..).zip(&all[begin..]) {
+            if column > last {
+                break;
+            }
+            let (vertex, b) = of[column as usize];
+            if vertex as usize == j {
+                let on_diagonal = column as usize == row;
+                block[(a, usize::from(b))] = matrix.at(row, place, on_diagonal);
+            }
+        }
+    }
+    block
 }
 
 impl TwoFields {
@@ -74,31 +102,13 @@ impl TwoFields {
                 }
             }
         }
-        let pattern = matrix.pattern();
-        let mut shape_from = Vec::new();
-        for row in 0..count {
-            let (i, a) = of[row];
-            let above = blocks.row(i as usize);
-            for (place, &column) in pattern.places(row).zip(pattern.row(row)) {
-                let Some(&(j, b)) = of.get(column as usize) else { break };
-                if i <= j
-                    && let Ok(found) = above.binary_search(&j)
-                {
-                    let block = index(blocks.start(i as usize) + found);
-                    shape_from.push((index(place), block, 3 * b + a));
-                }
-            }
-        }
-        shape_from.sort_unstable_by_key(|&(_, block, entry)| (block, entry));
-        shape_from.shrink_to_fit();
         let n = matrix.columns();
         let rest = (n > count).then(|| (Incomplete::new(matrix, count), vec![0.0; n - count]));
         Ok(Self {
             right: vec![Vec3::zeros(); place.len()],
             place,
             of,
-            rows: ScaledRows::new(pattern),
-            shape_from,
+            rows: ScaledRows::new(matrix.pattern()),
             shape: BlockMatrix::zeros(Arc::clone(blocks)),
             positive: FrugalCholesky::new(Arc::clone(blocks))?,
             indefinite: None,
@@ -117,7 +127,7 @@ impl TwoFields {
         self.rows.load(matrix);
         self.krylov.load(matrix);
         self.shape.clear();
-        let Self { place, of, rows, shape_from, shape, .. } = self;
+        let Self { place, of, rows, shape, .. } = self;
         let sum = parallel::sum(of.len(), |unknown| rows.size(unknown));
         let scale = sum / real(of.len().max(1));
         let pattern = Arc::clone(shape.pattern());
@@ -129,19 +139,11 @@ impl TwoFields {
                 }
             }
             row.add(i, &fixed);
-            let first = index(pattern.start(i));
-            let mut entries = &shape_from[shape_from.partition_point(|&(_, b, _)| b < first)..];
-            for (&j, number) in pattern.row(i).iter().zip(first..) {
-                let mut block = Block::zeros();
-                while let Some(((from, of, entry), rest)) = entries.split_first()
-                    && *of == number
-                {
-                    let (a, b) = (usize::from(entry % 3), usize::from(entry / 3));
-                    let unknown = place[i][a] as usize;
-                    block[(a, b)] = matrix.at(unknown, *from as usize, i == j as usize && a == b);
-                    entries = rest;
-                }
-                row.add(j as usize, &block);
+            for &j in pattern.row(i) {
+                let j = j as usize;
+                let (above, below) =
+                    (block(matrix, place, of, (i, j)), block(matrix, place, of, (j, i)));
+                row.add(j, &(0.5 * (above + below.transpose())));
             }
         });
         self.factorise_shape()?;
