@@ -21,7 +21,8 @@ impl ResultDirectory {
     pub const FRAMES: &'static str = "frames";
     const MODES: &'static str = "modes";
     const CHECKPOINTS: &'static str = "checkpoints";
-    const EVENTS: &'static str = "events.csv";
+    /// Name of the list of events.
+    pub const EVENTS: &'static str = "events.csv";
     const PVD: &'static str = "sheet.pvd";
     const SERIES: &'static str = "sheet.vtk.series";
     const LEDGER: &'static str = "ledger.csv";

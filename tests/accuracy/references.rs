@@ -104,3 +104,49 @@ fn without_a_reference_errors_are_not_known() {
     assert_eq!(out.status.code(), Some(1), "{said}");
     assert!(said.contains("errors are not known"), "{said}");
 }
+
+/// A clamped disc that grows, perfectly flat: all integrators stay on the saddle that it becomes, and agree.
+const SADDLE: &str = r#"
+sheet = { shape = "disc", radius = 10.0, vertices = 100 }
+material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.5 }
+time = { policy = "quasi-static", until = 0.2 }
+output = { every = 0.1 }
+
+[[effect]]
+kind = "stretching"
+[[effect]]
+kind = "bending"
+[[effect]]
+kind = "pin"
+where = "rim"
+axes = "xyz"
+
+[kinetics]
+rates.g = "1"
+length_factor = "1 + 0.02*g"
+initial.g = 0.0
+"#;
+
+#[test]
+fn references_on_a_saddle_are_flagged_as_unreliable() {
+    let arguments = [
+        &["--integrator", "staggered", "--tolerances", "1e-1", "--seeds", "0"][..],
+        &[
+            "--reference",
+            "staggered",
+            "--reference",
+            "{ kind = \"staggered\", rtol = 5e-3, atol = 5e-3 }",
+        ],
+    ];
+    let unstable = "branch that is unstable";
+    let (folder, out) = study(SADDLE, &arguments.concat());
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(text(&out.stdout).contains(unstable), "{}", text(&out.stdout));
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    assert!(page.contains("From t = 0.0"), "{page}");
+    // One that is told to leave saddles does.
+    let left = format!("{SADDLE}\n[stability]\nperturb = 0.01\n");
+    let (_folder, out) = study(&left, &arguments.concat());
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(!text(&out.stdout).contains(unstable), "{}", text(&out.stdout));
+}

@@ -138,6 +138,13 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
             ranked.len()
         ),
     };
+    if let Some(since) = reference.unstable {
+        text += &format!(
+            " Flagged as unreliable: from t = {} on the reference is on a branch that is unstable, which an \
+             imperfection would leave.",
+            label(since)
+        );
+    }
     if let Some(parted) = reference.parted {
         text += &format!(
             " Paths part at t = {}: from there on runs are on different branches, and fields are not \

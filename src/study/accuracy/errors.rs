@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::advice::Power;
+use super::branch;
 use super::peers::Peer;
 use super::{Quantity, Role, Study};
 use crate::model::State;
@@ -47,6 +48,8 @@ pub struct Reference {
     pub alike: bool,
     /// The output time from which on the two are on different paths.
     pub parted: Option<f64>,
+    /// The time from which on it is on a branch that has become unstable.
+    pub unstable: Option<f64>,
     /// Measures at the output times.
     pub measures: Vec<Measures>,
     /// Processor time of its steps, s.
@@ -239,6 +242,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
             name,
             parted,
             alike,
+            unstable: branch::unstable_from(&plan.directory(root, first.member)),
             confirmed,
             measures: first.found.measures.clone(),
             seconds: first.found.timing.as_ref().map(Timing::median),

@@ -14,6 +14,7 @@
 //! nothing and only measures are compared, with their spread over seeds as the yardstick.
 
 mod advice;
+mod branch;
 mod drawn;
 mod errors;
 mod gathered;
@@ -197,7 +198,7 @@ impl Study {
                 let known = study.curves.iter().position(|line| line.name == peer.integrator);
                 let curve = known.unwrap_or_else(|| {
                     let name = peer.integrator.clone();
-                    study.curves.push(Line { name, fixed_steps: false });
+                    study.curves.push(Line { name, fixed_steps: peer.fixed_steps });
                     study.curves.len() - 1
                 });
                 errors::add_peer(case, curve, peer, plan, root, self);

@@ -3,6 +3,7 @@
 //! ```text
 //! DIR/peers/NAME/peer.json     { "integrator": "CVODE, BDF", "tolerance": 1e-6, "seconds": [0.8, 0.9, 0.8],
 //!                                "evaluations": 400, "factorisations": 30, "failed": "why, if it failed" }
+//!                              with "fixed_steps": true the tolerance is a step, as a share of the whole time
 //! DIR/peers/NAME/states.bin    the states that it came to, as `study::states` has them
 //! ```
 //!
@@ -38,14 +39,18 @@ struct Said {
     factorisations: u64,
     #[serde(default)]
     failed: Option<String>,
+    #[serde(default)]
+    fixed_steps: bool,
 }
 
 /// One run of another program.
 pub(super) struct Peer {
     /// What it is called.
     pub(super) integrator: String,
-    /// Its tolerance.
+    /// Its tolerance, or its step as a share of the whole time.
     pub(super) tolerance: f64,
+    /// Which of the two it is.
+    pub(super) fixed_steps: bool,
     /// What is known of it.
     pub(super) found: Found,
     /// Where it came to.
@@ -86,16 +91,17 @@ fn peer(said: Said, folder: &Path) -> Peer {
         name: said.integrator.clone(),
         at: Vec::new(),
         status,
-        reason: said.failed.unwrap_or_default(),
+        reason: said.failed.clone().unwrap_or_default(),
         measures: Vec::new(),
         steady: None,
         seconds: said.seconds.first().copied(),
         memory: None,
         work: Some(work),
         start: Some(Work::default()),
-        timing: Some(Timing { start: 0.0, steps: said.seconds }),
+        timing: Some(Timing { start: 0.0, steps: said.seconds.clone() }),
         shown: None,
     };
     let states = states::read(&folder.join(ResultDirectory::STATES));
-    Peer { integrator: said.integrator, tolerance: said.tolerance, found, states }
+    let Said { integrator, tolerance, fixed_steps, .. } = said;
+    Peer { integrator, tolerance, fixed_steps, found, states }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::advice::Power;
+use super::branch;
 use super::{Line, Quantity, Role, Study};
 use crate::kinetics::Search;
 use crate::model::Policy;
@@ -99,10 +100,10 @@ impl Study {
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
         let base: Vec<String> = set.iter().chain(&first).cloned().collect();
         let plain = Scene::varied(scene, set, &first)?;
-        let moves = match Simulation::new(&plain, search) {
-            Ok(simulation) => simulation.model().moves(),
+        let (moves, vertices) = match Simulation::new(&plain, search) {
+            Ok(simulation) => (simulation.model().moves(), simulation.model().sheet().rest().len()),
             // Its own integrator may not go with it: others may.
-            Err(Error::Solve(SolveError::Pairing(_))) => true,
+            Err(Error::Solve(SolveError::Pairing(_))) => (true, usize::MAX),
             Err(error) => return Err(error),
         };
         let mut left_out = Vec::new();
@@ -152,7 +153,11 @@ impl Study {
             None => {
                 let force = moves.then_some(tightest_force);
                 let (scene, tight) = ((scene, &base[..]), (tightest, force));
-                planned.extend(references(scene, search, options, tight, &mut left_out)?);
+                let mut made = references(scene, search, options, tight, &mut left_out)?;
+                if let Some(watched) = branch::watched(&plain, moves, vertices) {
+                    made.iter_mut().for_each(|(_, _, sets)| sets.push(watched.clone()));
+                }
+                planned.extend(made);
             }
         }
         let found = if options.seeds > 0 { seeds(&plain)? } else { Vec::new() };

@@ -140,6 +140,13 @@ fn known(case: &Case) -> Vec<String> {
                 label(parted)
             ));
         }
+        if let Some(since) = reference.unstable {
+            items.push(format!(
+                "From t = {} on the reference is on a branch that has become unstable: an imperfection would leave \
+                 it. List stability.perturb in the scene, and all runs leave it.",
+                label(since)
+            ));
+        }
         for (name, apart) in &reference.others {
             items.push(format!("Another reference, {name}, is {} away.", percent(*apart)));
         }
