@@ -5,7 +5,7 @@ RELAXATION  blmvm (PETSc TAO, warm-started) or descent (of the paper, with analy
 SHARE       the step as a share of UNTIL
 FORCE       largest force on a vertex that counts as equilibrium, of Y x mean edge
 H           thickness
-MESH        text: "vertices triangles", then "x y boundary", then triangles
+MESH        .obj of the sheet at rest
 START       states of a run of the same scene (`study::states`): it begins at the first
 LIBRARY     folder with sheet.py and, beside it, seed/libsheet.so: the energy as printed, in C, with its gradient
 
@@ -14,8 +14,10 @@ Prints a line: seconds steps evaluations factorisations. Writes the states as `c
 import os
 
 os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+import collections
 import struct
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -30,8 +32,28 @@ PATIENCE = 900.0
 # The most that a descent's step may raise the energy by, and what its step size is at most, of 2/largest stiffness.
 RISE, LARGEST = 0.02, 0.75
 
-sheet = Sheet(mesh, h=thickness)
-triangles, edges, free = sheet.tri.reshape(-1, 3), sheet.edge.reshape(-1, 2), np.ones(3 * sheet.N)
+
+
+def text(path):
+    """What the library reads: "vertices triangles", then "x y boundary", then triangles."""
+    lines = [line.split() for line in open(path)]
+    points = [line[1:3] for line in lines if line[:1] == ["v"]]
+    faces = [[int(corner.split("/")[0]) - 1 for corner in line[1:4]] for line in lines if line[:1] == ["f"]]
+    sides = collections.Counter(frozenset((f[k], f[k - 1])) for f in faces for k in range(3))
+    rim = {vertex for side, count in sides.items() if count == 1 for vertex in side}
+    file = tempfile.NamedTemporaryFile("w", suffix=".txt")
+    print(len(points), len(faces), file=file)
+    for number, (a, b) in enumerate(points):
+        print(a, b, int(number in rim), file=file)
+    for face in faces:
+        print(*face, file=file)
+    file.flush()
+    return file
+
+
+with text(mesh) as file:
+    sheet = Sheet(file.name, h=thickness)
+triangles, edges = sheet.tri.reshape(-1, 3), sheet.edge.reshape(-1, 2)
 with open(start, "rb") as file:
     assert file.read(16) == b"rumple states 1\n"
     _, _, vertices, species, faces = struct.unpack("<d4Q", file.read(40))
