@@ -216,6 +216,16 @@ fn evaluate(
     }
     check_shapes(kinetics, quantity, batch, values, partials)?;
     let size = batch_size(batch.count);
+    let call = |part: &Batch<'_>, values: &mut [&mut [f64]], partials: &mut [&mut [f64]]| {
+        check_inputs(kinetics, quantity, part)?;
+        let outcome = quantity.evaluate(kinetics, part, values, partials)?;
+        check_outputs(kinetics, quantity, part, values, partials)?;
+        Ok(outcome)
+    };
+    // Where points are few, to hand out batches would cost more than the law.
+    if batch.count <= size {
+        return call(batch, values, partials);
+    }
     let outcomes: Vec<Outcome> = blocks(batch.count, values)
         .into_par_iter()
         .zip(blocks(batch.count, partials))
@@ -223,12 +233,7 @@ fn evaluate(
         .map(|(block, (mut values, mut partials))| {
             let start = block * size;
             let count = size.min(batch.count - start);
-            batch.with_part(start, count, |part| {
-                check_inputs(kinetics, quantity, part)?;
-                let outcome = quantity.evaluate(kinetics, part, &mut values, &mut partials)?;
-                check_outputs(kinetics, quantity, part, &values, &partials)?;
-                Ok(outcome)
-            })
+            batch.with_part(start, count, |part| call(part, &mut values, &mut partials))
         })
         .collect();
     outcomes.into_iter().try_fold(None, |first, outcome| Ok(first.or(outcome?)))

@@ -4,6 +4,8 @@ mod places;
 
 use std::sync::Arc;
 
+use smallvec::SmallVec;
+
 use super::flagged::Flagged;
 use super::mechanics::numbered;
 use super::meters::{self, law, transport};
@@ -19,6 +21,10 @@ use crate::parallel;
 use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
 use places::{at_vertices, edge_means};
+
+type Few<T> = SmallVec<[T; 4]>;
+/// At so few points a law takes hardly longer than to time it.
+const FEW_POINTS: usize = 8;
 
 /// Kinetics on a sheet, with the transport of its species.
 pub struct Chemistry {
@@ -232,8 +238,8 @@ impl Chemistry {
         f: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
     ) -> R {
         let count = species.first().map_or(0, |c| c.as_ref().len());
-        let species: Vec<Column<'_>> = species.iter().map(|c| c.as_ref().into()).collect();
-        let signals: Vec<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
+        let species: Few<Column<'_>> = species.iter().map(|c| c.as_ref().into()).collect();
+        let signals: Few<Column<'_>> = signals.iter().map(|s| column(s, count)).collect();
         let parameters = &self.parameters.columns(location, count);
         let (species, signals) = (&species, &signals);
         let batch = Batch { location, first: 0, count, species, signals, parameters };
@@ -249,10 +255,11 @@ impl Chemistry {
         signals: &[Vec<f64>],
         f: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
     ) -> R {
-        let _scope = self.law.scope(what);
+        let points = species.first().map_or(0, |c| c.as_ref().len());
+        let law = &self.law;
+        let _scope = if points <= FEW_POINTS { law.brief(what) } else { law.scope(what) };
         self.tally.count(|work| {
-            work.law_calls += 1;
-            work.law_sites += species.first().map_or(0, |c| c.as_ref().len()) as u64;
+            (work.law_calls, work.law_sites) = (work.law_calls + 1, work.law_sites + points as u64)
         });
         self.batch(location, species, signals, f)
     }
@@ -348,8 +355,8 @@ impl Chemistry {
             out.clear();
             out.resize(c.len(), 0.0);
         }
-        let c: Vec<&[f64]> = species.iter().map(Vec::as_slice).collect();
-        let mut r: Vec<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
+        let c: Few<&[f64]> = species.iter().map(Vec::as_slice).collect();
+        let mut r: Few<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
         self.reaction(&c, signals, &mut r)?;
         for (k, (term, operator)) in self.transports.iter().zip(&surface.operators).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);

@@ -154,6 +154,8 @@ impl<'a> Evaluation<'a> {
             let mut columns = std::mem::take(&mut self.memory.signals);
             match self.model.chemistry() {
                 None => columns.clear(),
+                // No shape is needed for what nobody reads.
+                Some(chemistry) if chemistry.signals().wanted().is_empty() => columns.clear(),
                 Some(chemistry) => {
                     let state = self.state;
                     let signals = chemistry.signals();

@@ -3,7 +3,7 @@
 use crate::Vec3;
 
 /// Positions and species at one time.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, PartialEq, Default)]
 pub struct State {
     /// Time, in the unit that the kinetics' rates use.
     pub time: f64,
@@ -13,4 +13,19 @@ pub struct State {
     pub x: Vec<Vec3>,
     /// For every species its value at every point (vertex or face).
     pub species: Vec<Vec<f64>>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        let Self { time, step, x, species } = self;
+        Self { time: *time, step: *step, x: x.clone(), species: species.clone() }
+    }
+
+    /// Into the memory that is there: states are copied with every step.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { time, step, x, species } = from;
+        (self.time, self.step) = (*time, *step);
+        self.x.clone_from(x);
+        self.species.clone_from(species);
+    }
 }

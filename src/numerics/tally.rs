@@ -7,7 +7,8 @@
 //!
 //! Times are those of the calling thread, from beginning to end: other threads that it waits for are in them.
 //! Memory is what remains allocated by the whole program, if it says how much that is
-//! ([`watch_memory`]). A scope costs two readings of the clock; counts are integers.
+//! ([`watch_memory`]). A scope costs two readings of the clock; where that is much beside the work
+//! ([`Meter::brief`]), one piece in so many is timed, for all. Counts are integers.
 //!
 //! A tally also keeps one account of [`Work`] for the whole model: what was done, whoever did it.
 
@@ -47,10 +48,14 @@ fn reading() -> [i64; 2] {
     [now.bytes, now.times].map(|n| i64::try_from(n).unwrap_or(i64::MAX))
 }
 
+/// Of brief pieces one in so many is timed.
+const SAMPLED: u64 = 16;
+
 /// Sums of the scopes that have ended, each counted once.
 #[derive(Debug, Default)]
 struct Sums {
-    nanoseconds: AtomicU64,
+    /// May be less than 0 for a while: a brief piece that is timed counts for many.
+    nanoseconds: AtomicI64,
     memory: [AtomicI64; 2],
 }
 
@@ -72,8 +77,26 @@ struct Entry {
     name: String,
     labels: &'static [&'static str],
     counts: Vec<AtomicU64>,
+    /// Brief pieces since one was timed.
+    untimed: AtomicU64,
     own: Sums,
     all: Arc<Sums>,
+}
+
+impl Entry {
+    /// For how many brief pieces the one that begins is to be timed; 0 for none. Threads that ask at the
+    /// same time may spoil a sample.
+    fn sample(&self) -> i64 {
+        let untimed = self.untimed.load(Relaxed) + 1;
+        let timed = untimed >= SAMPLED;
+        self.untimed.store(if timed { 0 } else { untimed }, Relaxed);
+        if timed { SAMPLED.cast_signed() } else { 0 }
+    }
+}
+
+/// Nanoseconds.
+fn nanoseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
 /// What one meter shows.
@@ -103,8 +126,8 @@ impl Tally {
         }
         let counts = labels.iter().map(|_| AtomicU64::new(0)).collect();
         let (own, all) = (Sums::default(), Arc::clone(&self.all));
-        let made =
-            Meter(Arc::new(Entry { group, name: name.to_owned(), labels, counts, own, all }));
+        let (name, untimed) = (name.to_owned(), AtomicU64::default());
+        let made = Meter(Arc::new(Entry { group, name, labels, counts, untimed, own, all }));
         meters.push(made.clone());
         made
     }
@@ -137,25 +160,33 @@ impl Meter {
         self.kept()
     }
 
+    /// The same for work that is as brief as two readings of the clock: one piece in sixteen is timed, for all.
+    #[must_use = "the work ends where the scope is dropped"]
+    pub fn brief(&self, what: usize) -> Scope {
+        self.count(what);
+        self.begin(Some(reading()), self.0.sample())
+    }
+
     /// The same for work that hands out what it allocates: its memory is that of the scope around it.
     #[must_use = "the work ends where the scope is dropped"]
     pub fn giving(&self, what: usize) -> Scope {
         self.count(what);
-        self.begin(None)
+        self.begin(None, 1)
     }
 
     /// The same for work that is not counted: what is made once and kept.
     #[must_use = "the work ends where the scope is dropped"]
     pub fn kept(&self) -> Scope {
-        self.begin(Some(reading()))
+        self.begin(Some(reading()), 1)
     }
 
-    fn begin(&self, reading: Option<[i64; 2]>) -> Scope {
+    fn begin(&self, reading: Option<[i64; 2]>, weight: i64) -> Scope {
         let Sums { nanoseconds, memory } = &*self.0.all;
         Scope {
             within: (nanoseconds.load(Relaxed), [0, 1].map(|k| memory[k].load(Relaxed))),
             memory: reading,
-            began: Instant::now(),
+            weight,
+            began: (weight > 0).then(Instant::now),
             meter: self.clone(),
         }
     }
@@ -175,8 +206,7 @@ impl Meter {
 
     /// Adds what was measured otherwise, while no scope was open.
     pub fn add(&self, time: Duration, bytes: i64) {
-        let nanoseconds = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
-        self.0.own.nanoseconds.fetch_add(nanoseconds, Relaxed);
+        self.0.own.nanoseconds.fetch_add(nanoseconds(time), Relaxed);
         self.0.own.memory[0].fetch_add(bytes, Relaxed);
     }
 
@@ -186,7 +216,7 @@ impl Meter {
             group,
             name: name.clone(),
             counts: labels.iter().zip(counts).map(|(l, c)| (*l, c.load(Relaxed))).collect(),
-            time: Duration::from_nanos(own.nanoseconds.load(Relaxed)),
+            time: Duration::from_nanos(own.nanoseconds.load(Relaxed).max(0).cast_unsigned()),
             bytes: own.memory[0].load(Relaxed),
             allocations: own.memory[1].load(Relaxed),
         }
@@ -197,26 +227,36 @@ impl Meter {
 #[derive(Debug)]
 pub struct Scope {
     meter: Meter,
-    began: Instant,
+    /// If it is timed.
+    began: Option<Instant>,
+    /// For how many pieces it is timed.
+    weight: i64,
     /// Of a scope whose memory is another's, none.
     memory: Option<[i64; 2]>,
     /// The sums when it began.
-    within: (u64, [i64; 2]),
+    within: (i64, [i64; 2]),
 }
 
 impl Drop for Scope {
     fn drop(&mut self) {
-        let took = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
         let Entry { own, all, .. } = &*self.meter.0;
-        let inner = all.nanoseconds.load(Relaxed).saturating_sub(self.within.0);
-        own.nanoseconds.fetch_add(took.saturating_sub(inner), Relaxed);
-        all.nanoseconds.store(self.within.0.saturating_add(took), Relaxed);
+        let (within, weight) = (self.within.0, self.weight);
+        // What it took, for all pieces that it stands for; of one that is not timed nothing is known, and what
+        // began within counts with those that are.
+        let took = self.began.map_or(0, |began| nanoseconds(began.elapsed()));
+        if weight > 0 {
+            let inner = all.nanoseconds.load(Relaxed).saturating_sub(within);
+            own.nanoseconds.fetch_add(weight.saturating_mul(took.saturating_sub(inner)), Relaxed);
+        }
+        all.nanoseconds.store(within.saturating_add(weight.saturating_mul(took)), Relaxed);
         let Some(before) = self.memory else { return };
         let now = reading();
         for k in [0, 1] {
             let change = now[k].saturating_sub(before[k]);
             let inner = all.memory[k].load(Relaxed).saturating_sub(self.within.1[k]);
-            own.memory[k].fetch_add(change.saturating_sub(inner), Relaxed);
+            if change != inner {
+                own.memory[k].fetch_add(change.saturating_sub(inner), Relaxed);
+            }
             all.memory[k].store(self.within.1[k].saturating_add(change), Relaxed);
         }
     }

@@ -18,6 +18,7 @@
 use std::time::{Duration, Instant};
 
 use super::made_from::MadeFrom;
+use super::processor::Processor;
 use super::{Result, Simulation};
 use crate::model::State;
 use crate::num::real;
@@ -163,6 +164,7 @@ impl Checkpoint {
         reading.end()?;
         simulation.state = self.state.clone();
         simulation.spent = self.spent;
+        simulation.processor = Processor::default();
         Ok(())
     }
 }
@@ -288,7 +290,7 @@ impl Checkpoints {
         if simulation.integrator.store(&mut solvers) {
             let mut record = self.made_from.clone();
             place().store(&mut record);
-            store_spent(&mut record, &simulation.spent);
+            store_spent(&mut record, &simulation.spent());
             store_state(&mut record, &simulation.state);
             record.record(&solvers);
             let (content, step) = (record.into_bytes(), simulation.state.step);

@@ -24,6 +24,7 @@ mod notes;
 mod observe;
 mod plane;
 mod prepare;
+mod processor;
 mod report;
 mod reported;
 pub mod resume;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::beginning::Beginning;
 use super::built::{Brought, Built};
 use super::invariants::Invariants;
+use super::processor::Processor;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
 use crate::Vec3;
@@ -223,6 +224,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         built,
         invariants,
         spent,
+        processor: Processor::default(),
     };
     if let Some(path) = &scene.time.span.from {
         Beginning::take(path, scene, &mut simulation)?;

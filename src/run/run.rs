@@ -137,11 +137,12 @@ fn stepped(
         let mut observers: Vec<&mut dyn Observer> = vec![&mut ledger, &mut rules];
         observers.extend(others.iter_mut().map(|other| -> &mut dyn Observer { &mut **other }));
         observers.extend(frames.as_mut().map(|frames| -> &mut dyn Observer { frames }));
-        let Simulation { workspace, state, spent, invariants, .. } = &mut *simulation;
+        let spent = simulation.spent();
+        let Simulation { workspace, state, invariants, .. } = &mut *simulation;
         let laws = invariants.as_ref().map(Invariants::row).unwrap_or_default();
         let state = &*state;
         let mut at = workspace.at(state);
-        directory.claim().tell(|reached| (reached.time, reached.spent) = (state.time, *spent));
+        directory.claim().tell(|reached| (reached.time, reached.spent) = (state.time, spent));
         (summary.time, summary.step) = (state.time, state.step);
         let mut scheduled = false;
         let mut see = || -> Result<Option<Ending>> {

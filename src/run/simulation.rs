@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::built::Built;
-use super::costs::processor_time;
 use super::invariants::Invariants;
+use super::processor::Processor;
 use super::{Error, Fields, Result, prepare};
 use crate::geometry::VertexArea;
 use crate::kinetics::Search;
@@ -57,6 +57,8 @@ pub struct Simulation {
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
+    /// Tells their processor time.
+    pub(crate) processor: Processor,
 }
 
 impl Simulation {
@@ -175,19 +177,19 @@ impl Simulation {
     /// and without whoever looks at states in between.
     #[must_use]
     pub fn spent(&self) -> Spent {
-        self.spent
+        let cpu_seconds = self.spent.cpu_seconds + self.processor.untold();
+        Spent { cpu_seconds, ..self.spent }
     }
 
-    /// Does `what`, and adds what it cost to what is spent.
+    /// Does `what`, and adds what it cost to what is spent. The processor time of short pieces is told with a
+    /// later one.
     pub(crate) fn spend<R>(&mut self, what: impl FnOnce(&mut Self) -> R) -> (R, Spent) {
-        let now = |s: &Self| Spent {
-            work: s.model().tally().work(),
-            cpu_seconds: processor_time().unwrap_or(f64::NAN),
-            wall_seconds: s.built.began.elapsed().as_secs_f64(),
-        };
-        let before = now(self);
+        let earlier = self.processor.begin();
+        let work = self.model().tally().work();
         let done = what(self);
-        let more = now(self) - before;
+        let (wall_seconds, cpu_seconds) = self.processor.end();
+        let work = self.model().tally().work() - work;
+        let more = Spent { work, cpu_seconds: earlier + cpu_seconds, wall_seconds };
         self.spent += more;
         (done, more)
     }

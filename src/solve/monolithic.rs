@@ -21,6 +21,7 @@ use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 use crate::record::{Malformed, Reading, Record};
+use crate::tally::Meter;
 
 /// Parameters of the monolithic integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -196,6 +197,8 @@ pub(super) struct Monolithic {
     course: Option<TimeCourse>,
     running: Option<Running>,
     steady: SteadyChemistry,
+    /// Of its steps; made with the first.
+    meter: Option<Meter>,
 }
 
 impl Monolithic {
@@ -207,7 +210,8 @@ impl Monolithic {
         step: Option<f64>,
     ) -> Self {
         let (linear, steady) = (LinearChoice::default(), SteadyChemistry::default());
-        Self { part, method, linear, rtol, atol, step, course: None, running: None, steady }
+        let (course, running, meter) = (None, None, None);
+        Self { part, method, linear, rtol, atol, step, course, running, steady, meter }
     }
 
     /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
@@ -281,7 +285,9 @@ impl Monolithic {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let _scope = part(workspace.model.tally(), part::INTEGRATOR);
+        let tally = workspace.model.tally();
+        let meter = self.meter.get_or_insert_with(|| part::meter(tally, part::INTEGRATOR));
+        let _scope = meter.scope(0);
         let here = |running: &Running| running.at.as_ref() == Some(state);
         if !self.running.as_ref().is_some_and(here) {
             self.restart(workspace, state, until)?;
@@ -289,10 +295,10 @@ impl Monolithic {
         let Some(Running { integration, layout, at }) = &mut self.running else {
             return Err(SolveError::NotFinite);
         };
-        *at = None;
+        // It is the state, and goes on to be the next one.
+        let mut next = at.take().unwrap_or_else(|| state.clone());
         let tolerance = (self.rtol, self.atol);
         let model = Arc::clone(&workspace.model);
-        let mut next = state.clone();
         let mut rejected = Rejected::default();
         let mut accept = |time: f64, y: &[f64]| {
             layout.unpack(model.mechanics(), time, y, &mut next);
@@ -313,8 +319,8 @@ impl Monolithic {
         if self.part != Part::Chemistry {
             report.relaxation.residual = workspace.at(&next).residual()?;
         }
-        *at = Some(next.clone());
-        *state = next;
+        state.clone_from(&next);
+        *at = Some(next);
         Ok(report)
     }
 }

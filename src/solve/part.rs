@@ -14,7 +14,12 @@ const SOLUTIONS: &str = "solutions with the Hessian";
 
 /// The scope of one call of a part.
 pub(crate) fn part(tally: &Tally, name: &str) -> Scope {
-    tally.meter("solver", name, &["calls"]).scope(0)
+    meter(tally, name).scope(0)
+}
+
+/// The meter of a part.
+pub(crate) fn meter(tally: &Tally, name: &str) -> Meter {
+    tally.meter("solver", name, &["calls"])
 }
 
 /// The meters of a factor of second derivatives, or what stands for one, and of its solutions.

@@ -37,6 +37,11 @@ pub struct PluginKinetics {
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
 const WATCHED: usize = 64;
 const EVERY: usize = 64;
+/// What costs system calls is looked at in fewer of them where points are so few: a hundred times as much as
+/// a law at one point.
+const FEW: usize = 8;
+const CLOSELY: usize = 8;
+const CLOSELY_EVERY: usize = 256;
 
 // SAFETY: the boundary demands that instances may be used from any number of threads at once.
 unsafe impl Send for PluginKinetics {}
@@ -77,6 +82,17 @@ fn of_instance<'a>(library: &'a Library, name: &'static str) -> Call<'a> {
 enum Function {
     Values(abi::Evaluate),
     Partials(abi::EvaluatePartials),
+}
+
+/// How much of what a call must not do is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Look {
+    /// What costs nothing.
+    Hardly,
+    /// Changed inputs as well.
+    AtInputs,
+    /// And what belongs to the whole process.
+    Closely,
 }
 
 /// One call as the caller wants it: its name, function and numbers of columns.
@@ -164,17 +180,19 @@ impl PluginKinetics {
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
         if calls >= WATCHED && !calls.is_multiple_of(EVERY) {
-            return self.call_once(wanted, batch, values, partials, false);
+            return self.call_once(wanted, batch, values, partials, Look::Hardly);
         }
+        let closely = batch.count > FEW || calls < CLOSELY || calls.is_multiple_of(CLOSELY_EVERY);
+        let look = if closely { Look::Closely } else { Look::AtInputs };
         let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
             columns.iter().map(|column| column[..batch.count].to_vec()).collect()
         };
         let (mut values_again, mut partials_again) = (copies(values), copies(partials));
-        let warning = self.call_once(wanted, batch, values, partials, true)?;
+        let warning = self.call_once(wanted, batch, values, partials, look)?;
         {
             let mut values: Vec<_> = values_again.iter_mut().map(|c| &mut c[..]).collect();
             let mut partials: Vec<_> = partials_again.iter_mut().map(|c| &mut c[..]).collect();
-            self.call_once(wanted, batch, &mut values, &mut partials, true)?;
+            self.call_once(wanted, batch, &mut values, &mut partials, look)?;
         }
         let first = values.iter().chain(partials.iter());
         for (output, (first, second)) in
@@ -211,8 +229,9 @@ impl PluginKinetics {
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
-        watched: bool,
+        look: Look,
     ) -> Outcome {
+        let watched = look != Look::Hardly;
         let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
         // What it leaves unwritten must not pass for a result: numbers of an earlier call would.
         let clear = |column: &mut &mut [f64]| column[..batch.count].fill(f64::from_bits(UNTOUCHED));
@@ -231,7 +250,7 @@ impl PluginKinetics {
             count: batch.count,
             library: self.library.number,
         };
-        let outcome = call.run(watched, |report| {
+        let outcome = call.run(look == Look::Closely, |report| {
             let (batch, values) = (inputs.raw(), values.as_ptr());
             // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
             unsafe {

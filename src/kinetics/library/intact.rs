@@ -36,7 +36,8 @@ pub(crate) fn alone() -> bool {
 #[derive(Debug)]
 pub(super) struct Intact {
     float: Float,
-    number: u32,
+    /// Of the process; not where a copy of it is found without a system call.
+    number: Option<u32>,
     forks: usize,
     process: Option<Process>,
 }
@@ -47,7 +48,7 @@ impl Intact {
         let closely = closely || alone();
         Self {
             float: Float::now(),
-            number: process::number(),
+            number: (closely || !process::marks_copies()).then(process::number),
             forks: process::forks(),
             process: closely.then(Process::now),
         }

@@ -5,9 +5,8 @@
 //! the program. One that ends the program itself is [named](super::end) in the same way.
 
 use std::cell::Cell;
-use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::call::Call;
 use crate::descriptor::Location;
@@ -57,7 +56,7 @@ impl std::fmt::Display for Overdue {
 /// worst names the points of the call before.
 #[derive(Debug, Default)]
 struct Slot {
-    /// Milliseconds since [`START`], plus one; 0 while no call is under way.
+    /// Milliseconds on the clock, plus one; 0 while no call is under way.
     since: AtomicU64,
     library: AtomicUsize,
     call: AtomicUsize,
@@ -66,7 +65,6 @@ struct Slot {
     count: AtomicUsize,
 }
 
-static START: LazyLock<Instant> = LazyLock::new(Instant::now);
 static NAMES: Growing<String> = Growing::new();
 static SLOTS: Growing<Slot> = Growing::new();
 
@@ -118,7 +116,22 @@ pub(super) fn begin(call: &Call<'_>) -> Watched {
     Watched(slot)
 }
 
+/// Milliseconds on a clock that never goes back: every call reads it, so it is one that is read in
+/// nanoseconds, and a few milliseconds late.
+#[cfg(target_os = "linux")]
 fn now() -> u64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: writes to `time`; where there is no such clock, nothing.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC_COARSE, &raw mut time) };
+    let [seconds, nanoseconds] =
+        [time.tv_sec, time.tv_nsec].map(|n| u64::try_from(n).unwrap_or_default());
+    1000 * seconds + nanoseconds / 1_000_000
+}
+
+#[cfg(not(target_os = "linux"))]
+fn now() -> u64 {
+    use std::{sync::LazyLock, time::Instant};
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     u64::try_from(START.elapsed().as_millis()).unwrap_or(u64::MAX - 1)
 }
 

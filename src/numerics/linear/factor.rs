@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LinearError;
-use super::{Difference, Displacements, Ilu, Sparse, SparseLu, TwoFields};
+use super::{Difference, Displacements, Ilu, SmallLu, Sparse, SparseLu, TwoFields};
 use crate::tally::Tally;
 
 /// How linear systems are solved.
@@ -28,6 +28,8 @@ const DIRECT: usize = 3000;
 
 /// One of the solvers, for matrices of one pattern.
 pub enum Factor {
+    /// LU of few unknowns, without a pattern.
+    Small(SmallLu),
     /// Sparse LU.
     Lu(Box<SparseLu>),
     /// GMRES with an incomplete factor.
@@ -57,6 +59,9 @@ impl Factor {
             (LinearChoice::Blocks, Some(displacements)) => {
                 Self::Blocks(Box::new(TwoFields::new(matrix, displacements)?))
             }
+            (LinearChoice::Lu, _) if matrix.rows() <= SmallLu::MOST => {
+                Self::Small(SmallLu::default())
+            }
             (LinearChoice::Lu, _) => Self::Lu(Box::new(SparseLu::new(matrix)?)),
             _ => Self::Ilu(Box::new(Ilu::new(matrix))),
         })
@@ -69,6 +74,7 @@ impl Factor {
     pub fn factorise(&mut self, matrix: Difference<'_>, tally: &Tally) -> Result<(), LinearError> {
         tally.count(|work| work.factorisations += 1);
         match self {
+            Self::Small(lu) => lu.factorise(matrix),
             Self::Lu(lu) => lu.factorise(matrix),
             Self::Ilu(ilu) => ilu.factorise(matrix),
             Self::Blocks(blocks) => blocks.factorise(matrix),
@@ -81,6 +87,7 @@ impl Factor {
     /// [`LinearError`] if the matrix is singular or the iteration does not converge.
     pub fn solve(&mut self, x: &mut [f64], tally: &Tally) -> Result<(), LinearError> {
         let (result, iterations) = match self {
+            Self::Small(lu) => (lu.solve(x), 0),
             Self::Lu(lu) => (lu.solve(x), 0),
             Self::Ilu(ilu) => (ilu.solve(x), ilu.krylov.iterations),
             Self::Blocks(blocks) => (blocks.solve(x), blocks.krylov.iterations),

@@ -16,6 +16,9 @@ use crate::tally::{Meter, Tally};
 /// analysis serve again, the numbers are new.
 pub(super) type Spare = Arc<Mutex<Option<Factor>>>;
 
+/// So few unknowns are solved for in hardly more time than to time it.
+const FEW: usize = 24;
+
 /// A linear solver for diffsol that returns errors.
 #[derive(Default)]
 pub(super) struct NewtonSolver {
@@ -109,8 +112,9 @@ impl LinearSolver<Combination> for NewtonSolver {
     }
 
     fn solve_in_place(&self, x: &mut FaerVec<f64>) -> Result<(), LaError> {
-        let _scope = self.meters.as_ref().map(|[_, solution]| solution.scope(0));
         let x = x.inner_mut().col_as_slice_mut(0);
+        let begin = |meter: &Meter| if x.len() <= FEW { meter.brief(0) } else { meter.scope(0) };
+        let _scope = self.meters.as_ref().map(|[_, solution]| begin(solution));
         match &mut *self.factor.borrow_mut() {
             Some(Ok(factor)) => {
                 factor.solve(x, &self.tally).map_err(|error| LaError::Other(error.to_string()))

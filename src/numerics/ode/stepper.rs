@@ -102,6 +102,8 @@ pub(super) struct Stepper<'a> {
     spare: Spare,
     /// Time reached: the stop time itself where the solver has come within round-off of it.
     time: f64,
+    /// Where the step under way has begun.
+    start: Vec<f64>,
 }
 
 impl<'a> Stepper<'a> {
@@ -115,7 +117,7 @@ impl<'a> Stepper<'a> {
         let (shortest, spare) = (SHORTEST * first, Spare::default());
         let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
         let (method, options) = (Some(started), Arc::clone(options));
-        Ok(Self { problem, options, method, shortest, spare, time })
+        Ok(Self { problem, options, method, shortest, spare, time, start: Vec::new() })
     }
 
     /// Starts anew from `y` at `time`, with no memory of the way there but factors' patterns.
@@ -252,8 +254,12 @@ impl<'a> Stepper<'a> {
         Ok(method)
     }
 
-    fn solution(&self) -> Vec<f64> {
-        every!(&self.method, solver => solver.state().y.inner().col_as_slice(0).to_vec(), none => Vec::new())
+    /// Keeps the solution, from where the next step may have to be tried again.
+    fn keep_solution(&mut self) {
+        self.start.clear();
+        every!(&self.method, solver => {
+            self.start.extend_from_slice(solver.state().y.inner().col_as_slice(0));
+        }, none => ());
     }
 
     /// Tries that the solver rejected by their error and in Newton's method, and iterations of that, since its
@@ -284,7 +290,8 @@ impl<'a> Stepper<'a> {
         rejected: &mut Rejected,
     ) -> Result<()> {
         for retry in 0.. {
-            let (time, start) = (self.time, self.solution());
+            let time = self.time;
+            self.keep_solution();
             let before = self.statistics();
             let stepped = self.raw_step(until);
             let [failed, newton, iterations] = self.statistics();
@@ -294,10 +301,12 @@ impl<'a> Stepper<'a> {
             let stored_error = self.problem.eqn.take_error();
             let error = match stepped {
                 Ok(()) => {
-                    let y = self.solution();
                     let finite = self.is_finite();
                     let verdict = if finite {
-                        accept(self.time, &y).map_err(OdeError::from)
+                        every!(&self.method, solver => {
+                            accept(self.time, solver.state().y.inner().col_as_slice(0))
+                        }, none => Ok(()))
+                        .map_err(OdeError::from)
                     } else {
                         Err(OdeError::NotFinite)
                     };
@@ -325,7 +334,8 @@ impl<'a> Stepper<'a> {
                 return Err(error);
             }
             rejected.refused.push(error);
-            self.begin(time, vector(&start), step)?;
+            let start = vector(&self.start);
+            self.begin(time, start, step)?;
         }
         Ok(())
     }

@@ -5,7 +5,8 @@ use std::fs::{self, File};
 use std::os::fd::{IntoRawFd, RawFd};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::ptr;
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicPtr, AtomicU8, Ordering};
 use std::sync::{Once, OnceLock, PoisonError, RwLock};
 
 use super::super::end::leave;
@@ -17,6 +18,9 @@ thread_local! {
     static FORKS: Cell<usize> = const { Cell::new(0) };
 }
 
+/// A byte that is 1 here and 0 in every copy of this process, however it was made; none where the system
+/// does not do that.
+static HERE: AtomicPtr<AtomicU8> = AtomicPtr::new(ptr::null_mut());
 /// Whether this process is a copy that a call has made of the one that computes.
 static COPY: AtomicBool = AtomicBool::new(false);
 /// Files that nobody but a plugin would close.
@@ -37,6 +41,7 @@ pub(crate) fn begin_to_look() {
     static BEGUN: Once = Once::new();
     BEGUN.call_once(|| {
         let _ = HOME.set(std::env::current_dir().ok().zip(folder()));
+        HERE.store(marked(), Ordering::Relaxed);
         // SAFETY: handlers that use atomics and constant thread-locals only.
         unsafe { libc::pthread_atfork(None, Some(in_parent), Some(in_copy)) };
         for (file, spare) in STANDARD.iter().zip(&SPARE) {
@@ -49,6 +54,41 @@ pub(crate) fn begin_to_look() {
             keep(file.into_raw_fd());
         }
     });
+}
+
+/// Memory with a 1 that copies of this process see as 0, kept for good.
+#[cfg(target_os = "linux")]
+fn marked() -> *mut AtomicU8 {
+    const SIZE: usize = 1;
+    let (access, kind) =
+        (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
+    // SAFETY: asks for new memory, and how copies are to see it; nobody else knows of it.
+    unsafe {
+        let page = libc::mmap(ptr::null_mut(), SIZE, access, kind, -1, 0);
+        if page == libc::MAP_FAILED || libc::madvise(page, SIZE, libc::MADV_WIPEONFORK) != 0 {
+            return ptr::null_mut();
+        }
+        let byte = page.cast::<AtomicU8>();
+        (*byte).store(1, Ordering::Relaxed);
+        byte
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn marked() -> *mut AtomicU8 {
+    ptr::null_mut()
+}
+
+/// Whether a copy of this process is known by its memory.
+pub(super) fn marks_copies() -> bool {
+    !HERE.load(Ordering::Relaxed).is_null()
+}
+
+/// Whether this memory is that of a copy.
+fn is_marked_copy() -> bool {
+    let here = HERE.load(Ordering::Relaxed);
+    // SAFETY: null, or the byte that stays for good.
+    unsafe { here.as_ref() }.is_some_and(|byte| byte.load(Ordering::Relaxed) == 0)
 }
 
 /// Looks at this file too, which stays open.
@@ -80,10 +120,11 @@ pub(super) fn number() -> u32 {
     std::process::id()
 }
 
-/// Ends this process if it is a copy of that with this number: there must not be two that compute and
+/// Ends this process if it is a copy, or not that with this number: there must not be two that compute and
 /// write.
-pub(super) fn end_copies(original: u32) {
-    if COPY.load(Ordering::Relaxed) || original != number() {
+pub(super) fn end_copies(original: Option<u32>) {
+    let other = || original.is_some_and(|original| original != number());
+    if COPY.load(Ordering::Relaxed) || is_marked_copy() || other() {
         leave(0);
     }
 }
