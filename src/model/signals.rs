@@ -21,6 +21,8 @@ mod derivatives;
 
 pub use derivatives::Derivatives;
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::meters;
@@ -54,7 +56,7 @@ pub struct Signals {
     modulus: f64,
     poisson: f64,
     reading: TensionReading,
-    rest_area: Vec<f64>,
+    rest_area: Arc<[f64]>,
     planar: bool,
     /// Of the geometry that curvatures share, then one for each signal; none of signals that nobody counts.
     meters: Vec<Meter>,
@@ -69,7 +71,7 @@ impl Signals {
         area: VertexArea,
         material: Option<&Material>,
         reading: TensionReading,
-        rest_area: Vec<f64>,
+        rest_area: impl Into<Arc<[f64]>>,
     ) -> Self {
         Self {
             wanted,
@@ -79,7 +81,7 @@ impl Signals {
             modulus: material.map_or(0.0, Material::stretching_modulus),
             poisson: material.map_or(0.0, |material| material.poisson),
             reading,
-            rest_area,
+            rest_area: rest_area.into(),
             planar: false,
             meters: Vec::new(),
         }

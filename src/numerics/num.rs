@@ -32,6 +32,14 @@ pub fn whole(value: f64) -> usize {
     value.round().max(0.0) as usize
 }
 
+/// In single precision, where memory counts for more than digits; 0 for what is too small for all digits.
+#[must_use]
+#[inline]
+#[allow(clippy::cast_possible_truncation)]
+pub fn single(value: f64) -> f32 {
+    if value.abs() < f64::from(f32::MIN_POSITIVE) { 0.0 } else { value as f32 }
+}
+
 /// The number with twelve digits that is nearest: 1e-4 where a quotient is 0.9999999999999999e-4.
 #[must_use]
 pub fn decimal(value: f64) -> f64 {

@@ -9,6 +9,7 @@ use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use base64::write::EncoderStringWriter;
 use flate2::Compression as Level;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
@@ -35,14 +36,18 @@ pub(super) fn decimal(value: f64) -> String {
 }
 
 /// The content of a `<DataArray format="binary">` with 64-bit headers.
-pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Result<String> {
+///
+/// What is not needed any more is given back on the way: a frame is written while a run holds all that it has.
+pub(super) fn data_array(bytes: Vec<u8>, compression: Compression) -> std::io::Result<String> {
     let size = |n: usize| (n as u64).to_le_bytes();
+    let room = |n: usize| String::with_capacity(4 * n.div_ceil(3));
     let Some(level) = compression.level() else {
-        let mut whole = Vec::with_capacity(bytes.len() + 8);
-        whole.extend(size(bytes.len()));
-        whole.extend(bytes);
-        return Ok(BASE64.encode(&whole));
+        let mut text = EncoderStringWriter::from_consumer(room(bytes.len() + 8), &BASE64);
+        text.write_all(&size(bytes.len()))?;
+        text.write_all(&bytes)?;
+        return Ok(text.into_inner());
     };
+    let length = bytes.len();
     let blocks = bytes
         .par_chunks(BLOCK)
         .map(|block| {
@@ -51,16 +56,22 @@ pub(super) fn data_array(bytes: &[u8], compression: Compression) -> std::io::Res
             encoder.finish()
         })
         .collect::<std::io::Result<Vec<_>>>()?;
+    drop(bytes);
     let mut header = Vec::with_capacity(8 * (3 + blocks.len()));
     header.extend(size(blocks.len()));
     header.extend(size(BLOCK));
     // Zero is allowed for a last block that is full, but not every reader then reads that block;
     // its true size is understood by all.
-    header.extend(size(bytes.len() - BLOCK * blocks.len().saturating_sub(1)));
+    header.extend(size(length - BLOCK * blocks.len().saturating_sub(1)));
     for block in &blocks {
         header.extend(size(block.len()));
     }
-    let mut text = BASE64.encode(&header);
-    BASE64.encode_string(blocks.concat(), &mut text);
-    Ok(text)
+    let packed: usize = blocks.iter().map(Vec::len).sum();
+    let mut text = room(header.len() + packed + 2);
+    BASE64.encode_string(&header, &mut text);
+    let mut text = EncoderStringWriter::from_consumer(text, &BASE64);
+    for block in blocks {
+        text.write_all(&block)?;
+    }
+    Ok(text.into_inner())
 }

@@ -10,6 +10,7 @@
 use std::io::Write;
 
 use rayon::prelude::*;
+use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use serde::{Deserialize, Serialize};
 
@@ -90,6 +91,11 @@ fn escape(name: &str) -> String {
     text
 }
 
+/// The bytes of positions.
+fn coordinates(points: &[Vec3]) -> Vec<u8> {
+    points.iter().flat_map(|x| x.iter().copied()).flat_map(f64::to_le_bytes).collect()
+}
+
 /// Makes an array when it is written.
 type Maker<'a> = Box<dyn Fn() -> Array + Sync + 'a>;
 
@@ -131,7 +137,7 @@ fn put(frame: &Frame<'_>, compression: Compression, out: &mut dyn Write) -> std:
         Box::new(|| Array::new("UInt8", "types", 1, vec![TRIANGLE; triangles.len()])),
     ];
     let points: Vec<Maker<'_>> =
-        vec![Box::new(|| Array::field(&Field::vector("Points", frame.points)))];
+        vec![Box::new(|| Array::new("Float64", "Points", 3, coordinates(frame.points)))];
     let sections: [(&str, Vec<Maker<'_>>); 5] = [
         ("FieldData", numbers),
         ("PointData", fields(&frame.point)),
@@ -163,7 +169,7 @@ fn put(frame: &Frame<'_>, compression: Compression, out: &mut dyn Write) -> std:
             .par_iter()
             .map(|array| {
                 let Array { attributes, bytes } = array();
-                Ok((attributes, data_array(&bytes, compression)?))
+                Ok((attributes, data_array(bytes, compression)?))
             })
             .collect::<std::io::Result<Vec<_>>>()?;
         for (attributes, content) in encoded {

@@ -1,5 +1,7 @@
 //! The fields of a frame: what a scene can ask for, by name, and how it is evaluated.
 
+use std::sync::Arc;
+
 use crate::Vec3;
 use crate::effects::Material;
 use crate::geometry::{Curvature, VertexArea};
@@ -54,7 +56,7 @@ impl Fields {
         scene: &Scene,
         chemistry: Option<&Chemistry>,
         area: VertexArea,
-        rest_area: Vec<f64>,
+        rest_area: Arc<[f64]>,
         material: Option<&Material>,
     ) -> Result<Self> {
         let species: Vec<&str> = chemistry
@@ -93,15 +95,9 @@ impl Fields {
             };
             d.observables.iter().any(|o| names.contains(&o.name)).then(signals)
         });
-        let signals = Signals::new(
-            wanted,
-            Location::Vertex,
-            area.clone(),
-            material,
-            reading,
-            rest_area.clone(),
-        )
-        .in_plane(scene.sheet.planar);
+        let signals =
+            Signals::new(wanted, Location::Vertex, area.clone(), material, reading, rest_area)
+                .in_plane(scene.sheet.planar);
         Ok(Self { names, area, signals, observed })
     }
 
@@ -114,16 +110,17 @@ impl Fields {
     pub fn frame<'a>(&self, at: &mut Evaluation<'a>) -> Result<Frame<'a>> {
         let (model, state) = (at.model(), at.state());
         let sheet = model.sheet();
-        let displacement: Vec<Vec3> =
-            sheet.rest().iter().zip(&state.x).map(|(r, x)| x - r).collect();
-        let mut point = vec![Field::vector("displacement [length]", &displacement)];
+        let moved = sheet.rest().iter().zip(&state.x).map(|(r, x)| x - r);
+        let mut displacement = Field::vector("displacement [length]", &[]);
+        displacement.data = moved.flat_map(|d| [d.x, d.y, d.z]).collect();
+        let mut point = vec![displacement];
         let mut cell = Vec::new();
         if let Some(chemistry) = model.chemistry() {
-            let at_vertices = at.species_at_vertices();
+            let mut at_vertices = at.species_at_vertices();
             for (s, species) in chemistry.descriptor().species.iter().enumerate() {
                 if self.names.contains(&species.name) {
                     let title = titled(&species.name, &species.unit);
-                    point.push(Field::scalar(title.clone(), at_vertices[s].clone()));
+                    point.push(Field::scalar(title.clone(), std::mem::take(&mut at_vertices[s])));
                     if chemistry.location() == Location::Face {
                         cell.push(Field::scalar(title, state.species[s].clone()));
                     }

@@ -154,7 +154,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let relaxer = relaxer(scene, &mechanics, &mut notes)?;
     let rule = scene.effects.iter().find_map(|effect| effect.vertex_area());
     let area = VertexArea::new(&sheet, rule.unwrap_or_default());
-    let rest_area = rest_areas(&sheet);
+    let rest_area: Arc<[f64]> = rest_areas(&sheet).into();
     let parameters = match &laws {
         Some(laws) => laws::parameter_fields(scene, &sheet, location, laws)?,
         None => ParameterFields::default(),

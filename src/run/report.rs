@@ -9,7 +9,6 @@ use crate::kinetics::Location;
 use crate::model::{Evaluation, Model};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
-use crate::sheet::Sheet;
 use crate::solve::StepReport;
 use crate::solve::tries::Cause;
 use crate::tally::Work;
@@ -97,12 +96,16 @@ pub(super) struct ShapeSums {
 }
 
 impl ShapeSums {
-    fn update(&mut self, sheet: &Sheet, x: &[Vec3], amount: bool) {
-        if self.x == x {
+    fn update(&mut self, model: &Model, x: &[Vec3], amount: bool) {
+        let sheet = model.sheet();
+        // A shape that cannot move is not kept to see whether it has.
+        if self.x == x || !model.moves() && !self.area.is_empty() {
             return;
         }
-        self.x.clear();
-        self.x.extend_from_slice(x);
+        if model.moves() {
+            self.x.clear();
+            self.x.extend_from_slice(x);
+        }
         let qualities = qualities(sheet, x);
         self.least_quality = qualities.into_iter().fold(f64::INFINITY, f64::min);
         if amount && !self.area.is_empty() {
@@ -133,7 +136,6 @@ pub(super) fn row(
 ) -> Result<Vec<f64>> {
     let StepInfo { report, negative, laws, wall, .. } = *info;
     let (model, state) = (at.model(), at.state());
-    let sheet = model.sheet();
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
     let mut row = vec![step, state.time, report.step, report.error];
     let work = report.work.values().into_iter().skip(1);
@@ -159,7 +161,7 @@ pub(super) fn row(
     row.extend(negative);
     // An amount is per rest area, a concentration per current area.
     let amount = model.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
-    shape.update(sheet, &state.x, amount);
+    shape.update(model, &state.x, amount);
     if let Some(chemistry) = model.chemistry() {
         let share = match chemistry.location() {
             Location::Vertex => &shape.share,

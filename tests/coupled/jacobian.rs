@@ -153,7 +153,7 @@ fn with_areas(
     let energies: Vec<EnergyTerm> = vec![stretching, EnergyTerm::new(bending)];
     let mechanics = Mechanics::new(Arc::clone(sheet), energies, pins).unwrap();
     let area = VertexArea::new(sheet, rule);
-    let rest_area = (0..sheet.triangle_count())
+    let rest_area: Vec<f64> = (0..sheet.triangle_count())
         .map(|t| {
             let [a, b, c] = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
             0.5 * (b - a).cross(&(c - a)).norm()

@@ -2,9 +2,11 @@
 //! one. Source: Saad, *Iterative Methods for Sparse Linear Systems* (2003), algorithms 9.5 and 9.6.
 //!
 //! The preconditioned vectors are kept as well as the basis (the flexible form), so that the solution needs
-//! neither the preconditioner nor the matrix once more.
+//! neither the preconditioner nor the matrix once more. Where rows are of one size they
+//! may be kept in single precision, which is far finer than the residual that is asked for.
 
 use super::{Difference, LinearError};
+use crate::num::single;
 use crate::parallel;
 
 /// Residual, relative to the right-hand side, at which a solution is good enough for Newton's
@@ -31,24 +33,32 @@ pub fn norm(v: &[f64]) -> f64 {
 
 /// Scalar product: pieces in parallel, added in a fixed order.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    product(a, b)
+}
+
+/// The same with `b` in whatever precision.
+fn product<T: Copy + Into<f64> + Sync>(a: &[f64], b: &[T]) -> f64 {
     if a.len() <= PIECE {
         return piece(a, b);
     }
     let (first, last) = a.split_at(half(a.len()));
     let (other, rest) = b.split_at(first.len());
-    let (first, last) = rayon::join(|| dot(first, other), || dot(last, rest));
+    let (first, last) = rayon::join(|| product(first, other), || product(last, rest));
     first + last
 }
 
 /// Eight sums that do not wait for one another.
 #[inline]
-fn piece(a: &[f64], b: &[f64]) -> f64 {
+fn piece<T: Copy + Into<f64>>(a: &[f64], b: &[T]) -> f64 {
     let mut sums = [0.0; 8];
     let (whole_a, whole_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(a, b)| a * b).sum();
+    let rest: f64 = {
+        let rest = whole_a.remainder().iter().zip(whole_b.remainder());
+        rest.map(|(a, b)| a * (*b).into()).sum()
+    };
     for (a, b) in whole_a.zip(whole_b) {
         for k in 0..8 {
-            sums[k] += a[k] * b[k];
+            sums[k] += a[k] * b[k].into();
         }
     }
     sums.iter().sum::<f64>() + rest
@@ -60,10 +70,10 @@ fn half(n: usize) -> usize {
 }
 
 /// `w ← w - h v`, and then `w·next`, or `w·w`.
-fn subtract_and_dot(w: &mut [f64], h: f64, v: &[f64], next: Option<&[f64]>) -> f64 {
+fn subtract_and_dot<T: Kept>(w: &mut [f64], h: f64, v: &[T], next: Option<&[T]>) -> f64 {
     if w.len() <= PIECE {
-        w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * v);
-        return piece(w, next.unwrap_or(w));
+        w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * (*v).into());
+        return next.map_or_else(|| piece(w, w), |next| piece(w, next));
     }
     let middle = half(w.len());
     let ((w, w_last), (v, v_last)) = (w.split_at_mut(middle), v.split_at(middle));
@@ -78,20 +88,48 @@ fn subtract_and_dot(w: &mut [f64], h: f64, v: &[f64], next: Option<&[f64]>) -> f
     first + last
 }
 
+/// How vectors are kept. In single precision only where the unknowns of a row count alike: what is lost of a soft mode
+/// of a sheet would be a large force.
+pub(super) trait Kept: Copy + Default + Into<f64> + Send + Sync {
+    /// Whether digits are lost.
+    const ROUNDS: bool;
+
+    /// From double precision.
+    fn of(value: f64) -> Self;
+}
+
+impl Kept for f64 {
+    const ROUNDS: bool = false;
+
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
+impl Kept for f32 {
+    const ROUNDS: bool = true;
+
+    fn of(value: f64) -> Self {
+        single(value)
+    }
+}
+
 /// Room for the vectors, kept from one system to the next.
 #[derive(Default)]
-pub(super) struct Krylov {
+pub(super) struct Krylov<T: Kept> {
     /// Whether rows without storage are among those of the last matrix.
     equilibrium: bool,
-    basis: Vec<Vec<f64>>,
+    basis: Vec<Vec<T>>,
     /// The basis after the preconditioner.
-    changed: Vec<Vec<f64>>,
+    changed: Vec<Vec<T>>,
+    /// The vectors of both kinds that are worked on.
+    work: [Vec<f64>; 2],
     residual: Vec<f64>,
     /// Of the last system.
     pub(super) iterations: u64,
 }
 
-impl Krylov {
+impl<T: Kept> Krylov<T> {
     /// Takes from a matrix how exact its solutions have to be.
     pub(super) fn load(&mut self, matrix: Difference<'_>) {
         self.equilibrium = !matrix.is_stored();
@@ -142,22 +180,24 @@ impl Krylov {
                 )));
             }
             // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
+            let [changed, next] = &mut self.work;
+            changed.resize(n, 0.0);
+            next.resize(n, 0.0);
             let residual = &self.residual;
-            parallel::fill(room(&mut self.basis, 0, n), |i| residual[i] / size);
+            parallel::fill(room(&mut self.basis, 0, n), |i| T::of(residual[i] / size));
             let mut triangle: Vec<Vec<f64>> = Vec::new();
             let mut rotation: Vec<(f64, f64)> = Vec::new();
             right.clear();
             right.push(size);
             for k in 0..BASIS {
-                let changed = room(&mut self.changed, k, n);
-                changed.copy_from_slice(&self.basis[k]);
+                let basis = &self.basis[k];
+                parallel::fill(changed, |i| basis[i].into());
                 precondition(changed);
-                room(&mut self.basis, k + 1, n);
-                let (known, next) = self.basis.split_at_mut(k + 1);
-                let next = &mut next[0];
+                parallel::fill(room(&mut self.changed, k, n), |i| T::of(changed[i]));
                 multiply(changed, next);
                 self.iterations += 1;
-                let mut column = vec![dot(&known[0], next)];
+                let known = &self.basis[..=k];
+                let mut column = vec![product(next, &known[0])];
                 for i in 0..=k {
                     let then = known.get(i + 1).map(Vec::as_slice);
                     column.push(subtract_and_dot(next, column[i], &known[i], then));
@@ -179,7 +219,7 @@ impl Krylov {
                 if right[k + 1].abs() <= goal || last == 0.0 || !last.is_finite() {
                     break;
                 }
-                parallel::update(next, |_, w| *w /= last);
+                parallel::fill(room(&mut self.basis, k + 1, n), |i| T::of(next[i] / last));
             }
             // Back substitution.
             let m = triangle.len();
@@ -192,9 +232,11 @@ impl Krylov {
             }
             let changed = &self.changed[..m];
             parallel::update(x, |i, x| {
-                *x += changed.iter().zip(&y).map(|(v, y)| y * v[i]).sum::<f64>();
+                *x += changed.iter().zip(&y).map(|(v, y)| y * v[i].into()).sum::<f64>();
             });
-            if right[m].abs() <= goal && y.iter().all(|y| y.is_finite()) {
+            // Of vectors that were rounded the residual is computed where it is to be small.
+            let known = !(T::ROUNDS && self.equilibrium);
+            if known && right[m].abs() <= goal && y.iter().all(|y| y.is_finite()) {
                 return Ok(());
             }
             // On the first round the residual is b itself.
@@ -207,10 +249,10 @@ impl Krylov {
 }
 
 /// Vector number `k`, made if there is none.
-fn room(all: &mut Vec<Vec<f64>>, k: usize, n: usize) -> &mut Vec<f64> {
+fn room<T: Kept>(all: &mut Vec<Vec<T>>, k: usize, n: usize) -> &mut Vec<T> {
     while all.len() <= k {
         all.push(Vec::new());
     }
-    all[k].resize(n, 0.0);
+    all[k].resize(n, T::default());
     &mut all[k]
 }

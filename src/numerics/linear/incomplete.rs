@@ -11,52 +11,11 @@ use super::LinearError;
 use super::shifted::Difference;
 use super::sparse::Sparse;
 use super::strips::{Block, Strips};
-use crate::num::index;
+use crate::num::{index, single};
 use crate::parallel;
 
-/// What lies on one side of the diagonal, row by row.
-pub(super) struct Triangle {
-    start: Vec<u32>,
-    column: Vec<u32>,
-    value: Vec<f64>,
-}
-
-impl Triangle {
-    fn with_capacity(rows: usize, entries: usize) -> Self {
-        let mut start = Vec::with_capacity(rows + 1);
-        start.push(0);
-        Self { start, column: Vec::with_capacity(entries), value: Vec::new() }
-    }
-
-    fn push_row(&mut self, columns: &[u32]) {
-        self.column.extend_from_slice(columns);
-        self.start.push(index(self.column.len()));
-    }
-
-    #[inline]
-    fn first(&self, i: usize) -> usize {
-        self.start[i] as usize
-    }
-
-    #[inline]
-    fn places(&self, i: usize) -> Range<usize> {
-        self.first(i)..self.first(i + 1)
-    }
-
-    #[inline]
-    fn columns(&self, i: usize) -> &[u32] {
-        &self.column[self.places(i)]
-    }
-
-    /// Columns and values of row `i`.
-    #[inline]
-    pub(super) fn row(&self, i: usize) -> (&[u32], &[f64]) {
-        let places = self.places(i);
-        (&self.column[places.clone()], &self.value[places])
-    }
-}
-
-/// The factor: strips of rows in parallel, then the seams.
+/// The factor: strips of rows in parallel, then the seams. What it errs by in single precision is nothing beside
+/// the fill that it leaves out.
 pub(super) struct Incomplete {
     /// First unknown that it is of: it is the factor of the block from there on.
     first: usize,
@@ -65,10 +24,13 @@ pub(super) struct Incomplete {
     row: Vec<u32>,
     strips: Vec<Range<usize>>,
     seams: Vec<Range<usize>>,
-    pub(super) lower: Triangle,
-    pub(super) upper: Triangle,
-    /// Diagonals, or inverse pivots.
-    pub(super) pivot: Vec<f64>,
+    /// Where rows begin, and where their diagonals are.
+    start: Vec<u32>,
+    diagonal: Vec<u32>,
+    /// Columns of whole rows, ascending, each with its diagonal.
+    column: Vec<u32>,
+    /// Their values; on the diagonal inverse pivots.
+    value: Vec<f32>,
     /// Sizes of the diagonals of the matrix.
     size: Vec<f64>,
 }
@@ -76,17 +38,12 @@ pub(super) struct Incomplete {
 /// Rows on which one thread works: their own numbers, …
 struct Part<'a> {
     rows: Range<usize>,
-    lower: &'a mut [f64],
-    upper: &'a mut [f64],
-    pivot: &'a mut [f64],
+    value: &'a mut [f32],
     size: &'a mut [f64],
 }
 
-/// … and those of the strips, while seams are worked on.
-struct Known<'a> {
-    upper: &'a [f64],
-    pivot: &'a [f64],
-}
+/// Numbers of a row on one side of the diagonal, with their columns.
+type Side<'a> = (&'a [u32], &'a [f32]);
 
 impl Incomplete {
     /// For matrices with this pattern, of which it is a factor of the block from the unknown `first` on.
@@ -98,28 +55,27 @@ impl Incomplete {
         for (rank, &unknown) in order.iter().enumerate() {
             row[unknown as usize] = index(rank);
         }
-        let mut below = 0;
-        for (i, &unknown) in order.iter().enumerate() {
-            let columns = block.row(unknown as usize);
-            below += columns.filter(|&j| (row[j] as usize) < i).count();
-        }
-        let entries: usize = (0..n).map(|unknown| block.row(unknown).count()).sum();
-        let mut lower = Triangle::with_capacity(n, below);
-        let mut upper = Triangle::with_capacity(n, entries - below);
+        let entries = |unknown: usize| {
+            let there = usize::from(block.row(unknown).any(|j| j == unknown));
+            block.row(unknown).count() + 1 - there
+        };
+        let mut column: Vec<u32> = Vec::with_capacity((0..n).map(entries).sum());
+        let (mut start, mut diagonal) = (Vec::with_capacity(n + 1), Vec::with_capacity(n));
+        start.push(0);
         let mut columns: Vec<u32> = Vec::new();
         for (i, &unknown) in order.iter().enumerate() {
             columns.clear();
             columns.extend(block.row(unknown as usize).map(|j| row[j]));
+            columns.push(index(i));
             columns.sort_unstable();
+            columns.dedup();
             let middle = columns.partition_point(|&j| (j as usize) < i);
-            lower.push_row(&columns[..middle]);
-            let after = middle + usize::from(columns.get(middle) == Some(&index(i)));
-            upper.push_row(&columns[after..]);
+            diagonal.push(index(column.len() + middle));
+            column.extend_from_slice(&columns);
+            start.push(index(column.len()));
         }
-        lower.value = vec![0.0; lower.column.len()];
-        upper.value = vec![0.0; upper.column.len()];
-        let (pivot, size) = (vec![0.0; n], vec![1.0; n]);
-        Self { first, order, row, strips, seams, lower, upper, pivot, size }
+        let (value, size) = (vec![0.0; column.len()], vec![1.0; n]);
+        Self { first, order, row, strips, seams, start, diagonal, column, value, size }
     }
 
     /// Number of rows.
@@ -127,42 +83,69 @@ impl Incomplete {
         self.order.len()
     }
 
-    /// Places of row `i` where all rows lie one after the other, each with its diagonal.
-    #[inline]
-    pub(super) fn places(&self, i: usize) -> Range<usize> {
-        let first = |i: usize| self.lower.first(i) + i + self.upper.first(i);
-        first(i)..first((i + 1).min(self.len()))
+    /// Number of entries, diagonals included.
+    pub(super) fn entries(&self) -> usize {
+        self.column.len()
     }
 
-    /// Does `what` with ranges of rows in parallel, the seams after the strips, and lets it look up what is
-    /// known of the strips; the first that fails counts.
+    #[inline]
+    fn begin(&self, i: usize) -> usize {
+        self.start[i] as usize
+    }
+
+    /// Places of row `i` among all entries.
+    #[inline]
+    pub(super) fn places(&self, i: usize) -> Range<usize> {
+        self.begin(i)..self.begin(i + 1)
+    }
+
+    /// Columns at these places.
+    #[inline]
+    pub(super) fn columns(&self, places: Range<usize>) -> &[u32] {
+        &self.column[places]
+    }
+
+    /// The values, row by row: those of the matrix once it is loaded, then those of its factor.
+    pub(super) fn values(&self) -> &[f32] {
+        &self.value
+    }
+
+    #[inline]
+    fn lower(&self, i: usize) -> Side<'_> {
+        let places = self.begin(i)..self.diagonal[i] as usize;
+        (&self.column[places.clone()], &self.value[places])
+    }
+
+    #[inline]
+    fn upper(&self, i: usize) -> Side<'_> {
+        let places = self.diagonal[i] as usize + 1..self.begin(i + 1);
+        (&self.column[places.clone()], &self.value[places])
+    }
+
+    #[inline]
+    fn inverse_pivot(&self, i: usize) -> f64 {
+        self.value[self.diagonal[i] as usize].into()
+    }
+
+    /// Does `what` with ranges of rows in parallel, the seams after the strips, and lets it look up the values of
+    /// the strips; the first that fails counts.
     fn each(
         &mut self,
-        what: impl Fn(&Self, Part<'_>, &Known<'_>) -> Result<(), LinearError> + Sync,
+        what: impl Fn(&Self, Part<'_>, &[f32]) -> Result<(), LinearError> + Sync,
     ) -> Result<(), LinearError> {
-        let mut lower = std::mem::take(&mut self.lower.value);
-        let mut upper = std::mem::take(&mut self.upper.value);
-        let mut pivot = std::mem::take(&mut self.pivot);
+        let mut value = std::mem::take(&mut self.value);
         let mut size = std::mem::take(&mut self.size);
         let inner = self.strips.last().map_or(0, |strip| strip.end);
-        let (lower_strips, lower_seams) = lower.split_at_mut(self.lower.first(inner));
-        let (upper_strips, upper_seams) = upper.split_at_mut(self.upper.first(inner));
-        let (pivot_strips, pivot_seams) = pivot.split_at_mut(inner);
+        let (strips, seams) = value.split_at_mut(self.begin(inner));
         let (size_strips, size_seams) = size.split_at_mut(inner);
-        let nothing = Known { upper: &[], pivot: &[] };
-        let run = |parts: Vec<Part<'_>>, known: &Known<'_>| {
+        let run = |parts: Vec<Part<'_>>, known: &[f32]| {
             let done: Vec<Result<(), LinearError>> =
                 parts.into_par_iter().map(|part| what(self, part, known)).collect();
             done.into_iter().collect::<Result<(), LinearError>>()
         };
-        let all = [&mut *lower_strips, &mut *upper_strips, &mut *pivot_strips, size_strips];
-        let done = run(self.cut(&self.strips, all), &nothing).and_then(|()| {
-            let known = Known { upper: upper_strips, pivot: pivot_strips };
-            let all = [lower_seams, upper_seams, pivot_seams, size_seams];
-            run(self.cut(&self.seams, all), &known)
-        });
-        (self.lower.value, self.upper.value) = (lower, upper);
-        (self.pivot, self.size) = (pivot, size);
+        let done = run(self.cut(&self.strips, strips, size_strips), &[])
+            .and_then(|()| run(self.cut(&self.seams, seams, size_seams), strips));
+        (self.value, self.size) = (value, size);
         done
     }
 
@@ -170,23 +153,15 @@ impl Incomplete {
     fn cut<'a>(
         &self,
         ranges: &[Range<usize>],
-        [mut lower, mut upper, mut pivot, mut size]: [&'a mut [f64]; 4],
+        mut value: &'a mut [f32],
+        mut size: &'a mut [f64],
     ) -> Vec<Part<'a>> {
         let mut parts = Vec::with_capacity(ranges.len());
-        let take = |from: &mut &'a mut [f64], length: usize| -> &'a mut [f64] {
-            let (part, rest) = std::mem::take(from).split_at_mut(length);
-            *from = rest;
-            part
-        };
         for rows in ranges {
-            let of = |t: &Triangle| t.first(rows.end) - t.first(rows.start);
-            parts.push(Part {
-                rows: rows.clone(),
-                lower: take(&mut lower, of(&self.lower)),
-                upper: take(&mut upper, of(&self.upper)),
-                pivot: take(&mut pivot, rows.len()),
-                size: take(&mut size, rows.len()),
-            });
+            let (own, rest) = value.split_at_mut(self.begin(rows.end) - self.begin(rows.start));
+            let (sizes, others) = size.split_at_mut(rows.len());
+            parts.push(Part { rows: rows.clone(), value: own, size: sizes });
+            (value, size) = (rest, others);
         }
         parts
     }
@@ -194,30 +169,18 @@ impl Incomplete {
     /// Takes over the values of a matrix of the pattern.
     pub(super) fn load(&mut self, matrix: Difference<'_>) {
         let loaded = self.each(|factor, part, _| {
-            let Part { rows, lower, upper, pivot, size } = part;
-            let (lower_from, upper_from) =
-                (factor.lower.first(rows.start), factor.upper.first(rows.start));
+            let Part { rows, value, size } = part;
+            let from = factor.begin(rows.start);
+            value.fill(0.0);
             for i in rows.clone() {
                 let unknown = factor.first + factor.order[i] as usize;
                 let divisor = matrix.size(unknown);
                 size[i - rows.start] = divisor;
-                pivot[i - rows.start] = 0.0;
-                for (j, value) in matrix.row(unknown) {
+                let columns = factor.columns(factor.places(i));
+                for (j, entry) in matrix.row(unknown) {
                     let Some(j) = j.checked_sub(factor.first) else { continue };
-                    let (j, value) = (factor.row[j], value / divisor);
-                    let place = |side: &Triangle| {
-                        let found = side.columns(i).binary_search(&j).unwrap_or_default();
-                        side.first(i) + found
-                    };
-                    match (j as usize).cmp(&i) {
-                        std::cmp::Ordering::Less => {
-                            lower[place(&factor.lower) - lower_from] = value
-                        }
-                        std::cmp::Ordering::Equal => pivot[i - rows.start] = value,
-                        std::cmp::Ordering::Greater => {
-                            upper[place(&factor.upper) - upper_from] = value;
-                        }
-                    }
+                    let found = columns.binary_search(&factor.row[j]).unwrap_or_default();
+                    value[factor.begin(i) - from + found] = single(entry / divisor);
                 }
             }
             Ok(())
@@ -233,53 +196,47 @@ impl Incomplete {
         self.each(Self::eliminate_part)
     }
 
-    fn eliminate_part(&self, part: Part<'_>, known: &Known<'_>) -> Result<(), LinearError> {
-        let Part { rows, lower, upper, pivot, .. } = part;
-        let (lower_from, upper_from) = (self.lower.first(rows.start), self.upper.first(rows.start));
-        let (mut columns, mut work): (Vec<u32>, Vec<f64>) = (Vec::new(), Vec::new());
+    fn eliminate_part(&self, part: Part<'_>, known: &[f32]) -> Result<(), LinearError> {
+        let Part { rows, value, .. } = part;
+        let from = self.begin(rows.start);
+        let mut work: Vec<f64> = Vec::new();
         for i in rows.clone() {
-            let left = self.lower.places(i).len();
-            let own_lower = self.lower.first(i) - lower_from..self.lower.first(i + 1) - lower_from;
-            let own_upper = self.upper.first(i) - upper_from..self.upper.first(i + 1) - upper_from;
-            columns.clear();
-            columns.extend_from_slice(self.lower.columns(i));
-            columns.push(index(i));
-            columns.extend_from_slice(self.upper.columns(i));
+            let places = self.places(i);
+            let own = places.start - from..places.end - from;
+            let left = self.diagonal[i] as usize - places.start;
+            let columns = self.columns(places);
             work.clear();
-            work.extend_from_slice(&lower[own_lower.clone()]);
-            work.push(pivot[i - rows.start]);
-            work.extend_from_slice(&upper[own_upper.clone()]);
+            work.extend(value[own.clone()].iter().map(|v| f64::from(*v)));
             for k in 0..left {
                 let j = columns[k] as usize;
-                let places = self.upper.places(j);
-                let (inverse, values) = if j < rows.start {
-                    (known.pivot[j], &known.upper[places])
-                } else {
-                    let own = places.start - upper_from..places.end - upper_from;
-                    (pivot[j - rows.start], &upper[own])
+                let above = self.diagonal[j] as usize..self.begin(j + 1);
+                let values = match j < rows.start {
+                    true => &known[above.clone()],
+                    false => &value[above.start - from..above.end - from],
                 };
-                let factor = work[k] * inverse;
+                let Some((inverse, values)) = values.split_first() else { continue };
+                let factor = work[k] * f64::from(*inverse);
                 work[k] = factor;
                 // Both rows ascend.
                 let mut at = k + 1;
-                for (&column, value) in self.upper.columns(j).iter().zip(values) {
+                let others = self.columns(above.start + 1..above.end);
+                for (&column, value) in others.iter().zip(values) {
                     while at < columns.len() && columns[at] < column {
                         at += 1;
                     }
                     if at < columns.len() && columns[at] == column {
-                        work[at] -= factor * value;
+                        work[at] -= factor * f64::from(*value);
                     }
                 }
             }
             let found = work[left];
-            if found == 0.0 || !found.is_finite() {
+            if found == 0.0 || !single(found.recip()).is_finite() || !found.is_finite() {
                 return Err(LinearError::new(format!(
                     "the incomplete factor of the Newton matrix has the pivot {found} in row {i}"
                 )));
             }
-            pivot[i - rows.start] = found.recip();
-            lower[own_lower].copy_from_slice(&work[..left]);
-            upper[own_upper].copy_from_slice(&work[left + 1..]);
+            work[left] = found.recip();
+            value[own].iter_mut().zip(&work).for_each(|(value, work)| *value = single(*work));
         }
         Ok(())
     }
@@ -300,36 +257,42 @@ impl Incomplete {
         let (strips, seams) = x.split_at_mut(inner);
         parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
-                let (columns, values) = self.lower.row(i);
-                let known =
-                    values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
+                let (columns, values) = self.lower(i);
+                let known = values
+                    .iter()
+                    .zip(columns)
+                    .map(|(v, &j)| f64::from(*v) * x[j as usize - rows.start]);
                 x[i - rows.start] -= known.sum::<f64>();
             }
         });
         parts(&self.seams, seams).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
-                let (columns, values) = self.lower.row(i);
+                let (columns, values) = self.lower(i);
                 let known = values.iter().zip(columns).map(|(v, &j)| match j as usize {
-                    j if j < inner => v * strips[j],
-                    j => v * x[j - rows.start],
+                    j if j < inner => f64::from(*v) * strips[j],
+                    j => f64::from(*v) * x[j - rows.start],
                 });
                 x[i - rows.start] -= known.sum::<f64>();
             }
             for i in rows.clone().rev() {
-                let (columns, values) = self.upper.row(i);
-                let known =
-                    values.iter().zip(columns).map(|(v, &j)| v * x[j as usize - rows.start]);
-                x[i - rows.start] = (x[i - rows.start] - known.sum::<f64>()) * self.pivot[i];
+                let (columns, values) = self.upper(i);
+                let known = values
+                    .iter()
+                    .zip(columns)
+                    .map(|(v, &j)| f64::from(*v) * x[j as usize - rows.start]);
+                x[i - rows.start] =
+                    (x[i - rows.start] - known.sum::<f64>()) * self.inverse_pivot(i);
             }
         });
         parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone().rev() {
-                let (columns, values) = self.upper.row(i);
+                let (columns, values) = self.upper(i);
                 let known = values.iter().zip(columns).map(|(v, &j)| match j as usize {
-                    j if j < inner => v * x[j - rows.start],
-                    j => v * seams[j - inner],
+                    j if j < inner => f64::from(*v) * x[j - rows.start],
+                    j => f64::from(*v) * seams[j - inner],
                 });
-                x[i - rows.start] = (x[i - rows.start] - known.sum::<f64>()) * self.pivot[i];
+                x[i - rows.start] =
+                    (x[i - rows.start] - known.sum::<f64>()) * self.inverse_pivot(i);
             }
         });
     }

@@ -51,7 +51,7 @@ pub struct TwoFields {
     right: Vec<Vec3>,
     /// Of the second field, with room for its rows.
     rest: Option<(Incomplete, Vec<f64>)>,
-    pub(super) krylov: Krylov,
+    pub(super) krylov: Krylov<f64>,
     work: Vec<f64>,
 }
 
