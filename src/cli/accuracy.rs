@@ -208,14 +208,15 @@ fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<Stri
         say!("{}", gathered.advice());
         say!("{}; report, tables and plots: {}", counts(&found), root.display());
     }
-    let silent = |f: &&Found| f.status == MemberStatus::Killed;
-    if let Some(first) = found.iter().find(silent) {
-        let message = format!(
-            "{} ended without a word; the first: {}",
-            found.iter().filter(silent).count(),
-            first.name
-        );
-        return Err(Error::Incomplete(message));
+    for (status, what) in [
+        (MemberStatus::Killed, "ended without a word"),
+        (MemberStatus::Damaged, "damaged, and to be made again by the whole command"),
+    ] {
+        let such = || found.iter().filter(|f| f.status == status);
+        if let Some(Found { name, reason, .. }) = such().next() {
+            let message = format!("{} {what}; the first: {name}: {reason}", such().count());
+            return Err(Error::Incomplete(message));
+        }
     }
     match study.has_references(plan, &found) {
         true => Ok(counts(&found)),

@@ -11,7 +11,7 @@ mod gauss_bonnet;
 mod rest_metric;
 mod vertex_area;
 
-pub use align::aligned;
+pub use align::{aligned, aligned_by};
 pub use average::FaceVertexAverage;
 pub use crossings::{Crossings, Found};
 pub use curvature::{Curvature, angle_at};

@@ -40,6 +40,8 @@ pub struct Panel {
     pub curves: Vec<Curve>,
     /// What has a place across and no value: which of the names, and where. Crosses at the upper edge.
     pub failed: Vec<(usize, f64)>,
+    /// What is 0, where the axis up is logarithmic: which of the names, and where. Triangles at the lower edge.
+    pub zeros: Vec<(usize, f64)>,
 }
 
 /// Panels side by side with one legend.
@@ -85,9 +87,18 @@ impl Figure {
         name.checked_sub(self.names.len().saturating_sub(self.guides))
     }
 
+    /// What the legend has: every curve, and the guides that are drawn.
+    fn shown(&self) -> Vec<usize> {
+        let drawn = |k: usize| {
+            let mut curves = self.panels.iter().flat_map(|panel| &panel.curves);
+            curves.any(|curve| curve.name == k && !curve.points.is_empty())
+        };
+        (0..self.names.len()).filter(|k| self.guide(*k).is_none() || drawn(*k)).collect()
+    }
+
     fn size(&self) -> (usize, usize) {
         let rows = self.panels.len().div_ceil(self.columns.max(1));
-        (PANEL.0 * self.columns.max(1), PANEL.1 * rows + LINE * self.names.len() + 12)
+        (PANEL.0 * self.columns.max(1), PANEL.1 * rows + LINE * self.shown().len() + 12)
     }
 
     /// As a picture of pixels.
@@ -131,8 +142,8 @@ impl Figure {
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((rows, self.columns))) {
             panel.draw(&area, &|name| self.guide(name))?;
         }
-        for (k, name) in self.names.iter().enumerate() {
-            let y = i32::try_from(k * LINE + LINE / 2).unwrap_or(0);
+        for (row, k) in self.shown().into_iter().enumerate() {
+            let y = i32::try_from(row * LINE + LINE / 2).unwrap_or(0);
             let ends = [(20, y), (50, y)];
             match self.guide(k).map(dashed) {
                 None => legend.draw(&PathElement::new(ends, colour(k).stroke_width(3))),
@@ -141,7 +152,7 @@ impl Figure {
                 }
             }
             .map_err(refused)?;
-            let text = Text::new(name.clone(), (60, y - 8), (FONT, 15).into_font());
+            let text = Text::new(self.names[k].clone(), (60, y - 8), (FONT, 15).into_font());
             legend.draw(&text).map_err(refused)?;
         }
         area.present().map_err(refused)
@@ -159,7 +170,8 @@ impl Panel {
     ) -> Result<(), OutputError> {
         let (across, up) = self.logarithmic;
         let all = || self.curves.iter().flat_map(|c| c.known(self.logarithmic));
-        let crosses = || self.failed.iter().map(|(_, x)| *x).filter(|x| reached(*x, across));
+        let marks = || self.failed.iter().chain(&self.zeros);
+        let crosses = || marks().map(|(_, x)| *x).filter(|x| reached(*x, across));
         if all().next().is_none() && crosses().next().is_none() {
             let text = format!("{}: nothing to show", self.title);
             let text = Text::new(text, (20, 20), (FONT, 15).into_font());
@@ -241,6 +253,12 @@ impl Panel {
             let radius = if points.len() == 1 { 6 } else { 3 + broader };
             let marks = points.iter().map(|p| Circle::new(*p, radius, colour(*name).filled()));
             chart.draw_series(marks).map_err(refused)?;
+        }
+        let down = triangle((0.0, 0.0), (0.0, -1.0));
+        for (name, x) in self.zeros.iter().filter(|(_, x)| reached(*x, across)) {
+            let mark = EmptyElement::at((*x, edges.1.start))
+                + Polygon::new(down.to_vec(), colour(*name).filled());
+            chart.draw_series([mark]).map_err(refused)?;
         }
         let mut before: Vec<f64> = Vec::new();
         for (name, x) in self.failed.iter().filter(|(_, x)| reached(*x, across)) {

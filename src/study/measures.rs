@@ -16,9 +16,9 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::Vec3;
-use crate::geometry::Face;
+use crate::geometry::{Face, aligned, aligned_by, vertex_normals};
 use crate::kinetics::Location;
-use crate::model::{Evaluation, ModelError};
+use crate::model::{Evaluation, Model, ModelError, free_motions};
 use crate::num::real;
 use crate::sheet::Sheet;
 
@@ -27,10 +27,13 @@ use crate::sheet::Sheet;
 pub struct Measures {
     /// Time.
     pub time: f64,
-    /// Elastic energy.
+    /// Elastic energy: that of all effects but loads, which apply a force from outside.
     pub energy: f64,
-    /// Largest displacement out of the rest shape.
+    /// Largest displacement out of the rest shape, after the best of the rigid motions that pins leave free; 0
+    /// below 1e-9 of the sheet's size.
     pub amplitude: f64,
+    /// The same of its part along the normals of the sheet at rest.
+    pub deflection: f64,
     /// Connected regions where the first species is above the level.
     pub spots: usize,
     /// The separation d of spots; none where there is no spot.
@@ -125,6 +128,30 @@ fn at_vertices(sheet: &Sheet, faces: &[f64]) -> Vec<f64> {
     area
 }
 
+/// Displacements below this share of the sheet's size are what relaxations and round-off leave.
+const STILL: f64 = 1e-9;
+
+/// Largest displacement and largest part of one along the normals at rest.
+fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
+    let (sheet, rest) = (model.sheet(), model.sheet().rest());
+    let (motions, radius) = free_motions(rest, model.mechanics().pins(), |_| 1.0);
+    let placed = match motions.len() {
+        0 => x.to_vec(),
+        6 => aligned(x, rest),
+        _ => {
+            let motions: Vec<_> = motions.iter().map(|m| m.parameters).collect();
+            aligned_by(&motions, radius, x, rest)
+        }
+    };
+    let normals = vertex_normals(sheet, rest);
+    let moved = || placed.iter().zip(rest).map(|(x, r)| x - r);
+    let most = |all: &mut dyn Iterator<Item = f64>| {
+        Some(all.fold(0.0, f64::max)).filter(|d| *d > STILL * radius).unwrap_or(0.0)
+    };
+    let along = moved().zip(&normals).map(|(d, n)| d.dot(n).abs());
+    (most(&mut moved().map(|d| d.norm())), most(&mut { along }))
+}
+
 /// Measures of a state; spots are where the first species is above `level`, or half way between its
 /// least and largest values.
 ///
@@ -132,13 +159,15 @@ fn at_vertices(sheet: &Sheet, faces: &[f64]) -> Vec<f64> {
 /// If a law fails.
 pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, ModelError> {
     let (model, state) = (at.model(), at.state());
-    // No minus before nothing.
-    let energy = at.potential()?.energy(&state.x) + 0.0;
-    let rest = model.sheet().rest().iter().zip(&state.x);
+    let loads = model.mechanics().applied_forces();
+    let elastic = at.energies()?.into_iter().zip(loads).filter(|(_, load)| *load == 0.0);
+    let (amplitude, deflection) = displacements(model, &state.x);
     let mut measures = Measures {
         time: state.time,
-        energy,
-        amplitude: rest.map(|(r, x)| (x - r).norm()).fold(0.0, f64::max),
+        // No minus before nothing.
+        energy: elastic.map(|(energy, _)| energy).sum::<f64>() + 0.0,
+        amplitude,
+        deflection,
         spots: 0,
         separation: None,
         nearest: None,

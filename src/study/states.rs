@@ -9,7 +9,7 @@
 //! Numbers are little-endian, of 64 bits. A file is appended to; a last state that is cut short is none.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use crate::Vec3;
@@ -77,6 +77,44 @@ pub fn read(path: &Path) -> Vec<State> {
         states.push(state);
     }
     states
+}
+
+/// The times of the states in a file, as far as they are whole, without reading these.
+#[must_use]
+pub fn times(path: &Path) -> Vec<f64> {
+    let Ok(file) = File::open(path) else { return Vec::new() };
+    let length = file.metadata().map_or(0, |data| data.len());
+    let mut reader = BufReader::new(file);
+    let mut header = [0; HEADER.len()];
+    if reader.read_exact(&mut header).is_err() || header != *HEADER {
+        return Vec::new();
+    }
+    let mut times = Vec::new();
+    let mut at = HEADER.len() as u64;
+    while let Some((time, size)) = head(&mut reader) {
+        at = at.saturating_add(size);
+        if at > length || reader.seek(SeekFrom::Start(at)).is_err() {
+            break;
+        }
+        times.push(time);
+    }
+    times
+}
+
+/// Time and length in bytes of the state that begins here.
+fn head(reader: &mut impl Read) -> Option<(f64, u64)> {
+    let mut word = || {
+        let mut word = [0; 8];
+        reader.read_exact(&mut word).ok().map(|()| word)
+    };
+    let time = f64::from_le_bytes(word()?);
+    let mut count = || word().map(u64::from_le_bytes);
+    let (_, vertices, species) = (count()?, count()?, count()?);
+    // Ends with the bytes, however many there are said to be.
+    let points = (0..species).try_fold(0u64, |sum, _| sum.checked_add(count()?))?;
+    let numbers = vertices.checked_mul(3)?.checked_add(points)?;
+    let words = numbers.checked_add(species)?.checked_add(4)?;
+    Some((time, words.checked_mul(8)?))
 }
 
 fn next(rest: &mut &[u8]) -> Option<State> {

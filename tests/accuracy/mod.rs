@@ -1,6 +1,7 @@
 //! What accuracy costs: errors that are known, reports that show all runs, advice that follows from them.
 
 mod advice;
+mod damaged;
 mod known;
 mod references;
 

@@ -30,6 +30,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         time: s.time,
         energy: 1.0,
         amplitude: 0.1,
+        deflection: 0.1,
         spots: 1,
         separation: None,
         nearest: None,

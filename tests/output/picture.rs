@@ -54,6 +54,7 @@ fn points_that_cannot_be_shown_are_left_out() {
         logarithmic,
         curves: vec![Curve { name: 0, points: points.to_vec() }],
         failed: Vec::new(),
+        zeros: Vec::new(),
     };
     let figure = Figure {
         guides: 0,
@@ -86,6 +87,7 @@ fn lines_to_compare_with_are_grey_and_dashed() {
             logarithmic: (false, false),
             curves: vec![curve(0, 1.0), curve(1, 2.0)],
             failed: Vec::new(),
+            zeros: Vec::new(),
         }],
         columns: 1,
     };
@@ -95,4 +97,33 @@ fn lines_to_compare_with_are_grey_and_dashed() {
     let grey = |text: &str| text.matches("stroke=\"#3C3C3C\"").count();
     assert_eq!(grey(&both), 0);
     assert!(grey(&one) > 10, "{one}");
+}
+
+#[test]
+fn zeros_lie_at_the_lower_edge_and_only_what_is_drawn_is_in_the_legend() {
+    let figure = Figure {
+        guides: 1,
+        names: vec!["measured".into(), "nowhere".into()],
+        panels: vec![Panel {
+            title: "error".into(),
+            across: "time".into(),
+            logarithmic: (true, true),
+            curves: vec![Curve { name: 0, points: vec![(1.0, 1e-3), (2.0, 1e-2)] }],
+            failed: Vec::new(),
+            zeros: vec![(0, 1.0), (0, 3.0)],
+        }],
+        columns: 1,
+    };
+    let text = figure.svg().unwrap();
+    assert_eq!(text.matches("<polygon").count(), 2, "{text}");
+    assert!(text.contains("measured") && !text.contains("nowhere"), "{text}");
+    // Their tips are where the axis ends, below every other mark.
+    let numbers = |part: &str| -> Vec<f64> {
+        part.split([' ', ',']).filter_map(|n| n.parse().ok()).collect()
+    };
+    let mark = text.split("<polygon").nth(1).unwrap().split("points=\"").nth(1).unwrap();
+    let tip = numbers(mark.split('"').next().unwrap()).chunks(2).map(|p| p[1]).fold(0.0, f64::max);
+    let circles =
+        text.split("cy=\"").skip(1).map(|part| numbers(part.split('"').next().unwrap())[0]);
+    assert!(circles.fold(0.0, f64::max) < tip - 5.0, "{text}");
 }

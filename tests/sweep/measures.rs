@@ -101,3 +101,47 @@ fn measures_are_those_of_a_script_with_real_vtk() {
         }
     }
 }
+
+/// A disc with its rim in a plane, of which a load is a part of the energy.
+const SLIDING: &str = r#"
+sheet = { shape = "disc", radius = 6.0, vertices = 120, bump = { amplitude = 0.3, width = 2.0 } }
+material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.5 }
+effect = [
+    { kind = "stretching" },
+    { kind = "bending" },
+    { kind = "pressure", value = 0.5 },
+    { kind = "pin", where = "rim", axes = "z" },
+]
+time = { until = 1.0 }
+"#;
+
+#[test]
+fn what_a_sheet_measures_does_not_depend_on_where_it_lies() {
+    let (_, mut simulation) = prepare(SLIDING, &[]);
+    let before = measure(&mut simulation.evaluate(), None).unwrap();
+    assert!(before.deflection > 0.0 && before.amplitude >= before.deflection, "{before:?}");
+    // It slips and turns in the plane of its rim, as nothing hinders.
+    let turn = nalgebra::Rotation3::new(Vec3::new(0.0, 0.0, 0.4));
+    for x in &mut simulation.state_mut().x {
+        *x = turn * *x + Vec3::new(2.0, -1.0, 0.0);
+    }
+    let after = measure(&mut simulation.evaluate(), None).unwrap();
+    for (a, b) in [(after.amplitude, before.amplitude), (after.deflection, before.deflection)] {
+        assert!((a / b - 1.0).abs() < 1e-9, "{before:?} {after:?}");
+    }
+    // The energy is what the sheet stores, not what the load has lost.
+    let mut at = simulation.evaluate();
+    let (all, elastic) = (at.energies().unwrap(), after.energy);
+    assert!(all[2] < 0.0 && (elastic - all[0] - all[1]).abs() < 1e-12 * elastic, "{all:?}");
+}
+
+#[test]
+fn displacements_in_the_plane_are_no_deflection() {
+    let scene = SLIDING.replace(", bump = { amplitude = 0.3, width = 2.0 }", "");
+    let scene = scene.replace("    { kind = \"pressure\", value = 0.5 },\n", "");
+    let (_, mut simulation) = prepare(&scene, &[]);
+    simulation.state_mut().x.iter_mut().for_each(|x| *x *= 1.1);
+    let found = measure(&mut simulation.evaluate(), None).unwrap();
+    assert!((found.amplitude / 0.6 - 1.0).abs() < 0.01, "{found:?}");
+    assert_eq!(found.deflection, 0.0);
+}

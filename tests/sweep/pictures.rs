@@ -57,6 +57,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
         time: 2.0,
         energy: 10.0 * (1.0 + value),
         amplitude: 0.5,
+        deflection: 0.5,
         spots,
         separation: Some(3.0 + value),
         nearest: None,

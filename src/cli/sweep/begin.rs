@@ -105,7 +105,7 @@ impl Runs<'_> {
             let now = plan.members[number].limit;
             limit_of(reason).is_some_and(|then| now.is_none_or(|now| now > then))
         };
-        let is_open = |number: &usize| match status(&plan.directory(root, *number)) {
+        let is_open = |number: &usize| match status(plan, &plan.directory(root, *number)) {
             (MemberStatus::Complete, _) => false,
             (MemberStatus::Failed, why) => self.how.retry_failed || longer(*number, &why),
             _ => true,

@@ -222,6 +222,7 @@ pub(super) fn counts(members: &[Found]) -> String {
         MemberStatus::Complete,
         MemberStatus::Failed,
         MemberStatus::Killed,
+        MemberStatus::Damaged,
         MemberStatus::Interrupted,
         MemberStatus::Running,
         MemberStatus::NotBegun,
@@ -236,7 +237,7 @@ pub(super) fn counts(members: &[Found]) -> String {
 fn outcome(members: &[Found], all: bool) -> Result<()> {
     let lost = |found: &&Found| match found.status {
         MemberStatus::Complete => false,
-        MemberStatus::Failed | MemberStatus::Killed => true,
+        MemberStatus::Failed | MemberStatus::Killed | MemberStatus::Damaged => true,
         MemberStatus::NotBegun | MemberStatus::Running | MemberStatus::Interrupted => all,
     };
     match members.iter().find(lost) {

@@ -3,9 +3,12 @@
 use super::errors::{Case, Point};
 use super::{Quantity, Study};
 use crate::output::plot::label;
+use crate::study::sweep::Timing;
 
 /// Errors are known where references agree so many times better.
 const BETTER: f64 = 10.0;
+/// What errs by more than this in any field is not advised for another.
+const WORTHLESS: f64 = 1.0;
 
 /// What the advice is about: what was asked for; without that a field, or the number of spots where paths
 /// part.
@@ -39,6 +42,10 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
              --reference another integrator, or a longer --limit with --retry-failed."
         );
     };
+    if reference.still {
+        return "Nothing changes in this scene, neither species nor shape: there is no error to measure."
+            .to_owned();
+    }
     let quantity = subject(study, case);
     let ranked = ranked(case, quantity);
     let name = quantity.name();
@@ -57,7 +64,11 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         Some(parted) => format!(" in the {name} before t = {}: ", label(parted)),
         None => format!(" in the {name}: "),
     };
-    let good: Vec<_> = ranked.iter().filter(|(_, error, _)| *error <= enough).collect();
+    let fields = [Quantity::Species, Quantity::Shape];
+    let sound =
+        |p: &Point| fields.iter().all(|q| p.error(*q).is_none_or(|error| error <= WORTHLESS));
+    let good = ranked.iter().filter(|(point, error, _)| *error <= enough && sound(point));
+    let good: Vec<_> = good.collect();
     match good.first() {
         None => {
             let best = ranked.iter().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -81,8 +92,7 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
                 percent(*error)
             );
             text += &neighbours(study, case, point, quantity);
-            let others =
-                [Quantity::Species, Quantity::Shape].into_iter().filter(|q| *q != quantity);
+            let others = fields.into_iter().filter(|q| *q != quantity);
             for (other, error) in others.filter_map(|q| Some((q, point.error(q)?))) {
                 text += &format!("; error of the {} {}", other.name(), percent(error));
             }
@@ -90,12 +100,13 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
             let other = good.iter().find(|(other, ..)| other.curve != point.curve);
             text += &match other {
                 Some((other, error, slower)) => format!(
-                    "; next best {}, {} (error {}; {} times as long).",
+                    "; next best {}, {} (error {}; {}).",
                     described(study, other),
                     time(*slower),
                     percent(*error),
-                    label(two_digits(slower / seconds))
+                    longer(point, other, slower / seconds)
                 ),
+                None if study.curves.len() == 1 => ".".to_owned(),
                 None => "; no other integrator is as accurate at these tolerances.".to_owned(),
             };
         }
@@ -121,8 +132,16 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
         true => " (of one method: no other came to its end)",
         false => "",
     };
+    // Of many pairs one agrees well by accident.
+    let others = reference.others.iter().map(|(name, apart)| (name, *apart));
+    let third = others.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, apart)| {
+        quantity.is_field() && reference.parted.is_none() && *apart > BETTER * agreement
+    });
+    let third = third.map_or(String::new(), |(name, apart)| {
+        format!(" (the next, {name}, is {} away)", percent(apart))
+    });
     let text = format!(
-        " The references, {} and {second}{alike}, agree to {}",
+        " The references, {} and {second}{alike}, agree to {}{third}",
         reference.name,
         percent(agreement)
     );
@@ -133,7 +152,7 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
         _ if agreement == 0.0 => format!("{text}."),
         0 => format!("{text}, {BETTER} times or more below every error shown."),
         _ => format!(
-            "{text}: of errors below {} no more than the size is known ({below} of {}).",
+            "{text}: of errors below {} only the order of magnitude is known ({below} of {}).",
             percent(floor),
             ranked.len()
         ),
@@ -153,6 +172,19 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
         );
     }
     text
+}
+
+/// How much longer the other one takes, if that can be told.
+fn longer(best: &Point, other: &Point, ratio: f64) -> String {
+    let spread = |p: &Point| p.found.timing.as_ref().map(Timing::spread);
+    let told = match (spread(best), spread(other)) {
+        (Some((_, slowest)), Some((fastest, _))) => fastest > slowest,
+        _ => true,
+    };
+    match told {
+        true => format!("{} times as long", label(two_digits(ratio))),
+        false => "as fast, within the scatter of the times".to_owned(),
+    }
 }
 
 /// What the next tolerances of the same integrator take.
@@ -213,7 +245,7 @@ pub(super) fn percent(share: f64) -> String {
 /// A time for people.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {
-        s if s < 0.9995 => format!("{} ms", label(two_digits(1e3 * s))),
+        s if s < 0.995 => format!("{} ms", label(two_digits(1e3 * s))),
         s if s < 600.0 => format!("{} s", label(two_digits(s))),
         s => format!("{:.0} min", s / 60.0),
     }

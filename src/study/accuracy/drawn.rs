@@ -27,15 +27,24 @@ fn wanted(study: &Study) -> String {
     format!("wanted: {}", percent(study.wanted))
 }
 
-/// Name, caption and drawing of every plot.
+/// A plot.
+pub(super) struct Drawn {
+    pub(super) name: String,
+    pub(super) caption: String,
+    pub(super) figure: Figure,
+    /// Of which case it is, if of one.
+    pub(super) case: Option<usize>,
+}
+
+/// Every plot.
 pub(super) fn figures(
     study: &Study,
     plan: &Plan,
     cases: &[Case],
     policies: &Policies,
-) -> Vec<(String, String, Figure)> {
+) -> Vec<Drawn> {
     let mut all = Vec::new();
-    for case in cases {
+    for (number, case) in cases.iter().enumerate() {
         let end = match case.name.is_empty() {
             true => String::new(),
             false => format!(",{}", plain(&case.name)),
@@ -46,7 +55,12 @@ pub(super) fn figures(
                     true => caption.to_owned(),
                     false => format!("{}. {caption}", case.name),
                 };
-                all.push((format!("{name}{end}"), caption, figure));
+                all.push(Drawn {
+                    name: format!("{name}{end}"),
+                    caption,
+                    figure,
+                    case: Some(number),
+                });
             }
         };
         add(
@@ -54,7 +68,8 @@ pub(super) fn figures(
             "What accuracy costs: error against processor time of the steps, and beside it against work that \
              does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed or diverged, at the time they took. \
              Dashed: how far the references are apart (nothing below it means anything), and the error that is \
-             wanted. Errors of 0 lie on the lowest one.",
+             wanted. Triangles at the lower edge: errors of 0. Runs without factorisations are not in the last column. Later lines are \
+             thinner, so that those below show.",
             work_precision(study, case),
         );
         add(
@@ -85,15 +100,17 @@ pub(super) fn figures(
     let policies = policies.figure();
     if !policies.panels.is_empty() {
         let caption = "How far the references of policies are apart, the largest along time. A slope of 1: the \
-                       error of leaving a rate out goes with the ratio of the two.";
-        all.push((format!("cases-{POLICIES}"), caption.to_owned(), policies));
+                       error of leaving a rate out goes with the ratio of the two. Left out: distances below three \
+                       times those of the references that confirm them.";
+        let (name, caption) = (format!("cases-{POLICIES}"), caption.to_owned());
+        all.push(Drawn { name, caption, figure: policies, case: None });
     }
     for (k, axis) in plan.axes.iter().enumerate().skip(1) {
         let across = across(plan, cases, k, axis);
         if !across.panels.is_empty() {
             let name = format!("cases-{}", plan.plot_name(k));
             let caption = format!("Measures of the references at the end against {}.", axis.key);
-            all.push((name, caption, across));
+            all.push(Drawn { name, caption, figure: across, case: None });
         }
     }
     all
@@ -118,6 +135,7 @@ pub(super) fn panel(title: &str, across: &str, curves: Vec<Curve>) -> Option<Pan
         logarithmic: (true, true),
         curves,
         failed: Vec::new(),
+        zeros: Vec::new(),
     })
 }
 
@@ -128,19 +146,19 @@ fn line(case: &Case, curve: usize) -> impl Iterator<Item = &Point> {
     case.points.iter().filter(move |p| p.curve == curve).filter(tight)
 }
 
-/// Errors that are nothing but round-off have no place on a logarithmic axis: they lie where the least of the
-/// others does.
-fn with_zeros(mut curves: Vec<Curve>) -> Vec<Curve> {
-    let all = curves.iter().flat_map(|c| &c.points).map(|p| p.1);
-    let least = all.filter(|error| *error > LEAST).fold(f64::INFINITY, f64::min);
-    let least = if least.is_finite() { least } else { LEAST };
-    for (_, error) in curves.iter_mut().flat_map(|c| &mut c.points) {
-        *error = error.max(least);
+/// A panel of errors. Those that are nothing but round-off have no place on a logarithmic axis: they are marks at the
+/// lower edge.
+fn errors(title: &str, across: &str, mut curves: Vec<Curve>) -> Option<Panel> {
+    let mut panel = panel(title, across, curves.clone())?;
+    for Curve { name, points } in &mut curves {
+        panel.zeros.extend(points.iter().filter(|p| p.1 <= LEAST).map(|p| (*name, p.0)));
+        points.retain(|p| p.1 > LEAST);
     }
-    curves
+    panel.curves = curves;
+    Some(panel)
 }
 
-/// Error of `quantity` against `cost`, with how far the references are apart.
+/// Error of `quantity` against `cost`, with how far the references are apart, as curves; what failed.
 fn against(
     study: &Study,
     case: &Case,
@@ -169,7 +187,7 @@ fn against(
             curves.push(Curve { name: study.curves.len() + k, points });
         }
     }
-    (with_zeros(curves), failed)
+    (curves, failed)
 }
 
 fn work_precision(study: &Study, case: &Case) -> Figure {
@@ -185,7 +203,7 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
         for (title, cost) in costs {
             let (curves, failed) = against(study, case, quantity, cost);
             let title_up = format!("error of the {}", quantity.name());
-            if let Some(mut panel) = panel(&title_up, title, curves) {
+            if let Some(mut panel) = errors(&title_up, title, curves) {
                 panel.failed = failed;
                 panels.push(panel);
             }
@@ -218,7 +236,7 @@ fn measures(study: &Study, case: &Case) -> Figure {
             curves.push(Curve { name: study.curves.len() + 2, points });
         }
         let title = format!("error of the {}", quantity.name());
-        if let Some(mut panel) = panel(&title, "processor time of the steps [s]", curves) {
+        if let Some(mut panel) = errors(&title, "processor time of the steps [s]", curves) {
             panel.failed = failed;
             panels.push(panel);
         }
@@ -272,7 +290,7 @@ fn trust(study: &Study, case: &Case) -> Figure {
             let points = vec![(least, least), (most, most)];
             curves.push(Curve { name: study.curves.len(), points });
             let title = format!("error of the {}", quantity.name());
-            panels.extend(panel(&title, "tolerance", with_zeros(curves)));
+            panels.extend(errors(&title, "tolerance", curves));
         }
     }
     Figure { names: names(study, &["error = tolerance"]), guides: 1, panels, columns: 2 }
@@ -293,12 +311,9 @@ fn map(study: &Study, case: &Case) -> Figure {
             let points = points.filter_map(|p| Some((p.force?, p.error(quantity)?)));
             Curve { name, points: points.collect() }
         };
-        let curves = with_zeros(tolerances.iter().enumerate().map(line).collect());
-        panels.extend(panel(
-            &format!("error of the {}", quantity.name()),
-            "force tolerance",
-            curves,
-        ));
+        let curves = tolerances.iter().enumerate().map(line).collect();
+        let title = format!("error of the {}", quantity.name());
+        panels.extend(errors(&title, "force tolerance", curves));
     }
     let name = study.curves.first().map_or("", |c| c.name.as_str());
     let named = tolerances.iter().map(|t| format!("{name}, {}", Power(*t)));

@@ -5,11 +5,10 @@ use std::path::Path;
 use super::advice::Power;
 use super::branch;
 use super::peers::Peer;
+use super::yardstick::Yardstick;
 use super::{Quantity, Role, Study};
-use crate::model::State;
+use crate::model::{Policy, State};
 use crate::output::ResultDirectory;
-use crate::run::Simulation;
-use crate::study::differences::Norm;
 use crate::study::measures::Measures;
 use crate::study::states;
 use crate::study::sweep::{Found, MemberStatus, Plan, Timing, read};
@@ -50,6 +49,8 @@ pub struct Reference {
     pub parted: Option<f64>,
     /// The time from which on it is on a branch that has become unstable.
     pub unstable: Option<f64>,
+    /// Whether nothing changes in it.
+    pub still: bool,
     /// Measures at the output times.
     pub measures: Vec<Measures>,
     /// Processor time of its steps, s.
@@ -104,7 +105,7 @@ pub struct Distance {
 }
 
 impl Distance {
-    fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.species.max(self.shape)
     }
 }
@@ -173,10 +174,10 @@ pub fn cases(study: &Study, plan: &Plan, root: &Path) -> Vec<Case> {
 }
 
 /// A run and its states.
-struct Kept {
-    member: usize,
-    found: Found,
-    states: Vec<State>,
+pub(super) struct Kept {
+    pub(super) member: usize,
+    pub(super) found: Found,
+    pub(super) states: Vec<State>,
 }
 
 fn kept(plan: &Plan, root: &Path, member: usize) -> Kept {
@@ -225,6 +226,10 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
         let mut others = Vec::new();
         for (k, (name, _, other)) in references.iter().enumerate().filter(|(k, _)| *k != first) {
             let course = yardstick.course(&other.states, &references[first].2.states);
+            if course.is_empty() {
+                failed.push((name.clone(), "has no states at the same output times".to_owned()));
+                continue;
+            }
             let apart = course.iter().map(Distance::largest).fold(0.0, f64::max);
             if let Some(at) = course.iter().find(|d| d.largest() > PARTED) {
                 parted = Some(parted.map_or(at.time, |earlier| earlier.min(at.time)));
@@ -238,11 +243,16 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
             (name.clone(), yardstick.errors(second, &references[first].2, parted))
         });
         let (name, _, first) = references.swap_remove(first);
+        // Under drag shapes fall along directions down all the time.
+        let policy = plan.scene(first.member).map(|scene| scene.time.policy);
+        let resting = matches!(policy, Ok(Policy::QuasiStatic));
+        let unstable = resting.then(|| branch::unstable_from(&plan.directory(root, first.member)));
         case.reference = Some(Reference {
             name,
             parted,
             alike,
-            unstable: branch::unstable_from(&plan.directory(root, first.member)),
+            unstable: unstable.flatten(),
+            still: yardstick.is_still(&first.states, &first.found.measures),
             confirmed,
             measures: first.found.measures.clone(),
             seconds: first.found.timing.as_ref().map(Timing::median),
@@ -328,71 +338,4 @@ pub(super) fn add_peer(
         });
     let settings = String::new();
     case.points.push(Point { name, settings, curve, tolerance, force: None, found, errors });
-}
-
-/// What differences of states are relative to.
-pub(super) struct Yardstick {
-    norm: Norm,
-    moves: bool,
-}
-
-impl Yardstick {
-    /// That of a member; none if its scene cannot be made ready any more.
-    pub(super) fn of(plan: &Plan, number: usize) -> Option<Self> {
-        let scene = plan.scene(number).ok()?;
-        let simulation = Simulation::new(&scene, &plan.search()).ok()?;
-        let model = simulation.model();
-        Some(Self { norm: Norm::of(model), moves: model.moves() })
-    }
-
-    /// The two references that are the least apart, two of different methods if there are any, the one that is
-    /// preferred first; or the only one.
-    fn closest(&self, references: &[(String, String, Kept)]) -> Option<(usize, Option<usize>)> {
-        let mut best: Option<((bool, f64), usize, usize)> = None;
-        for (a, (_, method, first)) in references.iter().enumerate() {
-            for (b, (_, other, second)) in references.iter().enumerate().skip(a + 1) {
-                let course = self.course(&second.states, &first.states);
-                let apart = course.iter().map(Distance::largest).fold(0.0, f64::max);
-                let rank = (method == other, apart);
-                if !course.is_empty() && best.is_none_or(|(least, ..)| rank < least) {
-                    best = Some((rank, a, b));
-                }
-            }
-        }
-        match best {
-            Some((_, a, b)) => Some((a, Some(b))),
-            None => (!references.is_empty()).then_some((0, None)),
-        }
-    }
-
-    /// Distances of states from those at the same time.
-    pub(super) fn course(&self, states: &[State], truth: &[State]) -> Vec<Distance> {
-        let mut course = Vec::new();
-        for state in states {
-            let near = |s: &&State| (s.time - state.time).abs() <= 1e-9 * state.time.abs();
-            let Some(same) = truth.iter().find(near) else { continue };
-            let found = self.norm.differences(state, same);
-            let species = found.worst_species().map_or(0.0, |(_, by)| by.relative());
-            course.push(Distance { time: state.time, species, shape: found.shape.relative() });
-        }
-        course
-    }
-
-    fn errors(&self, run: &Kept, truth: &Kept, parted: Option<f64>) -> Errors {
-        let course = self.course(&run.states, &truth.states);
-        let before = |d: &&Distance| parted.is_none_or(|parted| d.time < parted);
-        let largest = |of: fn(&Distance) -> f64| {
-            let later = course.iter().filter(|d| d.time > 0.0).filter(before);
-            later
-                .map(of)
-                .fold(None, |largest: Option<f64>, e| Some(largest.map_or(e, |l| l.max(e))))
-        };
-        let of = Quantity::ALL.map(|quantity| match quantity {
-            Quantity::Species if self.norm.species() > 0 => largest(|d| d.species),
-            Quantity::Shape if self.moves => largest(|d| d.shape),
-            Quantity::Species | Quantity::Shape => None,
-            measure => measure.error(&run.found.measures, &truth.found.measures),
-        });
-        Errors { of, course }
-    }
 }

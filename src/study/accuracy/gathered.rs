@@ -54,12 +54,13 @@ impl<'a> Gathered<'a> {
         let [_, csv, md, html] = Study::FILES.map(str::to_owned);
         let mut files = vec![(csv, self.csv().into_bytes())];
         let mut drawings = Vec::new();
-        for (name, caption, figure) in drawn::figures(study, plan, cases, policies) {
+        for drawn in drawn::figures(study, plan, cases, policies) {
+            let drawn::Drawn { name, caption, figure, case } = drawn;
             let name = format!("{PLOT}{name}");
             let svg = figure.svg()?;
             files.push((format!("{name}.svg"), svg.clone().into_bytes()));
             files.push((format!("{name}.png"), figure.picture()?.png()?));
-            drawings.push(page::Drawing { name, caption, svg });
+            drawings.push(page::Drawing { case, name, caption, svg });
         }
         let blocks =
             report::blocks(study, plan, (cases, policies), (open.as_deref(), advice), drawings);
@@ -76,7 +77,7 @@ impl<'a> Gathered<'a> {
 fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
     let all = plan.members.len();
     let ended = |number: &usize| {
-        let status = status(&plan.directory(root, *number)).0;
+        let status = status(plan, &plan.directory(root, *number)).0;
         matches!(status, MemberStatus::Complete | MemberStatus::Failed)
     };
     let open = all - (0..all).filter(ended).count();

@@ -25,6 +25,7 @@ mod policies;
 mod quantity;
 mod report;
 mod richardson;
+mod yardstick;
 
 pub use errors::{Case, Distance, Point, Reference, cases};
 pub use gathered::Gathered;

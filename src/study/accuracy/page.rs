@@ -20,6 +20,8 @@ pub(super) enum Block {
 
 /// A plot that is drawn.
 pub(super) struct Drawing {
+    /// Of which case it is, if of one.
+    pub(super) case: Option<usize>,
     /// Name of its files, without their ends.
     pub(super) name: String,
     /// What it shows.

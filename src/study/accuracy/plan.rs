@@ -154,6 +154,11 @@ impl Study {
                 let force = moves.then_some(tightest_force);
                 let (scene, tight) = ((scene, &base[..]), (tightest, force));
                 let mut made = references(scene, search, options, tight, &mut left_out)?;
+                if options.references.is_empty() {
+                    made.retain(|(_, _, sets)| {
+                        others.iter().all(|axis| allowed(scene.0, set, axis, sets))
+                    });
+                }
                 if let Some(watched) = branch::watched(&plain, moves, vertices) {
                     made.iter_mut().for_each(|(_, _, sets)| sets.push(watched.clone()));
                 }
@@ -225,11 +230,18 @@ fn references(
     // Without a sheet there are no forces.
     let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
     for (text, tighter) in texts {
-        let choice = Choice::read(scene, base, text, "--reference")?;
-        if let Some(why) = fits(scene, base, search, &choice, options)? {
-            left_out.push(format!("reference by {}: {why}", choice.name));
-            continue;
-        }
+        let read = Choice::read(scene, base, text, "--reference");
+        let read = read.and_then(|c| Ok((fits(scene, base, search, &c, options)?, c)));
+        let choice = match read {
+            Ok((None, choice)) => choice,
+            Ok((Some(why), choice)) => {
+                left_out.push(format!("reference by {}: {why}", choice.name));
+                continue;
+            }
+            // Nobody asked for it.
+            Err(_) if options.references.is_empty() => continue,
+            Err(error) => return Err(error),
+        };
         let Some(tolerance) = Positive::new(tightest / (tighter * still)) else { continue };
         let mut sets = vec![choice.at(scene, base, tolerance)?];
         sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
@@ -239,6 +251,14 @@ fn references(
         planned.push((role, format!("reference: {name}"), sets));
     }
     Ok(planned)
+}
+
+/// Whether a scene may have `sets` with every value of `axis`, as far as its keys tell.
+fn allowed(scene: &Path, set: &[String], axis: &Axis, sets: &[String]) -> bool {
+    (0..axis.values.len()).all(|k| {
+        let with: Vec<String> = set.iter().cloned().chain(axis.overrides(k)).collect();
+        Scene::varied(scene, &with, &[]).is_err() || Scene::varied(scene, &with, sets).is_ok()
+    })
 }
 
 /// Why an integrator does not go with the scene, if it does not.

@@ -6,7 +6,8 @@
 use super::Quantity;
 use super::advice::{percent, two_digits};
 use super::drawn::{Part, panel};
-use super::errors::{Case, Distance, Yardstick};
+use super::errors::{Case, Distance};
+use super::yardstick::Yardstick;
 use crate::num::Short;
 use crate::output::plot::{Curve, Figure, label};
 use crate::run::Simulation;
@@ -197,7 +198,11 @@ impl Policies {
             }
             let slopes = PARTS.map(|(_, of)| slope(&apart.rows, of));
             if slopes.iter().any(Option::is_some) {
-                let mut row = vec![apart.name.clone(), "slope at the least".into(), String::new()];
+                let mut row = vec![
+                    apart.name.clone(),
+                    "slope at the smallest distances".into(),
+                    String::new(),
+                ];
                 for slope in slopes {
                     row.push(slope.map_or("-".to_owned(), |s| label(two_digits(s))));
                     row.push(String::new());

@@ -14,15 +14,16 @@ pub enum Quantity {
     Species,
     /// Positions: the same over that of the displacement, after the best rigid motion.
     Shape,
-    /// Elastic energy at the end.
+    /// Elastic energy at the end, without the potential of loads.
     Energy,
-    /// Largest displacement at the end.
+    /// Largest displacement at the end, after the best of the rigid motions that are free.
     Amplitude,
     /// Number of regions above the level at the end.
     Spots,
     /// Their separation d at the end.
     Separation,
-    /// The time at which the largest displacement first comes half way from its start to its largest.
+    /// The time at which the largest displacement along the normals first comes half way from its start to its
+    /// largest.
     Buckling,
 }
 
@@ -93,18 +94,18 @@ impl Quantity {
     }
 }
 
-/// The sheet has buckled where displacements have grown by this factor.
+/// The sheet has buckled where it is deflected so many times as far.
 const GROWN: f64 = 2.0;
 
-/// When the amplitude comes half way, linearly between output times.
+/// When the deflection comes half way, linearly between output times.
 fn buckling(course: &[Measures]) -> Option<f64> {
-    let first = course.first()?.amplitude;
-    let most = course.iter().map(|m| m.amplitude).fold(first, f64::max);
+    let first = course.first()?.deflection;
+    let most = course.iter().map(|m| m.deflection).fold(first, f64::max);
     if !(most > GROWN * first) {
         return None;
     }
     let half = 0.5 * (first + most);
-    let after = course.iter().position(|m| m.amplitude >= half)?;
+    let after = course.iter().position(|m| m.deflection >= half)?;
     let (a, b) = (course.get(after.checked_sub(1)?)?, &course[after]);
-    Some(a.time + (b.time - a.time) * (half - a.amplitude) / (b.amplitude - a.amplitude))
+    Some(a.time + (b.time - a.time) * (half - a.deflection) / (b.deflection - a.deflection))
 }

@@ -6,7 +6,7 @@ use super::page::{Block, Drawing};
 use super::policies::Policies;
 use super::richardson::limit;
 use super::{Quantity, Study};
-use crate::num::Short;
+use crate::num::{Short, real};
 use crate::output::plot::label;
 use crate::study::sweep::{Axis, MemberStatus, Plan};
 use crate::study::tables::csv_table;
@@ -66,15 +66,13 @@ pub(super) fn blocks(
     }
     blocks.extend(open.map(|open| Block::Advice(open.to_owned())));
     let mut drawings = drawings.into_iter().peekable();
-    for (case, advice) in cases.iter().zip(advice) {
+    for (number, (case, advice)) in cases.iter().zip(advice).enumerate() {
         if !case.name.is_empty() {
             blocks.push(Block::Heading(2, case.name.clone()));
         }
         blocks.push(Block::Advice(advice.clone()));
         blocks.push(Block::List(known(case)));
-        let end = case.name.clone();
-        let mine = |d: &Drawing| !d.name.contains("-cases-") && d.caption.starts_with(&end);
-        while let Some(drawing) = drawings.next_if(mine) {
+        while let Some(drawing) = drawings.next_if(|d| d.case == Some(number)) {
             blocks.push(Block::Plot(drawing));
         }
         blocks.push(Block::Heading(if case.name.is_empty() { 2 } else { 3 }, "All runs".into()));
@@ -96,7 +94,8 @@ pub(super) fn blocks(
             blocks.push(Block::Text(
                 "Measures of the references at the end on ever finer meshes, the order of convergence that \
                  the three finest show for edges as long as N^(-1/2), and what they tend to (Richardson). \
-                 No order: the three do not converge evenly."
+                 No order: the three do not converge evenly, or other random numbers change the finest by more \
+                 than the last two differ."
                     .into(),
             ));
             blocks.push(Block::Table(rows));
@@ -126,6 +125,9 @@ fn known(case: &Case) -> Vec<String> {
     if let Some(reference) = &case.reference {
         let took = reference.seconds.map_or(String::new(), |s| format!(", {}", time(s)));
         items.push(format!("Reference: {}{took}.", reference.name));
+        if reference.still {
+            return items;
+        }
         if let Some((second, apart)) = &reference.confirmed {
             let all = Quantity::ALL.iter().filter_map(|q| Some((q, apart.get(*q)?)));
             let all: Vec<String> =
@@ -150,6 +152,13 @@ fn known(case: &Case) -> Vec<String> {
         for (name, apart) in &reference.others {
             items.push(format!("Another reference, {name}, is {} away.", percent(*apart)));
         }
+        if let Some(steps) = bound_by_output(case, reference.measures.len()) {
+            items.push(format!(
+                "The loosest run makes {steps} steps and ends one at each of {} output times: with a longer time \
+                 between outputs it would err by more.",
+                reference.measures.len() - 1
+            ));
+        }
         let failed = reference.failed.iter();
         items.extend(failed.map(|(name, why)| format!("Reference {name}: {why}.")));
     }
@@ -170,6 +179,13 @@ fn known(case: &Case) -> Vec<String> {
         items.push(said.join(": "));
     }
     items
+}
+
+/// Fewest steps of a run with error control, if output times bound them: hardly more than one to each.
+fn bound_by_output(case: &Case, outputs: usize) -> Option<u64> {
+    let steps = case.points.iter().filter(|p| p.error(Quantity::Species).is_some());
+    let fewest = steps.filter_map(|p| p.work().map(|w| w.steps)).filter(|n| *n > 0).min()?;
+    (outputs > 2 && real(usize::try_from(fewest).ok()?) < 2.0 * real(outputs - 1)).then_some(fewest)
 }
 
 fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
@@ -248,7 +264,10 @@ fn mesh(cases: &[Case], key: usize, axis: &Axis) -> Option<Vec<Vec<String>>> {
             order.iter().zip(&values).filter_map(|(k, v)| Some((vertices[*k].powf(-0.5), (*v)?)));
         let known: Vec<(f64, f64)> = known.collect();
         let last: Option<[(f64, f64); 3]> = known.last_chunk::<3>().copied();
-        let found = last.and_then(limit);
+        let finest = order.last().and_then(|k| cases.iter().find(|c| c.at.get(key - 1) == Some(k)));
+        let noise = finest.and_then(|case| case.spread_of(quantity)).unwrap_or(0.0);
+        let even = |all: &[(f64, f64); 3]| (all[1].1 - all[2].1).abs() > noise * all[2].1.abs();
+        let found = last.filter(even).and_then(limit);
         row.push(found.map_or("-".into(), |(order, _)| format!("{order:.2}")));
         row.push(found.map_or("-".into(), |(_, limit)| label(limit)));
         rows.push(row);

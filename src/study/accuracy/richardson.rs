@@ -1,7 +1,7 @@
 //! What values on three meshes tend to.
 
 /// Orders that are looked for.
-const ORDERS: (f64, f64) = (0.2, 8.0);
+const ORDERS: (f64, f64) = (0.2, 4.5);
 /// Halvings of the range of orders: to its last digit.
 const HALVINGS: usize = 60;
 
@@ -11,7 +11,7 @@ const HALVINGS: usize = 60;
 /// (f₁ - f₂) / (f₂ - f₃) = (h₁^p - h₂^p) / (h₂^p - h₃^p)
 /// ```
 ///
-/// None where no order from 0.2 to 8 fits, as where differences change their sign.
+/// None where no order from 0.2 to 4.5 fits, more than elements have, as where differences change their sign.
 /// Source: Roache, J. Fluids Eng. 116 (1994), doi:10.1115/1.2910291.
 pub(super) fn limit([a, b, c]: [(f64, f64); 3]) -> Option<(f64, f64)> {
     let ratio = (a.1 - b.1) / (b.1 - c.1);

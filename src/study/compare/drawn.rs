@@ -28,7 +28,8 @@ pub fn figure(members: &[Member]) -> Figure {
     let mut panels = Vec::new();
     let mut panel = |title: &str, across: &str, logarithmic, curves| {
         let (title, across) = (title.into(), across.into());
-        panels.push(Panel { title, across, logarithmic, curves, failed: Vec::new() });
+        let (failed, zeros) = (Vec::new(), Vec::new());
+        panels.push(Panel { title, across, logarithmic, curves, failed, zeros });
     };
     let Some((_, reference)) = ran.first() else {
         let names = members.iter().map(name).collect();

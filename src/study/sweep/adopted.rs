@@ -19,7 +19,7 @@ impl Plan {
         let same = theirs.members.iter().position(|m| m.fingerprint == point.fingerprint);
         if let Some(same) = same {
             let from = theirs.directory(other, same);
-            return Ok((status(&from).0 == MemberStatus::Complete).then_some(from));
+            return Ok((status(&theirs, &from).0 == MemberStatus::Complete).then_some(from));
         }
         if theirs.members.iter().any(|m| m.folder == point.folder) {
             let what = self.difference(number, other)?;
@@ -36,7 +36,7 @@ impl Plan {
     pub fn adopt(&self, number: usize, root: &Path, other: &Path) -> Result<()> {
         let to = self.directory(root, number);
         match self.made_in(number, other)? {
-            Some(from) if status(&to).0 != MemberStatus::Complete => copy(&from, &to),
+            Some(from) if status(self, &to).0 != MemberStatus::Complete => copy(&from, &to),
             _ => Ok(()),
         }
     }

@@ -26,7 +26,7 @@ use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::read::surface;
 use crate::study::measures::{Measures, measure};
-use crate::study::states::StateFile;
+use crate::study::states::{self, StateFile};
 use crate::tally::Work;
 
 /// How a member stands.
@@ -44,6 +44,8 @@ pub enum MemberStatus {
     Killed,
     /// It could not go on.
     Failed,
+    /// It came to its end, and a file of its results is missing or cut short since: it is to be made again.
+    Damaged,
 }
 
 impl std::fmt::Display for MemberStatus {
@@ -55,13 +57,14 @@ impl std::fmt::Display for MemberStatus {
             Self::Interrupted => "interrupted",
             Self::Killed => "killed",
             Self::Failed => "failed",
+            Self::Damaged => "damaged",
         })
     }
 }
 
-/// How the member in `directory` stands, and why.
+/// How the member in `directory` of a sweep stands, and why.
 #[must_use]
-pub fn status(directory: &Path) -> (MemberStatus, String) {
+pub fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
     let Some(standing) = Standing::of(directory) else {
         return (MemberStatus::NotBegun, String::new());
     };
@@ -72,7 +75,29 @@ pub fn status(directory: &Path) -> (MemberStatus, String) {
         RunStatus::Interrupted => MemberStatus::Interrupted,
         RunStatus::Failed => MemberStatus::Failed,
     };
+    if status == MemberStatus::Complete
+        && let Some(damage) = damage(plan, directory)
+    {
+        return (MemberStatus::Damaged, damage);
+    }
     (status, standing.reason)
+}
+
+/// What is wrong with the files of a member that is complete, if anything is.
+fn damage(plan: &Plan, directory: &Path) -> Option<String> {
+    let times: Vec<f64> = read_measures(directory).iter().map(|m| m.time).collect();
+    let wrong =
+        |name: &str| Some(format!("{name} is missing or cut short: it is to be made again"));
+    if times.is_empty() {
+        return wrong(ResultDirectory::MEASURES);
+    }
+    if plan.states && states::times(&directory.join(ResultDirectory::STATES)) != times {
+        return wrong(ResultDirectory::STATES);
+    }
+    if plan.repeats > 0 && Timing::read(directory).is_none() {
+        return wrong(ResultDirectory::TIMING);
+    }
+    None
 }
 
 /// What is known of a member from its folder.
@@ -119,7 +144,7 @@ pub struct Shown {
 #[must_use]
 pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
     let directory = plan.directory(root, number);
-    let (status, reason) = status(&directory);
+    let (status, reason) = status(plan, &directory);
     // What goes on, or was killed, has left no word of that.
     let ended = |standing: &Standing| standing.status != RunStatus::Running;
     let spent = Standing::of(&directory).filter(ended);
@@ -158,7 +183,7 @@ fn read_shown(directory: &Path) -> Option<Shown> {
 }
 
 /// Columns of `measures.csv`.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 10] = [
     "step",
     "time",
     "spots",
@@ -166,15 +191,17 @@ const COLUMNS: [&str; 9] = [
     "nearest centres [length]",
     "share",
     "amplitude [length]",
+    "deflection [length]",
     "energy [energy]",
     "fastest rate [1/time]",
 ];
 
-fn row(step: u64, m: &Measures) -> [f64; 9] {
+fn row(step: u64, m: &Measures) -> [f64; 10] {
     let none = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let step = real(usize::try_from(step).unwrap_or(usize::MAX));
     let (d, nearest) = (none(m.separation), none(m.nearest));
-    [step, m.time, real(m.spots), d, nearest, m.share, m.amplitude, m.energy, m.rate]
+    let heights = [m.amplitude, m.deflection];
+    [step, m.time, real(m.spots), d, nearest, m.share, heights[0], heights[1], m.energy, m.rate]
 }
 
 /// The time of the last output of the member in `directory`.
@@ -187,12 +214,24 @@ fn read_measures(directory: &Path) -> Vec<Measures> {
     let some = |value: f64| (!value.is_nan()).then_some(value);
     let read = |line: &str| {
         let row: Vec<f64> = line.split(',').filter_map(|cell| cell.parse().ok()).collect();
-        let [_, time, spots, d, nearest, share, amplitude, energy, rate] = row[..] else {
+        let [_, time, spots, d, nearest, share, amplitude, deflection, energy, rate] = row[..]
+        else {
             return None;
         };
         let spots = crate::num::whole(spots);
         let (separation, nearest) = (some(d), some(nearest));
-        Some(Measures { time, energy, amplitude, spots, separation, nearest, share, rate })
+        let whole = Measures {
+            time,
+            energy,
+            amplitude,
+            deflection,
+            spots,
+            separation,
+            nearest,
+            share,
+            rate,
+        };
+        Some(whole)
     };
     // A last line without its end may be a part of one.
     let whole = text.rfind('\n').map_or("", |end| &text[..end]);
@@ -270,7 +309,7 @@ pub fn run(
     };
     let path = plan.directory(root, number);
     wait_for_others(&path, interrupt);
-    if status(&path).0 == MemberStatus::Complete {
+    if status(plan, &path).0 == MemberStatus::Complete {
         return Ok(None);
     }
     if plan.fingerprint(number)? != point.fingerprint {
@@ -282,7 +321,7 @@ pub fn run(
     }
     let scene = plan.scene(number)?;
     let search = Search::in_directories(plan.plugin_path.clone());
-    let earlier = continued(&path, &search);
+    let earlier = continued(plan, &path, &search);
     let directory = match &earlier {
         Some((directory, _)) => directory.clone(),
         None => room(&path)?,

@@ -33,7 +33,10 @@ pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
     };
     let ended = |found: &&Found| found.status == MemberStatus::Complete;
     let place = |found: &Found| found.at.get(across).and_then(|k| places.get(*k)).copied();
-    let lost = |f: &&Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
+    let lost = |f: &&Found| {
+        use MemberStatus::{Damaged, Failed, Killed};
+        matches!(f.status, Failed | Killed | Damaged)
+    };
     let failed: Vec<(usize, f64)> = members
         .iter()
         .filter(lost)
@@ -82,6 +85,7 @@ pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
             logarithmic: (logarithmic, up),
             curves: drawn,
             failed: failed.clone(),
+            zeros: Vec::new(),
         })
     };
     // The time reached is no result.

@@ -148,7 +148,7 @@ impl Pool<'_> {
         let mut needs = Needs::default();
         for (number, point) in self.plan.members.iter().enumerate() {
             let directory = self.directory(number);
-            let complete = status(&directory).0 == MemberStatus::Complete;
+            let complete = status(self.plan, &directory).0 == MemberStatus::Complete;
             let costs = Costs::read(&directory).ok().filter(|_| complete);
             if let Some(peak) = costs.and_then(|costs| costs.peak_resident_bytes) {
                 needs.ended(point.size, peak);
@@ -164,7 +164,7 @@ impl Pool<'_> {
             // One that cannot be waited for any more has ended.
             let Ok(None) = one.child.try_wait() else {
                 let directory = self.directory(one.member);
-                let (mut status, mut reason) = status(&directory);
+                let (mut status, mut reason) = status(self.plan, &directory);
                 if let Ok(Some(code)) = one.child.try_wait()
                     && matches!(status, MemberStatus::NotBegun | MemberStatus::Killed)
                 {

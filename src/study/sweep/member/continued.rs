@@ -3,15 +3,19 @@
 use std::fs;
 use std::path::Path;
 
-use super::{COLUMNS, MemberStatus, status};
+use super::{COLUMNS, MemberStatus, Plan, status};
 use crate::kinetics::Search;
 use crate::output::{Ledger, ResultDirectory};
 use crate::run::Result;
 use crate::run::resume::{Resumed, resume};
 
 /// The member in `path` made ready to go on, if it was interrupted or killed and has a checkpoint that serves.
-pub(super) fn continued(path: &Path, search: &Search) -> Option<(ResultDirectory, Resumed)> {
-    if !matches!(status(path).0, MemberStatus::Interrupted | MemberStatus::Killed) {
+pub(super) fn continued(
+    plan: &Plan,
+    path: &Path,
+    search: &Search,
+) -> Option<(ResultDirectory, Resumed)> {
+    if !matches!(status(plan, path).0, MemberStatus::Interrupted | MemberStatus::Killed) {
         return None;
     }
     let directory = ResultDirectory::reopen(path).ok()?;

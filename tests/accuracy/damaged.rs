@@ -1,0 +1,113 @@
+//! Studies whose files are damaged, or that have little to say.
+
+use std::fs;
+
+use super::{DECAY, GROWING, again, study, table, text};
+use crate::run::program::rumple;
+
+/// `GROWING` as a study of one method in two policies.
+const POLICIES: [&str; 10] = [
+    "--tolerances",
+    "1e-1,1e-2",
+    "--integrator",
+    "staggered",
+    "--over",
+    "time.policy=simultaneous,chemistry-fast",
+    "--over",
+    "material.drag=1,10",
+    "--seeds",
+    "0",
+];
+
+#[test]
+fn runs_whose_files_are_damaged_are_made_again() {
+    let arguments = ["--tolerances", "1e-1,1e-2"];
+    let (folder, out) = study(DECAY, &arguments);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let before = table(folder.path());
+    let members = folder.path().join("out/members");
+
+    let all = fs::read_dir(&members).unwrap().flatten().map(|entry| entry.path());
+    let name = |p: &std::path::PathBuf| p.to_string_lossy().contains("reference");
+    let confirming = all.filter(|p| p.is_dir()).find(name).unwrap();
+    let point = members.join("run=monolithic,-BDF,-1e-2");
+    fs::remove_file(confirming.join("states.bin")).unwrap();
+    let states = fs::read(point.join("states.bin")).unwrap();
+    fs::write(point.join("states.bin"), &states[..states.len() - 8]).unwrap();
+    let timing = members.join("run=monolithic,-BDF,-1e-1/timing.json");
+    fs::write(&timing, "{").unwrap();
+    // Gathered alone it says so, and fails.
+    let out = rumple(folder.path(), &["accuracy", "out"]);
+    let said = text(&out.stderr);
+    assert!(!out.status.success() && said.contains("3 damaged"), "{said}");
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    assert!(!page.contains("is 0 away"), "{page}");
+    assert!(page.contains("states.bin is missing or cut short"), "{page}");
+    let out = again(folder.path(), &arguments);
+    let said = text(&out.stderr);
+    assert!(out.status.success(), "{said}");
+    assert_eq!(said.matches(": begun").count(), 3, "{said}");
+    let errors = |rows: &[std::collections::BTreeMap<String, String>]| -> Vec<String> {
+        rows.iter().map(|row| row["error of the species"].clone()).collect()
+    };
+    assert_eq!(errors(&before), errors(&table(folder.path())));
+}
+
+#[test]
+fn the_default_study_goes_with_every_policy() {
+    for policy in ["quasi-static", "simultaneous", "chemistry-fast"] {
+        let scene = GROWING.replace("until = 0.2", &format!("until = 0.02, policy = \"{policy}\""));
+        let scene = scene
+            .replace("integrator = { kind = \"staggered\", method = \"heun\", step = 0.01 }", "");
+        let scene = scene
+            .replace(", }\n", " }\n")
+            .replace("thickness = 0.5", "thickness = 0.5, drag = 1.0");
+        let (folder, out) = study(&scene, &["--tolerances", "1e-1", "--seeds", "0"]);
+        assert!(out.status.success(), "{policy}: {}", text(&out.stderr));
+        let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+        assert!(page.contains("* Confirmed by "), "{policy}: {page}");
+        assert!(!page.contains("--over"), "{policy}: {page}");
+    }
+}
+
+#[test]
+fn every_case_has_its_own_plots() {
+    let scene = GROWING.replace("thickness = 0.5", "thickness = 0.5, drag = 1.0");
+    let scene = scene
+        .replace(", integrator = { kind = \"staggered\", method = \"heun\", step = 0.01 }", "");
+    let scene = scene.replace("until = 0.2", "until = 0.02");
+    let (folder, out) = study(&scene, &POLICIES);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    // The first plot below the heading of a case is of that case; one name begins another.
+    let parts: Vec<&str> = page.split("\n## ").skip(1).take(4).collect();
+    assert!(parts[0].starts_with("policy = "), "{page}");
+    for part in parts {
+        let name = part.lines().next().unwrap();
+        let plots: Vec<&str> = part.lines().filter(|l| l.starts_with("![")).collect();
+        assert!(plots.len() >= 2, "{name}: {page}");
+        let captions = part.lines().filter(|l| l.starts_with("policy = ")).skip(1);
+        assert!(captions.clone().count() >= 2, "{name}: {page}");
+        for caption in captions {
+            assert!(caption.starts_with(&format!("{name}. ")), "{name}: {caption}");
+        }
+    }
+    assert!(!page.contains("chemistry by exponential: failed"), "{page}");
+}
+
+#[test]
+fn a_scene_in_which_nothing_changes_has_no_errors() {
+    let scene = GROWING.replace("sqrt(a) - c", "0*c").replace("1 + 0.1*c", "1");
+    let scene = scene.replace(", bump = { amplitude = 0.3, width = 2.0 }", "");
+    let (folder, out) = study(&scene, &["--tolerances", "1e-1", "--seeds", "0"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let said = text(&out.stdout);
+    // Diffusion alone does change the species.
+    assert!(!said.contains("Nothing changes"), "{said}");
+    drop(folder);
+    let scene = scene.replace("{ gaussian = { width = 2.0, amplitude = 0.5 } }", "0.5");
+    let (folder, out) = study(&scene, &["--tolerances", "1e-1", "--seeds", "0"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(text(&out.stdout).contains("Nothing changes in this scene"), "{}", text(&out.stdout));
+    drop(folder);
+}
