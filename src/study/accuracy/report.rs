@@ -154,7 +154,7 @@ fn known(case: &Case) -> Vec<String> {
         }
         if let Some(steps) = bound_by_output(case, reference.measures.len()) {
             items.push(format!(
-                "The loosest run makes {steps} steps and ends one at each of {} output times: with a longer time \
+                "The run with the fewest steps makes {steps} and ends one at each of {} output times: with a longer time \
                  between outputs it would err by more.",
                 reference.measures.len() - 1
             ));
