@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use super::green_gauss::GreenGauss;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Transport};
 use crate::Vec3;
+use crate::geometry::sum_at_corners;
 use crate::kinetics::Location;
 use crate::num::checked::NonNegative;
 use crate::parallel;
@@ -151,6 +152,7 @@ pub struct Cotan {
     species: usize,
     coefficient: f64,
     measure: Measure,
+    /// Lumped areas at rest; of amounts only.
     rest_area: Vec<f64>,
     /// The operator on a surface that does not change, if it is to be that.
     frozen: Option<CotanOperator>,
@@ -190,10 +192,7 @@ impl CotanOperator {
             let [left, right] = edges[e].triangles;
             0.5 * (cot(left) + cot(right))
         });
-        let incident = sheet.vertex_triangles();
-        parallel::fill(&mut self.area, |i| {
-            incident.of(i).iter().map(|&(t, _)| corner[t as usize].third).sum()
-        });
+        sum_at_corners(sheet, |t| corner[t].third, &mut self.area);
         // Gershgorin: twice the largest row sum of |w|/A.
         let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());
         self.bound = 2.0
@@ -227,11 +226,16 @@ impl Cotan {
         measure: Measure,
         frozen: bool,
     ) -> Self {
-        let mut at_rest = CotanOperator::default();
-        at_rest.assemble(sheet, sheet.rest());
-        let rest_area = at_rest.area.clone();
         // Without diffusion nothing needs to follow the shape.
-        let frozen = (frozen || coefficient == 0.0).then_some(at_rest);
+        let frozen = frozen || coefficient == 0.0;
+        let amount = measure == Measure::Amount;
+        let at_rest = (frozen || amount).then(|| {
+            let mut at_rest = CotanOperator::default();
+            at_rest.assemble(sheet, sheet.rest());
+            at_rest
+        });
+        let area = at_rest.as_ref().filter(|_| amount).map(|at_rest| at_rest.area.clone());
+        let (rest_area, frozen) = (area.unwrap_or_default(), at_rest.filter(|_| frozen));
         Self { species, coefficient, measure, rest_area, frozen }
     }
 
@@ -251,6 +255,11 @@ impl Transport for Cotan {
 
     fn species(&self) -> usize {
         self.species
+    }
+
+    /// Coefficient and measure are not in it.
+    fn has_operator_of(&self, other: &Self) -> bool {
+        self.frozen.is_none() && other.frozen.is_none()
     }
 
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut CotanOperator) {

@@ -139,6 +139,11 @@ impl Transport for GreenGauss {
         self.species
     }
 
+    /// The coefficient is not in it.
+    fn has_operator_of(&self, other: &Self) -> bool {
+        self.frozen.is_none() && other.frozen.is_none()
+    }
+
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut GreenGaussOperator) {
         if self.frozen.is_none() {
             operator.assemble(sheet, x);

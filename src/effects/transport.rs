@@ -20,6 +20,11 @@ pub trait Transport: Send + Sync + 'static {
     /// Number of the species in the kinetics' descriptor.
     fn species(&self) -> usize;
 
+    /// Whether its operator on any shape is that of `other`: one then serves both.
+    fn has_operator_of(&self, _other: &Self) -> bool {
+        false
+    }
+
     /// Makes `operator` that of the shape `x`.
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Self::Operator);
 
@@ -94,6 +99,8 @@ pub trait AnyTransport: Send + Sync {
     fn operator(&self) -> Operator;
     fn name(&self) -> &'static str;
     fn species(&self) -> usize;
+    fn transport(&self) -> &dyn Any;
+    fn has_operator_of(&self, other: &dyn AnyTransport) -> bool;
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator);
     fn add_rate(&self, sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
     fn spectral_bound(&self, operator: &Operator) -> f64;
@@ -125,6 +132,14 @@ impl<T: Transport> AnyTransport for Boxed<T> {
 
     fn species(&self) -> usize {
         self.0.species()
+    }
+
+    fn transport(&self) -> &dyn Any {
+        &self.0
+    }
+
+    fn has_operator_of(&self, other: &dyn AnyTransport) -> bool {
+        other.transport().downcast_ref().is_some_and(|other| self.0.has_operator_of(other))
     }
 
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator) {

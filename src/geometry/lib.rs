@@ -18,7 +18,7 @@ pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces, vertex_normals};
 pub use gauss_bonnet::TotalCurvature;
 pub use rest_metric::{RestMetric, heron_area};
-pub use vertex_area::{AreaRule, VertexArea, lumped_areas};
+pub use vertex_area::{AreaRule, VertexArea, lumped_areas, sum_at_corners};
 
 use rumple_numerics::Vec3;
 use rumple_sheet::Sheet;

@@ -13,7 +13,7 @@
 //! Reference: Meyer, Desbrun, Schröder & Barr, "Discrete differential-geometry operators for
 //! triangulated 2-manifolds" (2003), doi:10.1007/978-3-662-05105-4_2.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -41,25 +41,46 @@ pub enum AreaRule {
 #[must_use]
 pub fn lumped_areas(sheet: &Sheet) -> Vec<f64> {
     let mut area = vec![0.0; sheet.vertex_count()];
-    for corners in sheet.triangles() {
-        let third = Face::of(&corners.map(|v| sheet.rest()[v as usize])).area / 3.0;
-        corners.iter().for_each(|v| area[*v as usize] += third);
-    }
+    let face = |t: usize| Face::of(&sheet.triangles()[t].map(|v| sheet.rest()[v as usize]));
+    sum_at_corners(sheet, |t| face(t).area / 3.0, &mut area);
     area
+}
+
+/// Writes at every vertex the sum of `share` over the triangles around it, taken in ascending order.
+pub fn sum_at_corners(sheet: &Sheet, share: impl Fn(usize) -> f64, out: &mut [f64]) {
+    out.fill(0.0);
+    for (t, corners) in sheet.triangles().iter().enumerate() {
+        let share = share(t);
+        corners.iter().for_each(|v| out[*v as usize] += share);
+    }
 }
 
 /// Corner shares for one sheet, the same for all copies.
 #[derive(Debug, Clone)]
 pub struct VertexArea {
     rule: AreaRule,
-    fraction: Arc<[[f64; 3]]>,
+    fraction: Arc<OnceLock<Box<[[f64; 3]]>>>,
 }
 
 impl VertexArea {
     /// Prepares `rule` on the rest positions of `sheet`.
     #[must_use]
     pub fn new(sheet: &Sheet, rule: AreaRule) -> Self {
-        let fraction = match rule {
+        let made = Self::when_asked(rule);
+        made.of(sheet);
+        made
+    }
+
+    /// The same, but fractions are computed when an area is first asked for, of one sheet.
+    #[must_use]
+    pub fn when_asked(rule: AreaRule) -> Self {
+        Self { rule, fraction: Arc::default() }
+    }
+
+    /// The fractions ω, computed now if they were not before.
+    #[inline]
+    fn of(&self, sheet: &Sheet) -> &[[f64; 3]] {
+        self.fraction.get_or_init(|| match self.rule {
             AreaRule::FrozenVoronoi => (0..sheet.triangle_count())
                 .map(|t| {
                     let corner = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
@@ -68,9 +89,8 @@ impl VertexArea {
                 })
                 .collect(),
             AreaRule::Barycentric => vec![[1.0 / 3.0; 3]; sheet.triangle_count()].into(),
-            AreaRule::MixedVoronoi => Arc::default(),
-        };
-        Self { rule, fraction }
+            AreaRule::MixedVoronoi => Box::default(),
+        })
     }
 
     /// The rule in use.
@@ -80,11 +100,12 @@ impl VertexArea {
         self.rule
     }
 
-    /// For the rules that freeze them, the fractions ω of every triangle; empty otherwise.
+    /// For the rules that freeze them, the fractions ω of every triangle; empty otherwise, and before they are
+    /// computed.
     #[must_use]
     #[inline]
     pub fn fractions(&self) -> &[[f64; 3]] {
-        &self.fraction
+        self.fraction.get().map_or(&[], |fraction| fraction)
     }
 
     /// Areas of the three corners of triangle `t`.
@@ -97,18 +118,18 @@ impl VertexArea {
                 let corner = shape.sheet.triangles()[t].map(|v| shape.x[v as usize]);
                 mixed_voronoi(&corner, area)
             }
-            _ => self.fraction[t].map(|w| w * area),
+            _ => self.of(shape.sheet)[t].map(|w| w * area),
         }
     }
 
     /// `Σ_k weight_k ∂a_{T,k}/∂A_T`, the part of the derivative that goes through the area.
     ///
-    /// For the rules that freeze the fractions this is the whole derivative; for
+    /// With fractions that are computed; for the rules that freeze them this is the whole derivative; for
     /// [`AreaRule::MixedVoronoi`] use [`VertexArea::add_gradient`].
     #[must_use]
     #[inline]
     pub fn area_factor(&self, t: usize, weight: [f64; 3]) -> f64 {
-        let w = self.fraction.get(t).copied().unwrap_or([1.0 / 3.0; 3]);
+        let w = self.fractions().get(t).copied().unwrap_or([1.0 / 3.0; 3]);
         w[0] * weight[0] + w[1] * weight[1] + w[2] * weight[2]
     }
 
@@ -123,6 +144,7 @@ impl VertexArea {
         let face = shape.face(t);
         let e = shape.edge_vectors(t);
         if self.rule != AreaRule::MixedVoronoi {
+            self.of(shape.sheet);
             let factor = 0.5 * self.area_factor(t, weight);
             for m in 0..3 {
                 gradient[m] += factor * face.normal.cross(&e[m]);

@@ -1,6 +1,7 @@
 //! The chemical half of a model: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
 
 mod places;
+mod surface;
 
 use std::sync::Arc;
 
@@ -11,8 +12,7 @@ use super::mechanics::numbered;
 use super::meters::{self, law, transport};
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
-use crate::Vec3;
-use crate::effects::{Measure, Operator, TransportTerm};
+use crate::effects::{Measure, TransportTerm};
 use crate::geometry::FaceVertexAverage;
 use crate::kinetics::{
     Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
@@ -21,6 +21,8 @@ use crate::parallel;
 use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
 use places::{at_vertices, edge_means};
+pub use surface::Surface;
+use surface::distinct_operators;
 
 type Few<T> = SmallVec<[T; 4]>;
 /// At so few points a law takes hardly longer than to time it.
@@ -33,21 +35,14 @@ pub struct Chemistry {
     location: Location,
     signals: Signals,
     transports: Vec<TransportTerm>,
+    /// Which of the distinct operators each of them has.
+    which: Arc<[usize]>,
     measure: Measure,
     flagged: Flagged,
     tally: Tally,
     law: Meter,
     /// One for each transport.
     meters: Vec<Meter>,
-}
-
-/// What of the chemistry depends on the shape alone.
-#[derive(Default)]
-pub struct Surface {
-    /// How values on faces are carried to vertices, if species live there.
-    pub average: Option<FaceVertexAverage>,
-    /// The transports, in the order of [`Chemistry::transports`].
-    pub operators: Vec<Operator>,
 }
 
 /// The columns of the signals, in the order of the descriptor.
@@ -75,6 +70,7 @@ impl Chemistry {
             };
             parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
         }
+        let which = distinct_operators(&transports);
         let (flagged, tally) = (Flagged::default(), Tally::default());
         let (law, meters) = (meters::of_law(&tally, ""), Vec::new());
         let mut made = Self {
@@ -83,6 +79,7 @@ impl Chemistry {
             location,
             signals,
             transports,
+            which,
             measure,
             flagged,
             tally: tally.clone(),
@@ -151,18 +148,6 @@ impl Chemistry {
     pub fn reads_strain(&self) -> bool {
         let wanted = self.signals.wanted();
         wanted.contains(&Signal::AreaStrain) || wanted.contains(&Signal::Tension)
-    }
-
-    /// Evaluates the transports on the shape `x`.
-    pub fn transport(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
-        surface.operators.truncate(self.transports.len());
-        for (k, term) in self.transports.iter().enumerate() {
-            let _scope = self.transport_scope(k, transport::SHAPE);
-            match surface.operators.get_mut(k) {
-                Some(operator) => term.assemble(sheet, x, operator),
-                None => surface.operators.push(term.at(sheet, x)),
-            }
-        }
     }
 
     /// Length factor Φ at every edge, from the mean of the species at its two ends; `None` if the
@@ -358,7 +343,7 @@ impl Chemistry {
         let c: Few<&[f64]> = species.iter().map(Vec::as_slice).collect();
         let mut r: Few<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
         self.reaction(&c, signals, &mut r)?;
-        for (k, (term, operator)) in self.transports.iter().zip(&surface.operators).enumerate() {
+        for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);
             let which = term.species();
             term.add_rate(sheet, operator, c[which], r[which]);
@@ -387,7 +372,7 @@ impl Chemistry {
             };
             reaction = reaction.max(parallel::max(count, row));
         }
-        let each = self.transports.iter().zip(&surface.operators);
+        let each = self.transports.iter().zip(surface.operators());
         let diffusion = each.map(|(t, operator)| t.spectral_bound(operator)).fold(0.0, f64::max);
         Ok(reaction.max(0.0) + diffusion)
     }

@@ -10,6 +10,7 @@ use super::Model;
 use super::chemistry::{Chemistry, SignalColumns, Surface};
 use super::error::ModelError;
 use super::potential::Potential;
+use super::signals::Signals;
 use super::state::State;
 use crate::Vec3;
 use crate::parallel;
@@ -45,7 +46,8 @@ pub struct Evaluation<'a> {
 
 /// All that the derivatives of the rates need.
 pub(super) struct Parts<'a> {
-    pub potential: &'a mut Potential,
+    /// None where no rate depends on it.
+    pub potential: Option<&'a mut Potential>,
     pub surface: &'a Surface,
     pub signals: &'a SignalColumns,
 }
@@ -193,9 +195,12 @@ impl<'a> Evaluation<'a> {
     pub(super) fn parts(&mut self) -> Result<Parts<'_>, ModelError> {
         self.signals()?;
         self.surface();
-        self.potential()?;
+        if !self.model.is_chemistry_alone() {
+            self.potential()?;
+        }
+        let known = self.known.potential;
         let Memory { potential, surface, signals, .. } = &mut *self.memory;
-        let potential = potential.get_or_insert_with(|| Potential::new(self.model.mechanics()));
+        let potential = potential.as_mut().filter(|_| known);
         Ok(Parts { potential, surface, signals })
     }
 
@@ -216,8 +221,35 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// As for [`Evaluation::potential`].
     pub fn energies(&mut self) -> Result<Vec<f64>, ModelError> {
+        if self.model.is_chemistry_alone() {
+            return Ok(Vec::new());
+        }
         let x = &self.state.x;
         Ok(self.potential()?.energies(x))
+    }
+
+    /// How many triangles have optimal lengths that violate the triangle inequality.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn impossible_triangles(&mut self) -> Result<usize, ModelError> {
+        // Those of the rest shape do not.
+        if self.model.is_chemistry_alone() {
+            return Ok(0);
+        }
+        Ok(self.potential()?.metric().impossible_triangles())
+    }
+
+    /// The values at this shape of signals other than those that the laws read.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn values_of(&mut self, signals: &Signals) -> Result<SignalColumns, ModelError> {
+        if signals.wanted().is_empty() {
+            return Ok(SignalColumns::new());
+        }
+        let state = self.state;
+        Ok(signals.evaluate(&self.potential()?.shape(&state.x), state.time))
     }
 
     /// Gradient of the total energy with the fixed directions set to zero.

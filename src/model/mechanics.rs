@@ -18,7 +18,8 @@ use crate::tally::{Meter, Tally};
 #[derive(Debug)]
 pub struct Mechanics {
     sheet: Arc<Sheet>,
-    reference: RestMetric,
+    /// Kept where there are energies; else made when it is first asked for.
+    reference: OnceLock<RestMetric>,
     terms: Vec<EnergyTerm>,
     names: Vec<String>,
     pins: Pins,
@@ -85,6 +86,7 @@ impl Mechanics {
             pins.iter_mut().for_each(|fixed| fixed[2] = true);
         }
         let reference = RestMetric::new(&sheet)?;
+        let reference = if terms.is_empty() { OnceLock::new() } else { reference.into() };
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
@@ -146,7 +148,8 @@ impl Mechanics {
     /// The rest metric of the rest positions, Φ = 1.
     #[must_use]
     pub fn reference(&self) -> &RestMetric {
-        &self.reference
+        // Lengths and areas of this sheet were looked at when it was put in.
+        self.reference.get_or_init(|| RestMetric::new(&self.sheet).unwrap_or_default())
     }
 
     /// The energies.

@@ -42,7 +42,7 @@ pub use policy::{Policy, Storage};
 pub use potential::Potential;
 pub use rigid::{Motion, free_motions, minimal_pins};
 pub use signals::{Signals, TensionReading};
-pub use state::State;
+pub use state::{Positions, State};
 pub use time_course::TimeCourse;
 
 pub(crate) use meters::constraint_meter;
@@ -173,6 +173,13 @@ impl Model {
     #[must_use]
     pub fn moves(&self) -> bool {
         !self.mechanics.is_empty()
+    }
+
+    /// Whether lengths and energies say nothing: no effect has an energy, and nothing changes optimal lengths.
+    #[must_use]
+    pub fn is_chemistry_alone(&self) -> bool {
+        let factor = |c: &Chemistry| c.descriptor().capabilities.length_factor;
+        !self.moves() && self.growth.is_empty() && !self.chemistry.as_ref().is_some_and(factor)
     }
 
     /// Whether optimal lengths depend on the shape: species on faces that set them are carried to vertices with

@@ -1,6 +1,69 @@
 //! The state of a run: when, where every vertex is, and how much of every species is where.
 
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
 use crate::Vec3;
+
+/// Positions of the vertices. Copies share them until one is changed: the states of a shape that does not move
+/// have them once.
+#[derive(Debug, Clone, Default)]
+pub struct Positions(Arc<Vec<Vec3>>);
+
+impl Positions {
+    /// Takes over those of `from`: into the memory that is there, or by sharing where there is none of one's own.
+    fn take(&mut self, from: &Self) {
+        if Arc::ptr_eq(&self.0, &from.0) {
+            return;
+        }
+        match Arc::get_mut(&mut self.0) {
+            Some(own) if own.len() == from.len() => own.copy_from_slice(from),
+            _ => self.0 = Arc::clone(&from.0),
+        }
+    }
+}
+
+impl PartialEq for Positions {
+    fn eq(&self, other: &Self) -> bool {
+        // Those that are no numbers are not even those of themselves, and are looked for elsewhere.
+        Arc::ptr_eq(&self.0, &other.0) || self.0 == other.0
+    }
+}
+
+impl Deref for Positions {
+    type Target = Vec<Vec3>;
+
+    fn deref(&self) -> &Vec<Vec3> {
+        &self.0
+    }
+}
+
+impl DerefMut for Positions {
+    fn deref_mut(&mut self) -> &mut Vec<Vec3> {
+        Arc::make_mut(&mut self.0)
+    }
+}
+
+impl From<Vec<Vec3>> for Positions {
+    fn from(x: Vec<Vec3>) -> Self {
+        Self(Arc::new(x))
+    }
+}
+
+impl From<Positions> for Vec<Vec3> {
+    fn from(x: Positions) -> Self {
+        Arc::unwrap_or_clone(x.0)
+    }
+}
+
+impl<'a> IntoIterator for &'a Positions {
+    type Item = &'a Vec3;
+    type IntoIter = std::slice::Iter<'a, Vec3>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
 
 /// Positions and species at one time.
 #[derive(Debug, PartialEq, Default)]
@@ -10,7 +73,7 @@ pub struct State {
     /// Accepted steps since the start.
     pub step: u64,
     /// Current positions `x_i`, one per vertex.
-    pub x: Vec<Vec3>,
+    pub x: Positions,
     /// For every species its value at every point (vertex or face).
     pub species: Vec<Vec<f64>>,
 }
@@ -25,7 +88,7 @@ impl Clone for State {
     fn clone_from(&mut self, from: &Self) {
         let Self { time, step, x, species } = from;
         (self.time, self.step) = (*time, *step);
-        self.x.clone_from(x);
+        self.x.take(x);
         self.species.clone_from(species);
     }
 }

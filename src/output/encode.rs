@@ -6,6 +6,7 @@
 //! <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
 
 use std::io::Write;
+use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -35,34 +36,57 @@ pub(super) fn decimal(value: f64) -> String {
     }
 }
 
+/// The bytes of an array, made block by block: a frame is written while a run holds all that it has.
+pub(super) struct Bytes<'a> {
+    length: usize,
+    make: Box<dyn Fn(Range<usize>) -> Vec<u8> + Sync + 'a>,
+}
+
+impl<'a> Bytes<'a> {
+    /// Of `count` numbers of N bytes each; N divides [`BLOCK`].
+    pub(super) fn new<const N: usize>(
+        count: usize,
+        number: impl Fn(usize) -> [u8; N] + Sync + 'a,
+    ) -> Self {
+        let make = move |bytes: Range<usize>| {
+            let mut block = Vec::with_capacity(bytes.len());
+            (bytes.start / N..bytes.end / N).for_each(|k| block.extend_from_slice(&number(k)));
+            block
+        };
+        Self { length: N * count, make: Box::new(make) }
+    }
+
+    /// Block number `k`.
+    fn block(&self, k: usize) -> Vec<u8> {
+        (self.make)(k * BLOCK..((k + 1) * BLOCK).min(self.length))
+    }
+}
+
 /// The content of a `<DataArray format="binary">` with 64-bit headers.
-///
-/// What is not needed any more is given back on the way: a frame is written while a run holds all that it has.
-pub(super) fn data_array(bytes: Vec<u8>, compression: Compression) -> std::io::Result<String> {
+pub(super) fn data_array(bytes: &Bytes<'_>, compression: Compression) -> std::io::Result<String> {
+    let count = bytes.length.div_ceil(BLOCK);
     let size = |n: usize| (n as u64).to_le_bytes();
     let room = |n: usize| String::with_capacity(4 * n.div_ceil(3));
     let Some(level) = compression.level() else {
-        let mut text = EncoderStringWriter::from_consumer(room(bytes.len() + 8), &BASE64);
-        text.write_all(&size(bytes.len()))?;
-        text.write_all(&bytes)?;
+        let mut text = EncoderStringWriter::from_consumer(room(bytes.length + 8), &BASE64);
+        text.write_all(&size(bytes.length))?;
+        (0..count).try_for_each(|k| text.write_all(&bytes.block(k)))?;
         return Ok(text.into_inner());
     };
-    let length = bytes.len();
-    let blocks = bytes
-        .par_chunks(BLOCK)
-        .map(|block| {
+    let blocks = (0..count)
+        .into_par_iter()
+        .map(|k| {
             let mut encoder = ZlibEncoder::new(Vec::new(), Level::new(level));
-            encoder.write_all(block)?;
+            encoder.write_all(&bytes.block(k))?;
             encoder.finish()
         })
         .collect::<std::io::Result<Vec<_>>>()?;
-    drop(bytes);
     let mut header = Vec::with_capacity(8 * (3 + blocks.len()));
     header.extend(size(blocks.len()));
     header.extend(size(BLOCK));
     // Zero is allowed for a last block that is full, but not every reader then reads that block;
     // its true size is understood by all.
-    header.extend(size(length - BLOCK * blocks.len().saturating_sub(1)));
+    header.extend(size(bytes.length - BLOCK * blocks.len().saturating_sub(1)));
     for block in &blocks {
         header.extend(size(block.len()));
     }

@@ -10,11 +10,10 @@
 use std::io::Write;
 
 use rayon::prelude::*;
-use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use serde::{Deserialize, Serialize};
 
-use super::encode::{data_array, decimal};
+use super::encode::{Bytes, data_array, decimal};
 use super::{Field, Frame, OutputError};
 
 /// How arrays are packed.
@@ -49,27 +48,32 @@ impl Compression {
 /// VTK's number for a triangle.
 const TRIANGLE: u8 = 5;
 
-/// An array ready to be encoded: its attributes in XML and its bytes, little-endian.
-struct Array {
+/// An array to be encoded: its attributes in XML, and its bytes, which are made block by block.
+struct Array<'a> {
     attributes: String,
-    bytes: Vec<u8>,
+    bytes: Bytes<'a>,
 }
 
-impl Array {
-    fn new(kind: &str, name: &str, components: usize, bytes: Vec<u8>) -> Self {
+impl<'a> Array<'a> {
+    /// Of `count` numbers.
+    fn new<const N: usize>(
+        (kind, name, components): (&str, &str, usize),
+        count: usize,
+        number: impl Fn(usize) -> [u8; N] + Sync + 'a,
+    ) -> Self {
         let name = escape(name);
         let attributes =
             format!("type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
-        Self { attributes, bytes }
+        Self { attributes, bytes: Bytes::new(count, number) }
     }
 
-    fn field(field: &Field) -> Self {
-        let bytes = field.data.iter().flat_map(|x| x.to_le_bytes()).collect();
-        Self::new("Float64", &field.name, field.components, bytes)
+    fn field(field: &'a Field) -> Self {
+        let what = ("Float64", field.name.as_str(), field.components);
+        Self::new(what, field.data.len(), |k| field.data[k].to_le_bytes())
     }
 
     fn number(name: &str, value: f64) -> Self {
-        let mut array = Self::new("Float64", name, 1, value.to_le_bytes().to_vec());
+        let mut array = Self::new(("Float64", name, 1), 1, move |_| value.to_le_bytes());
         array.attributes += " NumberOfTuples=\"1\"";
         array
     }
@@ -91,14 +95,6 @@ fn escape(name: &str) -> String {
     text
 }
 
-/// The bytes of positions.
-fn coordinates(points: &[Vec3]) -> Vec<u8> {
-    points.iter().flat_map(|x| x.iter().copied()).flat_map(f64::to_le_bytes).collect()
-}
-
-/// Makes an array when it is written.
-type Maker<'a> = Box<dyn Fn() -> Array + Sync + 'a>;
-
 /// The file for `frame` as bytes.
 ///
 /// Time is the field array `TimeValue`, where VTK's reader looks for it.
@@ -114,31 +110,24 @@ pub fn encode(frame: &Frame<'_>, compression: Compression) -> Result<Vec<u8>, Ou
 }
 
 /// Writes the file for a frame that has been checked. Only one section at a time is held in memory.
-fn put(frame: &Frame<'_>, compression: Compression, out: &mut dyn Write) -> std::io::Result<()> {
-    fn fields(fields: &[Field]) -> Vec<Maker<'_>> {
-        fields.iter().map(|field| Box::new(|| Array::field(field)) as Maker<'_>).collect()
-    }
-    let numbers = frame.field_data.iter();
-    let numbers =
-        numbers.map(|(name, x)| Box::new(|| Array::number(name, *x)) as Maker<'_>).collect();
-    let bytes =
-        |numbers: &mut dyn Iterator<Item = u32>| numbers.flat_map(u32::to_le_bytes).collect();
-    let triangles = frame.triangles;
+fn put<'a>(
+    frame: &'a Frame<'_>,
+    compression: Compression,
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
+    let fields = |fields: &'a [Field]| fields.iter().map(Array::field).collect();
+    let numbers = frame.field_data.iter().map(|(name, x)| Array::number(name, *x)).collect();
+    let (triangles, points) = (frame.triangles, frame.points);
     // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.
-    let cells: Vec<Maker<'_>> = vec![
-        Box::new(|| {
-            let corners = bytes(&mut triangles.iter().flatten().copied());
-            Array::new("Int32", "connectivity", 1, corners)
-        }),
-        Box::new(|| {
-            let ends = bytes(&mut (1..=index(triangles.len())).map(|t| 3 * t));
-            Array::new("Int32", "offsets", 1, ends)
-        }),
-        Box::new(|| Array::new("UInt8", "types", 1, vec![TRIANGLE; triangles.len()])),
+    let corners = triangles.as_flattened();
+    let cells = vec![
+        Array::new(("Int32", "connectivity", 1), corners.len(), |k| corners[k].to_le_bytes()),
+        Array::new(("Int32", "offsets", 1), triangles.len(), |t| (3 * index(t + 1)).to_le_bytes()),
+        Array::new(("UInt8", "types", 1), triangles.len(), |_| [TRIANGLE]),
     ];
-    let points: Vec<Maker<'_>> =
-        vec![Box::new(|| Array::new("Float64", "Points", 3, coordinates(frame.points)))];
-    let sections: [(&str, Vec<Maker<'_>>); 5] = [
+    let coordinate = |k: usize| points[k / 3][k % 3].to_le_bytes();
+    let points = vec![Array::new(("Float64", "Points", 3), 3 * points.len(), coordinate)];
+    let sections: [(&str, Vec<Array<'_>>); 5] = [
         ("FieldData", numbers),
         ("PointData", fields(&frame.point)),
         ("CellData", fields(&frame.cell)),
@@ -167,10 +156,7 @@ fn put(frame: &Frame<'_>, compression: Compression, out: &mut dyn Write) -> std:
         }
         let encoded = arrays
             .par_iter()
-            .map(|array| {
-                let Array { attributes, bytes } = array();
-                Ok((attributes, data_array(bytes, compression)?))
-            })
+            .map(|Array { attributes, bytes }| Ok((attributes, data_array(bytes, compression)?)))
             .collect::<std::io::Result<Vec<_>>>()?;
         for (attributes, content) in encoded {
             writeln!(out, "<DataArray {attributes} format=\"binary\">{content}</DataArray>")?;

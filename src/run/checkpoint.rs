@@ -104,10 +104,11 @@ pub(super) fn store_state(record: &mut Record, state: &State) {
 pub(super) fn read_state(reading: &mut Reading<'_>) -> Result<State, Malformed> {
     let (time, step) = (reading.number()?, reading.count()?);
     let x = reading.numbers()?;
-    let x = x.as_chunks::<3>().0.iter().map(|x| crate::Vec3::from(*x)).collect();
+    let x = x.as_chunks::<3>().0.iter().map(|x| crate::Vec3::from(*x));
+    let x: Vec<_> = x.collect();
     let count = reading.size()?;
     let species = (0..count).map(|_| reading.numbers()).collect::<Result<_, _>>()?;
-    Ok(State { time, step, x, species })
+    Ok(State { time, step, x: x.into(), species })
 }
 
 impl Checkpoint {
@@ -191,11 +192,22 @@ pub(super) struct Checkpoints {
 }
 
 struct Held {
-    content: Vec<u8>,
-    step: u64,
+    /// What it is made from and where it is, and the solvers; the state is between the two.
+    records: [Record; 2],
+    state: State,
     at: Instant,
     took: Duration,
     written: bool,
+}
+
+impl Held {
+    fn content(&self) -> Vec<u8> {
+        let [before, solvers] = &self.records;
+        let mut record = before.clone();
+        store_state(&mut record, &self.state);
+        record.record(solvers);
+        record.into_bytes()
+    }
 }
 
 impl Checkpoints {
@@ -291,10 +303,8 @@ impl Checkpoints {
             let mut record = self.made_from.clone();
             place().store(&mut record);
             store_spent(&mut record, &simulation.spent());
-            store_state(&mut record, &simulation.state);
-            record.record(&solvers);
-            let (content, step) = (record.into_bytes(), simulation.state.step);
-            self.held = Some(Held { content, step, at, took: at.elapsed(), written: false });
+            let (records, state) = ([record, solvers], simulation.state.clone());
+            self.held = Some(Held { records, state, at, took: at.elapsed(), written: false });
         }
     }
 
@@ -303,7 +313,7 @@ impl Checkpoints {
         let Some(held) = self.held.as_mut().filter(|held| !held.written) else { return };
         let _scope = self.meter.scope(0);
         let began = Instant::now();
-        match self.files.write(&held.content) {
+        match self.files.write(&held.content()) {
             Ok(_) => held.written = true,
             Err(error) => {
                 self.failed += 1;
@@ -328,7 +338,7 @@ impl Checkpoints {
             self.hold(simulation, place);
         }
         self.write(progress);
-        self.held.as_ref().filter(|held| held.written).map(|held| held.step)
+        self.held.as_ref().filter(|held| held.written).map(|held| held.state.step)
     }
 
     /// Writes the last one of a run that has come to its end, from where it may be asked to go further;

@@ -24,6 +24,9 @@ const OTHERS: [(&str, &str); 5] = [
     ("rest_position", "length"),
 ];
 
+/// The rest areas of triangles, if one of these signals reads them.
+pub(super) type RestAreas<'a> = dyn Fn(&[Signal]) -> Arc<[f64]> + 'a;
+
 /// Whether frames use this name for something that is of no law.
 pub(super) fn is_built_in(name: &str) -> bool {
     name == "displacement"
@@ -56,7 +59,7 @@ impl Fields {
         scene: &Scene,
         chemistry: Option<&Chemistry>,
         area: VertexArea,
-        rest_area: Arc<[f64]>,
+        rest_area: &RestAreas<'_>,
         material: Option<&Material>,
     ) -> Result<Self> {
         let species: Vec<&str> = chemistry
@@ -82,19 +85,21 @@ impl Fields {
         } else {
             scene.output.fields.clone()
         };
-        let wanted =
-            Signal::ALL.into_iter().filter(|s| names.iter().any(|n| n == s.name())).collect();
+        let wanted = Signal::ALL.into_iter().filter(|s| names.iter().any(|n| n == s.name()));
+        let wanted: Vec<Signal> = wanted.collect();
         let reading: TensionReading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
         let observed = chemistry.and_then(|chemistry| {
             let d = chemistry.descriptor();
-            let wanted = d.observed.iter().map(|read| read.signal).collect();
+            let wanted: Vec<Signal> = d.observed.iter().map(|read| read.signal).collect();
             let place = chemistry.location();
             let signals = || {
-                Signals::new(wanted, place, area.clone(), material, reading, rest_area.clone())
+                let rest_area = rest_area(&wanted);
+                Signals::new(wanted, place, area.clone(), material, reading, rest_area)
                     .in_plane(scene.sheet.planar)
             };
             d.observables.iter().any(|o| names.contains(&o.name)).then(signals)
         });
+        let rest_area = rest_area(&wanted);
         let signals =
             Signals::new(wanted, Location::Vertex, area.clone(), material, reading, rest_area)
                 .in_plane(scene.sheet.planar);
@@ -128,7 +133,7 @@ impl Fields {
             }
         }
         self.observe(at, &mut point, &mut cell)?;
-        let columns = self.signals.evaluate(&at.potential()?.shape(&state.x), state.time);
+        let columns = at.values_of(&self.signals)?;
         let mut next = columns.into_iter();
         for signal in self.signals.wanted() {
             let parts: Vec<Vec<f64>> = next.by_ref().take(signal.columns().len()).collect();
@@ -201,7 +206,7 @@ impl Fields {
     ) -> Result<()> {
         let Some(observed) = &self.observed else { return Ok(()) };
         let (model, state) = (at.model(), at.state());
-        let signals = observed.evaluate(&at.potential()?.shape(&state.x), state.time);
+        let signals = at.values_of(observed)?;
         let Some(chemistry) = model.chemistry() else { return Ok(()) };
         let known = &chemistry.descriptor().observables;
         let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();

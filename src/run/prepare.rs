@@ -1,5 +1,6 @@
 //! Makes a scene ready to run.
 
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 use super::beginning::Beginning;
@@ -153,19 +154,25 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     }
     let relaxer = relaxer(scene, &mechanics, &mut notes)?;
     let rule = scene.effects.iter().find_map(|effect| effect.vertex_area());
-    let area = VertexArea::new(&sheet, rule.unwrap_or_default());
-    let rest_area: Arc<[f64]> = rest_areas(&sheet).into();
+    let area = VertexArea::when_asked(rule.unwrap_or_default());
+    let rest_area: LazyCell<Arc<[f64]>, _> = LazyCell::new(|| rest_areas(&sheet).into());
+    let rest_area = |wanted: &[Signal]| match wanted.contains(&Signal::AreaRatio) {
+        true => Arc::clone(&rest_area),
+        false => Arc::default(),
+    };
     let parameters = match &laws {
         Some(laws) => laws::parameter_fields(scene, &sheet, location, laws)?,
         None => ParameterFields::default(),
     };
     let plugins = laws.map(|laws| laws.files).unwrap_or_default();
     let chemistry = kinetics.map(|kinetics| {
-        let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
+        let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal);
+        let wanted: Vec<Signal> = wanted.collect();
+        let rest_area = rest_area(&wanted);
         let reading = scene.kinetics.first().map(|k| k.tension).unwrap_or_default();
         let of = material.as_ref();
-        let signals = Signals::new(wanted, location, area.clone(), of, reading, rest_area.clone())
-            .in_plane(planar);
+        let signals =
+            Signals::new(wanted, location, area.clone(), of, reading, rest_area).in_plane(planar);
         Chemistry::new(&sheet, kinetics, parameters, location, signals, transports, measure)
     });
     let state = start::state(scene, &sheet, chemistry.as_ref())?;
@@ -192,7 +199,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         return Err(scene.error_at("time.integrator", &message, Some(help)).into());
     }
     let fields =
-        Fields::new(scene, chemistry.as_ref(), area.clone(), rest_area, material.as_ref())?;
+        Fields::new(scene, chemistry.as_ref(), area.clone(), &rest_area, material.as_ref())?;
     let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
     let drag = drag.on(&mechanics);
     if storage.mechanics > 0.0 && !mechanics.is_empty() {

@@ -4,7 +4,7 @@ use super::fields::qualities;
 use super::{Result, StepInfo};
 use crate::Vec3;
 use crate::effects::Measure;
-use crate::geometry::Face;
+use crate::geometry::{Face, sum_at_corners};
 use crate::kinetics::Location;
 use crate::model::{Evaluation, Model};
 use crate::num::real;
@@ -88,40 +88,39 @@ const EMPTY: [f64; 3] = [0.0, f64::INFINITY, f64::NEG_INFINITY];
 #[derive(Default)]
 pub(super) struct ShapeSums {
     x: Vec<Vec3>,
+    known: bool,
     least_quality: f64,
-    /// Areas that go with the species, of every triangle …
+    /// Areas that go with the species, of the triangles or the vertices that they live on.
     area: Vec<f64>,
-    /// … and of every vertex.
-    share: Vec<f64>,
 }
 
 impl ShapeSums {
-    fn update(&mut self, model: &Model, x: &[Vec3], amount: bool) {
+    fn update(&mut self, model: &Model, x: &[Vec3]) {
         let sheet = model.sheet();
         // A shape that cannot move is not kept to see whether it has.
-        if self.x == x || !model.moves() && !self.area.is_empty() {
+        if self.x == x || !model.moves() && self.known {
             return;
         }
         if model.moves() {
             self.x.clear();
             self.x.extend_from_slice(x);
         }
+        self.known = true;
         let qualities = qualities(sheet, x);
         self.least_quality = qualities.into_iter().fold(f64::INFINITY, f64::min);
+        let Some(chemistry) = model.chemistry() else { return };
+        // An amount is per rest area, a concentration per current area.
+        let amount = chemistry.measure() == Measure::Amount;
         if amount && !self.area.is_empty() {
             return;
         }
         let x = if amount { sheet.rest() } else { x };
-        self.area.resize(sheet.triangles().len(), 0.0);
-        parallel::fill(&mut self.area, |t| {
-            Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area
-        });
-        self.share.resize(sheet.vertex_count(), 0.0);
-        let area = &self.area;
-        parallel::fill(&mut self.share, |v| {
-            let around = sheet.vertex_triangles().of(v).iter();
-            around.map(|&(t, _)| area[t as usize] / 3.0).sum()
-        });
+        let area = |t: usize| Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area;
+        self.area.resize(chemistry.points(sheet), 0.0);
+        match chemistry.location() {
+            Location::Vertex => sum_at_corners(sheet, |t| area(t) / 3.0, &mut self.area),
+            _ => parallel::fill(&mut self.area, area),
+        }
     }
 }
 
@@ -159,14 +158,9 @@ pub(super) fn row(
     row.extend(work);
     row.push(report.relaxation.residual);
     row.extend(negative);
-    // An amount is per rest area, a concentration per current area.
-    let amount = model.chemistry().is_some_and(|c| c.measure() == Measure::Amount);
-    shape.update(model, &state.x, amount);
-    if let Some(chemistry) = model.chemistry() {
-        let share = match chemistry.location() {
-            Location::Vertex => &shape.share,
-            _ => &shape.area,
-        };
+    shape.update(model, &state.x);
+    if model.chemistry().is_some() {
+        let share = &shape.area;
         for c in &state.species {
             let of = |k: usize| [c[k] * share[k], c[k], c[k]];
             let both = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1].min(b[1]), a[2].max(b[2])];
@@ -180,7 +174,7 @@ pub(super) fn row(
     }
     row.extend(laws);
     row.push(shape.least_quality);
-    row.push(real(at.potential()?.metric().impossible_triangles()));
+    row.push(real(at.impossible_triangles()?));
     row.push(real(report.relaxation.collapsed));
     row.push(wall);
     Ok(row)

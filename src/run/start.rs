@@ -1,5 +1,6 @@
 //! The start of a run: sheet shapes of a scene, displaced positions, species.
 
+use std::cell::LazyCell;
 use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
@@ -48,12 +49,12 @@ pub(super) fn state(scene: &Scene, sheet: &Sheet, chemistry: Option<&Chemistry>)
         None => Vec::new(),
         Some(chemistry) => species(scene, sheet, chemistry)?,
     };
-    Ok(State { time: 0.0, step: 0, x, species })
+    Ok(State { time: 0.0, step: 0, x: x.into(), species })
 }
 
 fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
     let mut x = sheet.rest().to_vec();
-    let normals = vertex_normals(sheet, sheet.rest());
+    let normals = LazyCell::new(|| vertex_normals(sheet, sheet.rest()));
     let along = |direction: Direction, i: usize| match direction {
         Direction::Z => Vec3::z(),
         Direction::Normal => normals[i],

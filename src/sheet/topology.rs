@@ -111,18 +111,25 @@ impl Incidence {
 }
 
 /// A triangulated sheet in its rest state: an oriented manifold with or without a boundary.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Sheet {
     rest: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     edges: Vec<Edge>,
     triangle_edges: Vec<[u32; 3]>,
-    vertex_triangles: Incidence,
     vertex_edges: Incidence,
     boundary: Vec<bool>,
-    // Only the effects that need them have them made.
+    // Made when they are first asked for: chemistry on a still shape needs none of them.
+    vertex_triangles: OnceLock<Incidence>,
     edge_patches: OnceLock<Patches<2>>,
     triangle_patches: OnceLock<Patches<3>>,
+}
+
+/// The same vertices and triangles: all else follows from them.
+impl PartialEq for Sheet {
+    fn eq(&self, other: &Self) -> bool {
+        self.rest == other.rest && self.triangles == other.triangles
+    }
 }
 
 impl Sheet {
@@ -156,13 +163,6 @@ impl Sheet {
             }
         }
         let (edges, triangle_edges) = edges_of(&triangles)?;
-        let vertex_triangles = Incidence::new(
-            n,
-            triangles
-                .iter()
-                .enumerate()
-                .flat_map(|(t, tri)| (0u32..3).map(move |k| (tri[k as usize], index(t), k))),
-        );
         let vertex_edges = Incidence::new(
             n,
             edges.iter().enumerate().flat_map(|(e, edge)| {
@@ -180,9 +180,9 @@ impl Sheet {
             triangles,
             edges,
             triangle_edges,
-            vertex_triangles,
             vertex_edges,
             boundary,
+            vertex_triangles: OnceLock::new(),
             edge_patches: OnceLock::new(),
             triangle_patches: OnceLock::new(),
         })
@@ -234,7 +234,13 @@ impl Sheet {
     #[must_use]
     #[inline]
     pub fn vertex_triangles(&self) -> &Incidence {
-        &self.vertex_triangles
+        self.vertex_triangles.get_or_init(|| {
+            let corners = |(t, tri): (usize, &[u32; 3])| {
+                let tri = *tri;
+                (0u32..3).map(move |k| (tri[k as usize], index(t), k))
+            };
+            Incidence::new(self.rest.len(), self.triangles.iter().enumerate().flat_map(corners))
+        })
     }
 
     /// For every vertex its `(edge, other end)` pairs, by ascending edge.

@@ -149,8 +149,8 @@ impl OdeProblem for Problem {
     }
 
     fn stored(&self) -> Option<Vec<bool>> {
-        let mass = self.coupled.mass();
-        mass.contains(&0.0).then(|| mass.iter().map(|m| *m != 0.0).collect())
+        let stored = || self.coupled.mass().map(|m| m != 0.0);
+        stored().any(|stored| !stored).then(|| stored().collect())
     }
 
     fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
@@ -267,9 +267,9 @@ impl Monolithic {
             span,
             tally: workspace.model.tally().clone(),
         };
-        let scale = |m: &f64| if *m == 0.0 { 1.0 } else { 1.0 / m };
-        let scaled = coupled.mass().iter().any(|m| scale(m) != 1.0);
-        let scale = scaled.then(|| coupled.mass().iter().map(scale).collect());
+        let scale = |m: f64| if m == 0.0 { 1.0 } else { 1.0 / m };
+        let scaled = coupled.mass().any(|m| scale(m) != 1.0);
+        let scale = scaled.then(|| coupled.mass().map(scale).collect());
         let layout = Arc::clone(coupled.layout());
         let control = workspace.control.clone();
         let problem = Problem { coupled, control, scale };

@@ -146,7 +146,7 @@ impl Motion {
         let mut done = Relaxation::default();
         let mut rough = None;
         if second_order {
-            let pull = stage.pull(workspace, from.x.clone(), A);
+            let pull = stage.pull(workspace, from.x.to_vec(), A);
             let (first, half) = stage.solve(workspace, pull.clone(), A, None)?;
             done.add(&half);
             let anchor = extrapolated(&from.x, &first.x, (1.0 - A) / A);
@@ -160,20 +160,20 @@ impl Motion {
             done.add(&half);
             if !stage.rises(workspace, &next)? {
                 self.last = Some(Last::new(until, A * step, pull, &next.x));
-                return Ok(Moved { x: next.x, coarse, done });
+                return Ok(Moved { x: next.x.into(), coarse, done });
             }
-            rough = Some(next.x);
+            rough = Some(next.x.into());
         }
-        let pull = stage.pull(workspace, from.x.clone(), 1.0);
+        let pull = stage.pull(workspace, from.x.to_vec(), 1.0);
         let (next, half) = stage.solve(workspace, pull.clone(), 1.0, None)?;
         done.add(&half);
         // Of Euler's error ½ Δt² x'' twice as much is the difference to where the first velocity leads.
         let coarse = rough.unwrap_or_else(|| match velocity {
             Some(velocity) => extrapolated(&next.x, &along(&from.x, velocity, step), 0.5),
-            None => next.x.clone(),
+            None => next.x.to_vec(),
         });
         self.last = Some(Last::new(until, step, pull, &next.x));
-        Ok(Moved { x: next.x, coarse, done })
+        Ok(Moved { x: next.x.into(), coarse, done })
     }
 
     /// Solves the last stage once more for `next`, whose species are no longer those that it was solved
@@ -238,7 +238,7 @@ impl Stage<'_> {
         let mut state = State {
             time: self.from.time + at * self.step,
             step: self.from.step,
-            x: good.to_vec(),
+            x: good.to_vec().into(),
             species: Vec::new(),
         };
         self.course.at(state.time, &mut state.species);

@@ -219,7 +219,7 @@ impl Staggered {
             let to = (state, next.time);
             let moved = self.motion.advance(workspace, to, &course, second_order, tolerance)?;
             done.add(&moved.done);
-            next.x = moved.x;
+            next.x = moved.x.into();
             Some(moved.coarse)
         };
         done.residual = workspace.at(next).residual()?;
@@ -364,7 +364,7 @@ impl Staggered {
             Some(coarse) => {
                 // Moved through what the species did at first, slow waves err by Δt times what these then
                 // change, no more than the method itself; stiff ones are to be brought along.
-                predicted.x = coarse;
+                predicted.x = coarse.into();
                 report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
                 report.relaxation.residual = workspace.at(&next).residual()?;
             }

@@ -169,14 +169,14 @@ impl Workspace {
         if !self.model.mechanics().is_constrained() {
             return Ok(());
         }
-        let mut x = state.x.clone();
+        let mut x = state.x.to_vec();
         let left = self.at(state).potential()?.project(&mut x);
         if !(left <= equilibrium::MET) {
             let names = self.model.mechanics().constraint_names();
             let constraint = names.collect::<Vec<_>>().join(", ");
             return Err(SolveError::Constraint { constraint, value: left, rounds: 1 });
         }
-        state.x = x;
+        state.x = x.into();
         Ok(())
     }
 
@@ -236,10 +236,13 @@ impl Workspace {
         guess: Option<Vec<Vec3>>,
     ) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer, stuck, .. } = self;
+        if model.is_chemistry_alone() {
+            return Ok(Relaxation::default());
+        }
         let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
-        let mut x = state.x.clone();
+        let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
-        let led = state.x.clone();
+        let led = state.x.to_vec();
         // Under drag steps are short.
         if anchor.is_some() {
             x.clone_from(&led);
@@ -269,7 +272,7 @@ impl Workspace {
         };
         let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
         potential.set_anchor(None);
-        state.x = x;
+        state.x = x.into();
         if done.as_ref().is_err_and(|error| !matches!(error, SolveError::Interrupted)) {
             *stuck = Some(state.clone());
         }

@@ -73,7 +73,7 @@ impl Pattern {
         }
         Some(Self {
             value: at.species_at_vertices().into_iter().next()?,
-            position: x.clone(),
+            position: x.to_vec(),
             area: at_vertices(sheet, &faces),
             neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
         })

@@ -135,7 +135,7 @@ fn next(rest: &mut &[u8]) -> Option<State> {
         Some(bytes.chunks_exact(8).map(number).collect())
     };
     let x = numbers(vertices.checked_mul(3)?)?;
-    let x = x.chunks_exact(3).map(|x| Vec3::new(x[0], x[1], x[2])).collect();
+    let x: Vec<_> = x.chunks_exact(3).map(|x| Vec3::new(x[0], x[1], x[2])).collect();
     let species = points.into_iter().map(numbers).collect::<Option<_>>()?;
-    Some(State { time, step, x, species })
+    Some(State { time, step, x: x.into(), species })
 }

@@ -248,7 +248,7 @@ fn others(
     let Some((chemistry, partials)) = &at.chemistry else { return };
     let inputs = chemistry.descriptor().inputs();
     let sheet = model.sheet();
-    let transports = chemistry.transports().iter().zip(&at.surface.operators);
+    let transports = chemistry.transports().iter().zip(at.surface.operators());
     for (k, (transport, operator)) in transports.enumerate() {
         let s = transport.species();
         let scope = chemistry.transport_scope(k, MATRIX);

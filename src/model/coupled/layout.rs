@@ -1,5 +1,7 @@
 //! Which unknown of the coupled system is what.
 
+use std::borrow::Cow;
+
 use super::super::rigid::{free_motions, minimal_pins};
 use super::super::{Mechanics, Model, State};
 use super::Part;
@@ -12,7 +14,7 @@ const FIXED: u32 = u32::MAX;
 /// Places of displacements and species among the unknowns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// For every vertex and axis its place, or [`FIXED`].
+    /// For every vertex and axis its place, or [`FIXED`]; of no vertex where none is an unknown.
     place: Vec<[u32; 3]>,
     mechanical: usize,
     points: usize,
@@ -27,28 +29,24 @@ impl Layout {
     pub(super) fn new(model: &Model, part: Part, still: bool) -> Self {
         let moves = model.moves() && part != Part::Chemistry;
         let mechanics = model.mechanics();
-        let mut pins = mechanics.pins().clone();
+        let mut pins = Cow::Borrowed(mechanics.pins());
         if moves && still {
             // Without storage the rows of forces say nothing about rigid motions.
             let (motions, _) = free_motions(mechanics.sheet().rest(), &pins, |_| 1.0);
             for (vertex, axis) in minimal_pins(&motions, &pins) {
-                pins[vertex][axis] = true;
+                pins.to_mut()[vertex][axis] = true;
             }
         }
         let mut mechanical = 0;
-        let place = pins
-            .iter()
-            .map(|fixed| {
-                fixed.map(|fixed| {
-                    if fixed || !moves {
-                        FIXED
-                    } else {
-                        mechanical += 1;
-                        index(mechanical - 1)
-                    }
-                })
-            })
-            .collect();
+        let mut number = |fixed: bool| {
+            if fixed {
+                return FIXED;
+            }
+            mechanical += 1;
+            index(mechanical - 1)
+        };
+        let of_vertices = pins.iter().filter(|_| moves);
+        let place = of_vertices.map(|fixed| fixed.map(&mut number)).collect();
         let chemistry = model.chemistry().filter(|_| part != Part::Shape);
         let (points, species) =
             chemistry.map_or((0, 0), |c| (c.points(model.sheet()), c.descriptor().species.len()));
@@ -89,11 +87,11 @@ impl Layout {
     /// Place of a displacement; none if it is fixed.
     #[must_use]
     pub fn displacement(&self, vertex: usize, axis: usize) -> Option<usize> {
-        let place = self.place[vertex][axis];
+        let place = self.place.get(vertex)?[axis];
         (place != FIXED).then_some(place as usize)
     }
 
-    /// Places of the displacements of every vertex.
+    /// Places of the displacements of every vertex; of none where no displacement is an unknown.
     pub fn displacements(&self) -> impl Iterator<Item = [Option<usize>; 3]> + '_ {
         (0..self.place.len()).map(|v| std::array::from_fn(|axis| self.displacement(v, axis)))
     }
@@ -141,10 +139,14 @@ impl Layout {
         if !self.still {
             mechanics.set_prescribed(time, &mut state.x);
         }
-        for (i, place) in self.place.iter().enumerate() {
-            for axis in 0..3 {
-                if place[axis] != FIXED {
-                    state.x[i][axis] = rest[i][axis] + y[place[axis] as usize];
+        // Positions that no unknown changes are not touched: they are shared.
+        if self.mechanical > 0 {
+            let x = &mut *state.x;
+            for (i, place) in self.place.iter().enumerate() {
+                for axis in 0..3 {
+                    if place[axis] != FIXED {
+                        x[i][axis] = rest[i][axis] + y[place[axis] as usize];
+                    }
                 }
             }
         }

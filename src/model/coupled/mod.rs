@@ -38,7 +38,8 @@ pub enum Part {
 pub struct Coupled {
     model: Arc<Model>,
     layout: Arc<Layout>,
-    mass: Vec<f64>,
+    /// Of the displacements, and of the species.
+    mass: (Vec<f64>, f64),
     state: State,
     memory: Memory,
     gradient: Vec<Vec3>,
@@ -60,11 +61,10 @@ impl Coupled {
                 mass[place] = storage.mechanics * model.drag().at(i);
             }
         }
-        mass.resize(layout.unknowns(), weight);
         Self {
             model: Arc::clone(model),
             layout: Arc::new(layout),
-            mass,
+            mass: (mass, weight),
             state: State::default(),
             memory: Memory::default(),
             gradient: Vec::new(),
@@ -82,8 +82,10 @@ impl Coupled {
 
     /// The diagonal of M; exactly 0 in rows without storage.
     #[must_use]
-    pub fn mass(&self) -> &[f64] {
-        &self.mass
+    pub fn mass(&self) -> impl Iterator<Item = f64> + '_ {
+        let (mass, weight) = &self.mass;
+        let species = self.layout.unknowns() - mass.len();
+        mass.iter().copied().chain(std::iter::repeat_n(*weight, species))
     }
 
     /// Where work on it is counted.
@@ -107,9 +109,11 @@ impl Coupled {
     /// species' typical magnitude for species.
     #[must_use]
     pub fn tolerances(&self, atol: f64) -> Vec<f64> {
-        let edge = self.model.mechanics().reference().mean_edge();
         let mut all = Vec::with_capacity(self.layout.unknowns());
-        all.resize(self.layout.mechanical(), atol * edge);
+        if self.layout.mechanical() > 0 {
+            let edge = self.model.mechanics().reference().mean_edge();
+            all.resize(self.layout.mechanical(), atol * edge);
+        }
         if let Some(chemistry) = self.model.chemistry() {
             let typical: Vec<f64> =
                 chemistry.descriptor().species.iter().map(|s| atol * s.typical).collect();
@@ -209,7 +213,7 @@ impl Coupled {
             None => {
                 let parts = at.parts()?;
                 Inputs {
-                    potential: Some(parts.potential),
+                    potential: parts.potential,
                     surface: parts.surface,
                     signals: parts.signals,
                 }

@@ -1,9 +1,9 @@
 //! Restarted GMRES, preconditioned from the right, so that the residual that is watched is the true
 //! one. Source: Saad, *Iterative Methods for Sparse Linear Systems* (2003), algorithms 9.5 and 9.6.
 //!
-//! The preconditioned vectors are kept as well as the basis (the flexible form), so that the solution needs
-//! neither the preconditioner nor the matrix once more. Where rows are of one size they
-//! may be kept in single precision, which is far finer than the residual that is asked for.
+//! Where a preconditioner costs much, the preconditioned vectors are kept as well as the basis (the flexible
+//! form), so that the solution does not need it once more. Where rows are of one size the basis may be kept in single
+//! precision, which is far finer than the residual that is asked for.
 
 use super::{Difference, LinearError};
 use crate::num::single;
@@ -20,7 +20,7 @@ const TOLERANCE_OF_EQUILIBRIUM: f64 = 1e-4;
 const BASIS: usize = 40;
 /// Iterations after which the preconditioner has failed.
 const MOST: u64 = 400;
-/// Vectors of each kind that are kept for the next system: few systems need more.
+/// Vectors of a kind that are kept for the next system: few systems need more.
 const KEPT: usize = 8;
 
 /// Numbers of a vector that one thread works on at a time.
@@ -91,7 +91,7 @@ fn subtract_and_dot<T: Kept>(w: &mut [f64], h: f64, v: &[T], next: Option<&[T]>)
 /// How vectors are kept. In single precision only where the unknowns of a row count alike: what is lost of a soft mode
 /// of a sheet would be a large force.
 pub(super) trait Kept: Copy + Default + Into<f64> + Send + Sync {
-    /// Whether digits are lost.
+    /// Whether digits are lost; then memory counts, and the basis alone is kept.
     const ROUNDS: bool;
 
     /// From double precision.
@@ -120,11 +120,10 @@ pub(super) struct Krylov<T: Kept> {
     /// Whether rows without storage are among those of the last matrix.
     equilibrium: bool,
     basis: Vec<Vec<T>>,
-    /// The basis after the preconditioner.
+    /// The basis after the preconditioner, in the flexible form.
     changed: Vec<Vec<T>>,
     /// The vectors of both kinds that are worked on.
     work: [Vec<f64>; 2],
-    residual: Vec<f64>,
     /// Of the last system.
     pub(super) iterations: u64,
 }
@@ -159,14 +158,16 @@ impl<T: Kept> Krylov<T> {
     ) -> Result<(), LinearError> {
         let n = x.len();
         let mut right = Vec::new();
-        self.residual.clear();
-        self.residual.extend_from_slice(x);
-        let mut size = norm(&self.residual);
+        let Self { basis: all, changed: all_changed, work: [changed, next], .. } = self;
+        changed.resize(n, 0.0);
+        // The residual, where a basis begins.
+        next.clear();
+        next.extend_from_slice(x);
+        let mut size = norm(next);
         let tolerance = if self.equilibrium { TOLERANCE_OF_EQUILIBRIUM } else { TOLERANCE };
         let goal = tolerance * size;
-        x.fill(0.0);
         self.iterations = 0;
-        // Of systems that need a second basis.
+        // The right-hand side of systems that need a second basis.
         let mut b: Option<Vec<f64>> = None;
         loop {
             if size <= goal {
@@ -180,23 +181,21 @@ impl<T: Kept> Krylov<T> {
                 )));
             }
             // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
-            let [changed, next] = &mut self.work;
-            changed.resize(n, 0.0);
-            next.resize(n, 0.0);
-            let residual = &self.residual;
-            parallel::fill(room(&mut self.basis, 0, n), |i| T::of(residual[i] / size));
+            parallel::fill(room(all, 0, n), |i| T::of(next[i] / size));
             let mut triangle: Vec<Vec<f64>> = Vec::new();
             let mut rotation: Vec<(f64, f64)> = Vec::new();
             right.clear();
             right.push(size);
             for k in 0..BASIS {
-                let basis = &self.basis[k];
+                let basis = &all[k];
                 parallel::fill(changed, |i| basis[i].into());
                 precondition(changed);
-                parallel::fill(room(&mut self.changed, k, n), |i| T::of(changed[i]));
+                if !T::ROUNDS {
+                    parallel::fill(room(all_changed, k, n), |i| T::of(changed[i]));
+                }
                 multiply(changed, next);
                 self.iterations += 1;
-                let known = &self.basis[..=k];
+                let known = &all[..=k];
                 let mut column = vec![product(next, &known[0])];
                 for i in 0..=k {
                     let then = known.get(i + 1).map(Vec::as_slice);
@@ -219,7 +218,7 @@ impl<T: Kept> Krylov<T> {
                 if right[k + 1].abs() <= goal || last == 0.0 || !last.is_finite() {
                     break;
                 }
-                parallel::fill(room(&mut self.basis, k + 1, n), |i| T::of(next[i] / last));
+                parallel::fill(room(all, k + 1, n), |i| T::of(next[i] / last));
             }
             // Back substitution.
             let m = triangle.len();
@@ -230,20 +229,27 @@ impl<T: Kept> Krylov<T> {
                 }
                 y[i] /= triangle[i][i];
             }
-            let changed = &self.changed[..m];
-            parallel::update(x, |i, x| {
-                *x += changed.iter().zip(&y).map(|(v, y)| y * v[i].into()).sum::<f64>();
-            });
             // Of vectors that were rounded the residual is computed where it is to be small.
             let known = !(T::ROUNDS && self.equilibrium);
-            if known && right[m].abs() <= goal && y.iter().all(|y| y.is_finite()) {
-                return Ok(());
+            let done = known && right[m].abs() <= goal && y.iter().all(|y| y.is_finite());
+            if b.is_none() {
+                b = (!done).then(|| x.to_vec());
+                x.fill(0.0);
             }
-            // On the first round the residual is b itself.
-            let b = b.get_or_insert_with(|| self.residual.clone());
-            multiply(x, &mut self.residual);
-            parallel::update(&mut self.residual, |i, r| *r = b[i] - *r);
-            size = norm(&self.residual);
+            let sum = |of: &[Vec<T>], i: usize| -> f64 {
+                of[..m].iter().zip(&y).map(|(v, y)| y * v[i].into()).sum()
+            };
+            if T::ROUNDS {
+                parallel::fill(changed, |i| sum(all, i));
+                precondition(changed);
+                parallel::update(x, |i, x| *x += changed[i]);
+            } else {
+                parallel::update(x, |i, x| *x += sum(all_changed, i));
+            }
+            let Some(b) = b.as_ref().filter(|_| !done) else { return Ok(()) };
+            multiply(x, next);
+            parallel::update(next, |i, r| *r = b[i] - *r);
+            size = norm(next);
         }
     }
 }

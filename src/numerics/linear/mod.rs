@@ -2,6 +2,7 @@
 
 mod aggregates;
 mod analysis;
+mod assembly;
 mod block_matrix;
 mod block_pattern;
 mod cholesky;
@@ -29,6 +30,7 @@ mod supernodes;
 mod two_fields;
 
 pub use analysis::Precision;
+pub use assembly::{Assembly, Entries, Part};
 pub use block_matrix::{Block, BlockMatrix, RowMut};
 pub use block_pattern::{BlockPattern, Neighbours};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
@@ -40,7 +42,7 @@ pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
 pub use shifted::{Difference, Shifted};
-pub use sparse::{Assembly, Entries, Part, Pattern, Sparse, SumOfProduct};
+pub use sparse::{Pattern, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 pub use two_fields::{Displacements, TwoFields};
 

@@ -1,8 +1,4 @@
-//! Sparse matrices in rows, filled by lists of entries and multiplied in fixed patterns.
-//!
-//! Who assembles a matrix names its entries in an order that depends on the mesh alone. The first
-//! time their places are looked up ([`Assembly::new`]); from then on values are added without a
-//! search or an allocation.
+//! Sparse matrices in rows, and their products in fixed patterns.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,13 +16,18 @@ const PARTS: usize = 16;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pattern {
     columns: usize,
-    start: Vec<u32>,
+    pub(super) start: Vec<u32>,
     column: Vec<u32>,
 }
 
 impl Pattern {
     /// Of rows of these lengths that `row` writes into an empty list, ascending.
-    fn new(columns: usize, rows: usize, entries: usize, row: &mut PatternRow<'_>) -> Self {
+    pub(super) fn new(
+        columns: usize,
+        rows: usize,
+        entries: usize,
+        row: &mut PatternRow<'_>,
+    ) -> Self {
         let (mut start, mut column) = (Vec::with_capacity(rows + 1), Vec::with_capacity(entries));
         start.push(0);
         let mut work = Vec::new();
@@ -73,17 +74,17 @@ impl Pattern {
 }
 
 /// Writes the columns of a row.
-type PatternRow<'a> = dyn FnMut(usize, &mut Vec<u32>) + 'a;
+pub(super) type PatternRow<'a> = dyn FnMut(usize, &mut Vec<u32>) + 'a;
 
 /// A matrix by rows; copies share the pattern.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sparse {
-    pattern: Arc<Pattern>,
-    value: Vec<f64>,
+    pub(super) pattern: Arc<Pattern>,
+    pub(super) value: Vec<f64>,
 }
 
 impl Sparse {
-    fn zeros(pattern: Pattern) -> Self {
+    pub(super) fn zeros(pattern: Pattern) -> Self {
         Self { value: vec![0.0; pattern.entries()], pattern: Arc::new(pattern) }
     }
 
@@ -159,165 +160,6 @@ impl Sparse {
             }
         }
         (start, row, place)
-    }
-}
-
-/// Takes entries: their places at first, their values later.
-pub struct Entries<'a>(Mode<'a>);
-
-enum Mode<'a> {
-    Collect(&'a mut Vec<(u32, u32)>),
-    Fill { place: std::slice::Iter<'a, u32>, value: &'a mut [f64] },
-    Keep(std::slice::IterMut<'a, f64>),
-}
-
-/// One of the lists that a matrix is filled from: it names its entries in an order of its own.
-pub type Part<'a> = dyn Fn(&mut Entries<'_>) + Sync + 'a;
-
-impl Entries<'_> {
-    /// Adds `value` at (`row`, `column`).
-    #[inline]
-    pub fn add(&mut self, row: usize, column: usize, value: f64) {
-        match &mut self.0 {
-            Mode::Collect(all) => all.push((index(row), index(column))),
-            Mode::Fill { place, value: all } => {
-                let place = place.next();
-                debug_assert!(place.is_some(), "more entries than at first");
-                if let Some(place) = place {
-                    all[*place as usize] += value;
-                }
-            }
-            Mode::Keep(all) => {
-                let place = all.next();
-                debug_assert!(place.is_some(), "more entries than at first");
-                if let Some(place) = place {
-                    *place = value;
-                }
-            }
-        }
-    }
-}
-
-/// A matrix that is filled from a list of entries.
-#[derive(Debug, Clone, Default)]
-pub struct Assembly {
-    place: Vec<u32>,
-    matrix: Sparse,
-    /// Where the list of every part ends.
-    ends: Vec<usize>,
-    /// The values that parts name, and which of them every entry of the matrix is the sum of.
-    named: Vec<f64>,
-    sum_start: Vec<u32>,
-    sum: Vec<u32>,
-}
-
-impl Assembly {
-    /// Looks up the places of the entries that `name` gives.
-    #[must_use]
-    pub fn new(rows: usize, columns: usize, name: impl FnOnce(&mut Entries<'_>)) -> Self {
-        Self::in_parts(rows, columns, &[], name)
-    }
-
-    /// The same for `parts`, which are filled in parallel, and for `name` after them.
-    #[must_use]
-    pub fn in_parts(
-        rows: usize,
-        columns: usize,
-        parts: &[&Part<'_>],
-        name: impl FnOnce(&mut Entries<'_>),
-    ) -> Self {
-        let (mut all, mut ends) = (Vec::new(), Vec::new());
-        for part in parts {
-            part(&mut Entries(Mode::Collect(&mut all)));
-            ends.push(all.len());
-        }
-        name(&mut Entries(Mode::Collect(&mut all)));
-        // The list row by row, then every row sorted and without repetition.
-        let mut first = vec![0u32; rows + 1];
-        all.iter().for_each(|&(row, _)| first[row as usize + 1] += 1);
-        for i in 0..rows {
-            first[i + 1] += first[i];
-        }
-        let mut next = first.clone();
-        let mut listed = vec![0u32; all.len()];
-        for &(row, column) in &all {
-            let at = &mut next[row as usize];
-            listed[*at as usize] = column;
-            *at += 1;
-        }
-        drop(next);
-        let pattern = Pattern::new(columns, rows, all.len(), &mut |i, row| {
-            row.extend_from_slice(&listed[first[i] as usize..first[i + 1] as usize]);
-            row.sort_unstable();
-            row.dedup();
-        });
-        drop((first, listed));
-        let matrix = Sparse::zeros(pattern);
-        let mut place = vec![0; all.len()];
-        parallel::fill(&mut place, |k| {
-            let (row, column) = all[k];
-            let row = row as usize;
-            let found = matrix.pattern.row(row).binary_search(&column).unwrap_or_default();
-            index(matrix.pattern.places(row).start + found)
-        });
-        let named = vec![0.0; ends.last().copied().unwrap_or(0)];
-        let (mut sum_start, mut sum) = (Vec::new(), Vec::new());
-        if !named.is_empty() {
-            sum_start = vec![0; matrix.entries() + 1];
-            sum = vec![0; named.len()];
-            let listed = &place[..named.len()];
-            listed.iter().for_each(|&k| sum_start[k as usize + 1] += 1);
-            for k in 0..matrix.entries() {
-                sum_start[k + 1] += sum_start[k];
-            }
-            let mut next = sum_start.clone();
-            for (number, &k) in listed.iter().enumerate() {
-                sum[next[k as usize] as usize] = index(number);
-                next[k as usize] += 1;
-            }
-        }
-        place.drain(..named.len());
-        place.shrink_to_fit();
-        Self { place, matrix, ends, named, sum_start, sum }
-    }
-
-    /// Fills the matrix with the values that `name` gives, in the same order as at first.
-    pub fn fill(&mut self, name: impl FnOnce(&mut Entries<'_>)) {
-        self.fill_in_parts(&[], name);
-    }
-
-    /// The same for `parts`, as many as at first.
-    pub fn fill_in_parts(&mut self, parts: &[&Part<'_>], name: impl FnOnce(&mut Entries<'_>)) {
-        let (mut lists, mut rest, mut begin) = (Vec::new(), &mut *self.named, 0);
-        for (part, &end) in parts.iter().zip(&self.ends) {
-            let (list, tail) = rest.split_at_mut(end - begin);
-            lists.push((part, list));
-            (rest, begin) = (tail, end);
-        }
-        lists.into_par_iter().for_each(|(part, list)| {
-            part(&mut Entries(Mode::Keep(list.iter_mut())));
-        });
-        let Self { named, sum_start, sum, matrix: Sparse { value, .. }, place, .. } = self;
-        if named.is_empty() {
-            value.fill(0.0);
-        } else {
-            parallel::fill(value, |k| {
-                let own = &sum[sum_start[k] as usize..sum_start[k + 1] as usize];
-                own.iter().map(|&number| named[number as usize]).sum()
-            });
-        }
-        name(&mut Entries(Mode::Fill { place: place.iter(), value }));
-    }
-
-    /// The matrix.
-    #[must_use]
-    pub fn matrix(&self) -> &Sparse {
-        &self.matrix
-    }
-
-    /// The matrix, to be changed until it is filled again.
-    pub fn matrix_mut(&mut self) -> &mut Sparse {
-        &mut self.matrix
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) fn make_consistent(
     problem: &mut dyn OdeProblem,
     stored: &[bool],
     (time, y): (f64, &mut [f64]),
-    options: &Options,
+    (options, atol): (&Options, &[f64]),
     newton: &mut Option<Shifted>,
 ) -> Result<()> {
     let mut tried = y.to_vec();
@@ -63,7 +63,7 @@ pub(super) fn make_consistent(
             return Ok(());
         }
         let mut largest: f64 = 0.0;
-        for ((tried, change), atol) in tried.iter_mut().zip(&change).zip(&options.atol) {
+        for ((tried, change), atol) in tried.iter_mut().zip(&change).zip(atol) {
             *tried += change;
             // NaN counts as well.
             let size = change.abs() / (atol + options.rtol * tried.abs());

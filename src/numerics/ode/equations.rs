@@ -39,7 +39,8 @@ pub trait OdeProblem: Any + Send {
 /// A problem with the side channel of errors.
 pub(super) struct Equations {
     shared: Arc<Shared>,
-    start: Vec<f64>,
+    /// Until the first integrator has begun there.
+    start: Mutex<Vec<f64>>,
     unknowns: usize,
     context: FaerContext,
     nothing: FaerVec<f64>,
@@ -104,7 +105,7 @@ impl Equations {
         Self {
             unknowns: start.len(),
             shared: Arc::new(Shared { inner, stored }),
-            start,
+            start: Mutex::new(start),
             context,
             nothing: FaerVec::zeros(0, context),
         }
@@ -113,6 +114,11 @@ impl Equations {
     /// What the linear solver needs.
     pub(super) fn shared(&self) -> &Arc<Shared> {
         &self.shared
+    }
+
+    /// Every later integrator begins where it is told to.
+    pub(super) fn forget_start(&self) {
+        *self.start.lock().unwrap_or_else(PoisonError::into_inner) = Vec::new();
     }
 
     /// Works with the problem.
@@ -246,7 +252,11 @@ impl LinearOp for Mass<'_> {
 
 impl ConstantOp for Start<'_> {
     fn call_inplace(&self, _: f64, y: &mut FaerVec<f64>) {
-        y.inner_mut().col_as_slice_mut(0).copy_from_slice(&self.0.start);
+        let start = self.0.start.lock().unwrap_or_else(PoisonError::into_inner);
+        let y = y.inner_mut().col_as_slice_mut(0);
+        if start.len() == y.len() {
+            y.copy_from_slice(&start);
+        }
     }
 }
 

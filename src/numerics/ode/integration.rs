@@ -12,7 +12,7 @@ use self_cell::self_cell;
 
 use super::consistent::make_consistent;
 use super::equations::Equations;
-use super::stepper::{Problem, Stepper, problem};
+use super::stepper::{Problem, Stepper, problem, tolerances};
 use super::{Accept, OdeProblem, Options, Rejected, Result};
 use crate::linear::Shifted;
 
@@ -38,14 +38,21 @@ impl<P: OdeProblem> Integration<P> {
     ///
     /// # Errors
     /// If F or its derivatives cannot be evaluated there.
-    pub fn new(mut problem: P, time: f64, mut start: Vec<f64>, options: Options) -> Result<Self> {
+    pub fn new(
+        mut problem: P,
+        time: f64,
+        mut start: Vec<f64>,
+        mut options: Options,
+    ) -> Result<Self> {
+        // diffsol keeps its own.
+        let atol = std::mem::take(&mut options.atol);
         let options = Arc::new(options);
         let (stored, mut newton) = (problem.stored(), None);
         if let Some(stored) = &stored {
             let from = (time, start.as_mut_slice());
-            make_consistent(&mut problem, stored, from, &options, &mut newton)?;
+            make_consistent(&mut problem, stored, from, (&options, &atol), &mut newton)?;
         }
-        let running = begin(Box::new(problem), time, start, &options)?;
+        let running = begin(Box::new(problem), time, (start, atol), &options)?;
         Ok(Self { running, options, stored, newton, kind: PhantomData })
     }
 
@@ -57,6 +64,7 @@ impl<P: OdeProblem> Integration<P> {
         let (options, newton) = (&self.options, &mut self.newton);
         if let Some(stored) = &self.stored {
             self.running.with_dependent(|problem, _| {
+                let options = (&**options, tolerances(problem));
                 problem.eqn.with(|problem| {
                     make_consistent(problem, stored, (time, &mut start), options, newton)
                 })
@@ -96,9 +104,9 @@ impl<P: OdeProblem> Integration<P> {
 fn begin(
     of: Box<dyn OdeProblem>,
     time: f64,
-    start: Vec<f64>,
+    (start, atol): (Vec<f64>, Vec<f64>),
     options: &Arc<Options>,
 ) -> Result<Running> {
     let equations = Equations::new(of, start);
-    Running::try_new(problem(equations, time, options)?, |owner| Stepper::new(owner, options))
+    Running::try_new(problem(equations, time, atol, options)?, |owner| Stepper::new(owner, options))
 }

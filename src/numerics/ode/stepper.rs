@@ -26,7 +26,7 @@ pub struct Options {
     pub displacements: Option<Displacements>,
     /// Relative tolerance.
     pub rtol: f64,
-    /// Absolute tolerances.
+    /// Absolute tolerances; taken out where an integration begins.
     pub atol: Vec<f64>,
     /// First step; chosen by the first slopes if not given.
     pub step: Option<f64>,
@@ -55,12 +55,17 @@ const SHORTEST_OF_REST: f64 = 1e-6;
 ///
 /// # Errors
 /// Tolerances of the wrong number, which is a fault of the caller.
-pub(super) fn problem(equations: Equations, time: f64, options: &Options) -> Result<Problem> {
+pub(super) fn problem(
+    equations: Equations,
+    time: f64,
+    atol: Vec<f64>,
+    options: &Options,
+) -> Result<Problem> {
     let made = OdeBuilder::<Combination>::new()
         .t0(time)
         .h0(options.span)
         .rtol(options.rtol)
-        .atol(options.atol.iter().copied())
+        .atol(atol)
         .build_from_eqn(equations);
     let mut problem = made.map_err(|e| refusal(options.method, time, &e.to_string()))?;
     // Counted over the solver's whole life: a long run would die of harmless failures.
@@ -116,6 +121,7 @@ impl<'a> Stepper<'a> {
         let first = Self::first_step(problem, options, options.span, time, &y)?;
         let (shortest, spare) = (SHORTEST * first, Spare::default());
         let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
+        problem.eqn.forget_start();
         let (method, options) = (Some(started), Arc::clone(options));
         Ok(Self { problem, options, method, shortest, spare, time, start: Vec::new() })
     }
@@ -180,8 +186,9 @@ impl<'a> Stepper<'a> {
         }
         let slope = Self::slope(problem, options, time, y)?;
         let (y, slope) = (y.inner().col_as_slice(0), slope.inner().col_as_slice(0));
+        let atol = tolerances(problem);
         let norm = |v: &[f64]| {
-            let unit = |i: usize| options.atol[i] + options.rtol * y[i].abs();
+            let unit = |i: usize| atol[i] + options.rtol * y[i].abs();
             let sum: f64 = (0..v.len()).map(|i| (v[i] / unit(i)).powi(2)).sum();
             (sum / crate::num::real(v.len().max(1))).sqrt()
         };
@@ -380,6 +387,11 @@ impl<'a> Stepper<'a> {
         self.time = stop;
         Ok(())
     }
+}
+
+/// The absolute tolerances of a problem.
+pub(super) fn tolerances(problem: &Problem) -> &[f64] {
+    problem.atol.inner().col_as_slice(0)
 }
 
 fn vector(values: &[f64]) -> FaerVec<f64> {

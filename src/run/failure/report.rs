@@ -128,7 +128,7 @@ fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     let mut terms: Vec<(usize, String, f64)> = Vec::new();
     let names = chemistry.transport_names().map(str::to_owned);
     for ((term, operator), name) in
-        chemistry.transports().iter().zip(&at.surface().operators).zip(names)
+        chemistry.transports().iter().zip(at.surface().operators()).zip(names)
     {
         let s = term.species();
         let mut rate = vec![0.0; species[s].len()];

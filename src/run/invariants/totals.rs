@@ -218,7 +218,7 @@ fn conserves(
     chemistry.transport(sheet, x, &mut surface);
     let c: Vec<f64> = (0..share.len()).map(|i| 1.0 + (real(i) * 1.7).sin()).collect();
     let mut rate = vec![0.0; c.len()];
-    for (term, operator) in chemistry.transports().iter().zip(&surface.operators) {
+    for (term, operator) in chemistry.transports().iter().zip(surface.operators()) {
         if term.species() == species {
             term.add_rate(sheet, operator, &c, &mut rate);
         }

@@ -25,7 +25,7 @@ impl Staggered {
         let error = model.species_misfit(state, (&predicted, &next), tolerance);
         let shape = self.shape_error(workspace, state, &predicted, &next);
         let Some(coarse) = coarse else { return Ok((next, error.max(shape))) };
-        predicted.x = coarse;
+        predicted.x = coarse.into();
         let order = self.shape_error(workspace, state, &predicted, &next);
         Ok((next, error.max(shape).max(order)))
     }
