@@ -130,7 +130,7 @@ fn child(options: &Options, case: &str, small: bool) -> Result<()> {
 
 /// The pieces of a relaxation, at the last shape.
 fn kernels(simulation: &mut Simulation) -> Result<[f64; 6]> {
-    let x: Vec<Vec3> = simulation.state().x.clone();
+    let x: Vec<Vec3> = simulation.state().x.to_vec();
     let mut at = simulation.evaluate();
     let potential = at.potential()?;
     let mut gradient = vec![Vec3::zeros(); x.len()];

@@ -4,6 +4,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 use crate::Vec3;
+use crate::sheet::Sheet;
 
 /// Positions of the vertices. Copies share them until one is changed: the states of a shape that does not move
 /// have them once.
@@ -50,9 +51,31 @@ impl From<Vec<Vec3>> for Positions {
     }
 }
 
+impl From<&Sheet> for Positions {
+    /// Those at rest.
+    fn from(sheet: &Sheet) -> Self {
+        Self(Arc::clone(sheet.shared_rest()))
+    }
+}
+
+impl FromIterator<Vec3> for Positions {
+    fn from_iter<I: IntoIterator<Item = Vec3>>(all: I) -> Self {
+        all.into_iter().collect::<Vec<_>>().into()
+    }
+}
+
 impl From<Positions> for Vec<Vec3> {
     fn from(x: Positions) -> Self {
         Arc::unwrap_or_clone(x.0)
+    }
+}
+
+impl<'a> IntoIterator for &'a mut Positions {
+    type Item = &'a mut Vec3;
+    type IntoIter = std::slice::IterMut<'a, Vec3>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
     }
 }
 

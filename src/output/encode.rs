@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use base64::write::EncoderStringWriter;
+use base64::write::EncoderWriter;
 use flate2::Compression as Level;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
@@ -62,16 +62,19 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// The content of a `<DataArray format="binary">` with 64-bit headers.
-pub(super) fn data_array(bytes: &Bytes<'_>, compression: Compression) -> std::io::Result<String> {
+/// Writes the content of a `<DataArray format="binary">` with 64-bit headers.
+pub(super) fn data_array(
+    bytes: &Bytes<'_>,
+    compression: Compression,
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
     let count = bytes.length.div_ceil(BLOCK);
     let size = |n: usize| (n as u64).to_le_bytes();
-    let room = |n: usize| String::with_capacity(4 * n.div_ceil(3));
     let Some(level) = compression.level() else {
-        let mut text = EncoderStringWriter::from_consumer(room(bytes.length + 8), &BASE64);
+        let mut text = EncoderWriter::new(out, &BASE64);
         text.write_all(&size(bytes.length))?;
         (0..count).try_for_each(|k| text.write_all(&bytes.block(k)))?;
-        return Ok(text.into_inner());
+        return text.finish().map(drop);
     };
     let blocks = (0..count)
         .into_par_iter()
@@ -90,12 +93,8 @@ pub(super) fn data_array(bytes: &Bytes<'_>, compression: Compression) -> std::io
     for block in &blocks {
         header.extend(size(block.len()));
     }
-    let packed: usize = blocks.iter().map(Vec::len).sum();
-    let mut text = room(header.len() + packed + 2);
-    BASE64.encode_string(&header, &mut text);
-    let mut text = EncoderStringWriter::from_consumer(text, &BASE64);
-    for block in blocks {
-        text.write_all(&block)?;
-    }
-    Ok(text.into_inner())
+    out.write_all(BASE64.encode(&header).as_bytes())?;
+    let mut text = EncoderWriter::new(out, &BASE64);
+    blocks.iter().try_for_each(|block| text.write_all(block))?;
+    text.finish().map(drop)
 }

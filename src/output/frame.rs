@@ -1,25 +1,27 @@
 //! One state as it is shown: positions, triangles and named fields.
 
+use std::borrow::Cow;
+
 use rumple_numerics::Vec3;
 
 use super::OutputError;
 
 /// Values of one quantity on all vertices or on all triangles.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct Field<'a> {
     /// Name with the unit in brackets, as in `mean_curvature [1/length]`.
     pub name: String,
     /// 1 for a scalar, 3 for a vector.
     pub components: usize,
     /// The values, entity by entity, components together.
-    pub data: Vec<f64>,
+    pub data: Cow<'a, [f64]>,
 }
 
-impl Field {
+impl<'a> Field<'a> {
     /// A scalar field.
     #[must_use]
-    pub fn scalar(name: impl Into<String>, data: Vec<f64>) -> Self {
-        Self { name: name.into(), components: 1, data }
+    pub fn scalar(name: impl Into<String>, data: impl Into<Cow<'a, [f64]>>) -> Self {
+        Self { name: name.into(), components: 1, data: data.into() }
     }
 
     /// A vector field.
@@ -42,9 +44,9 @@ pub struct Frame<'a> {
     /// Vertices of the triangles.
     pub triangles: &'a [[u32; 3]],
     /// Fields on vertices.
-    pub point: Vec<Field>,
+    pub point: Vec<Field<'a>>,
     /// Fields on triangles.
-    pub cell: Vec<Field>,
+    pub cell: Vec<Field<'a>>,
     /// Single numbers of the whole state, as the energy of an effect; names with units.
     pub field_data: Vec<(String, f64)>,
 }

@@ -39,7 +39,7 @@ pub fn encode(frame: &Frame<'_>) -> Result<Vec<u8>, OutputError> {
     let vertices = frame.triangles.iter().flat_map(|&[a, b, c]| [3, a, b, c]).collect();
     let num_cells = rumple_numerics::num::index(frame.triangles.len());
     let grid = UnstructuredGridPiece {
-        points: Field::vector("", frame.points).data.into(),
+        points: Field::vector("", frame.points).data.into_owned().into(),
         cells: Cells {
             cell_verts: VertexNumbers::Legacy { num_cells, vertices },
             types: vec![CellType::Triangle; frame.triangles.len()],
@@ -89,13 +89,13 @@ fn after(bytes: &[u8], word: &[u8]) -> Option<usize> {
 }
 
 /// The fields as one FIELD block.
-fn attributes(fields: &[Field]) -> Vec<Attribute> {
+fn attributes(fields: &[Field<'_>]) -> Vec<Attribute> {
     if fields.is_empty() {
         return Vec::new();
     }
     let arrays = fields.iter().map(|field| {
         let components = rumple_numerics::num::index(field.components);
-        FieldArray::new(escape(&field.name), components).with_vec(field.data.clone())
+        FieldArray::new(escape(&field.name), components).with_vec(field.data.to_vec())
     });
     vec![Attribute::field("FieldData").with_field_data(arrays)]
 }

@@ -9,7 +9,6 @@
 
 use std::io::Write;
 
-use rayon::prelude::*;
 use rumple_numerics::num::index;
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +66,7 @@ impl<'a> Array<'a> {
         Self { attributes, bytes: Bytes::new(count, number) }
     }
 
-    fn field(field: &'a Field) -> Self {
+    fn field(field: &'a Field<'_>) -> Self {
         let what = ("Float64", field.name.as_str(), field.components);
         Self::new(what, field.data.len(), |k| field.data[k].to_le_bytes())
     }
@@ -109,13 +108,13 @@ pub fn encode(frame: &Frame<'_>, compression: Compression) -> Result<Vec<u8>, Ou
     Ok(file)
 }
 
-/// Writes the file for a frame that has been checked. Only one section at a time is held in memory.
+/// Writes the file for a frame that has been checked. Only one array at a time is held in memory, packed.
 fn put<'a>(
     frame: &'a Frame<'_>,
     compression: Compression,
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
-    let fields = |fields: &'a [Field]| fields.iter().map(Array::field).collect();
+    let fields = |fields: &'a [Field<'_>]| fields.iter().map(Array::field).collect();
     let numbers = frame.field_data.iter().map(|(name, x)| Array::number(name, *x)).collect();
     let (triangles, points) = (frame.triangles, frame.points);
     // `check` holds every index below 2^31, so unsigned bytes are the bytes of an Int32.
@@ -154,12 +153,10 @@ fn put<'a>(
                 decimal(frame.time)
             )?;
         }
-        let encoded = arrays
-            .par_iter()
-            .map(|Array { attributes, bytes }| Ok((attributes, data_array(bytes, compression)?)))
-            .collect::<std::io::Result<Vec<_>>>()?;
-        for (attributes, content) in encoded {
-            writeln!(out, "<DataArray {attributes} format=\"binary\">{content}</DataArray>")?;
+        for Array { attributes, bytes } in arrays {
+            write!(out, "<DataArray {attributes} format=\"binary\">")?;
+            data_array(&bytes, compression, out)?;
+            writeln!(out, "</DataArray>")?;
         }
         writeln!(out, "</{section}>")?;
     }

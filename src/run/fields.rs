@@ -1,5 +1,6 @@
 //! The fields of a frame: what a scene can ask for, by name, and how it is evaluated.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::Vec3;
@@ -121,13 +122,18 @@ impl Fields {
         let mut point = vec![displacement];
         let mut cell = Vec::new();
         if let Some(chemistry) = model.chemistry() {
-            let mut at_vertices = at.species_at_vertices();
+            let on_vertices = chemistry.location() == Location::Vertex;
+            let mut carried = (!on_vertices).then(|| at.species_at_vertices());
             for (s, species) in chemistry.descriptor().species.iter().enumerate() {
                 if self.names.contains(&species.name) {
                     let title = titled(&species.name, &species.unit);
-                    point.push(Field::scalar(title.clone(), std::mem::take(&mut at_vertices[s])));
+                    let values = match &mut carried {
+                        None => Cow::Borrowed(&*state.species[s]),
+                        Some(carried) => std::mem::take(&mut carried[s]).into(),
+                    };
+                    point.push(Field::scalar(title.clone(), values));
                     if chemistry.location() == Location::Face {
-                        cell.push(Field::scalar(title, state.species[s].clone()));
+                        cell.push(Field::scalar(title, &*state.species[s]));
                     }
                 }
             }
@@ -201,8 +207,8 @@ impl Fields {
     fn observe(
         &self,
         at: &mut Evaluation<'_>,
-        point: &mut Vec<Field>,
-        cell: &mut Vec<Field>,
+        point: &mut Vec<Field<'_>>,
+        cell: &mut Vec<Field<'_>>,
     ) -> Result<()> {
         let Some(observed) = &self.observed else { return Ok(()) };
         let (model, state) = (at.model(), at.state());
@@ -226,13 +232,13 @@ impl Fields {
 }
 
 /// One field from one column a component.
-fn interleaved(name: String, parts: &[Vec<f64>]) -> Field {
+fn interleaved(name: String, parts: &[Vec<f64>]) -> Field<'static> {
     match parts {
         [single] => Field::scalar(name, single.clone()),
         _ => {
             let count = parts.first().map_or(0, Vec::len);
-            let data = (0..count).flat_map(|i| parts.iter().map(move |p| p[i])).collect();
-            Field { name, components: parts.len(), data }
+            let data: Vec<f64> = (0..count).flat_map(|i| parts.iter().map(move |p| p[i])).collect();
+            Field { name, components: parts.len(), data: data.into() }
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::Vec3;
 use crate::geometry::vertex_normals;
 use crate::kinetics::{Location, formula};
 use crate::model::Chemistry;
-use crate::model::State;
+use crate::model::{Positions, State};
 use crate::num::Short;
 use crate::num::checked::Finite;
 use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
@@ -49,11 +49,11 @@ pub(super) fn state(scene: &Scene, sheet: &Sheet, chemistry: Option<&Chemistry>)
         None => Vec::new(),
         Some(chemistry) => species(scene, sheet, chemistry)?,
     };
-    Ok(State { time: 0.0, step: 0, x: x.into(), species })
+    Ok(State { time: 0.0, step: 0, x, species })
 }
 
-fn positions(scene: &Scene, sheet: &Sheet) -> Vec<Vec3> {
-    let mut x = sheet.rest().to_vec();
+fn positions(scene: &Scene, sheet: &Sheet) -> Positions {
+    let mut x = Positions::from(sheet);
     let normals = LazyCell::new(|| vertex_normals(sheet, sheet.rest()));
     let along = |direction: Direction, i: usize| match direction {
         Direction::Z => Vec3::z(),

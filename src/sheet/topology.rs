@@ -1,7 +1,7 @@
 //! Rest positions, triangles and everything that follows from them once and for all.
 
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
@@ -113,7 +113,7 @@ impl Incidence {
 /// A triangulated sheet in its rest state: an oriented manifold with or without a boundary.
 #[derive(Debug, Clone, Default)]
 pub struct Sheet {
-    rest: Vec<Vec3>,
+    rest: Arc<Vec<Vec3>>,
     triangles: Vec<[u32; 3]>,
     edges: Vec<Edge>,
     triangle_edges: Vec<[u32; 3]>,
@@ -176,7 +176,7 @@ impl Sheet {
             boundary[edge.vertices[1] as usize] = true;
         }
         Ok(Self {
-            rest,
+            rest: Arc::new(rest),
             triangles,
             edges,
             triangle_edges,
@@ -206,6 +206,12 @@ impl Sheet {
     #[must_use]
     #[inline]
     pub fn rest(&self) -> &[Vec3] {
+        &self.rest
+    }
+
+    /// The same to be shared, by whoever keeps them.
+    #[must_use]
+    pub fn shared_rest(&self) -> &Arc<Vec<Vec3>> {
         &self.rest
     }
 

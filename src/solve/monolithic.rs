@@ -256,6 +256,11 @@ impl Monolithic {
             return Ok(integration.restart(state.time, start.unwrap_or_default(), span)?);
         }
         let mut coupled = Coupled::new(&workspace.model, self.part);
+        let unknowns = coupled.layout().unknowns();
+        let displacements = coupled.layout().mechanical() > 0;
+        if self.linear.of(unknowns, displacements) == LinearChoice::Ilu {
+            coupled.solved_incompletely();
+        }
         let start = begin(&mut coupled);
         let options = Options {
             method: self.method,

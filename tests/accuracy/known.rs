@@ -101,7 +101,8 @@ fn policies_come_together_as_the_ratio_of_timescales_does() {
     let (folder, out) = study(GROWING, &arguments);
     assert!(out.status.success(), "{}", text(&out.stderr));
     let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
-    let line = page.lines().find(|line| line.contains("slope at the smallest distances")).expect(&page);
+    let line =
+        page.lines().find(|line| line.contains("slope at the smallest distances")).expect(&page);
     let cells: Vec<&str> = line.split('|').map(str::trim).collect();
     assert_eq!(cells[1], "quasi-static from simultaneous");
     // Of the shape.

@@ -179,7 +179,7 @@ fn a_change_in_the_seventh_digit_of_young_does_not_choose_another_shape() {
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let (_, mut simulation) = prepare(text, &keys);
         simulation.relax().unwrap();
-        shapes.push(simulation.state().x.clone());
+        shapes.push(simulation.state().x.to_vec());
     }
     for other in &shapes[1..] {
         let (_, _, shape) = motion(&shapes[0], other);

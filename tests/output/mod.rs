@@ -63,7 +63,8 @@ impl Patch {
     }
 
     pub fn frame(&self, time: f64, step: u64) -> Frame<'_> {
-        let cells = (0..self.triangles.len()).map(|i| rumple::num::real(i).sqrt()).collect();
+        let cells: Vec<f64> =
+            (0..self.triangles.len()).map(|i| rumple::num::real(i).sqrt()).collect();
         Frame {
             time,
             step,

@@ -34,14 +34,14 @@ fn old_frames_read_back_every_bit() {
 fn values_that_are_not_finite_pass_and_contradictions_do_not() {
     let patch = Patch::new(3);
     let mut frame = patch.frame(0.0, 7);
-    frame.point[0].data[1] = f64::NAN;
+    frame.point[0].data.to_mut()[1] = f64::NAN;
     frame.cell.clear();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.vtk");
     vtk::write(&path, &frame).unwrap();
     let back = read::surface(&path).unwrap();
     assert!(back.point_arrays[0].values[1].is_nan() && back.cell_arrays.is_empty());
-    frame.point[0].data.truncate(5);
+    frame.point[0].data.to_mut().truncate(5);
     let error = vtk::encode(&frame).unwrap_err();
     assert!(matches!(&error, OutputError::Frame { step: 7, .. }), "{error}");
 }

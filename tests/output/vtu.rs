@@ -35,7 +35,7 @@ fn attributes(list: Vec<Attribute>) -> Vec<(String, Vec<u64>)> {
         .collect()
 }
 
-fn fields(list: &[Field]) -> Vec<(String, Vec<u64>)> {
+fn fields(list: &[Field<'_>]) -> Vec<(String, Vec<u64>)> {
     list.iter().map(|f| (f.name.clone(), bits_of(&f.data))).collect()
 }
 
@@ -87,7 +87,7 @@ fn frames_that_contradict_themselves_are_refused_by_name() {
         }
     };
     assert_eq!(
-        refused(&|f| f.point[0].data.truncate(5)),
+        refused(&|f| f.point[0].data.to_mut().truncate(5)),
         "frame at step 7: point field `awkward [1]` has 5 values, expected 16 × 1"
     );
     assert!(refused(&|f| f.cell[0].components = 2).contains("has 2 components"));

@@ -178,7 +178,7 @@ fn observables_are_fields_of_frames_and_the_same_in_text_rust_and_c() {
         let (_, mut simulation) = prepare(&scene, &[]);
         let frame = simulation.frame().unwrap();
         let found = frame.point.iter().find(|f| f.name == "production [1/time]").unwrap();
-        found.data.clone()
+        found.data.to_vec()
     };
     let c = c_library("tests/plugins/model_i.c", "model_i_observed", &["WITH_PARTIALS"]);
     let c = observed(&format!("plugin = \"{}\"", c.display()));
@@ -216,7 +216,7 @@ fn what_observables_read_is_computed_for_them_alone() {
         found.unwrap().data.clone()
     };
     let (h, k, j) = (field("mean_curvature"), field("gaussian_curvature"), field("area_ratio"));
-    for (i, (both, bent)) in field("both").iter().zip(field("bent")).enumerate() {
+    for (i, (both, bent)) in field("both").iter().zip(&*field("bent")).enumerate() {
         assert!((both - h[i] - 2.0 * k[i]).abs() < 1e-12, "{i}");
         assert!((bent - j[i] - k[i]).abs() < 1e-12, "{i}");
     }

@@ -144,7 +144,7 @@ fn effects_of_the_same_kind_have_names_of_their_own() {
 fn surface(simulation: &Simulation) -> Surface {
     let values = simulation.state().species[0].clone();
     Surface {
-        points: simulation.state().x.clone(),
+        points: simulation.state().x.to_vec(),
         triangles: simulation.sheet().triangles().to_vec(),
         point_arrays: vec![Array { name: "c".into(), components: 1, values }],
         ..Surface::default()

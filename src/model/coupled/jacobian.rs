@@ -35,6 +35,8 @@ pub(super) struct Jacobian {
     hessian: Option<BlockMatrix>,
     /// Made with the first values; the pattern stays.
     sums: Option<Sums>,
+    /// Whether it is for an incomplete factor alone.
+    pub(super) in_strips: bool,
     nothing: Sparse,
 }
 
@@ -141,8 +143,13 @@ impl Jacobian {
             }
             others(potential.as_deref(), model, &at, entries);
         };
+        // What goes through lengths is added to rows in their own order.
+        let in_strips = self.in_strips && parts.is_empty() && at.factor_slopes.is_none();
         let sums = self.sums.get_or_insert_with(|| Sums {
-            direct: Assembly::in_parts(n, n, &parts, others),
+            direct: match in_strips {
+                true => Assembly::in_strips(n, others),
+                false => Assembly::in_parts(n, n, &parts, others),
+            },
             lengths: None,
         });
         sums.direct.fill_in_parts(&parts, others);

@@ -74,6 +74,11 @@ impl Coupled {
         }
     }
 
+    /// Lets ∂F/∂y be made for an incomplete factor alone, where it can be: before it is evaluated first.
+    pub fn solved_incompletely(&mut self) {
+        self.jacobian.in_strips = true;
+    }
+
     /// Which unknown is what.
     #[must_use]
     pub fn layout(&self) -> &Arc<Layout> {
@@ -81,7 +86,6 @@ impl Coupled {
     }
 
     /// The diagonal of M; exactly 0 in rows without storage.
-    #[must_use]
     pub fn mass(&self) -> impl Iterator<Item = f64> + '_ {
         let (mass, weight) = &self.mass;
         let species = self.layout.unknowns() - mass.len();

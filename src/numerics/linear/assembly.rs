@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::sparse::{Pattern, Sparse};
+use super::sparse::{Pattern, Sparse, Values};
 use crate::num::index;
 use crate::parallel;
 
@@ -15,8 +15,16 @@ pub struct Entries<'a>(Mode<'a>);
 
 enum Mode<'a> {
     Collect(&'a mut Vec<(u32, u32)>),
-    Fill { start: &'a [u32], offset: NextOffset<'a>, value: &'a mut [f64] },
+    Fill {
+        start: &'a [u32],
+        offset: NextOffset<'a>,
+        value: &'a mut [f64],
+    },
+    /// Looks places up every time: matrices in strips are filled seldom.
+    Find(&'a mut Sparse),
     Keep(std::slice::IterMut<'a, f64>),
+    /// Looks for the largest size.
+    Measure(&'a mut f64),
 }
 
 /// One of the lists that a matrix is filled from: it names its entries in an order of its own.
@@ -28,12 +36,17 @@ impl Entries<'_> {
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         match &mut self.0 {
             Mode::Collect(all) => all.push((index(row), index(column))),
+            Mode::Measure(largest) => **largest = largest.max(value.abs()),
             Mode::Fill { start, offset, value: all } => {
                 let offset = offset.next();
                 debug_assert!(offset.is_some(), "more entries than at first");
                 if let Some(offset) = offset {
                     all[start[row] as usize + offset] += value;
                 }
+            }
+            Mode::Find(matrix) => {
+                let found = matrix.add(row, column, value);
+                debug_assert!(found, "an entry that was not there at first");
             }
             Mode::Keep(all) => {
                 let place = all.next();
@@ -116,6 +129,13 @@ impl Assembly {
         Self::in_parts(rows, columns, &[], name)
     }
 
+    /// The same of a square matrix in single precision whose rows and columns are in the order of incomplete
+    /// factors, which then need no pattern of their own.
+    #[must_use]
+    pub fn in_strips(rows: usize, name: impl FnOnce(&mut Entries<'_>)) -> Self {
+        Self::look_up((rows, rows), &[], name, true)
+    }
+
     /// The same for `parts`, which are filled in parallel, and for `name` after them.
     #[must_use]
     pub fn in_parts(
@@ -123,6 +143,15 @@ impl Assembly {
         columns: usize,
         parts: &[&Part<'_>],
         name: impl FnOnce(&mut Entries<'_>),
+    ) -> Self {
+        Self::look_up((rows, columns), parts, name, false)
+    }
+
+    fn look_up(
+        (rows, columns): (usize, usize),
+        parts: &[&Part<'_>],
+        name: impl FnOnce(&mut Entries<'_>),
+        in_strips: bool,
     ) -> Self {
         let (mut all, mut ends) = (Vec::new(), Vec::new());
         for part in parts {
@@ -150,6 +179,10 @@ impl Assembly {
             row.dedup();
         });
         drop((first, listed));
+        if in_strips {
+            drop(all);
+            return Self { matrix: Sparse::in_strips(&pattern), ..Self::default() };
+        }
         let matrix = Sparse::zeros(pattern);
         let offset = |(row, column): (u32, u32)| {
             matrix.pattern.row(row as usize).binary_search(&column).unwrap_or_default()
@@ -180,12 +213,12 @@ impl Assembly {
     }
 
     /// Fills the matrix with the values that `name` gives, in the same order as at first.
-    pub fn fill(&mut self, name: impl FnOnce(&mut Entries<'_>)) {
+    pub fn fill(&mut self, name: impl FnMut(&mut Entries<'_>)) {
         self.fill_in_parts(&[], name);
     }
 
     /// The same for `parts`, as many as at first.
-    pub fn fill_in_parts(&mut self, parts: &[&Part<'_>], name: impl FnOnce(&mut Entries<'_>)) {
+    pub fn fill_in_parts(&mut self, parts: &[&Part<'_>], mut name: impl FnMut(&mut Entries<'_>)) {
         let (mut lists, mut rest, mut begin) = (Vec::new(), &mut *self.named, 0);
         for (part, &end) in parts.iter().zip(&self.ends) {
             let (list, tail) = rest.split_at_mut(end - begin);
@@ -195,7 +228,11 @@ impl Assembly {
         lists.into_par_iter().for_each(|(part, list)| {
             part(&mut Entries(Mode::Keep(list.iter_mut())));
         });
-        let Self { named, sum_start, sum, matrix: Sparse { value, pattern }, offset, .. } = self;
+        let Self { named, sum_start, sum, matrix, offset, .. } = self;
+        let Values::Double(value) = &mut matrix.value else {
+            matrix.clear(|largest| name(&mut Entries(Mode::Measure(largest))));
+            return name(&mut Entries(Mode::Find(matrix)));
+        };
         if named.is_empty() {
             value.fill(0.0);
         } else {
@@ -204,7 +241,8 @@ impl Assembly {
                 own.iter().map(|&number| named[number as usize]).sum()
             });
         }
-        name(&mut Entries(Mode::Fill { start: &pattern.start, offset: offset.iter(), value }));
+        let start = &matrix.pattern.start;
+        name(&mut Entries(Mode::Fill { start, offset: offset.iter(), value }));
     }
 
     /// The matrix.

@@ -26,6 +26,20 @@ pub enum LinearChoice {
 /// `linear = "lu"` against `"blocks"` on `models/policies/dome.toml`).
 const DIRECT: usize = 3000;
 
+impl LinearChoice {
+    /// What is chosen for so many unknowns, with displacements among them or not.
+    #[must_use]
+    pub fn of(self, unknowns: usize, displacements: bool) -> Self {
+        match self {
+            Self::Auto if displacements => Self::Blocks,
+            Self::Auto if unknowns <= DIRECT => Self::Lu,
+            Self::Blocks if displacements => Self::Blocks,
+            Self::Auto | Self::Blocks => Self::Ilu,
+            choice => choice,
+        }
+    }
+}
+
 /// One of the solvers, for matrices of one pattern.
 pub enum Factor {
     /// LU of few unknowns, without a pattern.
@@ -49,12 +63,7 @@ impl Factor {
         matrix: &Sparse,
         displacements: Option<&Displacements>,
     ) -> Result<Self, LinearError> {
-        let choice = match choice {
-            LinearChoice::Auto if displacements.is_some() => LinearChoice::Blocks,
-            LinearChoice::Auto if matrix.columns() <= DIRECT => LinearChoice::Lu,
-            LinearChoice::Auto => LinearChoice::Ilu,
-            choice => choice,
-        };
+        let choice = choice.of(matrix.columns(), displacements.is_some());
         Ok(match (choice, displacements) {
             (LinearChoice::Blocks, Some(displacements)) => {
                 Self::Blocks(Box::new(TwoFields::new(matrix, displacements)?))

@@ -122,8 +122,8 @@ pub(super) struct Krylov<T: Kept> {
     basis: Vec<Vec<T>>,
     /// The basis after the preconditioner, in the flexible form.
     changed: Vec<Vec<T>>,
-    /// The vectors of both kinds that are worked on.
-    work: [Vec<f64>; 2],
+    /// The vector that becomes the next of the basis.
+    next: Vec<f64>,
     /// Of the last system.
     pub(super) iterations: u64,
 }
@@ -134,7 +134,7 @@ impl<T: Kept> Krylov<T> {
         self.equilibrium = !matrix.is_stored();
     }
 
-    /// Solves `A x = b`, from x = 0; `x` is b before and the solution after.
+    /// Solves `A x = b`, from x = 0; `x` is b before and the solution after. `changed` is memory of the same size.
     ///
     /// # Errors
     /// [`LinearError`] if the residual does not fall far enough.
@@ -143,8 +143,9 @@ impl<T: Kept> Krylov<T> {
         multiply: impl FnMut(&[f64], &mut [f64]),
         precondition: impl FnMut(&mut [f64]),
         x: &mut [f64],
+        changed: &mut [f64],
     ) -> Result<(), LinearError> {
-        let result = self.iterate(multiply, precondition, x);
+        let result = self.iterate(multiply, precondition, x, changed);
         self.basis.truncate(KEPT);
         self.changed.truncate(KEPT);
         result
@@ -155,11 +156,11 @@ impl<T: Kept> Krylov<T> {
         mut multiply: impl FnMut(&[f64], &mut [f64]),
         mut precondition: impl FnMut(&mut [f64]),
         x: &mut [f64],
+        changed: &mut [f64],
     ) -> Result<(), LinearError> {
         let n = x.len();
         let mut right = Vec::new();
-        let Self { basis: all, changed: all_changed, work: [changed, next], .. } = self;
-        changed.resize(n, 0.0);
+        let Self { basis: all, changed: all_changed, next, .. } = self;
         // The residual, where a basis begins.
         next.clear();
         next.extend_from_slice(x);

@@ -5,7 +5,6 @@ use super::Sparse;
 use super::gmres::Krylov;
 use super::incomplete::Incomplete;
 use super::shifted::Difference;
-use crate::parallel;
 
 /// An incomplete factor, and the matrix in the same rows. In single precision: systems are solved to a residual of a
 /// hundredth, and Newton's method corrects the rest.
@@ -40,19 +39,12 @@ impl Ilu {
     /// Solves in place with the last matrix factorised.
     ///
     /// # Errors
-    /// [`LinearError`] if the iteration does not converge.
+    /// [`LinearError`] if the iteration does not converge; `x` is then anything.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
         let Self { factor, value, krylov, right } = self;
         factor.take(x, right);
-        let product = |v: &[f64], out: &mut [f64]| {
-            parallel::fill(out, |i| {
-                let places = factor.places(i);
-                let columns = factor.columns(places.clone()).iter();
-                let row = value[places].iter().zip(columns);
-                row.map(|(value, &j)| f64::from(*value) * v[j as usize]).sum()
-            });
-        };
-        krylov.solve(product, |v| factor.substitute(v), right)?;
+        let product = |v: &[f64], out: &mut [f64]| factor.multiply(value, v, out);
+        krylov.solve(product, |v| factor.substitute(v), right, x)?;
         factor.give(right, x);
         Ok(())
     }

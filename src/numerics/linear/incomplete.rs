@@ -4,12 +4,13 @@
 //! Rows are divided by the sizes of their diagonals, and in the order of [`Strips`].
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::LinearError;
 use super::shifted::Difference;
-use super::sparse::Sparse;
+use super::sparse::{Pattern, Sparse};
 use super::strips::{Block, Strips};
 use crate::num::{index, single};
 use crate::parallel;
@@ -19,16 +20,12 @@ use crate::parallel;
 pub(super) struct Incomplete {
     /// First unknown that it is of: it is the factor of the block from there on.
     first: usize,
-    /// Unknown of every row, and row of every unknown, counted from the first.
-    order: Vec<u32>,
-    row: Vec<u32>,
-    strips: Vec<Range<usize>>,
-    seams: Vec<Range<usize>>,
-    /// Where rows begin, and where their diagonals are.
-    start: Vec<u32>,
+    /// The order of its rows, and columns of whole rows, ascending, each with its diagonal. Shared with a
+    /// matrix in this order.
+    strips: Arc<Strips>,
+    pattern: Arc<Pattern>,
+    /// Where diagonals are.
     diagonal: Vec<u32>,
-    /// Columns of whole rows, ascending, each with its diagonal.
-    column: Vec<u32>,
     /// Their values; on the diagonal inverse pivots.
     value: Vec<f32>,
     /// Sizes of the diagonals of the matrix.
@@ -45,52 +42,70 @@ struct Part<'a> {
 /// Numbers of a row on one side of the diagonal, with their columns.
 type Side<'a> = (&'a [u32], &'a [f32]);
 
+/// All numbers, as loops over rows read them.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    start: &'a [u32],
+    column: &'a [u32],
+    diagonal: &'a [u32],
+    value: &'a [f32],
+}
+
+impl<'a> Rows<'a> {
+    #[inline]
+    fn at(self, places: Range<u32>) -> Side<'a> {
+        let places = places.start as usize..places.end as usize;
+        (&self.column[places.clone()], &self.value[places])
+    }
+
+    #[inline]
+    fn lower(self, i: usize) -> Side<'a> {
+        self.at(self.start[i]..self.diagonal[i])
+    }
+
+    #[inline]
+    fn upper(self, i: usize) -> Side<'a> {
+        self.at(self.diagonal[i] + 1..self.start[i + 1])
+    }
+
+    #[inline]
+    fn inverse_pivot(self, i: usize) -> f64 {
+        self.value[self.diagonal[i] as usize].into()
+    }
+}
+
 impl Incomplete {
     /// For matrices with this pattern, of which it is a factor of the block from the unknown `first` on.
     pub(super) fn new(matrix: &Sparse, first: usize) -> Self {
         let block = Block { pattern: matrix.pattern(), first };
-        let Strips { order, strips, seams } = Strips::new(block);
-        let n = order.len();
-        let mut row = vec![0; n];
-        for (rank, &unknown) in order.iter().enumerate() {
-            row[unknown as usize] = index(rank);
-        }
-        let entries = |unknown: usize| {
-            let there = usize::from(block.row(unknown).any(|j| j == unknown));
-            block.row(unknown).count() + 1 - there
+        let (strips, pattern) = match &matrix.strips {
+            Some(strips) => (Arc::clone(strips), Arc::clone(matrix.pattern())),
+            None => {
+                let strips = Strips::new(block);
+                let pattern = strips.reorder(block);
+                (Arc::new(strips), Arc::new(pattern))
+            }
         };
-        let mut column: Vec<u32> = Vec::with_capacity((0..n).map(entries).sum());
-        let (mut start, mut diagonal) = (Vec::with_capacity(n + 1), Vec::with_capacity(n));
-        start.push(0);
-        let mut columns: Vec<u32> = Vec::new();
-        for (i, &unknown) in order.iter().enumerate() {
-            columns.clear();
-            columns.extend(block.row(unknown as usize).map(|j| row[j]));
-            columns.push(index(i));
-            columns.sort_unstable();
-            columns.dedup();
-            let middle = columns.partition_point(|&j| (j as usize) < i);
-            diagonal.push(index(column.len() + middle));
-            column.extend_from_slice(&columns);
-            start.push(index(column.len()));
-        }
-        let (value, size) = (vec![0.0; column.len()], vec![1.0; n]);
-        Self { first, order, row, strips, seams, start, diagonal, column, value, size }
+        let left = |i: usize| pattern.row(i).partition_point(|&j| (j as usize) < i);
+        let diagonal = (0..pattern.rows()).map(|i| index(pattern.places(i).start + left(i)));
+        let diagonal = diagonal.collect();
+        let (value, size) = (vec![0.0; pattern.entries()], vec![1.0; pattern.rows()]);
+        Self { first, strips, pattern, diagonal, value, size }
     }
 
     /// Number of rows.
     pub(super) fn len(&self) -> usize {
-        self.order.len()
+        self.pattern.rows()
     }
 
     /// Number of entries, diagonals included.
     pub(super) fn entries(&self) -> usize {
-        self.column.len()
+        self.pattern.entries()
     }
 
     #[inline]
     fn begin(&self, i: usize) -> usize {
-        self.start[i] as usize
+        self.pattern.start[i] as usize
     }
 
     /// Places of row `i` among all entries.
@@ -102,7 +117,7 @@ impl Incomplete {
     /// Columns at these places.
     #[inline]
     pub(super) fn columns(&self, places: Range<usize>) -> &[u32] {
-        &self.column[places]
+        &self.pattern.column[places]
     }
 
     /// The values, row by row: those of the matrix once it is loaded, then those of its factor.
@@ -111,20 +126,9 @@ impl Incomplete {
     }
 
     #[inline]
-    fn lower(&self, i: usize) -> Side<'_> {
-        let places = self.begin(i)..self.diagonal[i] as usize;
-        (&self.column[places.clone()], &self.value[places])
-    }
-
-    #[inline]
-    fn upper(&self, i: usize) -> Side<'_> {
-        let places = self.diagonal[i] as usize + 1..self.begin(i + 1);
-        (&self.column[places.clone()], &self.value[places])
-    }
-
-    #[inline]
-    fn inverse_pivot(&self, i: usize) -> f64 {
-        self.value[self.diagonal[i] as usize].into()
+    fn rows(&self) -> Rows<'_> {
+        let Pattern { start, column, .. } = &*self.pattern;
+        Rows { start, column, diagonal: &self.diagonal, value: &self.value }
     }
 
     /// Does `what` with ranges of rows in parallel, the seams after the strips, and lets it look up the values of
@@ -135,7 +139,7 @@ impl Incomplete {
     ) -> Result<(), LinearError> {
         let mut value = std::mem::take(&mut self.value);
         let mut size = std::mem::take(&mut self.size);
-        let inner = self.strips.last().map_or(0, |strip| strip.end);
+        let inner = self.strips.strips.last().map_or(0, |strip| strip.end);
         let (strips, seams) = value.split_at_mut(self.begin(inner));
         let (size_strips, size_seams) = size.split_at_mut(inner);
         let run = |parts: Vec<Part<'_>>, known: &[f32]| {
@@ -143,8 +147,8 @@ impl Incomplete {
                 parts.into_par_iter().map(|part| what(self, part, known)).collect();
             done.into_iter().collect::<Result<(), LinearError>>()
         };
-        let done = run(self.cut(&self.strips, strips, size_strips), &[])
-            .and_then(|()| run(self.cut(&self.seams, seams, size_seams), strips));
+        let done = run(self.cut(&self.strips.strips, strips, size_strips), &[])
+            .and_then(|()| run(self.cut(&self.strips.seams, seams, size_seams), strips));
         (self.value, self.size) = (value, size);
         done
     }
@@ -168,19 +172,28 @@ impl Incomplete {
 
     /// Takes over the values of a matrix of the pattern.
     pub(super) fn load(&mut self, matrix: Difference<'_>) {
+        let in_strips = matrix.jacobian().strips.is_some();
         let loaded = self.each(|factor, part, _| {
             let Part { rows, value, size } = part;
             let from = factor.begin(rows.start);
             value.fill(0.0);
             for i in rows.clone() {
-                let unknown = factor.first + factor.order[i] as usize;
-                let divisor = matrix.size(unknown);
+                // A matrix in strips has the same rows with the same entries.
+                let unknown = factor.first + factor.strips.order[i] as usize;
+                let row = if in_strips { i } else { unknown };
+                let divisor = matrix.size(row);
                 size[i - rows.start] = divisor;
+                let own = &mut value[factor.begin(i) - from..factor.begin(i + 1) - from];
+                if in_strips {
+                    let entries = matrix.row(i).map(|(_, entry)| single(entry / divisor));
+                    own.iter_mut().zip(entries).for_each(|(own, entry)| *own = entry);
+                    continue;
+                }
                 let columns = factor.columns(factor.places(i));
-                for (j, entry) in matrix.row(unknown) {
+                for (j, entry) in matrix.row(row) {
                     let Some(j) = j.checked_sub(factor.first) else { continue };
-                    let found = columns.binary_search(&factor.row[j]).unwrap_or_default();
-                    value[factor.begin(i) - from + found] = single(entry / divisor);
+                    let found = columns.binary_search(&factor.strips.row[j]).unwrap_or_default();
+                    own[found] = single(entry / divisor);
                 }
             }
             Ok(())
@@ -243,57 +256,64 @@ impl Incomplete {
 
     /// Writes a right-hand side in the order and the units of the rows.
     pub(super) fn take(&self, x: &[f64], rows: &mut [f64]) {
-        parallel::fill(rows, |i| x[self.order[i] as usize] / self.size[i]);
+        parallel::fill(rows, |i| x[self.strips.order[i] as usize] / self.size[i]);
     }
 
     /// Writes a solution in the order of the unknowns.
     pub(super) fn give(&self, rows: &[f64], x: &mut [f64]) {
-        parallel::fill(x, |unknown| rows[self.row[unknown] as usize]);
+        parallel::fill(x, |unknown| rows[self.strips.row[unknown] as usize]);
     }
 
-    /// Applies the inverse of the factor to rows in their own order and units.
+    /// Applies the inverse of the factor to rows in their own order and units. What was computed last comes last in
+    /// every sum, so that all else of it can be done before.
     pub(super) fn substitute(&self, x: &mut [f64]) {
-        let inner = self.strips.last().map_or(0, |strip| strip.end);
+        let inner = self.strips.strips.last().map_or(0, |strip| strip.end);
         let (strips, seams) = x.split_at_mut(inner);
-        parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
+        let all = self.rows();
+        parts(&self.strips.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
-                let (columns, values) = self.lower(i);
-                let known = values
-                    .iter()
-                    .zip(columns)
-                    .map(|(v, &j)| f64::from(*v) * x[j as usize - rows.start]);
-                x[i - rows.start] -= known.sum::<f64>();
+                let (columns, values) = all.lower(i);
+                let known = values.iter().zip(columns);
+                let known = known.map(|(v, &j)| f64::from(*v) * x[j as usize - rows.start]);
+                x[i - rows.start] = known.fold(x[i - rows.start], |rest, known| rest - known);
             }
         });
-        parts(&self.seams, seams).into_par_iter().for_each(|(rows, x)| {
+        parts(&self.strips.seams, seams).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone() {
-                let (columns, values) = self.lower(i);
+                let (columns, values) = all.lower(i);
                 let known = values.iter().zip(columns).map(|(v, &j)| match j as usize {
                     j if j < inner => f64::from(*v) * strips[j],
                     j => f64::from(*v) * x[j - rows.start],
                 });
-                x[i - rows.start] -= known.sum::<f64>();
+                x[i - rows.start] = known.fold(x[i - rows.start], |rest, known| rest - known);
             }
             for i in rows.clone().rev() {
-                let (columns, values) = self.upper(i);
-                let known = values
-                    .iter()
-                    .zip(columns)
-                    .map(|(v, &j)| f64::from(*v) * x[j as usize - rows.start]);
-                x[i - rows.start] =
-                    (x[i - rows.start] - known.sum::<f64>()) * self.inverse_pivot(i);
+                let (columns, values) = all.upper(i);
+                let known = values.iter().zip(columns).rev();
+                let known = known.map(|(v, &j)| f64::from(*v) * x[j as usize - rows.start]);
+                let rest = known.fold(x[i - rows.start], |rest, known| rest - known);
+                x[i - rows.start] = rest * all.inverse_pivot(i);
             }
         });
-        parts(&self.strips, strips).into_par_iter().for_each(|(rows, x)| {
+        parts(&self.strips.strips, strips).into_par_iter().for_each(|(rows, x)| {
             for i in rows.clone().rev() {
-                let (columns, values) = self.upper(i);
-                let known = values.iter().zip(columns).map(|(v, &j)| match j as usize {
+                let (columns, values) = all.upper(i);
+                let known = values.iter().zip(columns).rev().map(|(v, &j)| match j as usize {
                     j if j < inner => f64::from(*v) * x[j - rows.start],
                     j => f64::from(*v) * seams[j - inner],
                 });
-                x[i - rows.start] =
-                    (x[i - rows.start] - known.sum::<f64>()) * self.inverse_pivot(i);
+                let rest = known.fold(x[i - rows.start], |rest, known| rest - known);
+                x[i - rows.start] = rest * all.inverse_pivot(i);
             }
+        });
+    }
+
+    /// Writes the product of `v` with the matrix of these values in the rows.
+    pub(super) fn multiply(&self, value: &[f32], v: &[f64], out: &mut [f64]) {
+        let all = Rows { value, ..self.rows() };
+        parallel::fill(out, |i| {
+            let (columns, values) = all.at(all.start[i]..all.start[i + 1]);
+            values.iter().zip(columns).map(|(value, &j)| f64::from(*value) * v[j as usize]).sum()
         });
     }
 }

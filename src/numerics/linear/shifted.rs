@@ -7,7 +7,7 @@ use super::LinearError;
 use super::{Displacements, Factor, LinearChoice, Sparse};
 use crate::tally::Tally;
 
-/// The entries of `D - W J`.
+/// The entries of `D - W J`; rows are those of J.
 #[derive(Clone, Copy)]
 pub struct Difference<'a> {
     jacobian: &'a Sparse,
@@ -29,7 +29,7 @@ impl<'a> Difference<'a> {
 
     /// Columns and values of row `i`.
     pub(super) fn row(self, i: usize) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let (shift, weight) = (self.row)(i);
+        let (shift, weight) = (self.row)(self.jacobian.unknown(i));
         self.jacobian.row(i).map(move |(j, value)| {
             let shift = if j == i { shift } else { 0.0 };
             (j, shift - weight * value)
@@ -40,7 +40,7 @@ impl<'a> Difference<'a> {
     pub(super) fn at(self, i: usize, place: usize, on_diagonal: bool) -> f64 {
         let (shift, weight) = (self.row)(i);
         let shift = if on_diagonal { shift } else { 0.0 };
-        shift - weight * self.jacobian.values()[place]
+        shift - weight * self.jacobian.value(place)
     }
 
     /// Size of the diagonal entry of row `i`; 1 where there is none, or 0.

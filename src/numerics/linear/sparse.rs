@@ -6,7 +6,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::full_rows::split;
-use crate::num::index;
+use super::strips::{Block, Strips};
+use crate::num::{index, single};
 use crate::parallel;
 
 /// Parts of a product that are computed side by side.
@@ -17,7 +18,7 @@ const PARTS: usize = 16;
 pub struct Pattern {
     columns: usize,
     pub(super) start: Vec<u32>,
-    column: Vec<u32>,
+    pub(super) column: Vec<u32>,
 }
 
 impl Pattern {
@@ -76,16 +77,93 @@ impl Pattern {
 /// Writes the columns of a row.
 pub(super) type PatternRow<'a> = dyn FnMut(usize, &mut Vec<u32>) + 'a;
 
+/// The numbers of a matrix: in single precision where it is for an incomplete factor, which has no more, then
+/// over a scale that brings them near 1 in any units.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Values {
+    Double(Vec<f64>),
+    Single { all: Vec<f32>, scale: f64, measured: bool },
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self::Double(Vec::new())
+    }
+}
+
+impl Values {
+    #[inline]
+    fn at(&self, place: usize) -> f64 {
+        match self {
+            Self::Double(all) => all[place],
+            Self::Single { all, scale, .. } => scale * f64::from(all[place]),
+        }
+    }
+
+    #[inline]
+    fn change(&mut self, place: usize, new: impl FnOnce(f64) -> f64) {
+        match self {
+            Self::Double(all) => all[place] = new(all[place]),
+            Self::Single { all, scale, .. } => {
+                all[place] = single(new(*scale * f64::from(all[place])) / *scale);
+            }
+        }
+    }
+}
+
 /// A matrix by rows; copies share the pattern.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sparse {
     pub(super) pattern: Arc<Pattern>,
-    pub(super) value: Vec<f64>,
+    pub(super) value: Values,
+    /// Which unknown each row is of, and each column; none where they are in their own order.
+    pub(super) strips: Option<Arc<Strips>>,
 }
 
 impl Sparse {
     pub(super) fn zeros(pattern: Pattern) -> Self {
-        Self { value: vec![0.0; pattern.entries()], pattern: Arc::new(pattern) }
+        let value = Values::Double(vec![0.0; pattern.entries()]);
+        Self { value, pattern: Arc::new(pattern), strips: None }
+    }
+
+    /// A square matrix of this pattern in single precision, its rows and columns in the order of strips.
+    pub(super) fn in_strips(pattern: &Pattern) -> Self {
+        let block = Block { pattern, first: 0 };
+        let strips = Strips::new(block);
+        let pattern = strips.reorder(block);
+        let all = vec![0.0; pattern.entries()];
+        let value = Values::Single { all, scale: 1.0, measured: false };
+        Self { value, pattern: Arc::new(pattern), strips: Some(Arc::new(strips)) }
+    }
+
+    /// Makes all numbers 0; `measure` finds the largest size of those that come.
+    pub(super) fn clear(&mut self, measure: impl FnOnce(&mut f64)) {
+        match &mut self.value {
+            Values::Double(all) => all.fill(0.0),
+            Values::Single { all, scale, measured } => {
+                all.fill(0.0);
+                // Of the first that are not all 0; those at other times are not that far from them.
+                if !*measured {
+                    let mut largest = 0.0;
+                    measure(&mut largest);
+                    *measured = largest > 0.0 && largest.is_finite();
+                    *scale = if *measured { largest } else { 1.0 };
+                }
+            }
+        }
+    }
+
+    /// Adds to the entry at these unknowns; whether there is one.
+    #[inline]
+    pub(super) fn add(&mut self, row: usize, column: usize, value: f64) -> bool {
+        let own = |unknown: usize| match &self.strips {
+            Some(strips) => strips.row[unknown],
+            None => index(unknown),
+        };
+        let (row, column) = (own(row) as usize, own(column));
+        let Ok(offset) = self.pattern.row(row).binary_search(&column) else { return false };
+        self.value.change(self.pattern.start[row] as usize + offset, |old| old + value);
+        true
     }
 
     /// Number of rows.
@@ -112,28 +190,50 @@ impl Sparse {
         &self.pattern
     }
 
+    /// The unknown that row `i` is of, which is `i` itself but in a matrix for incomplete factors
+    /// ([`Assembly::in_strips`](super::Assembly::in_strips)).
+    #[must_use]
+    #[inline]
+    pub fn unknown(&self, i: usize) -> usize {
+        self.strips.as_ref().map_or(i, |strips| strips.order[i] as usize)
+    }
+
     /// Columns and values of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let columns = self.pattern.row(i).iter().map(|&j| j as usize);
-        columns.zip(self.value[self.pattern.places(i)].iter().copied())
+        columns.zip(self.pattern.places(i).map(|place| self.value.at(place)))
     }
 
-    /// The values, row by row.
+    /// The value at this place of the pattern.
     #[must_use]
-    pub fn values(&self) -> &[f64] {
-        &self.value
+    #[inline]
+    pub fn value(&self, place: usize) -> f64 {
+        self.value.at(place)
     }
 
-    /// Multiplies every row by a number.
+    /// The largest size of an entry.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        (0..self.entries()).fold(0.0, |most: f64, place| most.max(self.value(place).abs()))
+    }
+
+    /// Multiplies every row by the number of its unknown.
     pub fn scale_rows(&mut self, by: &[f64]) {
-        for (i, by) in by.iter().enumerate() {
-            self.value[self.pattern.places(i)].iter_mut().for_each(|v| *v *= by);
+        for i in 0..self.rows() {
+            let by = by[self.unknown(i)];
+            self.pattern.places(i).for_each(|place| self.value.change(place, |v| v * by));
         }
     }
 
     /// Writes the product with `x`.
     pub fn multiply(&self, x: &[f64], out: &mut [f64]) {
-        parallel::fill(out, |i| self.row(i).map(|(j, value)| value * x[j]).sum());
+        match &self.strips {
+            None => parallel::fill(out, |i| self.row(i).map(|(j, value)| value * x[j]).sum()),
+            Some(strips) => parallel::fill(out, |unknown| {
+                let row = self.row(strips.row[unknown] as usize);
+                row.map(|(j, value)| value * x[strips.order[j] as usize]).sum()
+            }),
+        }
     }
 
     /// The entries column by column: for every column its rows, and for every such entry its place in
@@ -190,7 +290,9 @@ impl SumOfProduct {
 
     /// Computes the values.
     pub fn fill(&mut self, a: &Sparse, b: &Sparse, c: &Sparse) -> &Sparse {
-        let Sparse { pattern, value } = &mut self.0;
+        let Sparse { pattern, value: Values::Double(value), .. } = &mut self.0 else {
+            unreachable!("made in double precision")
+        };
         let fill = |rows: Range<usize>, value: &mut [f64]| {
             let mut work = vec![0.0; pattern.columns];
             let first = pattern.places(rows.start).start;

@@ -25,7 +25,7 @@ pub(super) struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    fn len(self) -> usize {
+    pub(super) fn len(self) -> usize {
         self.pattern.rows() - self.first
     }
 
@@ -37,9 +37,12 @@ impl<'a> Block<'a> {
 }
 
 /// The order, and what of it is what.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Strips {
     /// Unknown of every row, counted from the first.
     pub(super) order: Vec<u32>,
+    /// Row of every unknown.
+    pub(super) row: Vec<u32>,
     /// Rows of the strips, then of the seams.
     pub(super) strips: Vec<Range<usize>>,
     pub(super) seams: Vec<Range<usize>>,
@@ -86,7 +89,29 @@ impl Strips {
             }
         }
         let [strips, seams] = ranges;
-        Some(Self { order, strips, seams })
+        let mut row = vec![0; n];
+        for (rank, &unknown) in order.iter().enumerate() {
+            row[unknown as usize] = index(rank);
+        }
+        Some(Self { order, row, strips, seams })
+    }
+}
+
+impl Strips {
+    /// The pattern of a block with its rows and columns in this order, every row with its diagonal.
+    pub(super) fn reorder(&self, block: Block<'_>) -> Pattern {
+        let n = block.len();
+        let with_diagonal = |unknown: usize| {
+            let there = usize::from(block.row(unknown).any(|j| j == unknown));
+            block.row(unknown).count() + 1 - there
+        };
+        let entries = (0..n).map(with_diagonal).sum();
+        Pattern::new(n, n, entries, &mut |i, columns| {
+            columns.extend(block.row(self.order[i] as usize).map(|j| self.row[j]));
+            columns.push(index(i));
+            columns.sort_unstable();
+            columns.dedup();
+        })
     }
 }
 

@@ -174,7 +174,7 @@ impl TwoFields {
     /// Solves in place with the last matrix factorised.
     ///
     /// # Errors
-    /// [`LinearError`] if the iteration does not converge.
+    /// [`LinearError`] if the iteration does not converge; `x` is then anything.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
         let mut krylov = std::mem::take(&mut self.krylov);
         let mut right = std::mem::take(&mut self.work);
@@ -207,7 +207,7 @@ impl TwoFields {
                 forces[vertex as usize][usize::from(axis)]
             });
         };
-        let result = krylov.solve(product, precondition, &mut right);
+        let result = krylov.solve(product, precondition, &mut right, x);
         if result.is_ok() {
             x.copy_from_slice(&right);
         }

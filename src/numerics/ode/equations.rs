@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use diffsol::{
     ConstantOp, FaerContext, FaerVec, LinearOp, NonLinearOp, NonLinearOpJacobian, OdeEquations,
-    OdeEquationsRef, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
+    OdeEquationsRef, OdeSolverProblem, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
 };
 
 use super::combination::Combination;
@@ -94,6 +94,11 @@ impl Shared {
         let inner = self.lock();
         f(Difference::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
     }
+}
+
+/// The absolute tolerances of a problem.
+pub(super) fn tolerances(problem: &OdeSolverProblem<Equations>) -> &[f64] {
+    problem.atol.inner().col_as_slice(0)
 }
 
 impl Equations {

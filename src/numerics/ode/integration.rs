@@ -11,8 +11,8 @@ use std::sync::Arc;
 use self_cell::self_cell;
 
 use super::consistent::make_consistent;
-use super::equations::Equations;
-use super::stepper::{Problem, Stepper, problem, tolerances};
+use super::equations::{Equations, tolerances};
+use super::stepper::{Problem, Stepper, problem};
 use super::{Accept, OdeProblem, Options, Rejected, Result};
 use crate::linear::Shifted;
 

@@ -9,7 +9,7 @@ use diffsol::{
 };
 
 use super::combination::Combination;
-use super::equations::Equations;
+use super::equations::{Equations, tolerances};
 use super::newton::{NewtonSolver, Spare};
 use super::{Accept, OdeError, OdeMethod, Rejected, Result};
 use crate::linear::{Displacements, LinearChoice};
@@ -387,11 +387,6 @@ impl<'a> Stepper<'a> {
         self.time = stop;
         Ok(())
     }
-}
-
-/// The absolute tolerances of a problem.
-pub(super) fn tolerances(problem: &Problem) -> &[f64] {
-    problem.atol.inner().col_as_slice(0)
 }
 
 fn vector(values: &[f64]) -> FaerVec<f64> {

@@ -74,7 +74,7 @@ impl SteadyChemistry {
             )
         });
             let jacobian = coupled.jacobian(state.time, &y)?;
-            let fastest = jacobian.values().iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let fastest = jacobian.largest();
             let newton = match &mut *newton {
                 Some(newton) => newton,
                 None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
