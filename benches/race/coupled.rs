@@ -230,7 +230,7 @@ fn ours(
         number(steps),
         number(cpu / steps),
         work.iterations.to_string(),
-        work.gradients.to_string(),
+        work.evaluations().to_string(),
         work.factorisations.to_string(),
         failed,
         format!("{:.0e}", entry.tolerance),

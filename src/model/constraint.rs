@@ -243,6 +243,7 @@ impl Potential {
             return;
         }
         let mut gradient = vec![Vec3::zeros(); x.len()];
+        self.mechanics().tally().count(|work| work.gradients += 1);
         self.unconstrained_gradient(x, &mut gradient);
         let (mechanics, constraints, shape) = self.constrained(x);
         let values = constraints.evaluate(mechanics, &shape);

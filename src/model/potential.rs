@@ -163,7 +163,8 @@ impl Potential {
         }
     }
 
-    /// Calls `f` with every energy, its memory and the shape at `x`; `what` of [`energy`] is counted.
+    /// Calls `f` with every energy, its memory and the shape at `x`; `what` of [`energy`] is counted, but for
+    /// gradients, which may be a part of what is.
     fn each(
         &mut self,
         what: usize,
@@ -175,7 +176,6 @@ impl Potential {
         let meters = self.mechanics.meters();
         self.mechanics.tally().count(|work| match what {
             energy::ENERGY => work.energies += 1,
-            energy::GRADIENT => work.gradients += 1,
             energy::HESSIAN => work.hessians += 1,
             _ => {}
         });
@@ -252,6 +252,12 @@ impl Potential {
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
     /// to zero.
     pub fn energy_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+        self.mechanics.tally().count(|work| work.gradients += 1);
+        self.gradient_within(x, gradient)
+    }
+
+    /// The same as part of a right-hand side, which counts for both.
+    pub(super) fn gradient_within(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
         let mut energy = self.unconstrained_gradient(x, gradient);
         if self.is_constrained() {
             let (mechanics, constraints, shape) = self.constrained(x);

@@ -137,6 +137,14 @@ impl Tally {
         add(&mut self.work.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
+    /// Does `what` and leaves it out of the account: what is only looked at for reports, while nothing else is done.
+    pub fn uncounted<R>(&self, what: impl FnOnce() -> R) -> R {
+        let before = self.work();
+        let done = what();
+        self.count(|work| *work = before);
+        done
+    }
+
     /// The work done so far.
     #[must_use]
     pub fn work(&self) -> Work {

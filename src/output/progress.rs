@@ -60,9 +60,18 @@ enum Sink {
     Silent,
 }
 
+/// Where lines go, and how far the run is that they tell of.
+struct Shown {
+    sink: Sink,
+    /// The time reached, in words.
+    reached: String,
+    /// The time that is left, in words, if that is known.
+    left: String,
+}
+
 /// Shows how far a run is between two times.
 pub struct Progress {
-    sink: Arc<Mutex<Sink>>,
+    shown: Arc<Mutex<Shown>>,
     start: f64,
     end: f64,
     last: Option<ProgressLine>,
@@ -97,15 +106,19 @@ impl Progress {
     }
 
     fn with_sink(sink: Sink, start: f64, end: f64) -> Self {
-        let sink = Arc::new(Mutex::new(sink));
-        Self { sink, start, end, last: None, last_shown: false }
+        let shown = Shown { sink, reached: reached(start, end), left: String::new() };
+        let shown = Arc::new(Mutex::new(shown));
+        Self { shown, start, end, last: None, last_shown: false }
     }
 
     /// Tells what is known after a step.
     pub fn update(&mut self, line: &ProgressLine) {
         let text = self.describe(line);
         let share = self.share(line.time);
-        self.last_shown = match &mut *lock(&self.sink) {
+        let mut shown = lock(&self.shown);
+        shown.reached = reached(line.time, self.end);
+        shown.left.clone_from(&line.left);
+        self.last_shown = match &mut shown.sink {
             Sink::Silent => true,
             Sink::Bar(bar) => {
                 let ticks = rumple_numerics::num::whole(share * f64::from(TICKS)) as u64;
@@ -122,18 +135,19 @@ impl Progress {
                 due
             }
         };
+        drop(shown);
         self.last = Some(line.clone());
     }
 
     /// Reports work within a step while it is under way.
     #[must_use]
     pub fn aside(&self) -> Aside {
-        Aside { sink: Arc::clone(&self.sink), reported: Mutex::new(Instant::now()) }
+        Aside { shown: Arc::clone(&self.shown), reported: Mutex::new(Instant::now()) }
     }
 
     /// Shows `text` once, above the bar if there is one.
     pub fn message(&mut self, text: &str) {
-        match &mut *lock(&self.sink) {
+        match &mut lock(&self.shown).sink {
             Sink::Silent => {}
             Sink::Bar(bar) => bar.println(text),
             Sink::Lines { writer, .. } => say(writer, text),
@@ -143,7 +157,7 @@ impl Progress {
     /// Shows the last step if it was not shown, and leaves the terminal as it was.
     pub fn finish(self) {
         let text = self.last.as_ref().map(|line| self.describe(line));
-        match (&mut *lock(&self.sink), text) {
+        match (&mut lock(&self.shown).sink, text) {
             (Sink::Bar(bar), _) => bar.abandon(),
             (Sink::Lines { writer, .. }, Some(text)) if !self.last_shown => say(writer, &text),
             _ => {}
@@ -159,9 +173,8 @@ impl Progress {
     fn describe(&self, line: &ProgressLine) -> String {
         let ProgressLine { time, step, dt, residual, left, note } = line;
         let mut text = format!(
-            "time {} of {}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
-            if self.end.abs() < 1e-3 { format!("{time:.6e}") } else { format!("{time:.6}") },
-            Short(self.end)
+            "{}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
+            reached(*time, self.end)
         );
         if !left.is_empty() {
             text += &format!("  {left}");
@@ -173,29 +186,40 @@ impl Progress {
     }
 }
 
+/// How far a run to `end` is, in words.
+fn reached(time: f64, end: f64) -> String {
+    let time = if end.abs() < 1e-3 { format!("{time:.6e}") } else { format!("{time:.6}") };
+    format!("time {time} of {}", Short(end))
+}
+
 /// Tells of work within a step: on the bar, or as a line where none was shown for long.
 pub struct Aside {
-    sink: Arc<Mutex<Sink>>,
+    shown: Arc<Mutex<Shown>>,
     reported: Mutex<Instant>,
 }
 
 impl Aside {
-    /// Shows `text` if it is time to; cheap enough to be asked again and again.
-    pub fn report(&self, text: &dyn Fn() -> String) {
+    /// Shows what is done if it is time to, with the time that the last step reached and what is left, as every
+    /// line of progress; cheap enough to be asked again and again.
+    pub fn report(&self, what: &dyn Fn() -> String) {
         let mut reported = lock(&self.reported);
-        let mut sink = lock(&self.sink);
-        let due = match &*sink {
+        let mut shown = lock(&self.shown);
+        let due = match &shown.sink {
             Sink::Silent => false,
             Sink::Bar(_) => reported.elapsed() >= REDRAW,
             Sink::Lines { every, shown, .. } => shown.unwrap_or(*reported).elapsed() >= *every,
         };
         if due {
             *reported = Instant::now();
-            match &mut *sink {
+            let mut text = format!("{}: {}", shown.reached, what());
+            if !shown.left.is_empty() {
+                text += &format!("  {}", shown.left);
+            }
+            match &mut shown.sink {
                 Sink::Silent => {}
-                Sink::Bar(bar) => bar.set_message(text()),
+                Sink::Bar(bar) => bar.set_message(text),
                 Sink::Lines { writer, shown, .. } => {
-                    say(writer, &text());
+                    say(writer, &text);
                     *shown = Some(*reported);
                 }
             }

@@ -154,7 +154,7 @@ impl Integrator for Euler {
         model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
         workspace.project(&mut next)?;
         let mut report = StepReport { step, ..StepReport::default() };
-        report.relaxation.residual = workspace.at(&next).residual()?;
+        report.relaxation.residual = workspace.residual_to_tell(&next)?;
         *state = next;
         Ok(report)
     }

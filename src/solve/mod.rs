@@ -233,8 +233,12 @@ pub(crate) fn end_of_step(time: f64, step: f64, until: f64) -> f64 {
 fn under_way(what: &str, (from, now, until): (f64, f64, f64)) -> String {
     let percent = 100.0 * (now - from) / (until - from);
     // Of a way of millions of steps the first per cent is long in coming.
-    let percent = if percent < 0.1 { format!("{percent:.1e}") } else { format!("{percent:.1}") };
-    format!("time {from:.6}: {what}, {percent} % of a step of {:.3e}", until - from)
+    let percent = match percent {
+        0.0 => "0".to_owned(),
+        p if p < 0.1 => format!("{p:.1e}"),
+        p => format!("{p:.1}"),
+    };
+    format!("{what}, {percent} % of a step of {:.3e}", until - from)
 }
 
 /// What one accepted step did.

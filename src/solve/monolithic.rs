@@ -322,7 +322,7 @@ impl Monolithic {
         next.step += 1;
         let mut report = StepReport { step: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
-            report.relaxation.residual = workspace.at(&next).residual()?;
+            report.relaxation.residual = workspace.residual_to_tell(&next)?;
         }
         state.clone_from(&next);
         *at = Some(next);
@@ -336,7 +336,7 @@ impl Integrator for Monolithic {
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
             self.steady.solve(workspace, state, tolerance)?;
-            done.residual = workspace.at(state).residual()?;
+            done.residual = workspace.residual_to_tell(state)?;
         }
         Ok(done)
     }

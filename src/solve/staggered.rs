@@ -222,7 +222,7 @@ impl Staggered {
             next.x = moved.x.into();
             Some(moved.coarse)
         };
-        done.residual = workspace.at(next).residual()?;
+        done.residual = workspace.residual_to_tell(next)?;
         Ok(coarse)
     }
 
@@ -366,7 +366,7 @@ impl Staggered {
                 // change, no more than the method itself; stiff ones are to be brought along.
                 predicted.x = coarse.into();
                 report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
-                report.relaxation.residual = workspace.at(&next).residual()?;
+                report.relaxation.residual = workspace.residual_to_tell(&next)?;
             }
             None => {
                 self.follow_shape(workspace, state, &mut next, &mut report.relaxation)?;

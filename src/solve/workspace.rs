@@ -180,6 +180,15 @@ impl Workspace {
         Ok(())
     }
 
+    /// Largest force on a vertex at `state`, for those who look at the run: no work of its method.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn residual_to_tell(&mut self, state: &State) -> Result<f64> {
+        let model = Arc::clone(&self.model);
+        model.tally().uncounted(|| Ok(self.at(state).residual()?))
+    }
+
     /// Brings the shape of `state` into equilibrium with its species. On an error the shape is the last
     /// good one.
     ///
@@ -249,7 +258,6 @@ impl Workspace {
         }
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
-        let time = potential.time();
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
         let mut tolerance = relaxer.tolerance;
         if let Some(mut anchor) = anchor {
@@ -262,7 +270,7 @@ impl Workspace {
             tolerance,
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
-            report: &|done| control.report(|| relaxing(time, done)),
+            report: &|done| control.report(|| relaxing(done)),
         };
         let method = &mut *relaxer.equilibrium;
         let mut relax = || {
@@ -281,11 +289,9 @@ impl Workspace {
 }
 
 /// How far a relaxation is, in words.
-fn relaxing(time: f64, done: &Relaxation) -> String {
+fn relaxing(done: &Relaxation) -> String {
     let Relaxation { iterations, residual, .. } = done;
-    format!(
-        "time {time:.6}: relaxing the shape, {iterations} iterations, largest force {residual:.1e}"
-    )
+    format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
 }
 
 /// Puts `guess` in place of `x`, with the fixed directions of this, if it is allowed and has less energy.

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use rumple::tally::Work;
+
 use super::{DECAY, GROWING, number, row, study, table, text};
 
 #[test]
@@ -16,6 +18,13 @@ fn the_error_of_explicit_euler_is_that_of_its_formula() {
         assert!((found / expected - 1.0).abs() < 1e-3, "step {step}: {found}, not {expected}");
         assert_eq!(number(row(&rows, "staggered, Euler", step), "steps"), (1.0 / step).round());
     }
+    // All counts by the names of all other tables.
+    let implicit = row(&rows, "monolithic, BDF", 1e-3);
+    for (name, _) in Work::NAMES {
+        assert!(number(implicit, &name.replace('_', " ")) >= 0.0, "{name}");
+    }
+    assert!(number(implicit, "evaluations") >= number(implicit, "right hand sides"));
+    assert!(number(implicit, "newton iterations") > 0.0 && number(implicit, "memory [MB]") > 0.0);
     // A tolerance that is asked for is about the error that one gets.
     for method in ["BDF", "TR-BDF2", "ESDIRK34"] {
         let found =

@@ -100,3 +100,17 @@ fn an_aside_waits_for_its_turn() {
         assert_eq!(page.lines().len(), expected);
     }
 }
+
+/// Such a line says, as every other, how far the run is and what is left.
+#[test]
+fn an_aside_says_where_the_run_is_and_what_is_left() {
+    let page = Page::default();
+    let mut progress = Progress::lines_to(Box::new(page.clone()), Duration::ZERO, 1.0, 2.0);
+    let aside = progress.aside();
+    aside.report(&|| "relaxing".into());
+    progress.update(&ProgressLine { left: "about 3 min left".to_owned(), ..line(1, 1.5) });
+    aside.report(&|| "relaxing".into());
+    let lines = page.lines();
+    assert_eq!(lines[0], "time 1.000000 of 2: relaxing");
+    assert_eq!(lines[2], "time 1.500000 of 2: relaxing  about 3 min left");
+}

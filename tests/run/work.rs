@@ -82,6 +82,22 @@ fn explicit_steps_cost_a_right_hand_side_each() {
     assert_eq!(simulation.spent().work, ten);
 }
 
+/// Of a shape that moves by its forces such a step is one evaluation as well, whatever comes out of it.
+#[test]
+fn explicit_steps_of_a_shape_are_an_evaluation_each() {
+    let explicit = "time.integrator={kind=\"explicit\",step=1e-7}";
+    let keys = ["time.policy=\"simultaneous\"", explicit, "material.drag=1.0", "time.until=1e-6"];
+    let (_, mut simulation) = prepare(&keys);
+    simulation.prepare().unwrap();
+    let start = simulation.spent().work;
+    while simulation.state().time < 1e-6 {
+        simulation.step(1e-6).unwrap();
+    }
+    let work = simulation.spent().work - start;
+    assert_eq!((work.steps, work.evaluations(), work.right_hand_sides), (10, 10, 10), "{work:?}");
+    assert_eq!((work.energies, work.gradients), (0, 0), "{work:?}");
+}
+
 /// What looks at a state between steps is counted, but not as that of steps.
 #[test]
 fn looking_costs_steps_nothing() {

@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 use crate::Error;
 use crate::output::plot::label;
 use crate::study::compare::{DIVERGED, Divergence, Member, Ran};
+use crate::tally::Work;
 
 /// Every member's distance from the first that ran as far as they are on one branch, its last
 /// measures, and its cost.
 pub(super) fn table(members: &[Member]) -> String {
-    const HEAD: [[&str; 13]; 2] = [
+    const HEAD: [[&str; 14]; 2] = [
         [
             "",
             "distance",
@@ -22,12 +23,13 @@ pub(super) fn table(members: &[Member]) -> String {
             "s",
             "steps",
             "iterations",
-            "Newton",
-            "factors",
+            "newton",
+            "evaluations",
+            "factorisations",
         ],
-        ["", "shape", "species", "", "", "", "", "", "", "", "", "", ""],
+        ["", "shape", "species", "", "", "", "", "", "", "", "", "iterations", "", ""],
     ];
-    let mut rows: Vec<[String; 13]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
+    let mut rows: Vec<[String; 14]> = HEAD.map(|row| row.map(str::to_owned)).to_vec();
     let reference = reference(members);
     let mut notes = String::new();
     let mut diverged = false;
@@ -35,7 +37,7 @@ pub(super) fn table(members: &[Member]) -> String {
         match (&member.outcome, reference) {
             (Ok(ran), Some((first, reference))) => {
                 let Some(measures) = ran.measures.last() else { continue };
-                let (deviations, work) = (ran.deviations(reference), ran.summary.spent.work);
+                let (deviations, work) = (ran.deviations(reference), ran.work());
                 if let Some(by) = &deviations.diverged {
                     diverged = true;
                     let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
@@ -58,6 +60,7 @@ pub(super) fn table(members: &[Member]) -> String {
                     work.steps.to_string(),
                     work.iterations.to_string(),
                     work.newton_iterations.to_string(),
+                    work.evaluations().to_string(),
                     work.factorisations.to_string(),
                 ]);
             }
@@ -75,7 +78,7 @@ pub(super) fn table(members: &[Member]) -> String {
         );
     }
     let widths: Vec<usize> =
-        (0..13).map(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0)).collect();
+        (0..14).map(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0)).collect();
     let mut text = String::new();
     for row in rows {
         for (k, (cell, width)) in row.iter().zip(&widths).enumerate() {
@@ -117,12 +120,16 @@ fn plain(error: &Error) -> String {
     text.lines().next().unwrap_or_default().to_owned()
 }
 
-/// Every output time of every member; what has no value is empty.
+/// Every output time of every member, in its last row with the work of its steps; what has no value is empty.
 pub(super) fn csv(members: &[Member]) -> String {
     let mut text = String::from(
         "member,time,shape distance,species distance,energy [energy],amplitude [length],spots,\
-         share,separation d [length],nearest centres [length]\n",
+         share,separation d [length],nearest centres [length],wall [s],evaluations",
     );
+    for (name, _) in Work::NAMES {
+        let _ = write!(text, ",{}", name.replace('_', " "));
+    }
+    text.push('\n');
     let value = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
     let reference = reference(members);
     for member in members {
@@ -130,7 +137,7 @@ pub(super) fn csv(members: &[Member]) -> String {
         let deviations = ran.deviations(reference);
         for m in &ran.measures {
             let same = deviations.course.iter().find(|c| c.0 == m.time);
-            let _ = writeln!(
+            let _ = write!(
                 text,
                 "\"{}\",{},{},{},{},{},{},{},{},{}",
                 member.name.replace('"', "\"\""),
@@ -144,6 +151,16 @@ pub(super) fn csv(members: &[Member]) -> String {
                 value(m.separation),
                 value(m.nearest)
             );
+            if ran.measures.last().is_some_and(|last| last.time == m.time) {
+                let work = ran.work();
+                let _ = write!(text, ",{},{}", ran.seconds(), work.evaluations());
+                for count in work.values() {
+                    let _ = write!(text, ",{count}");
+                }
+            } else {
+                text.extend(std::iter::repeat_n(',', 2 + Work::NAMES.len()));
+            }
+            text.push('\n');
         }
     }
     text

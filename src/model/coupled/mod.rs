@@ -185,7 +185,7 @@ impl Coupled {
         }
         if layout.mechanical() > 0 {
             gradient.resize(state.x.len(), Vec3::zeros());
-            at.potential()?.energy_gradient(&state.x, gradient);
+            at.potential()?.gradient_within(&state.x, gradient);
             layout.pack_forces(gradient, out);
         }
         if layout.species() > 0 {

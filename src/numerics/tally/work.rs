@@ -9,9 +9,10 @@ macro_rules! work {
     ($($(#[doc = $what:literal])+ $name:ident,)+) => {
         /// Counts of work: they add up, and the difference of two readings is what was done between them.
         ///
-        /// Whoever does a piece of work adds to [`Tally::count`](super::Tally::count). What a piece is made of
-        /// is counted as well: a right-hand side of a shape that moves is also a gradient, one iteration of
-        /// L-BFGS also a solution. The names of the fields are those of every table and file.
+        /// Whoever does a piece of work adds to [`Tally::count`](super::Tally::count). An evaluation of forces or
+        /// of rates is one of `energies`, `gradients` and `right_hand_sides`; of all else what a piece is made of
+        /// is counted as well: one iteration of L-BFGS is also a solution. The names of the fields are those of
+        /// every table and file.
         #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(default)]
         pub struct Work {
@@ -69,11 +70,11 @@ work! {
     newton_iterations,
     /// Evaluations of the energy without its gradient.
     energies,
-    /// Evaluations of the energy and its gradient.
+    /// Evaluations of the energy and its gradient, but for those within a right-hand side.
     gradients,
     /// Assemblies of the second derivatives.
     hessians,
-    /// Evaluations of F in M dy/dt = F(t, y).
+    /// Evaluations of F in M dy/dt = F(t, y): of rates, of forces where the shape moves, or of both at once.
     right_hand_sides,
     /// Evaluations of ∂F/∂y.
     jacobians,
@@ -90,7 +91,8 @@ work! {
 }
 
 impl Work {
-    /// Evaluations of energies and of right-hand sides; one of F of a shape that moves is both.
+    /// Evaluations of forces and of rates, every one once, whatever comes out of it: energies, gradients,
+    /// right-hand sides.
     #[must_use]
     pub fn evaluations(&self) -> u64 {
         self.energies + self.gradients + self.right_hand_sides

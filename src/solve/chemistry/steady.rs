@@ -67,12 +67,11 @@ impl SteadyChemistry {
             }
             control.check()?;
             control.report(|| {
-            let time = state.time;
-            format!(
-                "time {time:.6}: relaxing the chemistry to steady state, step {step} of at most {MOST}; it still changes by \
-                 {speed:.1e} of its size per unit of time"
-            )
-        });
+                format!(
+                    "relaxing the chemistry to steady state, step {step} of at most {MOST}; it still \
+                     changes by {speed:.1e} of its size per unit of time"
+                )
+            });
             let jacobian = coupled.jacobian(state.time, &y)?;
             let fastest = jacobian.largest();
             let newton = match &mut *newton {

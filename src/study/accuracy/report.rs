@@ -10,6 +10,7 @@ use crate::num::{Short, real};
 use crate::output::plot::label;
 use crate::study::sweep::{Axis, MemberStatus, Plan};
 use crate::study::tables::csv_table;
+use crate::tally::Work;
 
 /// A row for every run that is compared: what it is, how it ended, its errors, what it took.
 pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
@@ -17,17 +18,11 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
         .map(str::to_owned)
         .to_vec();
     head.extend(Quantity::ALL.map(|q| format!("error of the {}", q.name())));
-    let rest = [
-        "steps [s]",
-        "least [s]",
-        "most [s]",
-        "start [s]",
-        "steps",
-        "evaluations",
-        "factorisations",
-        "reason",
-    ];
-    head.extend(rest.map(str::to_owned));
+    let times = ["steps [s]", "least [s]", "most [s]", "start [s]"];
+    head.extend(times.map(str::to_owned));
+    head.extend(COUNTS.map(str::to_owned));
+    head.extend(other_counts().map(|(_, name)| name));
+    head.extend(["memory [MB]".to_owned(), "reason".to_owned()]);
     let mut rows = vec![head];
     let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     for case in cases {
@@ -43,6 +38,12 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
             row.extend([number(spread.map(|s| s.0)), number(spread.map(|s| s.1))]);
             row.push(number(timing.map(|t| t.start)));
             row.extend(counts(point).map(|n| n.map_or(String::new(), |n| n.to_string())));
+            // Other programs do not tell more.
+            let work = point.work().filter(|_| !point.is_peer()).map(|work| work.values());
+            let count = |k: usize| work.map_or(String::new(), |work| work[k].to_string());
+            row.extend(other_counts().map(|(k, _)| count(k)));
+            let bytes = found.memory.and_then(|bytes| usize::try_from(bytes).ok());
+            row.push(number(bytes.map(|bytes| real(bytes) / 1e6)));
             let ended = found.status == MemberStatus::Complete;
             row.push(if ended { String::new() } else { found.reason.clone() });
             rows.push(row);
@@ -208,6 +209,15 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
         rows.push(row);
     }
     rows
+}
+
+/// The counts that every program tells.
+const COUNTS: [&str; 3] = ["steps", "evaluations", "factorisations"];
+
+/// All others of the account of work: which, and what it is called.
+fn other_counts() -> impl Iterator<Item = (usize, String)> {
+    let all = Work::NAMES.iter().enumerate().filter(|(_, (name, _))| !COUNTS.contains(name));
+    all.map(|(k, (name, _))| (k, name.replace('_', " ")))
 }
 
 /// Steps, evaluations and factorisations of a run.

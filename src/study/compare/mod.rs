@@ -22,6 +22,7 @@ use crate::run::{Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::SolveError;
+use crate::tally::Work;
 
 /// Relative distance of shapes or species beyond which two runs count as diverged: on different
 /// branches of a bifurcation, or too far apart for the distance to mean more.
@@ -103,6 +104,12 @@ impl Ran {
             }
         }
         deviations
+    }
+
+    /// Work of the steps, without the first relaxation.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        self.summary.spent.work - self.summary.start.work
     }
 
     /// Wall time of the steps: without the first relaxation and without output.
