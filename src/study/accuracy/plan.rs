@@ -156,7 +156,7 @@ impl Study {
                 let mut made = references(scene, search, options, tight, &mut left_out)?;
                 if options.references.is_empty() {
                     made.retain(|(_, _, sets)| {
-                        others.iter().all(|axis| allowed(scene.0, set, axis, sets))
+                        others.iter().all(|axis| allowed((scene.0, set), search, axis, sets))
                     });
                 }
                 if let Some(watched) = branch::watched(&plain, moves, vertices) {
@@ -253,12 +253,22 @@ fn references(
     Ok(planned)
 }
 
-/// Whether a scene may have `sets` with every value of `axis`, as far as its keys tell.
-fn allowed(scene: &Path, set: &[String], axis: &Axis, sets: &[String]) -> bool {
-    (0..axis.values.len()).all(|k| {
+/// Whether a scene may have `sets` with every value of `axis`, if that is of the integration in time.
+fn allowed(
+    (scene, set): (&Path, &[String]),
+    search: &Search,
+    axis: &Axis,
+    sets: &[String],
+) -> bool {
+    let ready = |with: &[String], sets: &[String]| {
+        let scene = Scene::varied(scene, with, sets).map_err(Error::from);
+        scene.and_then(|scene| Simulation::new(&scene, search)).is_ok()
+    };
+    let fits = |k| {
         let with: Vec<String> = set.iter().cloned().chain(axis.overrides(k)).collect();
-        Scene::varied(scene, &with, &[]).is_err() || Scene::varied(scene, &with, sets).is_ok()
-    })
+        ready(&with, sets) || !ready(&with, &[])
+    };
+    !axis.key.starts_with("time.") || (0..axis.values.len()).all(fits)
 }
 
 /// Why an integrator does not go with the scene, if it does not.
