@@ -133,7 +133,10 @@ impl<'a> Evaluation<'a> {
     }
 
     /// Length factor Φ at every edge; `None` if nothing changes lengths.
-    fn length_factor(&mut self) -> Result<Option<Cow<'a, [f64]>>, ModelError> {
+    ///
+    /// # Errors
+    /// A law that fails, or gives one that is not positive.
+    pub fn length_factor(&mut self) -> Result<Option<Cow<'a, [f64]>>, ModelError> {
         let grown = self.model.growth(self.state.time)?;
         let Some(chemistry) = self.model.chemistry() else { return Ok(grown) };
         if !chemistry.descriptor().capabilities.length_factor {

@@ -236,6 +236,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     if let Some(path) = &scene.time.span.from {
         Beginning::take(path, scene, &mut simulation)?;
     }
+    // A start that no sheet can have is refused; later a run would end with it.
+    simulation.evaluate().length_factor()?;
     Ok(simulation)
 }
 
