@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::sweep::begin::{Runs, made_by};
 use super::sweep::{HowArgs, counts};
-use super::{SceneArgs, absolute};
+use super::{PLUGIN_LIMIT, SceneArgs, absolute, warn};
 use crate::kinetics::Search;
+use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result};
 use crate::study::accuracy::{Options, Quantity, Study};
@@ -16,6 +17,7 @@ use crate::study::sweep::{Axis, Found, MemberStatus, Plan, gather, write_tables}
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
+#[command(mut_arg("jobs", |jobs| jobs.help("Runs at once, 1 by default. Never more than fit into memory.")))]
 pub(super) struct AccuracyArgs {
     /// A scene; or the directory of a study, to gather what there is of it.
     #[command(flatten)]
@@ -25,9 +27,9 @@ pub(super) struct AccuracyArgs {
     #[arg(long = "integrator", value_name = "NAME|TABLE")]
     integrators: Vec<String>,
     /// Tolerances, as values of `sweep --over`: a list or a range. Of a method with fixed steps, steps as a
-    /// share of the whole time.
-    #[arg(long, value_name = "VALUES", default_value = "1e-1,1e-2,1e-3,1e-4")]
-    tolerances: String,
+    /// share of the whole time. 1e-1,1e-2,1e-3,1e-4 if not given.
+    #[arg(long, value_name = "VALUES")]
+    tolerances: Option<String>,
     /// Force tolerances that every tolerance is combined with; that of the scene if not given.
     #[arg(long, value_name = "VALUES")]
     force_tolerances: Option<String>,
@@ -48,15 +50,15 @@ pub(super) struct AccuracyArgs {
     /// Take the references of the study in DIR; refused if scene, mesh or law are not the same.
     #[arg(long, value_name = "DIR", conflicts_with = "references")]
     references_from: Option<PathBuf>,
-    /// Runs with other random numbers, whose spread says which error is worth paying for.
-    #[arg(long, value_name = "N", default_value_t = 2)]
-    seeds: u16,
-    /// Wall time of a run, s; references may take 5 times as long.
-    #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..))]
-    limit: u64,
-    /// How often short runs are made, to time them.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
-    repeats: u16,
+    /// Runs with other random numbers, whose spread says which error is worth paying for; 2 if not given.
+    #[arg(long, value_name = "N")]
+    seeds: Option<u16>,
+    /// Wall time of a run, whole seconds, 300 if not given; references may take 5 times as long.
+    #[arg(long, value_name = "S", value_parser = whole_seconds)]
+    limit: Option<u64>,
+    /// How often short runs are made, to time them; 3 times if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    repeats: Option<u16>,
     /// Value of the first species above which there is a spot; by default half way between its least and
     /// largest values.
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
@@ -78,7 +80,16 @@ Runs are made one at a time, so that they do not disturb one another's times; --
 The same command again goes on where it was stopped. Runs that fail or take too long are shown as such; exit
 code 1 if no reference came to its end, or a run ended without a word.";
 
+/// What holds if the user does not say.
+const TOLERANCES: &str = "1e-1,1e-2,1e-3,1e-4";
+const SEEDS: u16 = 2;
+const LIMIT: u64 = 300;
+const REPEATS: u16 = 3;
+
 pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
+    if let Some(want) = args.want.filter(|want| *want >= 1.0 && !args.how.quiet) {
+        warn(&format!("--want {want}: an error of {} %; 0.01 is 1 %", Short(100.0 * want)));
+    }
     let path = &args.scene.scene;
     if path.is_dir() {
         let root = absolute(path)?;
@@ -91,6 +102,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
             return Err(Error::Refused(message));
         };
         refuse_for_directory(args)?;
+        args.of.map_or(Ok(()), |of| of.check(&plan))?;
         let study =
             Study { of: args.of.or(study.of), wanted: args.want.unwrap_or(study.wanted), ..study };
         return gathered(&study, &plan, &root, args.how.quiet).map(|_| ());
@@ -100,9 +112,10 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     let others = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
     let others = others.collect::<Result<Vec<_>>>()?;
     let options = options(args)?;
+    options.check(&scene.scene, &scene.overrides, &others, &search)?;
     let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, others, &search, &options)?;
     plan.level = args.level;
-    plan.repeats = args.repeats;
+    plan.repeats = args.repeats.unwrap_or(REPEATS);
     made_by(&mut plan, scene)?;
     let check = |plan: &Plan| match &args.references_from {
         Some(other) => study.can_adopt(plan, &absolute(other)?),
@@ -128,17 +141,36 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     number.ok_or_else(|| "expected a share above 0, as 0.01".to_owned())
 }
 
-/// What was made is gathered: what would make other runs is refused.
+fn whole_seconds(text: &str) -> std::result::Result<u64, String> {
+    let number = text.parse().ok().filter(|seconds: &u64| *seconds > 0);
+    number.ok_or_else(|| "expected a whole number of seconds, 1 or more".to_owned())
+}
+
+/// What was made is gathered: what would make other runs, or make runs otherwise, is refused.
 fn refuse_for_directory(args: &AccuracyArgs) -> Result<()> {
+    let (scene, how) = (&args.scene, &args.how);
     let given = [
-        ("--set", !args.scene.overrides.is_empty()),
+        ("--set", !scene.overrides.is_empty()),
+        ("--plugin-path", !scene.plugin_path.is_empty()),
+        ("--threads", scene.threads.is_some()),
+        ("--plugin-limit", scene.plugin_limit.to_bits() != PLUGIN_LIMIT.to_bits()),
+        ("--isolate", scene.isolate),
+        ("--tolerances", args.tolerances.is_some()),
+        ("--seeds", args.seeds.is_some()),
+        ("--limit", args.limit.is_some()),
+        ("--repeats", args.repeats.is_some()),
+        ("--jobs", how.jobs.is_some()),
+        ("--memory", how.memory.is_some()),
+        ("--retry-failed", how.retry_failed),
+        ("--force", how.force),
+        ("--slurm", how.slurm),
         ("--integrator", !args.integrators.is_empty()),
         ("--force-tolerances", args.force_tolerances.is_some()),
         ("--over", !args.over.is_empty()),
         ("--reference", !args.references.is_empty()),
         ("--references-from", args.references_from.is_some()),
         ("--level", args.level.is_some()),
-        ("--out", args.how.out.is_some()),
+        ("--out", how.out.is_some()),
     ];
     match given.iter().find(|(_, given)| *given) {
         None => Ok(()),
@@ -164,15 +196,15 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
     };
     Ok(Options {
         integrators: args.integrators.clone(),
-        tolerances: numbers("--tolerances", &args.tolerances)?,
+        tolerances: numbers("--tolerances", args.tolerances.as_deref().unwrap_or(TOLERANCES))?,
         forces: match &args.force_tolerances {
             None => Vec::new(),
             Some(text) => numbers("--force-tolerances", text)?,
         },
         references: args.references.clone(),
         taken,
-        seeds: args.seeds,
-        limit: args.limit,
+        seeds: args.seeds.unwrap_or(SEEDS),
+        limit: args.limit.unwrap_or(LIMIT),
         wanted: args.want.unwrap_or(WANTED),
         of: args.of,
     })
@@ -205,6 +237,7 @@ fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<Stri
     let gathered = study.gather(plan, root);
     gathered.write(root)?;
     if !quiet {
+        gathered.faults().iter().for_each(|fault| warn(&format!("left out: {fault}")));
         say!("{}", gathered.advice());
         say!("{}; report, tables and plots: {}", counts(&found), root.display());
     }

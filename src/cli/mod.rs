@@ -73,6 +73,9 @@ enum Command {
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK: usize = 8 << 20;
 
+/// Seconds that one call of a plugin may take if the user does not say.
+const PLUGIN_LIMIT: f64 = 60.0;
+
 /// What every command that takes a scene takes.
 #[derive(Debug, Args)]
 struct SceneArgs {
@@ -90,7 +93,7 @@ struct SceneArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     /// Seconds that one call of a plugin (for at most 4096 points) may take.
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    #[arg(long, value_name = "S", default_value_t = PLUGIN_LIMIT)]
     plugin_limit: f64,
     /// Give every plugin a process of its own: whatever it does there, the run can say so.
     #[arg(long)]

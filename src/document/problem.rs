@@ -137,6 +137,14 @@ impl Problem {
         }
     }
 
+    /// The name that is unknown, where it is one.
+    pub(crate) fn unknown_kind(&self) -> Option<&str> {
+        match &self.0.what {
+            What::UnknownName { name, .. } => Some(name),
+            _ => None,
+        }
+    }
+
     /// What could stand there, where a key or name is unknown.
     pub(crate) fn allowed(&self) -> &[String] {
         match &self.0.what {

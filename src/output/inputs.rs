@@ -29,6 +29,12 @@ impl Inputs {
         let Ok(full) = fs::canonicalize(directory) else { return Ok(()) };
         match self.files.iter().find(|(_, file)| file.starts_with(&full)) {
             None => Ok(()),
+            Some((what, file)) if *file == full => {
+                let message = format!(
+                    "it is {what} of this command; choose a directory or an unused name with --out"
+                );
+                Err(OutputError::Directory { path: directory.to_owned(), message })
+            }
             Some((what, file)) => {
                 let file = file.strip_prefix(&full).unwrap_or(file).display();
                 let message = format!(

@@ -43,6 +43,15 @@ pub struct Span {
     pub max_steps: Option<AtLeast<1>>,
 }
 
+/// Methods that are taken for integrators, and whose they are.
+const METHODS: [(&str, &str); 5] = [
+    ("bdf", "monolithic"),
+    ("tr-bdf2", "monolithic"),
+    ("esdirk34", "monolithic"),
+    ("tsit45", "explicit"),
+    ("heun", "staggered"),
+];
+
 /// Reads the table `[time]`.
 pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
     let policy = match node.take("policy") {
@@ -53,7 +62,15 @@ pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
         Policy::QuasiStatic | Policy::Simultaneous => DEFAULT_INTEGRATOR,
         Policy::ChemistryFast => STEADY_INTEGRATOR,
     };
-    let integrator = chosen(&mut node, "integrator", default)?;
+    let integrator = chosen(&mut node, "integrator", default).map_err(|problem| {
+        let known = problem.unknown_kind().and_then(|name| METHODS.iter().find(|m| m.0 == name));
+        match known {
+            None => problem,
+            Some((method, kind)) => problem.help(format!(
+                "{method} is a method of {kind}: write {{ kind = \"{kind}\", method = \"{method}\" }}"
+            )),
+        }
+    })?;
     let span = read(node).map_err(|p: Problem| p.also_allowed(&["policy", "integrator"]))?;
     Ok(TimeSpec { span, policy, integrator })
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::model::Policy;
 use crate::num::checked::Positive;
 use crate::num::{Short, decimal};
 use crate::run::{Error, Result};
@@ -14,6 +15,8 @@ pub struct Choice {
     pub name: String,
     /// Its table.
     table: String,
+    /// The option that gives it.
+    option: &'static str,
     /// Whether its steps are fixed, and a tolerance is a step as a share of the whole time.
     pub fixed_steps: bool,
 }
@@ -35,7 +38,7 @@ impl Choice {
             });
         let name = integrator.name() + &settings(&table, &["rtol", "atol", "step"]);
         let name = name + &ratio.unwrap_or_default();
-        Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table })
+        Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table, option })
     }
 
     /// Its method: what steps are made of, whatever solves for their parts.
@@ -50,10 +53,19 @@ impl Choice {
     /// # Errors
     /// The scene is not valid.
     pub fn at(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
-        let mut scene = Scene::varied(scene, set, &[key(&self.table)])?;
+        let mut scene = Scene::varied_by(scene, set, &[key(&self.table)], self.option)?;
         let until = scene.time.span.until;
         scene.time.integrator = scene.time.integrator.at_tolerance(tolerance, until);
         Ok(key(&inline(&scene)?))
+    }
+
+    /// The scene with this integrator at `tolerance`; problems name the option.
+    ///
+    /// # Errors
+    /// The scene is not valid.
+    pub fn scene(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<Scene> {
+        let with = self.at(scene, set, tolerance)?;
+        Ok(Scene::varied_by(scene, set, &[with], self.option)?)
     }
 }
 
@@ -64,8 +76,41 @@ fn key(table: &str) -> String {
 /// The integrator of a scene as a table in one line.
 fn inline(scene: &Scene) -> Result<String> {
     let value = toml::Value::try_from(&scene.time.integrator);
-    let value = value.map_err(|error| Error::Refused(error.to_string()))?;
-    Ok(value.to_string())
+    let mut value = value.map_err(|error| Error::Refused(error.to_string()))?;
+    // Nothing is solved for, so that tolerances mean nothing.
+    let blind = scene.time.integrator.explicit_step().is_some();
+    if blind
+        && scene.time.policy != Policy::ChemistryFast
+        && let Some(table) = value.as_table_mut()
+    {
+        table.remove("rtol");
+        table.remove("atol");
+    }
+    let pairs = value.as_table().into_iter().flatten();
+    let pairs = pairs.map(|(key, value)| match value {
+        toml::Value::Float(number) => format!("{key} = {}", short(*number)),
+        value => format!("{key} = {value}"),
+    });
+    Ok(format!("{{ {} }}", pairs.collect::<Vec<_>>().join(", ")))
+}
+
+/// A number for a scene in few characters: without what a product has in its last digits, and with a power of
+/// ten where it would have many zeros.
+fn short(number: f64) -> String {
+    let rounded = decimal(number);
+    let number = if (rounded - number).abs() <= ROUNDED * number.abs() { rounded } else { number };
+    let (plain, power) = (format!("{number:?}"), format!("{number:e}"));
+    if plain.len() <= power.len() { plain } else { power }
+}
+
+/// What products of few factors err by, relatively.
+const ROUNDED: f64 = 1e-15;
+
+/// Overrides as they are typed in a shell.
+#[must_use]
+pub fn typed(overrides: &[String]) -> String {
+    let set = |text: &String| format!("--set '{}'", text.replace('\'', r"'\''"));
+    overrides.iter().map(set).collect::<Vec<_>>().join(" ")
 }
 
 /// What of a table for an integrator its name does not say, as in `, linear = "ilu"`; without the keys `but`.

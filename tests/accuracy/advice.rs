@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{DECAY, GROWING, number, study, table, text};
+use super::{DECAY, GROWING, folder, number, rumple, study, table, text};
 
 #[test]
 fn the_cheapest_run_that_is_accurate_enough_is_recommended() {
@@ -50,7 +50,7 @@ fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
 
 #[test]
 fn bad_arguments_are_refused_before_anything_is_made() {
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 14] = [
         (&["--want", "0"], "a share above 0"),
         (&["--tolerances", "1e-2,none"], "`none` is not a number between 0 and 1"),
         (&["--tolerances", "2"], "`2` is not a number between 0 and 1"),
@@ -60,6 +60,11 @@ fn bad_arguments_are_refused_before_anything_is_made() {
         (&["--over", "sheet.vertice=3,4"], "[--over:1:1]"),
         (&["--integrator", "explicit"], "an explicit integrator needs a rate"),
         (&["--of", "colour"], "possible values"),
+        (&["--integrator", "explicit"], "[--integrator:1:17]"),
+        (&["--reference", "explicit"], "[--reference:1:17]"),
+        (&["--integrator", "bdf"], "write { kind = \"monolithic\", method = \"bdf\" }"),
+        (&["--tolerances", "1e-30"], "--tolerances 1e-30: below 1e-13"),
+        (&["--limit", "0.3"], "a whole number of seconds"),
     ];
     for (arguments, expected) in cases {
         let (folder, out) = study(GROWING, arguments);
@@ -67,5 +72,71 @@ fn bad_arguments_are_refused_before_anything_is_made() {
         assert_eq!(out.status.code(), Some(2), "{arguments:?}: {message}");
         assert!(message.contains(expected), "{arguments:?}: {message}");
         assert!(!folder.path().join("out").exists(), "{arguments:?}");
+    }
+}
+
+/// What a scene has not is refused, and what changes nothing.
+#[test]
+fn what_the_scene_lacks_is_refused() {
+    let cases: [(&[&str], &str); 3] = [
+        (&["--of", "shape"], "nothing moves in this scene"),
+        (&["--of", "amplitude"], "nothing moves in this scene"),
+        (&["--force-tolerances", "1e-5"], "nothing moves in this scene"),
+    ];
+    for (arguments, expected) in cases {
+        let (folder, out) = study(DECAY, arguments);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert!(!folder.path().join("out").exists(), "{arguments:?}");
+    }
+    let (scene, folder) = ("scene.toml", folder(DECAY));
+    let out = rumple(folder.path(), &["accuracy", scene, "--out", scene]);
+    let message = text(&out.stderr);
+    assert!(message.contains("it is the scene of this command"), "{message}");
+}
+
+/// The settings that are recommended can be pasted behind `rumple run`, with numbers as people write them.
+#[test]
+fn what_is_recommended_can_be_pasted() {
+    let fixed = ["--integrator", "{ kind = \"staggered\", method = \"euler\" }", "--want", "1"];
+    let (_folder, out) = study(DECAY, &[&fixed[..], &["--tolerances", "0.3,1e-3"]].concat());
+    let (said, told) = (text(&out.stdout), text(&out.stderr));
+    let expected =
+        "To run it: --set 'time.integrator={ kind = \"staggered\", method = \"euler\", step = ";
+    assert!(said.contains(expected) && !said.contains("tol ="), "{said}{told}");
+    assert!(told.contains("--want 1: an error of 100 %"), "{told}");
+}
+
+/// Gathering makes no runs: options of runs are refused. Runs of other programs that cannot be read are named.
+#[test]
+fn what_gathering_cannot_change_or_read_is_said() {
+    let (folder, out) = study(DECAY, &["--tolerances", "1e-1,1e-2"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    for option in [["--tolerances", "1e-3"], ["--seeds", "1"], ["--repeats", "2"], ["--limit", "9"]]
+    {
+        let out = rumple(folder.path(), &[&["accuracy", "out"][..], &option].concat());
+        assert_eq!(out.status.code(), Some(2), "{option:?}");
+        assert!(text(&out.stderr).contains(option[0]), "{}", text(&out.stderr));
+    }
+    let peer = |name: &str, said: &str, states: &[u8]| {
+        let path = folder.path().join("out/peers").join(name);
+        fs::create_dir_all(&path).unwrap();
+        fs::write(path.join("peer.json"), said).unwrap();
+        fs::write(path.join("states.bin"), states).unwrap();
+    };
+    let said = r#"{ "integrator": "other", "tolerance": 1e-3, "seconds": [1.0] }"#;
+    let words = [1.0f64.to_bits(), 1, 3, 0];
+    let bytes = words.iter().flat_map(|word| word.to_le_bytes()).chain([0; 72]);
+    let states: Vec<u8> = b"rumple states 1\n".iter().copied().chain(bytes).collect();
+    peer("broken", "{", b"");
+    peer("mesh", said, &states);
+    peer("none", said, b"no");
+    let out = rumple(folder.path(), &["accuracy", "out", "--want", "0.1"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
+    for expected in ["broken/peer.json: EOF", "found 3 vertices and species", "found 2 bytes"] {
+        assert!(text(&out.stderr).contains(expected), "{expected}: {}", text(&out.stderr));
+        assert!(page.contains(expected), "{expected}: {page}");
     }
 }

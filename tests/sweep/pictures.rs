@@ -1,5 +1,6 @@
 //! Pictures and plots of sweeps: what is in them.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -46,6 +47,7 @@ fn plan(axes: &[&str]) -> Plan {
         plugin_limit: 1.0,
         states: false,
         repeats: 0,
+        files: BTreeMap::new(),
         members,
     }
 }

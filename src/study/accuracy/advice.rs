@@ -1,7 +1,7 @@
 //! The advice in words: what to use for the error that one can live with.
 
 use super::errors::{Case, Point};
-use super::{Quantity, Study};
+use super::{Quantity, Role, Study};
 use crate::output::plot::label;
 use crate::study::sweep::Timing;
 
@@ -111,15 +111,15 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
             };
         }
     }
-    text += &trust(case, quantity, &ranked);
+    text += &trust(study, case, quantity, &ranked);
     if let Some((point, ..)) = good.first() {
-        text += &format!(" In the scene: {}.", point.settings);
+        text += &format!(" To run it: {}.", point.settings);
     }
     text
 }
 
 /// How far the references can be trusted.
-fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
+fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
     let Some(reference) = &case.reference else { return String::new() };
     let Some((second, apart)) = &reference.confirmed else {
         return format!(
@@ -128,9 +128,15 @@ fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> Stri
         );
     };
     let Some(agreement) = apart.get(quantity) else { return String::new() };
-    let alike = match reference.alike {
-        true => " (of one method: no other came to its end)",
-        false => "",
+    let mut methods = study.runs.iter().filter_map(|role| match role {
+        Role::Reference { method, .. } => Some(method),
+        _ => None,
+    });
+    let first = methods.next();
+    let alike = match (reference.alike, methods.any(|method| Some(method) != first)) {
+        (true, true) => " (of one method: no other came to its end)",
+        (true, false) => " (of one method: no other was asked for)",
+        (false, _) => "",
     };
     // Of many pairs one agrees well by accident.
     let others = reference.others.iter().map(|(name, apart)| (name, *apart));

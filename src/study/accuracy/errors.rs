@@ -9,6 +9,7 @@ use super::yardstick::Yardstick;
 use super::{Quantity, Role, Study};
 use crate::model::{Policy, State};
 use crate::output::ResultDirectory;
+use crate::study::choice::typed;
 use crate::study::measures::Measures;
 use crate::study::states;
 use crate::study::sweep::{Found, MemberStatus, Plan, Timing, read};
@@ -70,7 +71,7 @@ pub struct Reference {
 pub struct Point {
     /// What it is called.
     pub name: String,
-    /// What it sets in the scene.
+    /// What it sets in the scene, as options of the command line.
     pub settings: String,
     /// Which of the curves of the study.
     pub curve: usize,
@@ -283,7 +284,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
                 }
                 let axis = plan.axes.first();
                 let name = axis.and_then(|a| a.values.get(run)).cloned().unwrap_or_default();
-                let settings = axis.and_then(|a| a.settings.get(run)).map(|all| all.join(", "));
+                let settings = axis.and_then(|a| a.settings.get(run)).map(|all| typed(all));
                 let settings = settings.unwrap_or_default();
                 let (curve, tolerance, force) = (*curve, *tolerance, *force);
                 let found = kept.found;

@@ -19,13 +19,20 @@ pub struct Gathered<'a> {
     advice: Vec<String>,
     /// What is still to be made, if anything is.
     open: Option<String>,
+    /// What is wrong with runs of other programs.
+    faults: Vec<String>,
 }
 
 impl<'a> Gathered<'a> {
-    pub(super) fn new(study: Study, cases: Vec<Case>, plan: &'a Plan, root: &Path) -> Self {
+    pub(super) fn new(
+        study: Study,
+        (cases, faults): (Vec<Case>, Vec<String>),
+        plan: &'a Plan,
+        root: &Path,
+    ) -> Self {
         let advice = cases.iter().map(|case| advice::advice(&study, case)).collect();
         let policies = policies(plan, &cases);
-        Self { study, plan, cases, policies, advice, open: unfinished(plan, root) }
+        Self { study, plan, cases, policies, advice, open: unfinished(plan, root), faults }
     }
 
     /// The advice in words.
@@ -39,6 +46,12 @@ impl<'a> Gathered<'a> {
         self.open.iter().cloned().chain(named.map(text)).collect::<Vec<_>>().join("\n\n")
     }
 
+    /// What is wrong with runs of other programs, which are left out for it: file, what was expected, what was found.
+    #[must_use]
+    pub fn faults(&self) -> &[String] {
+        &self.faults
+    }
+
     /// The table of all runs, with their errors and times.
     #[must_use]
     pub fn csv(&self) -> String {
@@ -50,7 +63,7 @@ impl<'a> Gathered<'a> {
     /// # Errors
     /// A plot that cannot be drawn, a file that cannot be written.
     pub fn write(&self, root: &Path) -> Result<()> {
-        let Self { study, plan, cases, policies, advice, open } = self;
+        let Self { study, plan, cases, policies, advice, open, .. } = self;
         let [_, csv, md, html] = Study::FILES.map(str::to_owned);
         let mut files = vec![(csv, self.csv().into_bytes())];
         let mut drawings = Vec::new();

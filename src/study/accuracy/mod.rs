@@ -14,6 +14,7 @@
 //! nothing and only measures are compared, with their spread over seeds as the yardstick.
 
 mod advice;
+mod asked;
 mod branch;
 mod drawn;
 mod errors;
@@ -185,17 +186,22 @@ impl Study {
     /// Reads what there is of all runs: errors, and what they say together. Nothing is drawn or written.
     #[must_use]
     pub fn gather<'a>(&self, plan: &'a Plan, root: &Path) -> Gathered<'a> {
-        let (study, cases) = self.with_peers(cases(self, plan, root), plan, root);
-        Gathered::new(study, cases, plan, root)
+        let mut cases = cases(self, plan, root);
+        let (mut study, faults) = self.with_peers(&mut cases, plan, root);
+        study.left_out.extend(faults.iter().cloned());
+        Gathered::new(study, (cases, faults), plan, root)
     }
 
-    /// With the runs of other programs, if there are any, of a study of one case.
-    fn with_peers(&self, mut cases: Vec<Case>, plan: &Plan, root: &Path) -> (Self, Vec<Case>) {
+    /// With the runs of other programs, if there are any, of a study of one case; what is wrong with others.
+    fn with_peers(&self, cases: &mut [Case], plan: &Plan, root: &Path) -> (Self, Vec<String>) {
         let mut study = self.clone();
-        let (peers, wrong) = peers::read(root);
-        study.left_out.extend(wrong);
-        if let [case] = &mut cases[..] {
+        let (peers, mut wrong) = peers::read(root);
+        if let [case] = cases {
             for peer in peers {
+                if let Some(why) = case.reference.as_ref().and_then(|r| peer.fault(&r.states)) {
+                    wrong.push(why);
+                    continue;
+                }
                 let known = study.curves.iter().position(|line| line.name == peer.integrator);
                 let curve = known.unwrap_or_else(|| {
                     let name = peer.integrator.clone();
@@ -204,7 +210,9 @@ impl Study {
                 });
                 errors::add_peer(case, curve, peer, plan, root, self);
             }
+        } else if !peers.is_empty() {
+            wrong.push(format!("{}: a study of several cases has no peers", peers::FOLDER));
         }
-        (study, cases)
+        (study, wrong)
     }
 }

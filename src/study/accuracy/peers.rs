@@ -55,6 +55,51 @@ pub(super) struct Peer {
     pub(super) found: Found,
     /// Where it came to.
     pub(super) states: Vec<State>,
+    /// The file of that.
+    file: PathBuf,
+}
+
+impl Peer {
+    /// Why it cannot be compared with the states of a reference, if it cannot.
+    pub(super) fn fault(&self, truth: &[State]) -> Option<String> {
+        let expected = truth.first()?;
+        let refuse = |what: String| Some(format!("{}: {what}", self.file.display()));
+        let Some(first) = self.states.first() else {
+            // One that failed may have none.
+            let failed = self.found.status != MemberStatus::Complete;
+            return if failed { None } else { refuse(self.nothing()) };
+        };
+        let counts = |state: &State| -> (usize, Vec<usize>) {
+            (state.x.len(), state.species.iter().map(Vec::len).collect())
+        };
+        let words = |(vertices, points): (usize, Vec<usize>)| {
+            format!("{vertices} vertices and species at {points:?} points")
+        };
+        if let Some(other) = self.states.iter().find(|s| counts(s) != counts(expected)) {
+            let (found, expected) = (words(counts(other)), words(counts(expected)));
+            return refuse(format!("expected {expected}, found {found}"));
+        }
+        let near = |s: &&State| truth.iter().any(|t| (t.time - s.time).abs() <= 1e-9 * t.time);
+        let later = |states: &[State]| states.last().map_or(0.0, |s| s.time);
+        if self.states.iter().filter(|s| s.time > 0.0).any(|s| near(&s)) {
+            return None;
+        }
+        refuse(format!(
+            "expected states at output times of the study, up to t = {}, found none of these (t = {} to {})",
+            later(truth),
+            first.time,
+            later(&self.states)
+        ))
+    }
+
+    /// What stands in the place of states.
+    fn nothing(&self) -> String {
+        let expected = "expected `rumple states 1`, a line end and states";
+        match fs::metadata(&self.file) {
+            Ok(about) => format!("{expected}, found {} bytes that hold no state", about.len()),
+            Err(error) => format!("{expected}, found {error}"),
+        }
+    }
 }
 
 /// Those in `root`, by name and from loose to tight; what of them cannot be read.
@@ -101,7 +146,8 @@ fn peer(said: Said, folder: &Path) -> Peer {
         timing: Some(Timing { start: 0.0, steps: said.seconds.clone() }),
         shown: None,
     };
-    let states = states::read(&folder.join(ResultDirectory::STATES));
+    let file = folder.join(ResultDirectory::STATES);
+    let states = states::read(&file);
     let Said { integrator, tolerance, fixed_steps, .. } = said;
-    Peer { integrator, tolerance, fixed_steps, found, states }
+    Peer { integrator, tolerance, fixed_steps, found, states, file }
 }

@@ -282,7 +282,7 @@ fn fits(
     let Some(tolerance) = options.tolerances.first() else {
         return Err(Error::Refused("no tolerances are given".into()));
     };
-    let scene = Scene::varied(scene, set, &[choice.at(scene, set, *tolerance)?])?;
+    let scene = choice.scene(scene, set, *tolerance)?;
     match Simulation::new(&scene, search) {
         Ok(_) => Ok(None),
         Err(Error::Solve(SolveError::Pairing(why))) => Ok(Some(why)),

@@ -313,10 +313,10 @@ pub fn run(
         return Ok(None);
     }
     if plan.fingerprint(number)? != point.fingerprint {
-        let message = format!(
-            "{}: the scene, a file that it names or a plugin has changed since the sweep was planned",
-            plan.name(number)
-        );
+        let file = plan.changed_file(number, &plan.files)?.map(|file| file.display().to_string());
+        let what = file.as_deref().unwrap_or("the scene, a file that it names or a plugin");
+        let message =
+            format!("{}: {what} has changed since the sweep was planned", plan.name(number));
         return Err(Error::Refused(message));
     }
     let scene = plan.scene(number)?;

@@ -15,6 +15,7 @@
 
 mod adopted;
 mod axis;
+mod changed;
 mod drawn;
 mod keys;
 mod member;

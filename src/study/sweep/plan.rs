@@ -14,7 +14,7 @@ use super::axis::{Axis, MOST, plain};
 use super::keys::check_keys;
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, fingerprint};
-use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 use crate::scene::{Scene, Shape, SheetSource};
 
@@ -43,6 +43,9 @@ pub struct Plan {
     /// How often the steps of a member are made, to time them, if they are short.
     #[serde(default)]
     pub repeats: u16,
+    /// Files that its scenes name, and plugins, with their hashes.
+    #[serde(default)]
+    pub files: BTreeMap<PathBuf, String>,
     /// The members.
     pub members: Vec<Point>,
 }
@@ -100,6 +103,7 @@ impl Plan {
             plugin_limit: f64::INFINITY,
             states: false,
             repeats: 1,
+            files: BTreeMap::new(),
             members: Vec::new(),
         };
         for number in 0..count {
@@ -223,6 +227,7 @@ impl Plan {
         for number in 0..self.members.len() {
             self.members[number].fingerprint = self.print(number, &mut known)?;
         }
+        self.files = known;
         Ok(())
     }
 
@@ -234,7 +239,11 @@ impl Plan {
         self.print(number, &mut BTreeMap::new())
     }
 
-    fn print(&self, number: usize, known: &mut BTreeMap<PathBuf, String>) -> Result<String> {
+    pub(super) fn print(
+        &self,
+        number: usize,
+        known: &mut BTreeMap<PathBuf, String>,
+    ) -> Result<String> {
         let scene = self.scene(number)?;
         let mut text = scene.resolved()?;
         let mut files: Vec<PathBuf> =
@@ -310,24 +319,6 @@ impl Plan {
             }
         }
         Ok(())
-    }
-
-    /// What of a member has changed since it was run.
-    pub(super) fn difference(&self, number: usize, root: &Path) -> Result<String> {
-        let now = self.scene(number)?.resolved()?;
-        let written = ResultDirectory::resolved_in(&self.directory(root, number));
-        let then = fs::read_to_string(written).unwrap_or_default();
-        let mut pairs = then.lines().zip(now.lines());
-        let name = self.name(number);
-        Ok(match pairs.find(|(then, now)| then != now) {
-            Some((then, now)) => {
-                format!("the scene has changed: `{then}` for {name}, now `{now}`")
-            }
-            None if then.is_empty() || then != now => {
-                format!("the scene, a file that it names or a plugin has changed, for {name}")
-            }
-            None => format!("a file that the scene names or a plugin has changed, for {name}"),
-        })
     }
 }
 
