@@ -66,3 +66,24 @@ fn a_directory_with_something_else_in_it_is_left_alone() {
     let out = rumple(folder.path(), &["sweep", "scene.toml", "--out", ".", "--seeds", "2"]);
     assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
 }
+
+/// A file that scenes name, and that is another one now, is named.
+#[test]
+fn a_file_that_has_changed_is_named() {
+    let scene = "sheet = { file = 'disc.obj' }\ntime = { until = 1.0 }\n\
+                 [kinetics]\nrates.c = '-c'\ninitial.c = 1.0\n";
+    let folder = folder(scene);
+    let mesh = |vertices: &str| {
+        let size = ["--radius", "5", "--vertices", vertices, "--out", "disc.obj", "--force"];
+        let out = rumple(folder.path(), &[&["mesh", "generate", "disc"][..], &size].concat());
+        assert!(out.status.success(), "{}", text(&out.stderr));
+    };
+    let sweep = ["sweep", "scene.toml", "--over", "time.until=1,2", "--out", "out"];
+    mesh("100");
+    assert!(rumple(folder.path(), &sweep).status.success());
+    mesh("110");
+    let out = rumple(folder.path(), &sweep);
+    let message = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{message}");
+    assert!(message.contains("disc.obj has changed, for until = 1"), "{message}");
+}
