@@ -198,6 +198,7 @@ fn error(said: &str) -> String {
         .position(|l| l.starts_with("error") || l.starts_with("Error") || l.contains("×"));
     let text: Vec<&str> = lines.skip(from.unwrap_or(0)).take(6).collect();
     let text = text.join(" ").replace(['|', '\0'], "").replace("  ", " ");
-    let short: String = text.chars().take(300).collect();
-    short.split("target/").collect::<Vec<_>>().join("")
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/");
+    let text = text.replace(&format!("{own}target/"), "").replace(own, "");
+    text.chars().take(300).collect()
 }
