@@ -182,10 +182,10 @@ fn planted(fault: &str) -> String {
 fn a_plugin_that_ends_the_program_is_named() {
     let cases = [
         ("EXITS", "in rates at vertices", "exit"),
-        ("EXITS_LATE", "in rates at vertices", "exit"),
+        ("EXITS_LATE", "at vertices", "exit"),
         ("ABORTS", "in rates at vertices", "abort"),
         ("SEGFAULT", "in rates at vertices", "segmentation fault"),
-        ("SEGFAULT_LATE", "in rates at vertices", "segmentation fault"),
+        ("SEGFAULT_LATE", "at vertices", "segmentation fault"),
         ("DEEP", "in rates at vertices", "segmentation fault"),
         ("RAISES_FPE", "in rates at vertices", "arithmetic"),
         ("THREAD_FAULT", "on a thread of its own", "segmentation fault"),
