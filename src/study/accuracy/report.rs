@@ -184,7 +184,9 @@ fn known(case: &Case) -> Vec<String> {
 
 /// Fewest steps of a run with error control, if output times bound them: hardly more than one to each.
 fn bound_by_output(case: &Case, outputs: usize) -> Option<u64> {
-    let steps = case.points.iter().filter(|p| p.error(Quantity::Species).is_some());
+    // What has diverged says nothing of steps.
+    let near = |p: &&Point| p.error(Quantity::Species).is_some_and(|error| error < 0.5);
+    let steps = case.points.iter().filter(near);
     let fewest = steps.filter_map(|p| p.work().map(|w| w.steps)).filter(|n| *n > 0).min()?;
     (outputs > 2 && real(usize::try_from(fewest).ok()?) < 2.0 * real(outputs - 1)).then_some(fewest)
 }
