@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::study::sweep::{Axis, Plan};
 
 /// The tightest tolerance that can be met: numbers of 64 bits have 16 digits, and an error is a difference.
-const TIGHTEST: f64 = 1e-13;
+pub(super) const TIGHTEST: f64 = 1e-13;
 
 impl Options {
     /// Refuses what the scene file `scene` with `set` and the first of every one of `others` cannot have: errors of

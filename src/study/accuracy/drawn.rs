@@ -158,6 +158,12 @@ fn errors(title: &str, across: &str, mut curves: Vec<Curve>) -> Option<Panel> {
     Some(panel)
 }
 
+/// Whether a run has diverged in any way: it would leave no room for the rest.
+fn diverged(point: &Point) -> bool {
+    let far = |q: &Quantity| point.error(*q).is_some_and(|error| !(error <= FARTHEST));
+    Quantity::ALL.iter().any(far)
+}
+
 /// Error of `quantity` against `cost`, with how far the references are apart, as curves; what failed.
 fn against(
     study: &Study,
@@ -169,11 +175,10 @@ fn against(
     let mut failed = Vec::new();
     for (name, _) in study.curves.iter().enumerate() {
         let points = line(case, name)
+            .filter(|p| !diverged(p))
             .filter_map(|p| Some((cost(p)?, p.error(quantity)?)))
-            .filter(|p| p.0 > 0.0 && p.1 <= FARTHEST);
+            .filter(|p| p.0 > 0.0);
         curves.push(Curve { name, points: points.collect() });
-        // What has diverged would leave no room for the rest.
-        let diverged = |p: &&Point| p.error(quantity).is_some_and(|error| !(error <= FARTHEST));
         let lost = line(case, name).filter(|p| !p.ended() || diverged(p));
         failed.extend(lost.filter_map(|p| Some((name, cost(p)?))));
     }

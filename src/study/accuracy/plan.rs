@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::advice::Power;
+use super::asked::TIGHTEST;
 use super::branch;
 use super::{Line, Quantity, Role, Study};
 use crate::kinetics::Search;
@@ -242,7 +243,9 @@ fn references(
             Err(_) if options.references.is_empty() => continue,
             Err(error) => return Err(error),
         };
-        let Some(tolerance) = Positive::new(tightest / (tighter * still)) else { continue };
+        let Some(tolerance) = Positive::new((tightest / (tighter * still)).max(TIGHTEST)) else {
+            continue;
+        };
         let mut sets = vec![choice.at(scene, base, tolerance)?];
         sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
         let name = format!("{}, {}", choice.name, Power(tolerance.get()));
