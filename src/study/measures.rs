@@ -145,11 +145,9 @@ fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
     };
     let normals = vertex_normals(sheet, rest);
     let moved = || placed.iter().zip(rest).map(|(x, r)| x - r);
-    let most = |all: &mut dyn Iterator<Item = f64>| {
-        Some(all.fold(0.0, f64::max)).filter(|d| *d > STILL * radius).unwrap_or(0.0)
-    };
+    let seen = |d: f64| if d > STILL * radius { d } else { 0.0 };
     let along = moved().zip(&normals).map(|(d, n)| d.dot(n).abs());
-    (most(&mut moved().map(|d| d.norm())), most(&mut { along }))
+    (seen(moved().map(|d| d.norm()).fold(0.0, f64::max)), seen(along.fold(0.0, f64::max)))
 }
 
 /// Measures of a state; spots are where the first species is above `level`, or half way between its

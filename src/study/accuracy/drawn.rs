@@ -148,13 +148,12 @@ fn line(case: &Case, curve: usize) -> impl Iterator<Item = &Point> {
 
 /// A panel of errors. Those that are nothing but round-off have no place on a logarithmic axis: they are marks at the
 /// lower edge.
-fn errors(title: &str, across: &str, mut curves: Vec<Curve>) -> Option<Panel> {
-    let mut panel = panel(title, across, curves.clone())?;
-    for Curve { name, points } in &mut curves {
+fn errors(title: &str, across: &str, curves: Vec<Curve>) -> Option<Panel> {
+    let mut panel = panel(title, across, curves)?;
+    for Curve { name, points } in &mut panel.curves {
         panel.zeros.extend(points.iter().filter(|p| p.1 <= LEAST).map(|p| (*name, p.0)));
         points.retain(|p| p.1 > LEAST);
     }
-    panel.curves = curves;
     Some(panel)
 }
 

@@ -200,8 +200,7 @@ fn row(step: u64, m: &Measures) -> [f64; 10] {
     let none = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let step = real(usize::try_from(step).unwrap_or(usize::MAX));
     let (d, nearest) = (none(m.separation), none(m.nearest));
-    let heights = [m.amplitude, m.deflection];
-    [step, m.time, real(m.spots), d, nearest, m.share, heights[0], heights[1], m.energy, m.rate]
+    [step, m.time, real(m.spots), d, nearest, m.share, m.amplitude, m.deflection, m.energy, m.rate]
 }
 
 /// The time of the last output of the member in `directory`.
@@ -220,7 +219,7 @@ fn read_measures(directory: &Path) -> Vec<Measures> {
         };
         let spots = crate::num::whole(spots);
         let (separation, nearest) = (some(d), some(nearest));
-        let whole = Measures {
+        Some(Measures {
             time,
             energy,
             amplitude,
@@ -230,8 +229,7 @@ fn read_measures(directory: &Path) -> Vec<Measures> {
             nearest,
             share,
             rate,
-        };
-        Some(whole)
+        })
     };
     // A last line without its end may be a part of one.
     let whole = text.rfind('\n').map_or("", |end| &text[..end]);
