@@ -66,8 +66,13 @@ fn bad_arguments_are_refused_before_anything_is_made() {
         (&["--tolerances", "1e-30"], "--tolerances 1e-30: below 1e-13"),
         (&["--limit", "0.3"], "a whole number of seconds"),
     ];
+    refused(GROWING, &cases);
+}
+
+/// Each of the options is refused with what is expected, and nothing is made.
+fn refused(scene: &str, cases: &[(&[&str], &str)]) {
     for (arguments, expected) in cases {
-        let (folder, out) = study(GROWING, arguments);
+        let (folder, out) = study(scene, arguments);
         let message = text(&out.stderr);
         assert_eq!(out.status.code(), Some(2), "{arguments:?}: {message}");
         assert!(message.contains(expected), "{arguments:?}: {message}");
@@ -83,13 +88,7 @@ fn what_the_scene_lacks_is_refused() {
         (&["--of", "amplitude"], "nothing moves in this scene"),
         (&["--force-tolerances", "1e-5"], "nothing moves in this scene"),
     ];
-    for (arguments, expected) in cases {
-        let (folder, out) = study(DECAY, arguments);
-        let message = text(&out.stderr);
-        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {message}");
-        assert!(message.contains(expected), "{arguments:?}: {message}");
-        assert!(!folder.path().join("out").exists(), "{arguments:?}");
-    }
+    refused(DECAY, &cases);
     let (scene, folder) = ("scene.toml", folder(DECAY));
     let out = rumple(folder.path(), &["accuracy", scene, "--out", scene]);
     let message = text(&out.stderr);

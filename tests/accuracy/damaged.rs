@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{DECAY, GROWING, again, study, table, text};
+use super::{DECAY, GROWING, again, errors, study, table, text};
 use crate::run::program::rumple;
 
 /// `GROWING` as a study of one method in two policies.
@@ -47,9 +47,6 @@ fn runs_whose_files_are_damaged_are_made_again() {
     let said = text(&out.stderr);
     assert!(out.status.success(), "{said}");
     assert_eq!(said.matches(": begun").count(), 3, "{said}");
-    let errors = |rows: &[std::collections::BTreeMap<String, String>]| -> Vec<String> {
-        rows.iter().map(|row| row["error of the species"].clone()).collect()
-    };
     assert_eq!(errors(&before), errors(&table(folder.path())));
 }
 

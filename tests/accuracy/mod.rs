@@ -55,3 +55,8 @@ pub fn row<'a>(
         .find(|row| row["integrator"] == integrator && number(row, "tolerance") == tolerance);
     found.unwrap_or_else(|| panic!("no {integrator} at {tolerance}: {rows:?}"))
 }
+
+/// The errors of all rows, as they are written.
+pub fn errors(rows: &[BTreeMap<String, String>]) -> Vec<String> {
+    rows.iter().map(|row| row["error of the species"].clone()).collect()
+}

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{DECAY, again, study, table, text};
+use super::{DECAY, again, errors, study, table, text};
 
 #[test]
 fn a_study_goes_on_with_the_runs_that_are_left() {
@@ -19,9 +19,6 @@ fn a_study_goes_on_with_the_runs_that_are_left() {
     let said = text(&out.stderr);
     assert!(out.status.success(), "{said}");
     assert_eq!(said.matches(": begun").count(), 1, "{said}");
-    let errors = |rows: &[std::collections::BTreeMap<String, String>]| -> Vec<String> {
-        rows.iter().map(|row| row["error of the species"].clone()).collect()
-    };
     assert_eq!(errors(&before), errors(&table(folder.path())));
     // What there is can be gathered again from its folder alone.
     let out = crate::run::program::rumple(folder.path(), &["accuracy", "out"]);
