@@ -53,8 +53,8 @@ impl Surface {
 
     /// Checks the soup and makes it a sheet, vertices and triangles in the same order.
     ///
-    /// Triangles that face against their neighbours are turned; the findings say which. Only
-    /// findings that are not fatal are returned.
+    /// Triangles that face against their neighbours are turned, and so are all of a closed surface with
+    /// its normals inwards; the findings say which. Only findings that are not fatal are returned.
     ///
     /// # Errors
     /// The first fatal finding of [`examine`], with the file's name where there is one.

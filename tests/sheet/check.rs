@@ -130,6 +130,36 @@ fn turned_triangles_are_turned_back_and_reported() {
     }
 }
 
+/// H was -1/r, so that a law with `pos(H)` was silent and a pressure pushed the other way.
+#[test]
+fn a_closed_mesh_that_faces_inwards_is_turned_over_with_a_note() {
+    let sphere = crate::common::icosphere(1, 3.0);
+    let shift = V::new(50.0, -20.0, 7.0);
+    let points: Vec<V> = sphere.rest().iter().map(|x| x + shift).collect();
+    let outwards = Surface { points, triangles: sphere.triangles().to_vec(), ..Surface::default() };
+    let (same, findings) = outwards.clone().into_sheet().unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!(same.triangles(), &outwards.triangles[..]);
+
+    let mut inwards = outwards.clone();
+    inwards.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    let (sheet, findings) = inwards.clone().into_sheet().unwrap();
+    let [finding] = &findings[..] else { panic!("{findings:?}") };
+    assert_eq!((finding.fault, finding.fatal), (Fault::FacesInwards, false));
+    assert!(finding.to_string().contains("normals inwards"), "{finding}");
+    assert_eq!(finding.count, outwards.triangles.len());
+    for t in sheet.triangles() {
+        let [a, b, c] = t.map(|v| sheet.rest()[v as usize]);
+        assert!((b - a).cross(&(c - a)).dot(&(a - shift)) > 0.0);
+    }
+
+    // With a hole there is no inside, and the file decides.
+    inwards.triangles.pop();
+    let (open, findings) = inwards.clone().into_sheet().unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!(open.triangles(), &inwards.triangles[..]);
+}
+
 proptest! {
     #![proptest_config(super::fixed(500))]
 

@@ -1,7 +1,13 @@
 //! Whether triangles hang together as one oriented manifold.
 
+use rumple_numerics::Vec3;
+use rumple_numerics::num::real;
+
 use super::graph::{Edges, Union};
 use super::{Fault, Findings, SHOWN};
+
+/// Enclosed volume over the sum of its parts' absolute values, below which the sign is one of round-off.
+const FLAT: f64 = 1e-9;
 
 impl Findings<'_> {
     /// Edges with more than two triangles; false if there are any.
@@ -59,8 +65,8 @@ impl Findings<'_> {
         );
     }
 
-    /// Turns triangles until neighbours agree.
-    pub(super) fn orient(&mut self, edges: &Edges, triangles: &mut [[u32; 3]]) {
+    /// Turns triangles until neighbours agree; whether that is possible.
+    pub(super) fn orient(&mut self, edges: &Edges, triangles: &mut [[u32; 3]]) -> bool {
         let mut neighbours: Vec<[Option<(usize, bool)>; 3]> = vec![[None; 3]; triangles.len()];
         for group in edges.groups() {
             if let [one, other] = group {
@@ -108,7 +114,7 @@ impl Findings<'_> {
                 "the surface has only one side (Möbius strip), seen at",
                 &twisted,
             );
-            return;
+            return false;
         }
         let against: Vec<_> = (0..turned.len()).filter(|&t| turned[t] == Some(true)).collect();
         for &t in &against {
@@ -119,10 +125,38 @@ impl Findings<'_> {
             "triangles oriented against their neighbours were reversed",
             &against,
         );
+        true
     }
 
-    /// Pieces that hang together by no vertex.
-    pub(super) fn pieces(&mut self) {
+    /// Turns an oriented surface over that is closed and has its normals inwards.
+    ///
+    /// ```text
+    /// 6 V = Σ_T a · (b × c)        < 0 where normals point inwards; corners from their mean
+    /// ```
+    pub(super) fn outwards(&mut self, edges: &Edges, triangles: &mut [[u32; 3]]) {
+        if edges.groups().any(|group| group.len() != 2) {
+            return;
+        }
+        let points = &self.surface.points;
+        let mean = points.iter().sum::<Vec3>() / real(points.len());
+        let part = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| points[v as usize] - mean);
+            a.dot(&b.cross(&c))
+        };
+        let (volume, size) = triangles
+            .iter()
+            .map(part)
+            .fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));
+        if volume < -FLAT * size {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            let message = "the closed surface had its normals inwards (mean curvature negative, pressure \
+                the other way): all its triangles were reversed";
+            self.report(Fault::FacesInwards, message, triangles.len(), std::iter::empty());
+        }
+    }
+
+    /// Pieces that hang together by no vertex; whether there is one only.
+    pub(super) fn pieces(&mut self) -> bool {
         let n = self.surface.points.len();
         let mut piece = Union::new(n);
         for &[a, b, c] in &self.surface.triangles {
@@ -144,5 +178,6 @@ impl Findings<'_> {
             );
             self.triangles(Fault::SeveralComponents, &message, &first);
         }
+        first.len() == 1
     }
 }

@@ -1,8 +1,9 @@
 //! What can be wrong with a triangle soup, each fault with its place.
 //!
 //! A sheet is one connected, oriented manifold: every edge has one or two triangles, the triangles
-//! around a vertex form one fan, and every vertex has a triangle. Orientation is repaired, anything
-//! else is fatal: a guess about what was meant would change the physics silently.
+//! around a vertex form one fan, and every vertex has a triangle. Orientation is repaired (a closed
+//! surface has its normals outwards), anything else is fatal: a guess about what was meant would
+//! change the physics silently.
 
 mod graph;
 mod manifold;
@@ -54,6 +55,8 @@ pub enum Fault {
     NonManifoldVertex,
     /// Triangles faced against their neighbours and were turned.
     Orientation,
+    /// A closed surface had its normals inwards and was turned over.
+    FacesInwards,
     /// No orientation suits all triangles (a Möbius strip).
     NotOrientable,
     /// The mesh falls into pieces that share no vertex.
@@ -89,7 +92,8 @@ impl fmt::Display for Finding {
 }
 
 /// Finds everything that is wrong with a soup, fatal faults first, and turns its triangles so that
-/// neighbours agree (the majority of every piece keeps its side).
+/// neighbours agree (the majority of every piece keeps its side) and a closed surface has its normals
+/// outwards.
 ///
 /// Faults that hide others end the search: edges are not looked at while triangles name vertices
 /// that do not exist.
@@ -107,9 +111,13 @@ pub fn examine(surface: &Surface) -> (Vec<Finding>, Vec<[u32; 3]>) {
         let edges = Edges::new(&triangles);
         if found.edges(&edges) {
             found.fans(&edges);
-            found.orient(&edges, &mut triangles);
+            let oriented = found.orient(&edges, &mut triangles);
+            if found.pieces() && oriented {
+                found.outwards(&edges, &mut triangles);
+            }
+        } else {
+            found.pieces();
         }
-        found.pieces();
     }
     found.list.sort_by_key(|f| !f.fatal);
     (found.list, triangles)
@@ -144,7 +152,8 @@ impl Findings<'_> {
         places: impl Iterator<Item = String>,
     ) {
         if count > 0 {
-            let fatal = !matches!(fault, Fault::Orientation | Fault::Needle);
+            let turned = matches!(fault, Fault::Orientation | Fault::FacesInwards);
+            let fatal = !turned && fault != Fault::Needle;
             let places = places.take(SHOWN).collect();
             self.list.push(Finding { fault, fatal, count, message: message.to_owned(), places });
         }
