@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 pub use self::problem::Problem;
 
 pub(crate) use self::deserialize::read;
-pub(crate) use self::problem::Explanation;
+pub(crate) use self::problem::{Explanation, choices};
 
 /// Tables and lists may be nested this deep; scenes need five levels. The bound keeps every
 /// recursion over a document far from the end of the stack.
@@ -247,6 +247,12 @@ struct Entry {
     inside: Vec<Entry>,
 }
 
+impl Entry {
+    fn overridden(&self) -> bool {
+        self.places.1.source > 0 || self.inside.iter().any(Self::overridden)
+    }
+}
+
 impl Index {
     /// Collects the places of everything below `root`.
     pub(crate) fn new(root: &Node) -> Self {
@@ -255,16 +261,25 @@ impl Index {
 
     /// Places of key and value at `path`, if it is written out.
     pub(crate) fn exactly(&self, path: &str) -> Option<&(Place, Place)> {
-        self.follow(path).filter(|(_, rest)| rest.is_empty()).map(|(places, _)| places)
+        self.entry(path).map(|entry| &entry.places)
+    }
+
+    /// Whether an override gives the value at `path`, or a part of it.
+    pub(crate) fn overridden(&self, path: &str) -> bool {
+        self.entry(path).is_some_and(Entry::overridden)
+    }
+
+    fn entry(&self, path: &str) -> Option<&Entry> {
+        self.follow(path).filter(|(_, rest)| rest.is_empty()).map(|(entry, _)| entry)
     }
 
     /// Places of key and value at `path`, or of its nearest ancestor that is written out.
     pub(crate) fn find(&self, path: &str) -> Option<&(Place, Place)> {
-        self.follow(path).map(|(places, _)| places)
+        self.follow(path).map(|(entry, _)| &entry.places)
     }
 
     /// The last entry on `path`, and what of that is left.
-    fn follow<'a>(&self, path: &'a str) -> Option<(&(Place, Place), &'a str)> {
+    fn follow<'a>(&self, path: &'a str) -> Option<(&Entry, &'a str)> {
         let (mut entries, mut rest, mut found) = (&self.entries, path, None);
         while !rest.is_empty() {
             let key = if found.is_some() { rest.strip_prefix('.') } else { Some(rest) };
@@ -278,7 +293,7 @@ impl Index {
             };
             let next = entries.iter().find_map(|entry| Some((entry, step(entry)?)));
             let Some((entry, after)) = next else { break };
-            (entries, rest, found) = (&entry.inside, after, Some((&entry.places, after)));
+            (entries, rest, found) = (&entry.inside, after, Some((entry, after)));
         }
         found
     }

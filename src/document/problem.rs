@@ -176,14 +176,18 @@ impl Problem {
             }
             What::UnknownKey { key, allowed } => {
                 let message = format!("unknown key {key}{}", place_in_words(&path));
-                (message, "not a key of this table".to_owned(), Some(choices(key, allowed)))
+                (
+                    message,
+                    "not a key of this table".to_owned(),
+                    Some(choices(key, ALLOWED, allowed)),
+                )
             }
             What::UnknownName { noun, name, allowed } => {
                 let message = match path.as_str() {
                     "" => format!("unknown {noun} {name:?}"),
                     _ => format!("{path}: unknown {noun} {name:?}"),
                 };
-                (message, format!("unknown {noun}"), Some(choices(name, allowed)))
+                (message, format!("unknown {noun}"), Some(choices(name, ALLOWED, allowed)))
             }
             What::Mismatch { expected, found } => {
                 let subject = if path.is_empty() { "the value" } else { &path };
@@ -217,14 +221,18 @@ fn place_in_words(path: &str) -> String {
     }
 }
 
-/// "did you mean …? allowed: …"; a word counts as meant when it is spelt much the same.
-pub(crate) fn choices(word: &str, allowed: &[String]) -> String {
+/// What a list of choices is called.
+pub(crate) const ALLOWED: &str = "allowed";
+
+/// "did you mean …? allowed: …", or what else `title` calls them; a word counts as meant when it is spelt
+/// much the same.
+pub(crate) fn choices(word: &str, title: &str, allowed: &[String]) -> String {
     if allowed.is_empty() {
-        return "no name is allowed here".to_owned();
+        return format!("{title}: none");
     }
     let first = allowed.get(..MOST_LISTED).unwrap_or(allowed);
     let more = if first.len() < allowed.len() { ", …" } else { "" };
-    let list = format!("allowed: {}{more}", first.join(", "));
+    let list = format!("{title}: {}{more}", first.join(", "));
     match nearest(word, allowed) {
         Some(meant) => format!("did you mean {meant}? {list}"),
         None => list,

@@ -175,10 +175,32 @@ fn written(
              another law's, say shared = [\"{name}\"]"
         ));
     }
-    for name in kinetics.unused() {
-        notes.push(format!("no formula of {path} mentions its parameter `{name}`"));
-    }
+    unread(scene, path, &kinetics, notes)?;
     Ok(kinetics)
+}
+
+/// Notes parameters that nothing of a law reads.
+///
+/// # Errors
+/// One that an override gives: runs that differ in nothing else would be the same.
+fn unread(
+    scene: &Scene,
+    path: &str,
+    kinetics: &FormulaKinetics,
+    notes: &mut Vec<String>,
+) -> Result<()> {
+    let table = format!("{path}.parameters");
+    for name in kinetics.unused() {
+        if scene.is_overridden(&path_to(&table, name)) {
+            let all = kinetics.descriptor().parameters.iter().map(|p| p.name.as_str());
+            let read: Vec<&str> =
+                all.filter(|p| !kinetics.unused().iter().any(|u| u == p)).collect();
+            let message = "no formula of the law reads this parameter: its value changes nothing";
+            return Err(scene.unread_key(&table, name, message, &read).into());
+        }
+        notes.push(format!("no formula of {path} reads its parameter `{name}`"));
+    }
+    Ok(())
 }
 
 /// The law of a plugin.

@@ -195,6 +195,12 @@ impl Scene {
         })
     }
 
+    /// Whether `--set` or `--over` gives the value at `path`, or a part of it.
+    #[must_use]
+    pub fn is_overridden(&self, path: &str) -> bool {
+        self.origin.index.overridden(path)
+    }
+
     /// Name of the scene's file.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -255,6 +261,18 @@ impl Scene {
     pub fn unknown_key(&self, table: &str, key: &str, noun: &str, allowed: &[&str]) -> SceneError {
         let place = self.origin.index.find(&path_to(table, key)).map(|(key, _)| key);
         self.error_placed(place, Problem::unknown_name(noun, key, allowed), None)
+    }
+
+    /// An error about the key `key` of the table at `table`, which is given and has no effect: nothing reads it.
+    ///
+    /// Help lists the keys `read` that have one, and the nearest of them.
+    #[must_use]
+    pub fn unread_key(&self, table: &str, key: &str, message: &str, read: &[&str]) -> SceneError {
+        let path = path_to(table, key);
+        let place = self.origin.index.find(&path).map(|(key, _)| key);
+        let read: Vec<String> = read.iter().map(|name| (*name).to_owned()).collect();
+        let help = crate::document::choices(key, "read", &read);
+        self.error_placed(place, Problem::plain(format!("{path}: {message}")), Some(&help))
     }
 
     /// An error about the text at `path`: it is none of the names `allowed`.

@@ -159,7 +159,7 @@ fn fields_that_cannot_be_are_refused_with_place_and_point() {
 fn a_parameter_that_no_formula_mentions_is_told() {
     let law = "rates.c = \"-beta*c\"\nparameters = { beta = 1.0, betta = 2.0 }";
     let (_, simulation) = prepare(&SCENE.replace("LAW", law), &[]);
-    assert_eq!(simulation.notes(), ["no formula of kinetics mentions its parameter `betta`"]);
+    assert_eq!(simulation.notes(), ["no formula of kinetics reads its parameter `betta`"]);
 }
 
 #[test]

@@ -45,6 +45,52 @@ fn bad_keys_and_values_are_refused_before_anything_is_made() {
     }
 }
 
+/// Rows were equal, with a note that scrolled by.
+#[test]
+fn a_parameter_that_nothing_reads_is_neither_swept_over_nor_set() {
+    let text_law = GROWING
+        .replace("sqrt(a) - c", "sqrt(kappa) - c")
+        .replace("{ a = 1.0 }", "{ kappa = 1.0, old = 2.0 }")
+        .replace("[kinetics]", "[kinetics]\nlet.nowhere = \"old\"");
+    let plugin =
+        GROWING.replace("rates.c = \"sqrt(a) - c\"\nlength_factor = \"1 + 0.1*c\"", "PLUGIN");
+    let plugin = plugin
+        .replace("PLUGIN", "plugin = \"curvature-feedback\"")
+        .replace("{ a = 1.0 }", "{ beta = 1.0 }");
+    let cases: [(&str, &str, &str, &[&str]); 5] = [
+        (&text_law, "--over", "kapp=0,1,2", &["[--over:1:1]", "nothing"]),
+        (&text_law, "--over", "kapp=0,1,2", &["did you mean kappa? read: kappa"]),
+        // Declared in the scene, and mentioned only by what nothing mentions.
+        (&text_law, "--over", "old=1,2", &["no formula of the law reads", "read: kappa"]),
+        (&plugin, "--over", "betta=0,1", &["no parameter `betta`", "did you mean `beta`?"]),
+        (&text_law, "--set", "kapp=1", &["[--set:1:1]", "kappa"]),
+    ];
+    for (scene, option, change, expected) in cases {
+        let folder = folder(scene);
+        let command = if option == "--set" { "run" } else { "sweep" };
+        let change = format!("kinetics.parameters.{change}");
+        let out = rumple(folder.path(), &[command, "scene.toml", "--out", "out", option, &change]);
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{change}: {message}");
+        for word in expected {
+            assert!(message.contains(word), "{change}: {word} in {message}");
+        }
+        assert!(!folder.path().join("out").exists(), "{change}");
+    }
+    // One that is read by way of a `let` may be set; in a scene that nobody varies it is a note.
+    let scene = text_law.replace("sqrt(kappa)", "sqrt(kappa) + 0*nowhere");
+    let folder_of = |scene: &str| folder(scene);
+    let check = |scene: &str, extra: &[&str]| {
+        let folder = folder_of(scene);
+        let out = rumple(folder.path(), &[&["check", "scene.toml"][..], extra].concat());
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        text(&out.stdout)
+    };
+    let said = check(&scene, &["--set", "kinetics.parameters.old=3"]);
+    assert!(!said.contains("reads its parameter"), "{said}");
+    assert!(check(&text_law, &[]).contains("no formula of kinetics reads its parameter `old`"));
+}
+
 #[test]
 fn a_directory_with_something_else_in_it_is_left_alone() {
     let folder = folder(GROWING);

@@ -161,10 +161,10 @@ impl FormulaKinetics {
             let wrong = |error| LawError { formula: Which::Observable(k), error };
             observables.push(insert(&mut graph, &names, text).map_err(wrong)?);
         }
-        let used = names.used.take();
+        let read = names.read();
         let mut kinetics = Self::compile(law, graph, &rates, factor, &observables)?;
         let all = law.parameters.iter().map(|p| &p.name);
-        kinetics.unused = all.filter(|name| !used.contains(*name)).cloned().collect();
+        kinetics.unused = all.filter(|name| !read.contains(*name)).cloned().collect();
         Ok(kinetics)
     }
 
@@ -258,7 +258,7 @@ impl FormulaKinetics {
         (self.rates.operations(), self.rate_partials.operations())
     }
 
-    /// Parameters that no formula mentions.
+    /// Parameters that neither rates nor length factor nor observables read, directly or by a `let`.
     #[must_use]
     pub fn unused(&self) -> &[String] {
         &self.unused

@@ -37,8 +37,10 @@ pub(super) struct Names<'a> {
     lets: HashMap<&'a str, Id>,
     /// Columns of all signals, by name.
     pub(super) columns: Vec<&'static str>,
-    /// Parameters that some formula mentions.
-    pub(super) used: RefCell<BTreeSet<String>>,
+    /// Parameters and `let`s that formulas outside of `let`s mention.
+    used: RefCell<BTreeSet<String>>,
+    /// Names that each `let` mentions.
+    parts: HashMap<&'a str, Vec<String>>,
 }
 
 impl<'a> Names<'a> {
@@ -53,13 +55,28 @@ impl<'a> Names<'a> {
             (parameter.name.as_str(), numbers)
         };
         let parameters = law.parameters.iter().enumerate().map(number).collect();
-        let (lets, used) = (HashMap::new(), RefCell::default());
-        Self { law, species, parameters, lets, columns, used }
+        let (lets, used, parts) = (HashMap::new(), RefCell::default(), HashMap::new());
+        Self { law, species, parameters, lets, columns, used, parts }
+    }
+
+    /// Names of parameters and `let`s that rates, length factor and observables read, also by way of `let`s.
+    pub(super) fn read(&self) -> BTreeSet<String> {
+        let mut read = self.used.borrow().clone();
+        let mut open: Vec<String> = read.iter().cloned().collect();
+        while let Some(name) = open.pop() {
+            for part in self.parts.get(name.as_str()).into_iter().flatten() {
+                if read.insert(part.clone()) {
+                    open.push(part.clone());
+                }
+            }
+        }
+        read
     }
 
     /// What a name stands for, or what there is instead.
     pub(super) fn find(&self, graph: &mut Graph, name: &str) -> Result<Id, String> {
         if let Some(id) = self.lets.get(name) {
+            self.used.borrow_mut().insert(name.to_owned());
             return Ok(*id);
         }
         if let Some(s) = self.species.get(name) {
@@ -114,7 +131,9 @@ impl<'a> Names<'a> {
                 return Err(wrong(k)(FormulaError::new(0..part.text.len(), message)));
             }
             let tree = parse::parse(&part.text).map_err(wrong(k))?;
+            let mentioned = self.parts.entry(name).or_default();
             tree.names(&mut |name| {
+                mentioned.push(name.to_owned());
                 if let Some(&other) = number.get(name) {
                     open[k] += 1;
                     part_of[other].push(k);
@@ -135,6 +154,8 @@ impl<'a> Names<'a> {
                 }
             }
         }
+        // What `let`s mention is read where they are.
+        self.used.take();
         match open.iter().position(|open| *open > 0) {
             None => Ok(()),
             Some(k) => {
