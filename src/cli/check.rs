@@ -118,7 +118,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         );
     }
     for note in &simulation.notes {
-        say!("note       {note}");
+        match note.strip_prefix("warning: ") {
+            Some(warning) => say!("warning    {warning}"),
+            None => say!("note       {note}"),
+        }
     }
     Ok(())
 }

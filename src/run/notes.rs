@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::{Result, Simulation};
+use super::{Result, Simulation, rest_areas};
 use crate::Vec3;
 use crate::geometry::aligned;
-use crate::model::{Drag, Potential};
+use crate::model::{Drag, Mechanics, Potential};
 use crate::num::Short;
-use crate::scene::Scene;
+use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
 use crate::solve::diagnosis;
 
@@ -24,6 +24,10 @@ const THIN: f64 = 0.1;
 /// The triangles of a disc cover it but for this factor of the radius.
 const ROUND: f64 = 1.02;
 
+/// Energies below this, in units of the force at unit strain times the size, are those of a plane in numbers of 32
+/// bits.
+const ROUND_OFF: f64 = 1e-9;
+
 /// The share of a start shape below which it has been relaxed away.
 const LEFT: f64 = 0.05;
 
@@ -35,6 +39,7 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
         let Some(second) = again.map(|k| number + 2 + k) else { continue };
         let sum = match name.as_str() {
             "stretching" | "bending" => "the energies add up",
+            "pressure" => "the pressures add up",
             name if name.starts_with("diffusion") => "the coefficients add up",
             _ => continue,
         };
@@ -75,7 +80,7 @@ fn radius(sheet: &Sheet) -> f64 {
         let values = || sheet.rest().iter().map(|x| x[axis]);
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
     };
-    let area = super::rest_areas(sheet).iter().sum::<f64>();
+    let area = rest_areas(sheet).iter().sum::<f64>();
     let half = 0.5 * (0..3).map(extent).fold(0.0, f64::max);
     (area / std::f64::consts::PI).sqrt().min(half)
 }
@@ -92,7 +97,7 @@ pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
     }
 }
 
-/// Looks at the loads on a sheet at rest.
+/// Looks at the pins and the loads on a sheet at rest.
 pub(super) fn on_loads(
     potential: &mut Potential,
     tolerance: f64,
@@ -100,6 +105,7 @@ pub(super) fn on_loads(
     notes: &mut Vec<String>,
 ) {
     let mechanics = Arc::clone(potential.mechanics());
+    on_pins(&mechanics, notes);
     let names: Vec<&str> = mechanics.names().collect();
     let scale = potential.force_scale();
     let loads: Vec<f64> = mechanics.applied_forces().iter().map(|f| f / scale).collect();
@@ -125,6 +131,37 @@ pub(super) fn on_loads(
              is accepted below equilibrium.tolerance = {tolerance:e}: the response to the load \
              will be inaccurate; use {:.0e}",
             1e-4 * load
+        ));
+    }
+}
+
+/// Looks at what pins leave free.
+fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
+    // In a plane z is no unknown.
+    let axes = if mechanics.is_planar() { 2 } else { 3 };
+    let all = mechanics.pins().iter().all(|fixed| fixed[..axes].iter().all(|fixed| *fixed));
+    if all && !mechanics.has_prescribed() {
+        notes.push("pins fix every vertex along every axis: the shape does not move".into());
+    }
+}
+
+/// Looks at a rest shape that is read from a file: bending is at rest where it is flat, so that a curved one is
+/// under stress from the start.
+pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mut Vec<String>) {
+    if !matches!(scene.sheet.source, SheetSource::File { .. }) {
+        return;
+    }
+    let sheet = Arc::clone(potential.sheet());
+    let energies = potential.energies(sheet.rest());
+    let mechanics = Arc::clone(potential.mechanics());
+    let bending = mechanics.names().zip(energies).filter(|(name, _)| name.starts_with("bending"));
+    let energy: f64 = bending.map(|(_, energy)| energy).sum();
+    let unit = potential.force_scale() * rest_areas(&sheet).iter().sum::<f64>().sqrt();
+    if energy > ROUND_OFF * unit {
+        notes.push(format!(
+            "warning: the shape of sheet.file is not free of stress: bending has the energy {energy:.4e} at the \
+             start, because its rest state is flat (lengths are at rest as they are); without loads the sheet \
+             unbends"
         ));
     }
 }

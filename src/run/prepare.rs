@@ -273,6 +273,7 @@ fn relaxer(
             .error_at("effect", &message, Some("leave out all but one of them"))
             .into());
     }
+    notes::on_rest_shape(scene, &mut potential, notes);
     notes::on_loads(
         &mut potential,
         scene.equilibrium.tolerance(),

@@ -71,6 +71,44 @@ fn shipped_scenes_are_ready_to_run_without_a_word() {
     assert!(count >= 5, "{count} scenes");
 }
 
+/// The guide called it free of stress; a half-sphere opened by itself, without a word.
+#[test]
+fn a_curved_shape_from_a_file_is_told_to_be_under_stress() {
+    let folder = tempfile::tempdir().unwrap();
+    let sphere = crate::common::icosphere(2, 10.0);
+    let flat = crate::common::lattice(6, 6);
+    for (name, sheet) in [("sphere", &sphere), ("flat", &flat)] {
+        let mut file = fs::File::create(folder.path().join(name).with_extension("obj")).unwrap();
+        rumple::sheet::write::mesh(sheet, rumple::sheet::write::MeshFormat::Obj, &mut file)
+            .unwrap();
+    }
+    let notes = |mesh: &str, effects: &str| {
+        let scene = format!(
+            "effect = [{effects}]\nmaterial = {{ young = 1e4, poisson = 0.3, thickness = 0.2 }}\n\
+             sheet.file = '{mesh}.obj'\ntime.until = 1.0\n"
+        );
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let scene = Scene::load(&folder.path().join("scene.toml"), &[]).unwrap();
+        let mut simulation = Simulation::new(&scene, &Search::in_directories(vec![])).unwrap();
+        (simulation.notes().join("\n"), simulation.energies().unwrap())
+    };
+    let (stretching, bending) =
+        ("{ kind = \"stretching\", model = \"stvk\" }", "{ kind = \"bending\" }");
+    let both = format!("{stretching}, {bending}");
+    let (said, energies) = notes("sphere", &both);
+    assert!(said.contains("warning: the shape of sheet.file is not free of stress"), "{said}");
+    assert!(said.contains(&format!("energy {:.4e} at the start", energies[1].1)), "{said}");
+    assert_eq!(notes("sphere", stretching).0, "");
+    assert_eq!(notes("flat", &both).0, "");
+    let out = std::process::Command::new(super::program())
+        .current_dir(folder.path())
+        .args(["check", "scene.toml", "--set", "sheet.file=sphere.obj"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(said.contains("\nwarning    the shape of sheet.file"), "{said}");
+}
+
 /// What is reported about a scene, in one text.
 fn reported(overrides: &[&str]) -> String {
     prepare(overrides).1.notes().join("\n")
