@@ -136,6 +136,9 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     for law in &done.laws {
         say!("{law}");
     }
+    if let Some(text) = done.self_intersection() {
+        say!("warning: {text}, at the end; there is no contact of a sheet with itself");
+    }
     if done.frames > 0 {
         let index = directory.index(format);
         say!("{} frames; open {} in ParaView", done.frames, index.display());

@@ -134,7 +134,8 @@ impl Crossings {
             }
             let places = first * LEAF..((first + 1) * LEAF).min(self.order.len());
             for &other in places.filter(|k| *k > place).map(|k| &self.order[k]) {
-                if cross(&corners, &sheet.triangles()[other as usize], x) {
+                let there = Bounds::of(sheet.triangles()[other as usize].map(|v| &x[v as usize]));
+                if there.meets(&own) && cross(&corners, &sheet.triangles()[other as usize], x) {
                     found.pairs += 1;
                     let pair = [t.min(other) as usize, t.max(other) as usize];
                     found.first = found.first.into_iter().chain([pair]).min();
@@ -154,31 +155,41 @@ fn spread(share: f64) -> u64 {
 /// Whether two triangles cross.
 fn cross(a: &[u32; 3], b: &[u32; 3], x: &[Vec3]) -> bool {
     let at = |t: &[u32; 3]| t.map(|v| x[v as usize]);
-    // Edges by the corners opposite of them.
-    let edges = |t: &[u32; 3], other: &[u32; 3], shared: usize| {
-        let all = (0..3).map(|k| (t[k], [t[(k + 1) % 3], t[(k + 2) % 3]]));
-        let other = *other;
-        all.filter(move |(opposite, _)| shared == 0 || other.contains(opposite))
-            .map(|(_, ends)| ends.map(|v| x[v as usize]))
-            .collect::<Vec<_>>()
-    };
     let shared = a.iter().filter(|v| b.contains(v)).count();
     let [p, q] = [at(a), at(b)];
     if shared == 2 {
         return folded_flat(a, b, x);
     }
-    let (of_a, of_b) = (edges(a, b, shared), edges(b, a, shared));
-    if q.iter().all(|x| volume(&p, x) == 0.0) {
+    let [of_a, of_b] = [[a, b], [b, a]].map(|[own, other]| edges(own, other, shared, x));
+    let sides = q.map(|x| volume(&p, &x));
+    // Most pairs whose boxes meet are those of neighbours, and those of the others that one plane parts.
+    if shared == 0 && (sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0)) {
+        return false;
+    }
+    if sides.iter().all(|side| *side == 0.0) {
         let normal = (p[1] - p[0]).cross(&(p[2] - p[0]));
         let inside = |x: &Vec3, t: &[Vec3; 3]| {
             let side = |k: usize| area(&t[k], &t[(k + 1) % 3], x, &normal);
             (0..3).all(|k| side(k) > 0.0) || (0..3).all(|k| side(k) < 0.0)
         };
-        return of_a.iter().any(|e| of_b.iter().any(|f| edges_cross(e, f, &normal)))
+        return of_a.clone().any(|e| of_b.clone().any(|f| edges_cross(&e, &f, &normal)))
             || p.iter().any(|x| inside(x, &q))
             || q.iter().any(|x| inside(x, &p));
     }
-    of_a.iter().any(|edge| pierces(edge, &q)) || of_b.iter().any(|edge| pierces(edge, &p))
+    of_a.into_iter().any(|edge| pierces(&edge, &q))
+        || of_b.into_iter().any(|edge| pierces(&edge, &p))
+}
+
+/// The edges of a triangle; of one that shares a corner with another those opposite of such corners.
+fn edges(
+    triangle: &[u32; 3],
+    other: &[u32; 3],
+    shared: usize,
+    x: &[Vec3],
+) -> impl Iterator<Item = [Vec3; 2]> + Clone {
+    let asked = move |k: &usize| shared == 0 || other.contains(&triangle[*k]);
+    let ends = |k: usize| [1, 2].map(|j| x[triangle[(k + j) % 3] as usize]);
+    (0..3).filter(asked).map(ends)
 }
 
 /// Six times the volume of the tetrahedron of a triangle and a point.

@@ -59,6 +59,8 @@ pub struct Reached {
     pub peak_resident_bytes: Option<u64>,
     /// How long the run was first predicted to take, if it was.
     pub predicted: Option<Predicted>,
+    /// Pairs of triangles that cross in the last output state or the last state of all; none where no shape moves.
+    pub crossings: Option<usize>,
 }
 
 /// How long a run was predicted to take, the relaxation of its start and output included.
@@ -208,6 +210,8 @@ pub struct Standing {
     pub cpu_seconds: Option<f64>,
     /// Largest resident memory of the process, bytes.
     pub peak_resident_bytes: Option<u64>,
+    /// Pairs of triangles that cross.
+    pub crossings: Option<usize>,
     /// Whether a process writes to the directory.
     pub in_use: bool,
 }
@@ -231,6 +235,7 @@ impl Standing {
             start: from_value(about["start"]["work"].take()).ok(),
             cpu_seconds: about["cpu_seconds"].as_f64(),
             peak_resident_bytes: about["peak_resident_bytes"].as_u64(),
+            crossings: from_value(about["crossings"].take()).ok(),
             in_use,
         })
     }

@@ -9,6 +9,7 @@ use super::forecast::{Clock, Outlook, Told};
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::{Reported, Shrinking};
+use super::self_intersection::SelfIntersection;
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, failure, laws, notes, report};
@@ -111,7 +112,9 @@ fn stepped(
         output: Duration::ZERO,
         predicted: None,
         laws: Vec::new(),
+        crossings: None,
     };
+    let mut intersection = SelfIntersection::default();
     let until = scene.time.span.until.get();
     let every = scene.output.every.map_or(until, |e| e.get().min(until));
     let mut written = 0usize;
@@ -134,7 +137,8 @@ fn stepped(
         let stopwatch = Instant::now();
         let due = shown != Some(simulation.state.step) && checkpoints.renew(simulation);
         let frames_before = frames.as_ref().map_or(0, |frames| frames.times().len());
-        let mut observers: Vec<&mut dyn Observer> = vec![&mut ledger, &mut rules];
+        let mut observers: Vec<&mut dyn Observer> =
+            vec![&mut ledger, &mut rules, &mut intersection];
         observers.extend(others.iter_mut().map(|other| -> &mut dyn Observer { &mut **other }));
         observers.extend(frames.as_mut().map(|frames| -> &mut dyn Observer { frames }));
         let spent = simulation.spent();
@@ -180,6 +184,11 @@ fn stepped(
             Err(error) => return Err(stopped(scene, simulation, directory, (error, None))),
         };
         drop(observers);
+        summary.crossings = intersection.pairs();
+        directory.claim().tell(|reached| reached.crossings = summary.crossings);
+        if let Some(text) = intersection.news() {
+            progress.message(&text);
+        }
         while real(written) * every <= simulation.state.time {
             written += 1;
         }

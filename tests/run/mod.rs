@@ -14,6 +14,7 @@ mod notes;
 mod old_format;
 pub mod program;
 mod resumed;
+mod self_intersection;
 mod stability;
 mod work;
 

@@ -9,7 +9,7 @@ use crate::Vec3;
 use crate::kinetics::Location;
 use crate::model::State;
 use crate::num::Short;
-use crate::run::{Error, Simulation};
+use crate::run::{Error, Simulation, self_intersection};
 use crate::scene::Scene;
 use crate::solve::tries::Cause;
 
@@ -67,6 +67,9 @@ fn facts(
     } else if let Some(place) = blame.place(simulation, x) {
         let what = if blame.named { "where" } else { "where most is left over" };
         fact(what, place);
+    }
+    if let Some(crossings) = self_intersection::of(simulation) {
+        fact("self-intersection", crossings);
     }
     text.push('\n');
 }

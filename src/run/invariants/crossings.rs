@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{Law, Said, Step};
-use crate::geometry::{Crossings, Found};
+use crate::geometry::Crossings;
 use crate::model::State;
 use crate::num::real;
-use crate::run::Result;
+use crate::run::{Result, self_intersection};
 use crate::sheet::Sheet;
 use crate::solve::Workspace;
 
@@ -23,19 +23,9 @@ impl NoCrossings {
     }
 
     fn said(&mut self, state: &State) -> Said {
-        let Found { pairs, first } = self.crossings.find(&self.sheet, &state.x);
-        let place = first.map_or_else(String::new, |[a, b]| {
-            let of = |t: usize| self.sheet.triangles()[t];
-            let [x, y, z] = of(a).map(|v| state.x[v as usize]).iter().sum::<crate::Vec3>().into();
-            format!(
-                "first triangles {a} (vertices {:?}) and {b} (vertices {:?}) near ({:.4}, {:.4}, {:.4})",
-                of(a),
-                of(b),
-                x / 3.0,
-                y / 3.0,
-                z / 3.0
-            )
-        });
+        let found = self.crossings.find(&self.sheet, &state.x);
+        let place = self_intersection::place(&self.sheet, &state.x, &found);
+        let pairs = found.pairs;
         Said { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
     }
 }

@@ -125,6 +125,8 @@ pub struct Found {
     pub start: Option<Work>,
     /// How long its steps take.
     pub timing: Option<Timing>,
+    /// Pairs of triangles that cross in its last state, where its shape moves.
+    pub crossings: Option<usize>,
     /// What its picture shows.
     pub shown: Option<Shown>,
 }
@@ -160,7 +162,8 @@ pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
         seconds: spent.as_ref().and_then(|s| s.cpu_seconds),
         memory: spent.as_ref().and_then(|s| s.peak_resident_bytes),
         work: spent.as_ref().and_then(|s| s.work),
-        start: spent.and_then(|s| s.start),
+        start: spent.as_ref().and_then(|s| s.start),
+        crossings: spent.and_then(|s| s.crossings),
         measures,
         timing: Timing::read(&directory),
         shown: if picture { read_shown(&directory) } else { None },

@@ -5,6 +5,7 @@ use super::member::{Found, MemberStatus};
 use super::plan::Plan;
 use crate::num::real;
 use crate::output::plot::label;
+use crate::run::self_intersection;
 use crate::study::measures::Measures;
 use crate::study::tables::{csv_table, markdown_table};
 use crate::tally::Work;
@@ -79,6 +80,11 @@ pub fn markdown(plan: &Plan, members: &[Found]) -> String {
     let ended = members.iter().filter(|f| !said(f).is_empty());
     let notes: Vec<String> =
         ended.map(|f| format!("* {}: {}: {}\n", f.name, f.status, said(f))).collect();
+    for found in members {
+        if let Some(pairs) = found.crossings.filter(|pairs| *pairs > 0) {
+            notes.push(format!("* {}: {}\n", found.name, self_intersection::words(pairs)));
+        }
+    }
     if !notes.is_empty() {
         text += "\n";
         text += &notes.concat();

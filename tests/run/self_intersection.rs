@@ -1,0 +1,62 @@
+//! A sheet that passes through itself is told at the end of a run, whether or not the scene asks.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::program::{folder, rumple, text};
+
+/// What standard output and standard error say, and the status.
+fn ran(folder: &Path, code: i32, keys: &[&str]) -> (String, String, Value) {
+    let set = keys.iter().flat_map(|key| ["--set", key]);
+    let args: Vec<&str> = ["run", "scene.toml", "--out", "result"].into_iter().chain(set).collect();
+    let out = rumple(folder, &args);
+    let (said, errors) = (text(&out.stdout), text(&out.stderr));
+    assert_eq!(out.status.code(), Some(code), "{errors}");
+    let status = fs::read_to_string(folder.join("result/status.json")).unwrap();
+    (said, errors, serde_json::from_str(&status).unwrap())
+}
+
+/// It ended with code 0 and no word.
+#[test]
+fn a_run_tells_that_the_sheet_passes_through_itself() {
+    let scene = fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let directory = folder(&scene);
+    let (said, errors, status) = ran(directory.path(), 0, &[]);
+    let pairs = status["crossings"].as_u64().unwrap();
+    assert!(pairs > 5, "{status}");
+    let words =
+        format!("warning: the sheet passes through itself: {pairs} pairs of triangles cross");
+    assert!(said.contains(&words), "{said}");
+    // The pole is through at the last output time alone.
+    assert_eq!(errors.matches("passes through itself").count(), 1, "{errors}");
+    assert!(errors.contains("warning: time 1: the sheet passes through itself"), "{errors}");
+    assert!(errors.contains("first triangles") && errors.contains("near ("), "{errors}");
+    assert!(errors.contains("`invariants.crossings = 0` ends a run"), "{errors}");
+
+    // Before the pole is there nothing is said.
+    let directory = folder(&scene);
+    let (said, errors, status) = ran(directory.path(), 0, &["time.until=0.5"]);
+    assert_eq!(status["crossings"], 0, "{status}");
+    assert!(!(said + &errors).contains("passes through itself"));
+
+    // Nor of shapes that do not move, which are not looked at.
+    let directory =
+        folder("sheet.shape = \"point\"\ntime.until = 1.0\nkinetics.rates.c = \"-c\"\n");
+    let (said, _, status) = ran(directory.path(), 0, &[]);
+    assert!(status["crossings"].is_null(), "{status}");
+    assert!(!said.contains("passes through itself"));
+}
+
+#[test]
+fn the_report_of_a_failure_tells_that_the_sheet_passes_through_itself() {
+    let scene = fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let directory = folder(&scene);
+    let (_, _, status) = ran(directory.path(), 1, &["kinetics.rates.c=\"sqrt(0.95 - t)\""]);
+    let report = fs::read_to_string(directory.path().join("result/failure/report.md")).unwrap();
+    assert!(report.contains("| self-intersection | the sheet passes through itself: "), "{report}");
+    assert!(report.contains("near ("), "{report}");
+    // Of the last output time.
+    assert_eq!(status["crossings"], 0, "{status}");
+}
