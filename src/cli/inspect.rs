@@ -8,7 +8,7 @@ use serde_json::json;
 use super::SceneArgs;
 use crate::output::{Compression, Inputs, ResultFile, vtu};
 use crate::run::stability::{StabilityReport, add_modes};
-use crate::run::{Error, Result, Simulation, inspect};
+use crate::run::{Error, Result, Simulation, inspect, overview};
 use crate::sheet::read;
 
 /// Arguments of `inspect`.
@@ -19,8 +19,8 @@ pub(super) struct InspectArgs {
     /// The state: points are positions, arrays are species by name; the scene's start if absent.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
-    /// File for the numbers in JSON, `-` for standard output; standard output is the default if none of
-    /// --json, --vtu and --stability is given.
+    /// File for all numbers in JSON, `-` for standard output; without --json, --vtu and --stability an overview
+    /// is printed.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// File for a frame with the scene's output fields, and the modes if asked for.
@@ -100,10 +100,14 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
             all.insert("relaxation".into(), work);
         }
     }
-    let text = serde_json::to_string(&result).unwrap_or_default();
     match &json {
-        Some(file) => file.write(|writer| writeln!(writer, "{text}"))?,
-        None if vtu.is_none() && stability.is_none() => say!("{text}"),
+        Some(file) => {
+            let text = serde_json::to_string(&result).unwrap_or_default();
+            file.write(|writer| writeln!(writer, "{text}"))?;
+        }
+        None if vtu.is_none() && stability.is_none() => {
+            say!("{}", overview::overview(&result).trim_end());
+        }
         None => {}
     }
     if let Some(file) = &vtu {

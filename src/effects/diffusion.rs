@@ -39,7 +39,7 @@ use crate::sheet::{Edge, Sheet};
 pub struct Diffusion {
     /// Which species.
     pub species: String,
-    /// Coefficient D, length²/time; the plugin's default if not given.
+    /// Coefficient D, length²/time; the plugin's default if not given, which must be above 0 then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coefficient: Option<NonNegative>,
     /// Discretisation; by default the one that fits where the species lives.
@@ -100,8 +100,16 @@ impl EffectSpec for Diffusion {
                 format!("its species: {}", names.join(", ")),
             );
         };
-        let coefficient =
-            self.coefficient.map_or(descriptor.species[species].diffusion, NonNegative::get);
+        let usual = descriptor.species[species].diffusion;
+        if self.coefficient.is_none() && usual == 0.0 {
+            return refuse(
+                "species",
+                format!("diffusion of {} has no coefficient, and the law gives none", self.species),
+                "coefficient = D in length²/time; a law written as text has no default, and 0 can be given"
+                    .into(),
+            );
+        }
+        let coefficient = self.coefficient.map_or(usual, NonNegative::get);
         let fitting = match location {
             Location::Vertex => DiffusionScheme::Cotan,
             Location::Face | Location::Edge => DiffusionScheme::GreenGauss,

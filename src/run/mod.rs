@@ -22,6 +22,7 @@ mod made_from;
 mod magnitudes;
 mod notes;
 mod observe;
+pub mod overview;
 mod plane;
 mod prepare;
 mod processor;

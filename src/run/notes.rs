@@ -36,7 +36,7 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
     let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
     for (number, name) in names.iter().enumerate().filter(|(k, name)| !names[..*k].contains(name)) {
         let again = names[number + 1..].iter().position(|other| other == name);
-        let Some(second) = again.map(|k| number + 2 + k) else { continue };
+        let Some(second) = again.map(|k| number + 1 + k) else { continue };
         let sum = match name.as_str() {
             "stretching" | "bending" => "the energies add up",
             "pressure" => "the pressures add up",
@@ -44,8 +44,7 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
             _ => continue,
         };
         notes.push(format!(
-            "the scene lists {name} more than once (effects {} and {second}): {sum}",
-            number + 1
+            "the scene lists {name} more than once (effect[{number}] and effect[{second}]): {sum}"
         ));
     }
     let tolerance = scene.equilibrium.tolerance();

@@ -113,7 +113,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         brought.holds(&effect);
         built.effects.push(brought);
         let said = spec.notes(&context).into_iter();
-        notes.extend(said.map(|said| format!("effect {} ({}): {said}", number + 1, spec.name())));
+        notes.extend(said.map(|said| format!("effect[{number}] ({}): {said}", spec.name())));
         for term in effect.energies {
             magnitudes::check_load(scene, number, &term, material.as_ref())?;
             terms.push(term);

@@ -117,7 +117,7 @@ fn reported(overrides: &[&str]) -> String {
 #[test]
 fn a_poisson_ratio_that_bonds_do_not_have_is_told() {
     let text = reported(&["material.poisson=0.3"]);
-    assert!(text.contains("effect 1 (stretching)"), "{text}");
+    assert!(text.contains("effect[0] (stretching)"), "{text}");
     assert!(text.contains("material.poisson = 0.3") && text.contains("stvk"), "{text}");
     assert_eq!(reported(&["material.poisson=0.33"]), "");
     assert_eq!(reported(&["material.poisson=0.3", "effect.stretching.model=stvk"]), "");
@@ -166,8 +166,53 @@ fn a_species_that_diffuses_twice_is_told() {
     let diffusion = "[[effect]]\nkind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1.0";
     assert_eq!(reported(&[diffusion]), "");
     let text = reported(&[diffusion, diffusion]);
-    assert!(text.contains("diffusion of c more than once (effects 4 and 5)"), "{text}");
+    assert!(text.contains("diffusion of c more than once (effect[3] and effect[4])"), "{text}");
     assert!(text.contains("coefficients add up"), "{text}");
+}
+
+#[test]
+fn a_pressure_that_is_listed_twice_is_told() {
+    let pressure = "[[effect]]\nkind = \"pressure\"\nvalue = 1e4";
+    assert_eq!(reported(&[pressure]), "");
+    let text = reported(&[pressure, pressure]);
+    assert!(text.contains("pressure more than once (effect[3] and effect[4])"), "{text}");
+    assert!(text.contains("the pressures add up"), "{text}");
+}
+
+#[test]
+fn a_sheet_that_is_pinned_everywhere_is_told() {
+    let pin =
+        |axes: &str| format!("[[effect]]\nkind = \"pin\"\nwhere = \"all\"\naxes = \"{axes}\"");
+    let text = reported(&[&pin("xyz")]);
+    assert!(text.contains("pins fix every vertex along every axis"), "{text}");
+    assert_eq!(reported(&[&pin("xy")]), "");
+    assert_eq!(
+        reported(&[&(pin("xyz") + "\ndisplacement = [0.1, 0.0, 0.0]\nramp.formula = \"t\"")]),
+        ""
+    );
+}
+
+/// D was 0, without a word.
+#[test]
+fn diffusion_without_a_coefficient_in_a_law_as_text_is_refused() {
+    let diffusion = "[[effect]]\nkind = \"diffusion\"\nspecies = \"c\"";
+    let text = super::SMALL.replace("# more effects", diffusion);
+    let law = text
+        .replace("plugin = \"curvature-feedback\"", "rates.c = \"-c\"")
+        .replace("parameters = { c_star = 0.1, b = 20.0 }\n", "");
+    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let made = |text: &str| {
+        let scene = Scene::parse(text, "scene.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
+        Simulation::new(&scene, &search).map(|s| s.notes().join("\n")).map_err(|e| e.to_string())
+    };
+    let error = made(&law).unwrap_err();
+    assert!(error.contains("diffusion of c has no coefficient, and the law gives none"), "{error}");
+    assert_eq!(
+        made(&law.replace(diffusion, &format!("{diffusion}\ncoefficient = 0.0"))),
+        Ok("".into())
+    );
+    // Nor has the plugin.
+    assert!(made(&text).unwrap_err().contains("has no coefficient"));
 }
 
 /// What `check` says of the small scene with these keys, which it refuses.

@@ -93,6 +93,32 @@ fn failed_members_keep_their_place_and_the_exit_code_says_so() {
     assert_eq!(rumple(folder.path(), &["sweep", "collect", "out"]).status.code(), Some(1));
 }
 
+/// Both columns were called `coefficient`.
+#[test]
+fn two_coefficients_in_a_table_say_of_which_species() {
+    let scene = GROWING
+        .replace("coefficient = 0.5 },", "coefficient = 0.5 },\n    DIFFUSION")
+        .replace("DIFFUSION", "{ kind = \"diffusion\", species = \"b\", coefficient = 0.5 },")
+        .replace("rates.c =", "rates.b = \"-b\"\nrates.c =");
+    let folder = folder(&scene);
+    let over = ["--over", "effect[3].coefficient=0.5,1", "--over", "effect[4].coefficient=2"];
+    let out =
+        rumple(folder.path(), &[&["sweep", "scene.toml", "--out", "out"][..], &over].concat());
+    let (said, told) = (text(&out.stdout), text(&out.stderr));
+    assert!(out.status.success(), "{told}");
+    let head = said.lines().next().unwrap();
+    for title in ["coefficient of diffusion of c", "coefficient of diffusion of b"] {
+        assert_eq!(head.matches(title).count(), 1, "{head}");
+    }
+    assert!(
+        told.contains("coefficient of diffusion of c = 0.5, coefficient of diffusion of b = 2")
+    );
+    assert!(told.contains("running 2 members, at most "), "{told}");
+    assert!(said.contains("2 members: 2 complete; tables, plots and pictures are in "), "{said}");
+    let table = rows(&folder.path().join("out/sweep.csv"));
+    assert_eq!(table[1]["effect[3].coefficient"], "1");
+}
+
 #[test]
 fn the_time_to_steady_is_that_of_a_run_that_ended_for_it() {
     let scene = GROWING.replace("until = 0.2,", "until = 50.0, stop_when_steady = 0.01,");

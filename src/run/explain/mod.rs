@@ -62,16 +62,12 @@ impl Line {
     }
 }
 
-/// `[stability], line 12`, if the scene has that.
+/// `[stability], line 12`, or `effect[0], line 7` as `--set` has it, if the scene has that.
 fn place(scene: &Scene, path: &str) -> Option<String> {
     let written = scene.written(path)?;
-    Some(match path.split_once('[') {
-        Some((table, number)) => {
-            let number: usize = number.trim_end_matches(']').parse().unwrap_or(0);
-            format!("[[{table}]] {}, {written}", number + 1)
-        }
-        None if path.contains('.') => format!("{path}, {written}"),
-        None => format!("[{path}], {written}"),
+    Some(match path.contains(['.', '[']) {
+        true => format!("{path}, {written}"),
+        false => format!("[{path}], {written}"),
     })
 }
 

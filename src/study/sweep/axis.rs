@@ -34,6 +34,9 @@ pub struct Axis {
     /// What every value sets, where values are names of settings: overrides, in place of `paths`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub settings: Vec<Vec<String>>,
+    /// What tables and pictures call it where another key has the same last word; empty where none has.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
 }
 
 impl Axis {
@@ -85,6 +88,7 @@ impl Axis {
             values,
             logarithmic,
             settings: Vec::new(),
+            title: String::new(),
         })
     }
 
@@ -92,15 +96,16 @@ impl Axis {
     #[must_use]
     pub fn seeds(paths: Vec<String>, count: usize) -> Self {
         let values = (1..=count).map(|seed| seed.to_string()).collect();
-        let (logarithmic, settings) = (false, Vec::new());
-        Self { key: SEED.to_owned(), paths, values, logarithmic, settings }
+        let (logarithmic, settings, title) = (false, Vec::new(), String::new());
+        Self { key: SEED.to_owned(), paths, values, logarithmic, settings, title }
     }
 
     /// Named groups of overrides, under the key `key`.
     #[must_use]
     pub fn named(key: &str, named: Vec<(String, Vec<String>)>) -> Self {
         let (values, settings) = named.into_iter().unzip();
-        Self { key: key.to_owned(), paths: Vec::new(), values, logarithmic: false, settings }
+        let (key, paths, title) = (key.to_owned(), Vec::new(), String::new());
+        Self { key, paths, values, logarithmic: false, settings, title }
     }
 
     /// Whether its values are repetitions of one thing by other random numbers.
@@ -123,18 +128,24 @@ impl Axis {
         last.trim_matches('"')
     }
 
+    /// What tables and pictures call it: the last word of the key, with more where another key has the same.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        if self.title.is_empty() { self.short() } else { &self.title }
+    }
+
     /// Its values as numbers, if all are.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
         self.values.iter().map(|value| number(value)).collect()
     }
 
-    /// `key = value` of value `k`, the key without the tables that it is in; settings have a name alone.
+    /// `title = value` of value `k`; settings have a name alone.
     #[must_use]
     pub fn label(&self, k: usize) -> String {
         let value = plain(self.values.get(k).map_or("", String::as_str));
         if self.settings.is_empty() {
-            format!("{} = {value}", self.short())
+            format!("{} = {value}", self.title())
         } else {
             value.to_owned()
         }

@@ -41,6 +41,36 @@ pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<
     Ok(())
 }
 
+/// Gives keys that end with the same word titles that say what they are of: the effect, as in `coefficient of
+/// diffusion of u`, or all of the key.
+pub(super) fn tell_titles_apart(scene: &Path, set: &[String], axes: &mut [Axis]) -> Result<()> {
+    let shorts: Vec<String> = axes.iter().map(|axis| axis.short().to_owned()).collect();
+    let twice = |all: &[String], one: &String| all.iter().filter(|other| *other == one).count() > 1;
+    if !shorts.iter().any(|short| twice(&shorts, short)) {
+        return Ok(());
+    }
+    let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
+    let mut targets = Scene::targets(scene, set, &over)?;
+    let scene = Scene::varied(scene, set, &over)?;
+    let mut targets = targets.split_off(set.len()).into_iter();
+    let mut titles: Vec<String> = Vec::new();
+    for axis in &*axes {
+        // One path a key, but for seeds and settings.
+        let mut own = targets.by_ref().take(axis.overrides(0).count());
+        let effect = own.next().and_then(|target| {
+            let (number, _) = target.strip_prefix("effect[")?.split_once(']')?;
+            Some(scene.effects.get(number.parse::<usize>().ok()?)?.name())
+        });
+        own.for_each(drop);
+        titles.push(effect.map_or(axis.key.clone(), |name| format!("{} of {name}", axis.short())));
+    }
+    for (k, axis) in axes.iter_mut().enumerate().filter(|(k, _)| twice(&shorts, &shorts[*k])) {
+        let unclear = twice(&titles, &titles[k]);
+        axis.title = if unclear { axis.key.clone() } else { titles[k].clone() };
+    }
+    Ok(())
+}
+
 /// The keys of all seeds that a scene has, with those it leaves to their defaults.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, MOST, plain};
-use super::keys::check_keys;
+use super::keys::{check_keys, tell_titles_apart};
 use crate::kinetics::Search;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::output::{OutputError, atomic};
@@ -78,7 +78,7 @@ impl Plan {
     /// # Errors
     /// No axes, keys that clash with one another or with `set`, too many members; a member whose scene
     /// is not valid, with its place.
-    pub fn new(scene: &Path, set: &[String], axes: Vec<Axis>) -> Result<Self> {
+    pub fn new(scene: &Path, set: &[String], mut axes: Vec<Axis>) -> Result<Self> {
         if axes.is_empty() {
             let message = "nothing to vary: give --over KEY=VALUES, as in \
                            --over material.thickness=0.5,1,1.5, or --seeds N";
@@ -90,6 +90,7 @@ impl Plan {
             return Err(Error::Refused(message));
         };
         check_keys(scene, set, &axes)?;
+        tell_titles_apart(scene, set, &mut axes)?;
         let absolute = std::path::absolute(scene)
             .map_err(|source| OutputError::Read { path: scene.to_owned(), source })?;
         let mut plan = Self {

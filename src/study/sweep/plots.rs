@@ -127,7 +127,7 @@ fn across_text(axis: &Axis, crosses: bool) -> String {
         let named = axis.values.iter().enumerate();
         let names: Vec<String> =
             named.map(|(k, value)| format!("{} {}", k + 1, super::axis::plain(value))).collect();
-        text = format!("{} ({})", axis.short(), names.join(", "));
+        text = format!("{} ({})", axis.title(), names.join(", "));
     }
     if crosses { text + "   × failed" } else { text }
 }

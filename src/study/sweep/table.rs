@@ -66,7 +66,7 @@ pub fn csv(plan: &Plan, members: &[Found]) -> String {
 pub fn markdown(plan: &Plan, members: &[Found]) -> String {
     let columns: Vec<&Column> =
         COLUMNS.iter().filter(|c| members.iter().any(|f| (c.of)(f).is_some())).collect();
-    let keys = plan.axes.iter().map(|axis| axis.short().to_owned());
+    let keys = plan.axes.iter().map(|axis| axis.title().to_owned());
     let mut rows: Vec<Vec<String>> = vec![
         keys.chain(["status".to_owned()]).chain(columns.iter().map(|c| c.title.into())).collect(),
     ];
@@ -78,7 +78,7 @@ pub fn markdown(plan: &Plan, members: &[Found]) -> String {
     }
     let mut text = markdown_table(&rows);
     let ended = members.iter().filter(|f| !said(f).is_empty());
-    let notes: Vec<String> =
+    let mut notes: Vec<String> =
         ended.map(|f| format!("* {}: {}: {}\n", f.name, f.status, said(f))).collect();
     for found in members {
         if let Some(pairs) = found.crossings.filter(|pairs| *pairs > 0) {
