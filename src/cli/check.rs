@@ -78,8 +78,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     say!("integrator {}", scene.time.integrator.name());
     if let Some(after) = simulation.integrator.renewed_after() {
         say!(
-            "           what its library remembers cannot be stored: it begins anew every {after} steps, and \
-             has its checkpoints there"
+            "           the history of past steps cannot be checkpointed: it restarts from the state every {after} steps, \
+             and checkpoints are written there"
         );
     }
     if model.moves() {

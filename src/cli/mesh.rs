@@ -151,10 +151,9 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
             }
             print(args.json, &value, &lines.join("\n"));
             if fatal > 0 {
-                let message = format!(
-                    "unusable: {fatal} kinds of faults in {} triangles",
-                    surface.triangles.len()
-                );
+                let kinds = if fatal == 1 { "the kind of fault" } else { "the kinds of faults" };
+                let message =
+                    format!("the mesh is unusable; {kinds} above marked as error must be repaired");
                 return Err(SheetError::File { path: file.clone(), message }.into());
             }
         }

@@ -28,10 +28,16 @@ pub enum KineticsError {
         searched: Vec<String>,
     },
     /// No file at the path of a plugin.
-    #[error("plugin file {} does not exist (or is not a file)", path.display())]
+    #[error(
+        "plugin file {} does not exist (or is not a file){}",
+        path.display(),
+        hint(nearest.as_deref())
+    )]
     MissingFile {
         /// The path.
         path: PathBuf,
+        /// The plugin in that folder whose name is most like it.
+        nearest: Option<String>,
     },
     /// A folder at the path of a plugin.
     #[error("plugin {} is a folder: {}", path.display(), inside(libraries))]
@@ -358,18 +364,33 @@ pub(super) fn nearest<'a>(
 ) -> Option<String> {
     // Below this Jaro-Winkler similarity a suggestion is more puzzling than helpful.
     const LIKENESS: f64 = 0.7;
+    // Letters of a part that is taken for the whole.
+    const PART: usize = 3;
     // No misspelt names are that long (bytes), and to compare two takes the product of their lengths.
     const LONGEST: usize = 200;
     candidates
         .into_iter()
         .filter(|candidate| name.len() <= LONGEST && candidate.len() <= LONGEST)
         .map(|candidate| {
-            let likeness = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
-            (likeness, candidate)
+            let (name, other) = (name.to_lowercase(), candidate.to_lowercase());
+            // A part of it, as in `feedback`, or parts in another order.
+            let part = name.len() >= PART && (other.contains(&name) || same_words(&name, &other));
+            let likeness = strsim::jaro_winkler(&name, &other);
+            (if part { likeness.max(LIKENESS) } else { likeness }, candidate)
         })
         .filter(|(likeness, _)| *likeness >= LIKENESS)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// Whether two names are the same words in any order.
+fn same_words(one: &str, other: &str) -> bool {
+    let words = |name: &str| {
+        let mut words: Vec<String> = name.split(['-', '_']).map(str::to_owned).collect();
+        words.sort();
+        words
+    };
+    words(one) == words(other)
 }
 
 fn hint(nearest: Option<&str>) -> String {

@@ -119,7 +119,17 @@ impl Search {
 /// What is wrong with the path of a plugin that is not a file.
 pub(super) fn no_file(path: PathBuf) -> KineticsError {
     if !path.is_dir() {
-        return KineticsError::MissingFile { path };
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let here = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
+        let there = Search::in_directories(vec![here]).list();
+        let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let near = nearest(
+            &plugin_name(&path).unwrap_or_else(stem),
+            there.iter().map(|(name, _)| name.as_str()),
+        );
+        let file = near.and_then(|near| there.iter().find(|(name, _)| *name == near));
+        let nearest = file.map(|(_, file)| file.display().to_string());
+        return KineticsError::MissingFile { path, nearest };
     }
     let built = path.join("target").join("release");
     let libraries = Search::in_directories(vec![path.clone(), built]).list();

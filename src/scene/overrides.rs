@@ -112,7 +112,9 @@ fn set(
                 &mut entries[at].1
             }
             (Value::Array(items), segment) => {
-                let at = element(items, segment, &here()).map_err(|p| p.placed(place))?;
+                let rest = &segments[done + 1..];
+                let found = element(items, (segment, rest), &here());
+                let at = found.map_err(|p| p.placed(place))?;
                 followed[done] = Segment::Index(at);
                 &mut items[at]
             }
@@ -130,8 +132,12 @@ fn set(
     Ok(key_path(&followed))
 }
 
-/// Which element of a list a step of the path means.
-fn element(items: &[Node], segment: &Segment, list: &str) -> Result<usize, Problem> {
+/// Which element of a list a step of the path means; `rest` are those that follow it.
+fn element(
+    items: &[Node],
+    (segment, rest): (&Segment, &[Segment]),
+    list: &str,
+) -> Result<usize, Problem> {
     let index = match segment {
         Segment::Index(index) => Some(*index),
         Segment::Key(key) => key.parse().ok(),
@@ -139,12 +145,16 @@ fn element(items: &[Node], segment: &Segment, list: &str) -> Result<usize, Probl
     let count = items.len();
     match (index, segment) {
         (Some(index), _) if index < count => Ok(index),
-        (None, Segment::Key(wanted)) => by_kind(items, wanted, list),
+        (None, Segment::Key(wanted)) => by_kind(items, (wanted, rest), list),
         _ => Err(Problem::plain(format!("{list} has {count} elements, numbered from 0"))),
     }
 }
 
-fn by_kind(items: &[Node], wanted: &str, list: &str) -> Result<usize, Problem> {
+fn by_kind(
+    items: &[Node],
+    (wanted, rest): (&str, &[Segment]),
+    list: &str,
+) -> Result<usize, Problem> {
     let kinds: Vec<&str> = items
         .iter()
         .map(|item| match item.get("kind").map(|node| &node.value) {
@@ -158,6 +168,26 @@ fn by_kind(items: &[Node], wanted: &str, list: &str) -> Result<usize, Problem> {
         (Some((at, _)), Some(_)) => {
             let message = format!("{list} lists {wanted} more than once");
             Err(Problem::plain(message).help(format!("name one by its number, as in {list}[{at}]")))
+        }
+        (None, _) if kinds.iter().all(|kind| kind.is_empty()) => {
+            // A key of its elements, without saying of which: the first that has most of the path is meant.
+            let key = [Segment::Key(wanted.to_owned())];
+            let path = || key.iter().chain(rest);
+            let known = |item: &Node| {
+                let mut at = Some(item);
+                let step = |segment: &Segment| match segment {
+                    Segment::Key(key) => {
+                        at.and_then(|node| node.get(key)).inspect(|node| at = Some(node))
+                    }
+                    Segment::Index(_) => None,
+                };
+                path().map_while(step).count()
+            };
+            let most = items.iter().map(known).max().unwrap_or(0);
+            let place = items.iter().position(|item| known(item) == most).unwrap_or(0);
+            let message =
+                format!("{list} is a list of {}, named by their numbers from 0", items.len());
+            Err(Problem::plain(message).help(format!("write {list}[{place}].{}", key_path(path()))))
         }
         (None, _) => {
             let named: Vec<_> = kinds.into_iter().filter(|kind| !kind.is_empty()).collect();

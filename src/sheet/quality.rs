@@ -134,7 +134,7 @@ impl fmt::Display for MeshReport {
         let Self { quality: q, edge_length: l, .. } = self;
         writeln!(
             f,
-            "vertices         {} ({} on the boundary, {} inside without six neighbours)",
+            "vertices         {} ({} on the boundary, {} interior of valence other than 6)",
             self.vertices, self.boundary_vertices, self.irregular_vertices
         )?;
         writeln!(

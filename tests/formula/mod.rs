@@ -181,6 +181,15 @@ fn errors_point_to_the_place() {
     }
     let error = FormulaKinetics::new(&law("u + mean_curvatur")).unwrap_err().error;
     assert!(error.help.unwrap().contains("did you mean `mean_curvature`"));
+    let help = |text: &str| FormulaKinetics::new(&law(text)).unwrap_err().error.help.unwrap();
+    for (text, here) in [
+        ("ln(u)", "write log(x); there are pos"),
+        ("pow(u, 2)", "write x^y;"),
+        ("Heaviside(u)", "write step(x);"),
+        ("tan(u)", "write sin(x)/cos(x);"),
+    ] {
+        assert!(help(text).starts_with(here), "{text}: {}", help(text));
+    }
     let deep = "(".repeat(500) + "u" + &")".repeat(500);
     let error = FormulaKinetics::new(&law(&deep)).unwrap_err().error;
     assert!(error.message.contains("nested too deeply"));

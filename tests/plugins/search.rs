@@ -43,6 +43,20 @@ fn an_unknown_name_lists_what_there_is_and_where() {
         fs::copy(directory().join(&file), place.path().join(&file)).unwrap();
     }
     fs::write(place.path().join(search::file_name("other")), "no plugin").unwrap();
+    // Misspelt as a path, a part of the name, and its words in another order.
+    let path = format!("./{}", search::file_name("curvature-fedback"));
+    let nowhere = Search::in_directories(vec![]);
+    let text = nowhere.resolve(&path, place.path()).unwrap_err().to_string();
+    let near = search::file_name("curvature-feedback");
+    assert!(text.contains("does not exist") && text.contains("did you mean"), "{text}");
+    assert!(text.contains(&near), "{text}");
+    let there = Search::in_directories(vec![place.path().to_owned()]);
+    for (name, near) in
+        [("tension", "tension-feedback"), ("feedback-curvature", "curvature-feedback")]
+    {
+        let text = there.resolve(name, Path::new("/")).unwrap_err().to_string();
+        assert!(text.contains(&format!("did you mean `{near}`?")), "{text}");
+    }
     let missing = place.path().join("missing");
     let search = Search::in_directories(vec![missing.clone(), place.path().to_owned()]);
     let text = search.resolve("curvature-fedback", Path::new("/")).unwrap_err().to_string();

@@ -306,7 +306,10 @@ fn a_run_says_how_long_it_takes_and_how_far_off_that_was() {
         "{status}"
     );
     assert!(said.contains("in steps of 7.62939453125e-6; half the step about"), "{said}");
-    assert!(judged.contains("predicted after") && judged.contains("times that"), "{judged}");
+    assert!(
+        judged.contains("predicted after") && judged.contains("times the prediction"),
+        "{judged}"
+    );
 }
 
 #[test]

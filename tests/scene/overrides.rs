@@ -78,6 +78,22 @@ fn an_element_that_occurs_twice_needs_its_number() {
     assert!(Scene::parse(&text, "s.toml", &["effect[1].stiffness=3".to_owned()]).is_ok());
 }
 
+/// The help was "no name is allowed here".
+#[test]
+fn a_key_of_one_of_several_laws_needs_the_number_of_the_law() {
+    let at = SCENE.find("[kinetics]").unwrap();
+    let end = SCENE[at + 1..].find("\n[").map_or(SCENE.len(), |end| at + 1 + end);
+    let laws = "[[kinetics]]\nrates.a = \"-k*a\"\nparameters.k = 1.0\n\
+                [[kinetics]]\nrates.b = \"-gamma*b\"\nparameters.gamma = 1.0\n";
+    let text = [&SCENE[..at], laws, &SCENE[end..]].concat();
+    let error = refused(&text, &["kinetics.parameters.gamma=2"]);
+    assert_eq!(error.message(), "kinetics is a list of 2, named by their numbers from 0");
+    // Both have parameters, the second has this one.
+    assert_eq!(error.advice(), Some("write kinetics[1].parameters.gamma"));
+    let error = refused(&text, &["kinetics.location=\"face\""]);
+    assert_eq!(error.advice(), Some("write kinetics[0].location"));
+}
+
 #[test]
 fn a_mistake_in_the_file_can_be_overridden() {
     let text = SCENE.replacen("until = 500.0", "until = -1", 1);

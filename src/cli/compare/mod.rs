@@ -112,7 +112,7 @@ fn work(
         write(root, &members)?;
     }
     say!("{}", table(&members).trim_end());
-    say!("every output time, plots and, of sheets, pictures side by side: {}", root.display());
+    say!("tables of every output time, plots and pictures are in {}", root.display());
     let (all, ran) = (members.len(), members.iter().filter(|m| m.outcome.is_ok()).count());
     // A member that died ends the comparison as a run ends. Pairings that make no sense are expected
     // where all are tried; but if nothing ran there is nothing to compare.

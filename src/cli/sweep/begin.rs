@@ -159,12 +159,16 @@ impl Runs<'_> {
         let memory = self.how.memory.or_else(available);
         let pool = Pool { plan, root, program, jobs, memory };
         if !self.how.quiet && !members.is_empty() {
-            warn(&format!(
-                "{}; {} to run, {} at once at most",
-                counts(&gather(plan, root, false)),
-                members.len(),
-                jobs.min(members.len())
-            ));
+            let all = gather(plan, root, false);
+            // Of those that have not begun it says nothing more.
+            let standing = match members.len() == all.len() {
+                true => String::new(),
+                false => format!("{}; ", counts(&all)),
+            };
+            let jobs = jobs.min(members.len());
+            let (count, noun) =
+                (members.len(), if members.len() == 1 { "member" } else { "members" });
+            warn(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
         }
         let (mut ended, mut broken) = (0, None);
         let (mut written, mut took) = (Instant::now(), Duration::ZERO);

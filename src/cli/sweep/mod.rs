@@ -213,7 +213,7 @@ fn report(plan: &Plan, members: &[Found], root: &Path, quiet: bool) {
         return;
     }
     say!("{}", sweep::markdown(plan, members).trim_end());
-    say!("{}; tables, plots and, of sheets, pictures: {}", counts(members), root.display());
+    say!("{}; tables, plots and pictures are in {}", counts(members), root.display());
 }
 
 /// `3 complete, 1 failed`.

@@ -9,6 +9,7 @@
 //! exact and share what they have in common with the rates.
 
 mod derivative;
+mod foreign;
 mod graph;
 mod names;
 mod parse;

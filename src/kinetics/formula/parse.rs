@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use super::foreign::written_here;
 use crate::error::nearest;
 
 /// What is wrong with a formula, and where in its text.
@@ -323,9 +324,13 @@ impl Parser {
     ) -> Result<Tree, FormulaError> {
         let Some((_, function, count)) = FUNCTIONS.into_iter().find(|f| f.0 == name) else {
             let names: Vec<&str> = FUNCTIONS.iter().map(|f| f.0).collect();
-            let help = match nearest(name, names.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`? There are {}", names.join(", ")),
-                None => format!("there are {}", names.join(", ")),
+            let near = nearest(name, names.iter().copied());
+            let help = match (written_here(name), near) {
+                (Some(here), _) => format!("write {here}; there are {}", names.join(", ")),
+                (None, Some(near)) => {
+                    format!("did you mean `{near}`? There are {}", names.join(", "))
+                }
+                (None, None) => format!("there are {}", names.join(", ")),
             };
             return Err(FormulaError::new(span, format!("unknown function `{name}`")).help(help));
         };

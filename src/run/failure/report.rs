@@ -174,9 +174,14 @@ fn rejected(text: &mut String, simulation: &Simulation) {
         text.push('\n');
         return;
     }
+    let lengths = match (shortest < longest, tries.iter().filter(|t| t.step == last.step).count()) {
+        (true, _) => format!("lengths from {longest:.3e} down to {shortest:.3e}"),
+        (false, 1) => format!("the length {longest:.3e}"),
+        (false, count) => format!("the length {longest:.3e}, {count} times"),
+    };
     let _ = writeln!(
         text,
-        "\nOf step {} lengths from {longest:.3e} down to {shortest:.3e} were tried; ledger.csv lists them.\n",
+        "\nStep {} was tried with {lengths}; ledger.csv lists the tries.\n",
         last.step
     );
 }

@@ -60,7 +60,7 @@ pub fn judged(predicted: &Predicted) -> String {
     let mut text = format!("predicted after {}: {}", duration(after_seconds), about(range));
     if let Some(took) = took {
         text += &format!(
-            "; it took {}, {:.2} times that",
+            "; the run took {} ({:.2} times the prediction)",
             duration(took.seconds),
             took.seconds / seconds
         );

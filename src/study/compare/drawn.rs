@@ -50,7 +50,7 @@ pub fn figure(members: &[Member]) -> Figure {
     panel("distance of species from the first", "time", (false, true), over_time(|c| c.2));
     panel(
         "largest distance before divergence, by cost",
-        "seconds (▼ none, ▲ apart from the start, × failed)",
+        "seconds (▼ distance 0, ▲ diverged from the start, × failed)",
         (true, true),
         cost(members, reference),
     );
