@@ -12,6 +12,7 @@
 //! A file takes its name by a rename ([`atomic`]); the last few are kept.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -20,7 +21,7 @@ use super::{OutputError, ResultDirectory, atomic};
 
 /// Version of the format, and the program that writes it: another one computes other bits.
 const WRITER: &str =
-    concat!("rumple checkpoint 1, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
+    concat!("rumple checkpoint 2, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
 const HEADER: usize = 64;
 const HASH: usize = 32;
 
@@ -101,15 +102,22 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), OutputError> {
 /// # Errors
 /// [`Unusable`].
 pub fn read(path: &Path) -> Result<Vec<u8>, Unusable> {
-    let mut bytes = fs::read(path).map_err(|_| Unusable::Damaged("it cannot be read"))?;
-    let header = bytes.get(..HEADER).ok_or(Unusable::Damaged("it is too short"))?;
-    let header = String::from_utf8_lossy(header).trim_end().to_owned();
+    let unread = |_| Unusable::Damaged("it cannot be read");
+    let mut file = fs::File::open(path).map_err(unread)?;
+    let mut bytes = Vec::new();
+    // Whatever it is and however long: the rest is read only if the beginning is right.
+    file.by_ref().take(HEADER as u64).read_to_end(&mut bytes).map_err(unread)?;
+    if bytes.len() < HEADER {
+        return Err(Unusable::Damaged("it is too short"));
+    }
+    let header = String::from_utf8_lossy(&bytes).trim_end().to_owned();
     if !header.starts_with("rumple checkpoint ") {
         return Err(Unusable::Damaged("it does not begin as a checkpoint does"));
     }
     if header != WRITER {
         return Err(Unusable::Version { found: header });
     }
+    file.read_to_end(&mut bytes).map_err(unread)?;
     let Some((all, hash)) = bytes.split_last_chunk::<HASH>() else {
         return Err(Unusable::Damaged("it is too short"));
     };

@@ -27,17 +27,30 @@ impl FileRecord {
     /// # Errors
     /// [`OutputError::Read`] if it cannot be read.
     pub fn of(path: &Path) -> Result<Self, OutputError> {
-        let mut file = fs::File::open(path).map_err(OutputError::read(path))?;
-        let mut hasher = Sha256::new();
-        let mut buffer = vec![0; 1 << 16];
-        loop {
-            match file.read(&mut buffer).map_err(OutputError::read(path))? {
-                0 => break,
-                n => hasher.update(&buffer[..n]),
-            }
-        }
+        let hash = hash_of(path)?;
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        Ok(Self { path, sha256: hexadecimal(&hasher.finalize()) })
+        Ok(Self { path, sha256: hexadecimal(&hash) })
+    }
+}
+
+/// The first 64 bits of the SHA-256 of a file: enough to see that it has changed.
+///
+/// # Errors
+/// [`OutputError::Read`] if it cannot be read.
+pub fn digest_of(path: &Path) -> Result<u64, OutputError> {
+    Ok(hash_of(path)?.first_chunk().map_or(0, |first| u64::from_le_bytes(*first)))
+}
+
+/// SHA-256 of a file.
+fn hash_of(path: &Path) -> Result<Vec<u8>, OutputError> {
+    let mut file = fs::File::open(path).map_err(OutputError::read(path))?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer).map_err(OutputError::read(path))? {
+            0 => return Ok(hasher.finalize().to_vec()),
+            n => hasher.update(&buffer[..n]),
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::encode::decimal;
+use super::provenance::digest_of;
 use super::vtu::{self, Compression};
 use super::{Frame, OutputError, ResultDirectory, atomic, vtk};
 
@@ -41,6 +42,7 @@ pub struct Series {
     format: Format,
     compression: Compression,
     times: Vec<f64>,
+    digests: Vec<u64>,
 }
 
 impl Series {
@@ -54,18 +56,18 @@ impl Series {
     ) -> Result<Self, OutputError> {
         let frames = directory.frames();
         fs::create_dir_all(&frames).map_err(OutputError::write(&frames))?;
-        let format = Format::default();
-        Ok(Self { directory: directory.clone(), format, compression, times: Vec::new() })
+        let (format, times, digests) = (Format::default(), Vec::new(), Vec::new());
+        Ok(Self { directory: directory.clone(), format, compression, times, digests })
     }
 
-    /// The same series after the frames at `times`, which are in `directory`; those after them are no longer
-    /// in the index.
+    /// The same series after the frames at `times` with `digests`, which are in `directory`; those after them are no
+    /// longer in the index.
     ///
     /// # Errors
     /// [`OutputError::Directory`] if one of them is not there, [`OutputError::Write`] if the index cannot be
     /// written.
-    pub fn after(self, times: Vec<f64>) -> Result<Self, OutputError> {
-        let series = Self { times, ..self };
+    pub fn after(self, times: Vec<f64>, digests: Vec<u64>) -> Result<Self, OutputError> {
+        let series = Self { times, digests, ..self };
         let missing = (0..series.times.len()).map(|k| series.path(k)).find(|path| !path.is_file());
         if let Some(path) = missing {
             let path = path.strip_prefix(series.directory.root()).unwrap_or(&path).display();
@@ -89,20 +91,29 @@ impl Series {
     /// Writes `frame` and then the index with it; returns the path of the frame.
     ///
     /// # Errors
-    /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] if the disk
-    /// is full or refuses. The index then still lists the frames written before, all whole.
+    /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] and [`OutputError::Read`] if
+    /// the disk is full or refuses. The index then still lists the frames written before, all whole.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<PathBuf, OutputError> {
         let path = self.path(self.times.len());
         match self.format {
             Format::Vtu => vtu::write(&path, frame, self.compression)?,
             Format::Vtk => vtk::write(&path, frame)?,
         }
+        // Of what was just written, which the system has in memory.
+        let digest = digest_of(&path)?;
         self.times.push(frame.time);
         if let Err(error) = self.write_index() {
             self.times.pop();
             return Err(error);
         }
+        self.digests.push(digest);
         Ok(path)
+    }
+
+    /// Digests of the files of the frames written so far.
+    #[must_use]
+    pub fn digests(&self) -> &[u64] {
+        &self.digests
     }
 
     /// Times of the frames written so far.

@@ -43,6 +43,8 @@ pub(super) struct Place {
     pub(super) wall: f64,
     /// Times of the frames.
     pub(super) frames: Vec<f64>,
+    /// Digests of their files.
+    pub(super) digests: Vec<u64>,
     /// Events reported, and whether the last state had a direction down, where that is watched.
     pub(super) watch: Option<(usize, Option<bool>)>,
 }
@@ -76,6 +78,7 @@ impl Place {
         store_spent(record, &self.start);
         record.number(self.wall);
         record.numbers(&self.frames);
+        self.digests.iter().for_each(|digest| record.count(*digest));
         record.option(self.watch, |record, (events, unstable)| {
             record.count(events as u64);
             record.option(unstable, Record::flag);
@@ -83,10 +86,13 @@ impl Place {
     }
 
     fn read(reading: &mut Reading<'_>) -> Result<Self, Malformed> {
+        let (start, wall, frames) = (read_spent(reading)?, reading.number()?, reading.numbers()?);
+        let digests = frames.iter().map(|_| reading.count()).collect::<Result<_, _>>()?;
         Ok(Self {
-            start: read_spent(reading)?,
-            wall: reading.number()?,
-            frames: reading.numbers()?,
+            start,
+            wall,
+            frames,
+            digests,
             watch: reading
                 .option(|reading| Ok((reading.size()?, reading.option(Reading::flag)?)))?,
         })

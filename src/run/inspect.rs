@@ -8,6 +8,7 @@ use super::{Error, Result, Simulation, plane};
 use crate::Vec3;
 use crate::geometry::Curvature;
 use crate::kinetics::Location;
+use crate::num::Short;
 use crate::sheet::{Sheet, SheetError, Surface};
 use crate::solve::SolveError;
 
@@ -18,8 +19,8 @@ use crate::solve::SolveError;
 ///
 /// # Errors
 /// A surface with another number of vertices or other triangles, a position that is not finite, a
-/// species without an array, arrays of the wrong length, or a species that is not finite; with the
-/// vertex or triangle.
+/// species without an array, arrays of the wrong length, or a species that is not finite or out of its valid
+/// range; with the vertex or triangle.
 pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> {
     let refuse = |message: String| {
         Error::Sheet(match &surface.path {
@@ -103,6 +104,17 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
                 species.name,
                 array.values[point],
                 chemistry.location().noun()
+            )));
+        }
+        let valid = |c: &f64| *c >= species.lower && *c <= species.upper;
+        if let Some(point) = array.values.iter().position(|c| !valid(c)) {
+            return Err(refuse(format!(
+                "species `{}` of the state is {} at {} {point}; it is valid from {} to {}",
+                species.name,
+                Short(array.values[point]),
+                chemistry.location().noun(),
+                Short(species.lower),
+                Short(species.upper)
             )));
         }
         place.copy_from_slice(&array.values);

@@ -97,9 +97,14 @@ impl<'a> Frames<'a> {
         Ok(Some(Self { fields, series }))
     }
 
-    /// After those at `times`; later ones are dropped.
-    pub(super) fn after(self, times: &[f64]) -> Result<Self> {
-        Ok(Self { series: self.series.after(times.to_vec())?, ..self })
+    /// After those at `times` with `digests`; later ones are dropped.
+    pub(super) fn after(self, times: &[f64], digests: &[u64]) -> Result<Self> {
+        Ok(Self { series: self.series.after(times.to_vec(), digests.to_vec())?, ..self })
+    }
+
+    /// Digests of their files.
+    pub(super) fn digests(&self) -> &[u64] {
+        self.series.digests()
     }
 
     /// Their times.

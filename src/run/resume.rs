@@ -8,6 +8,7 @@ use super::made_from::MadeFrom;
 use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::Search;
 use crate::output::checkpoint::{self, Unusable};
+use crate::output::provenance::digest_of;
 use crate::output::{ResultDirectory, RunStatus, Standing};
 use crate::scene::Scene;
 
@@ -133,6 +134,19 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
     }
     let cut = (0..frames).map(|k| directory.frame(k)).find(|frame| !whole(frame));
     cut.map(|frame| format!("{} is cut short", frame.display()))
+        .or_else(|| changed(directory, &checkpoint.place.digests))
+}
+
+/// The first frame whose bytes are not those that the run wrote: they are part of the results of a run that goes on.
+fn changed(directory: &ResultDirectory, digests: &[u64]) -> Option<String> {
+    digests.iter().enumerate().find_map(|(k, digest)| {
+        let frame = directory.frame(k);
+        let frame = if frame.is_file() { frame } else { frame.with_extension("vtk") };
+        let same = digest_of(&frame).is_ok_and(|found| found == *digest);
+        (!same).then(|| {
+            format!("{} is not as the run wrote it: its bytes have changed", frame.display())
+        })
+    })
 }
 
 /// Whether a file of VTK's XML, if it is there, ends as one does.

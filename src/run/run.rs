@@ -88,7 +88,7 @@ fn stepped(
         Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
     };
     if let Some(place) = place {
-        frames = frames.map(|frames| frames.after(&place.frames)).transpose()?;
+        frames = frames.map(|f| f.after(&place.frames, &place.digests)).transpose()?;
         directory.cut_back(place.frames.len(), place.watch.map_or(0, |(events, _)| events))?;
     }
     let mut rules = StopRules::of(scene);
@@ -193,12 +193,15 @@ fn stepped(
             written += 1;
         }
         let place = || {
-            let frames = frames.as_ref().map_or(&[][..], |frames| frames.times());
+            let (times, digests) = frames
+                .as_ref()
+                .map_or((&[][..], &[][..]), |frames| (frames.times(), frames.digests()));
             // One of an interruption is not of the run without it.
             let extra = ending == Some(Ending::Interrupted) && !scheduled;
-            let frames = frames[..if extra { frames_before } else { frames.len() }].to_vec();
+            let count = if extra { frames_before } else { times.len() };
+            let (frames, digests) = (times[..count].to_vec(), digests[..count].to_vec());
             let wall = wall_before + clock.wall();
-            Place { start, wall, frames, watch: watch.as_ref().map(Watch::seen) }
+            Place { start, wall, frames, digests, watch: watch.as_ref().map(Watch::seen) }
         };
         match ending {
             None => checkpoints.accepted(simulation, place, due, progress),

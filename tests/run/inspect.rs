@@ -215,3 +215,63 @@ fn inspect_relax_tells_what_a_run_would_and_how_far_it_came() {
     assert!(done["residual"].as_f64().unwrap() <= done["tolerance"].as_f64().unwrap(), "{done}");
     assert!(done["iterations"].as_u64().unwrap() > 0, "{done}");
 }
+
+/// 266 kB of JSON came on one line.
+#[test]
+fn inspect_prints_an_overview_and_all_numbers_only_if_asked() {
+    let folder = folder(SMALL);
+    let out = rumple(folder.path(), &["inspect", "scene.toml"]);
+    let said = text(&out.stdout);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(said.len() < 4000 && said.lines().all(|line| line.len() < 100), "{said}");
+    let out = rumple(folder.path(), &["inspect", "scene.toml", "--json", "-"]);
+    let all: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let total = all["energy"]["total"].as_f64().unwrap();
+    assert!(said.contains(&format!("{total:.6e}")), "{said}");
+    let largest = numbers(&all["mean_curvature"]).into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let row = said.lines().find(|line| line.starts_with("mean_curvature [1/length]")).unwrap();
+    assert!(row.ends_with(&format!("{largest:.6e}")), "{row}");
+    for row in
+        ["stretching", "bending", "strain of bonds", "species c", "reaction c", "length_factor"]
+    {
+        assert!(said.lines().any(|line| line.starts_with(row)), "{row}: {said}");
+    }
+}
+
+/// `inspect` took it, and `run --from` failed in its first step, as a solver does.
+#[test]
+fn a_state_with_a_species_out_of_its_range_is_refused() {
+    let directory = folder(SMALL);
+    let path = directory.path();
+    let done = rumple(path, &["inspect", "scene.toml", "--vtu", "start.vtu"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let mut state = rumple::sheet::read::surface(path.join("start.vtu")).unwrap();
+    state.point_arrays.iter_mut().find(|a| a.name == "c").unwrap().values[13] = -5.0;
+    let (_, mut simulation) = prepare(&[]);
+    let error = inspect::take_state(&mut simulation, &state).unwrap_err().to_string();
+    assert!(error.contains("species `c` of the state is -5 at vertex 13"), "{error}");
+    assert!(error.contains("valid from 0 to"), "{error}");
+    let mut text_of = String::from("# vtk DataFile Version 3.0\nstate\nASCII\nDATASET POLYDATA\n");
+    text_of += &format!("POINTS {} double\n", state.points.len());
+    for x in &state.points {
+        text_of += &format!("{} {} {}\n", x.x, x.y, x.z);
+    }
+    text_of += &format!("POLYGONS {} {}\n", state.triangles.len(), 4 * state.triangles.len());
+    for [a, b, c] in &state.triangles {
+        text_of += &format!("3 {a} {b} {c}\n");
+    }
+    text_of +=
+        &format!("POINT_DATA {}\nSCALARS c double 1\nLOOKUP_TABLE default\n", state.points.len());
+    let c = state.point_arrays.iter().find(|a| a.name == "c").unwrap();
+    c.values.iter().for_each(|c| text_of += &format!("{c}\n"));
+    std::fs::write(path.join("wrong.vtk"), text_of).unwrap();
+    for args in [
+        &["inspect", "scene.toml", "--state", "wrong.vtk"][..],
+        &["run", "scene.toml", "--from", "wrong.vtk", "--out", "out"],
+    ] {
+        let out = rumple(path, args);
+        assert_eq!(out.status.code(), Some(2), "{args:?}: {}", text(&out.stderr));
+        assert!(text(&out.stderr).contains("wrong.vtk: species `c`"), "{}", text(&out.stderr));
+    }
+    assert!(!path.join("out").exists());
+}

@@ -248,13 +248,21 @@ fn what_cannot_go_on_says_why_and_what_can() {
     let bytes = fs::read(&first).unwrap();
     fs::write(&first, &bytes[..bytes.len() - 20]).unwrap();
     refused("frame", "frame_000000.vtu is cut short");
+    // As long as before, and another one.
+    let retouched = other("retouched");
+    let first = retouched.join("frames/frame_000000.vtu");
+    let mut bytes = fs::read(&first).unwrap();
+    let place = bytes.windows(9).position(|w| w == b"TimeValue").unwrap();
+    bytes[place] = b't';
+    fs::write(&first, bytes).unwrap();
+    refused("retouched", "frame_000000.vtu is not as the run wrote it: its bytes have changed");
 
     // Of another version, cut short, changed: none is misread.
     let last = |directory: &Path| checkpoints(directory).pop().unwrap();
     let version = other("version");
     for path in checkpoints(&version) {
         let mut bytes = fs::read(&path).unwrap();
-        let place = bytes.windows(12).position(|w| w == b"checkpoint 1").unwrap();
+        let place = bytes.windows(12).position(|w| w == b"checkpoint 2").unwrap();
         bytes[place + 11] = b'0';
         fs::write(&path, bytes).unwrap();
     }

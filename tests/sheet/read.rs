@@ -250,3 +250,19 @@ proptest! {
         }
     }
 }
+
+/// It took 10 s to read 3 GB of nothing.
+#[test]
+fn a_huge_file_of_zeros_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["zeros.obj", "zeros.vtu", "zeros.vtp", "zeros.vtk", "cut.obj", "cut.vtu"] {
+        let path = folder.path().join(name);
+        let head = if name.starts_with("cut") { "<VTKFile>\n" } else { "" };
+        std::fs::write(&path, head).unwrap();
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(3 << 30).unwrap();
+        let began = std::time::Instant::now();
+        let message = read::surface(&path).unwrap_err().to_string();
+        assert!(message.contains("with zero bytes"), "{name}: {message}");
+        assert!(began.elapsed().as_secs_f64() < 1.0, "{name}: {:?}", began.elapsed());
+    }
+}

@@ -187,7 +187,10 @@ fn compressed(
     let tail = if last == 0 { block } else { last };
     let total = block.checked_mul(blocks - 1).and_then(|b| b.checked_add(tail));
     if total != Some(bytes) {
-        return Err(format!("holds {total:?} bytes instead of {bytes}"));
+        return Err(match total {
+            Some(total) => format!("holds {total} bytes instead of {bytes}"),
+            None => format!("names blocks of more bytes than can be counted instead of {bytes}"),
+        });
     }
     budget.take(wide)?;
     let header = blocks.checked_add(3).and_then(|n| n.checked_mul(encoding.header));

@@ -10,6 +10,8 @@ mod obj;
 mod vtk;
 mod xml;
 
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::{SheetError, Surface};
@@ -44,8 +46,36 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
     if about.len() > LARGEST_FILE {
         return Err(wrong(format!("has {} bytes; at most {LARGEST_FILE} are read", about.len())));
     }
-    let bytes = std::fs::read(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
+    // Binary data of the old format may end with zeros.
+    let text_ends = ending != "vtk";
+    let bytes = content(path, about.len(), text_ends).map_err(wrong)?;
     let mut surface = parse(&bytes).map_err(wrong)?;
     surface.path = Some(path.to_owned());
     Ok(surface)
+}
+
+/// Bytes at both ends of a file that are looked at before the rest of it is read.
+const ENDS: u64 = 4096;
+
+/// The bytes of a file of `length` bytes. One that begins with zero bytes, or with `text_ends` ends with a page of them,
+/// is none of the formats: it is refused before gigabytes of nothing are read.
+fn content(path: &Path, length: u64, text_ends: bool) -> Result<Vec<u8>, String> {
+    let unread = |e: std::io::Error| format!("cannot be read: {e}");
+    let mut file = File::open(path).map_err(unread)?;
+    let mut end = Vec::new();
+    if text_ends && length > 2 * ENDS {
+        file.seek(SeekFrom::Start(length - ENDS)).map_err(unread)?;
+        file.by_ref().take(ENDS).read_to_end(&mut end).map_err(unread)?;
+        file.rewind().map_err(unread)?;
+    }
+    let mut bytes = Vec::new();
+    file.by_ref().take(ENDS).read_to_end(&mut bytes).map_err(unread)?;
+    if bytes.first() == Some(&0) || (!end.is_empty() && end.iter().all(|byte| *byte == 0)) {
+        let place = if bytes.first() == Some(&0) { "begins" } else { "ends" };
+        return Err(format!(
+            "{place} with zero bytes, as a file that was never written to its end: this is no mesh file"
+        ));
+    }
+    file.read_to_end(&mut bytes).map_err(unread)?;
+    Ok(bytes)
 }
