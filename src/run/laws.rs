@@ -175,30 +175,37 @@ fn written(
              another law's, say shared = [\"{name}\"]"
         ));
     }
-    unread(scene, path, &kinetics, notes)?;
+    unread(scene, path, (spec, &kinetics), notes)?;
     Ok(kinetics)
 }
 
-/// Notes parameters that nothing of a law reads.
+/// Notes parameters and `let`s that nothing of a law reads.
 ///
 /// # Errors
 /// One that an override gives: runs that differ in nothing else would be the same.
 fn unread(
     scene: &Scene,
     path: &str,
-    kinetics: &FormulaKinetics,
+    (spec, kinetics): (&KineticsSpec, &FormulaKinetics),
     notes: &mut Vec<String>,
 ) -> Result<()> {
-    let table = format!("{path}.parameters");
-    for name in kinetics.unused() {
-        if scene.is_overridden(&path_to(&table, name)) {
-            let all = kinetics.descriptor().parameters.iter().map(|p| p.name.as_str());
-            let read: Vec<&str> =
-                all.filter(|p| !kinetics.unused().iter().any(|u| u == p)).collect();
-            let message = "no formula of the law reads this parameter: its value changes nothing";
-            return Err(scene.unread_key(&table, name, message, &read).into());
+    let tables = [
+        ("parameters", "parameter", spec.parameters.keys().collect::<Vec<_>>(), kinetics.unused()),
+        ("let", "`let`", spec.r#let.keys().collect(), kinetics.unused_lets()),
+    ];
+    for (table, noun, all, unused) in tables {
+        let table = format!("{path}.{table}");
+        for name in unused {
+            if scene.is_overridden(&path_to(&table, name)) {
+                let all = all.iter().map(|name| name.as_str());
+                let read: Vec<&str> =
+                    all.filter(|name| !unused.iter().any(|u| u == name)).collect();
+                let message =
+                    format!("no formula of the law reads this {noun}: its value changes nothing");
+                return Err(scene.unread_key(&table, name, &message, &read).into());
+            }
+            notes.push(format!("no formula of {path} reads its {noun} `{name}`"));
         }
-        notes.push(format!("no formula of {path} reads its parameter `{name}`"));
     }
     Ok(())
 }

@@ -57,18 +57,20 @@ fn a_parameter_that_nothing_reads_is_neither_swept_over_nor_set() {
     let plugin = plugin
         .replace("PLUGIN", "plugin = \"curvature-feedback\"")
         .replace("{ a = 1.0 }", "{ beta = 1.0 }");
-    let cases: [(&str, &str, &str, &[&str]); 5] = [
+    let cases: [(&str, &str, &str, &[&str]); 6] = [
         (&text_law, "--over", "kapp=0,1,2", &["[--over:1:1]", "nothing"]),
         (&text_law, "--over", "kapp=0,1,2", &["did you mean kappa? read: kappa"]),
         // Declared in the scene, and mentioned only by what nothing mentions.
         (&text_law, "--over", "old=1,2", &["no formula of the law reads", "read: kappa"]),
         (&plugin, "--over", "betta=0,1", &["no parameter `betta`", "did you mean `beta`?"]),
         (&text_law, "--set", "kapp=1", &["[--set:1:1]", "kappa"]),
+        (&text_law, "--set", "kinetics.let.nowhere=\"2*old\"", &["reads this `let`", "read: none"]),
     ];
     for (scene, option, change, expected) in cases {
         let folder = folder(scene);
         let command = if option == "--set" { "run" } else { "sweep" };
-        let change = format!("kinetics.parameters.{change}");
+        let place = if change.starts_with("kinetics") { "" } else { "kinetics.parameters." };
+        let change = format!("{place}{change}");
         let out = rumple(folder.path(), &[command, "scene.toml", "--out", "out", option, &change]);
         let message = text(&out.stderr);
         assert_eq!(out.status.code(), Some(2), "{change}: {message}");

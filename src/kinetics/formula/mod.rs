@@ -104,6 +104,7 @@ pub struct FormulaKinetics {
     /// Numbers of the parameters that differ from point to point.
     varying: Vec<usize>,
     unused: Vec<String>,
+    unused_lets: Vec<String>,
     rates: Program,
     rate_partials: Program,
     factor: Option<(Program, Program)>,
@@ -166,6 +167,8 @@ impl FormulaKinetics {
         let mut kinetics = Self::compile(law, graph, &rates, factor, &observables)?;
         let all = law.parameters.iter().map(|p| &p.name);
         kinetics.unused = all.filter(|name| !read.contains(*name)).cloned().collect();
+        let lets = law.lets.iter().map(|part| &part.name);
+        kinetics.unused_lets = lets.filter(|name| !read.contains(*name)).cloned().collect();
         Ok(kinetics)
     }
 
@@ -246,6 +249,7 @@ impl FormulaKinetics {
             parameters: law.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect(),
             varying,
             unused: Vec::new(),
+            unused_lets: Vec::new(),
             rates: program(rates, &of_rates),
             rate_partials: program(&wanted, &of_rates),
             factor,
@@ -263,6 +267,12 @@ impl FormulaKinetics {
     #[must_use]
     pub fn unused(&self) -> &[String] {
         &self.unused
+    }
+
+    /// The same of `let`s.
+    #[must_use]
+    pub fn unused_lets(&self) -> &[String] {
+        &self.unused_lets
     }
 
     /// The inputs of a call: species, signals, parameters that vary.
