@@ -178,6 +178,24 @@ fn a_start_that_finds_no_rest_fails_again() {
     assert_eq!(reason(&first), reason(&message));
 }
 
+/// It said "lengths from 5.960e-10 down to 5.960e-10".
+#[test]
+fn a_step_that_was_tried_with_one_length_says_that_one() {
+    let point = "sheet.shape = \"point\"\ntime.until = 1.0\nkinetics.rates.c = \"sqrt(0.55-t)\"\n";
+    let folder = folder(point);
+    let said = |out: &str, integrator: &str| {
+        let key = format!("time.integrator={integrator}");
+        failing(folder.path(), &["scene.toml", "--out", out, "--quiet", "--set", &key]);
+        let report = read(&folder.path().join(out).join("failure"), "report.md");
+        let line = report.lines().find(|line| line.contains("was tried with"));
+        line.unwrap_or_else(|| panic!("{report}")).to_owned()
+    };
+    let one = said("a", "{ kind = \"staggered\", method = \"heun\", step = 0.1 }");
+    assert!(one.contains(" was tried with the length ") && !one.contains("down to"), "{one}");
+    let several = said("b", "{ kind = \"staggered\", chemistry = \"bdf\" }");
+    assert!(several.contains(" was tried with lengths from "), "{several}");
+}
+
 #[test]
 fn a_start_of_another_run_is_refused() {
     let folder = folder(LATE);

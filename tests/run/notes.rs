@@ -124,6 +124,22 @@ fn a_poisson_ratio_that_bonds_do_not_have_is_told() {
 }
 
 #[test]
+fn a_history_that_cannot_be_checkpointed_is_told_by_check() {
+    let folder = super::program::folder(super::SMALL);
+    let key = "time.integrator={ kind = \"monolithic\" }";
+    let out = rumple_test(folder.path(), &["check", "scene.toml", "--set", key]);
+    let words =
+        "the history of past steps cannot be checkpointed: it restarts from the state every 3000";
+    assert!(out.contains(words), "{out}");
+}
+
+fn rumple_test(folder: &std::path::Path, args: &[&str]) -> String {
+    let out = super::rumple(folder, args);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8_lossy(&out.stdout).into_owned()
+}
+
+#[test]
 fn a_drag_that_nobody_gave_is_told() {
     for policy in ["simultaneous", "chemistry-fast"] {
         let under = format!("time.policy=\"{policy}\"");
