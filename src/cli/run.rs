@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use clap::Args;
 
 use super::SceneArgs;
-use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory};
+use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::run::forecast::words;
 use crate::run::run::{self, Ending, Summary, with_status};
 use crate::run::{Error, Result, Simulation, inspect, laws};
@@ -136,7 +136,7 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     for law in &done.laws {
         say!("{law}");
     }
-    if let Some(text) = done.self_intersection() {
+    if let Some(text) = done.intersection.and_then(SelfIntersection::words) {
         say!("warning: {text}, at the end; there is no contact of a sheet with itself");
     }
     if done.frames > 0 {

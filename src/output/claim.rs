@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, from_value, json, to_value};
 
 use super::{OutputError, atomic, clock};
@@ -59,8 +59,32 @@ pub struct Reached {
     pub peak_resident_bytes: Option<u64>,
     /// How long the run was first predicted to take, if it was.
     pub predicted: Option<Predicted>,
-    /// Pairs of triangles that cross in the last output state or the last state of all; none where no shape moves.
-    pub crossings: Option<usize>,
+    /// Whether the sheet passes through itself in the last output state or the last state of all; none where no shape
+    /// moves.
+    #[serde(flatten)]
+    pub intersection: Option<SelfIntersection>,
+}
+
+/// Whether a sheet passes through itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SelfIntersection {
+    /// Pairs of triangles that cross.
+    pub crossings: usize,
+    /// Whether a closed sheet encloses its volume from the other side, which it cannot come to otherwise.
+    pub inside_out: bool,
+}
+
+impl SelfIntersection {
+    /// What there is to be said, if there is anything.
+    #[must_use]
+    pub fn words(self) -> Option<String> {
+        Some(match (self.crossings, self.inside_out) {
+            (0, false) => return None,
+            (0, true) => "the closed sheet is turned inside out, through itself".to_owned(),
+            (1, _) => "the sheet passes through itself: 1 pair of triangles crosses".to_owned(),
+            (n, _) => format!("the sheet passes through itself: {n} pairs of triangles cross"),
+        })
+    }
 }
 
 /// How long a run was predicted to take, the relaxation of its start and output included.
@@ -210,8 +234,8 @@ pub struct Standing {
     pub cpu_seconds: Option<f64>,
     /// Largest resident memory of the process, bytes.
     pub peak_resident_bytes: Option<u64>,
-    /// Pairs of triangles that cross.
-    pub crossings: Option<usize>,
+    /// Whether its sheet passes through itself.
+    pub intersection: Option<SelfIntersection>,
     /// Whether a process writes to the directory.
     pub in_use: bool,
 }
@@ -235,8 +259,8 @@ impl Standing {
             start: from_value(about["start"]["work"].take()).ok(),
             cpu_seconds: about["cpu_seconds"].as_f64(),
             peak_resident_bytes: about["peak_resident_bytes"].as_u64(),
-            crossings: from_value(about["crossings"].take()).ok(),
             in_use,
+            intersection: from_value(about).ok(),
         })
     }
 }

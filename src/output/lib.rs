@@ -43,7 +43,7 @@ pub mod vtu;
 use std::path::{Path, PathBuf};
 
 pub use checkpoint::CheckpointFiles;
-pub use claim::{Claim, Predicted, Reached, RunStatus, Standing, Took};
+pub use claim::{Claim, Predicted, Reached, RunStatus, SelfIntersection, Standing, Took};
 pub use directory::ResultDirectory;
 pub use failure::FailureFolder;
 pub use file::ResultFile;

@@ -31,7 +31,7 @@ mod reported;
 pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
-pub mod self_intersection;
+mod self_intersection;
 mod simulation;
 pub mod stability;
 mod start;

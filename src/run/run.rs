@@ -9,7 +9,7 @@ use super::forecast::{Clock, Outlook, Told};
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::{Reported, Shrinking};
-use super::self_intersection::SelfIntersection;
+use super::self_intersection::Intersections;
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, failure, laws, notes, report};
@@ -112,9 +112,9 @@ fn stepped(
         output: Duration::ZERO,
         predicted: None,
         laws: Vec::new(),
-        crossings: None,
+        intersection: None,
     };
-    let mut intersection = SelfIntersection::default();
+    let mut intersections = Intersections::default();
     let until = scene.time.span.until.get();
     let every = scene.output.every.map_or(until, |e| e.get().min(until));
     let mut written = 0usize;
@@ -138,7 +138,7 @@ fn stepped(
         let due = shown != Some(simulation.state.step) && checkpoints.renew(simulation);
         let frames_before = frames.as_ref().map_or(0, |frames| frames.times().len());
         let mut observers: Vec<&mut dyn Observer> =
-            vec![&mut ledger, &mut rules, &mut intersection];
+            vec![&mut ledger, &mut rules, &mut intersections];
         observers.extend(others.iter_mut().map(|other| -> &mut dyn Observer { &mut **other }));
         observers.extend(frames.as_mut().map(|frames| -> &mut dyn Observer { frames }));
         let spent = simulation.spent();
@@ -184,9 +184,9 @@ fn stepped(
             Err(error) => return Err(stopped(scene, simulation, directory, (error, None))),
         };
         drop(observers);
-        summary.crossings = intersection.pairs();
-        directory.claim().tell(|reached| reached.crossings = summary.crossings);
-        if let Some(text) = intersection.news() {
+        summary.intersection = intersections.last();
+        directory.claim().tell(|reached| reached.intersection = summary.intersection);
+        if let Some(text) = intersections.news() {
             progress.message(&text);
         }
         while real(written) * every <= simulation.state.time {

@@ -1,32 +1,35 @@
-//! Whether a sheet passes through itself: pairs of triangles that cross, counted at every frame and at the end of
-//! a run. There is no contact of a sheet with itself, so that such shapes are no results.
+//! Whether a sheet passes through itself: pairs of triangles that cross, and closed sheets turned inside out, looked
+//! for at every frame and at the end of a run. There is no contact of a sheet with itself, so that such shapes are no results.
 
 use super::observe::{Observer, StepInfo};
 use super::{Result, Simulation};
 use crate::Vec3;
 use crate::geometry::{Crossings, Found};
 use crate::model::Evaluation;
-use crate::num::Short;
+use crate::num::{Short, real};
+use crate::output::SelfIntersection;
 use crate::sheet::Sheet;
 
 /// What helps, in words.
 const ADVICE: &str = "there is no contact of a sheet with itself, and results from here on are not those \
     of one; `invariants.crossings = 0` ends a run there";
 
-/// Counts pairs of triangles that cross at output times and at the end of a run.
+/// Volume over the sum of the absolute values of its parts, below which it is that of a sheet folded flat.
+const FLAT: f64 = 1e-9;
+
+/// Looks for self-intersection at output times and at the end of a run.
 #[derive(Debug, Default)]
-pub(super) struct SelfIntersection {
-    /// Of the last shape that was looked at.
-    pairs: Option<usize>,
+pub(super) struct Intersections {
+    last: Option<SelfIntersection>,
     /// What is to be said of it, once in a run.
     news: Option<String>,
     told: bool,
 }
 
-impl SelfIntersection {
-    /// Pairs of the last shape that was looked at; none where no shape moves.
-    pub(super) fn pairs(&self) -> Option<usize> {
-        self.pairs
+impl Intersections {
+    /// Of the last shape that was looked at; none where no shape moves.
+    pub(super) fn last(&self) -> Option<SelfIntersection> {
+        self.last
     }
 
     /// A message when a shape passes through itself for the first time.
@@ -35,46 +38,56 @@ impl SelfIntersection {
     }
 }
 
-impl Observer for SelfIntersection {
+impl Observer for Intersections {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if !info.frame || !at.model().moves() {
             return Ok(());
         }
         let _scope = at.model().tally().meter("output", "self-intersection", &["shapes"]).scope(0);
         let (sheet, state) = (at.model().sheet(), at.state());
-        // Its boxes are not kept: frames are seldom, and memory is not.
-        let found = Crossings::new(sheet).find(sheet, &state.x);
-        self.pairs = Some(found.pairs);
-        if found.pairs > 0 && !std::mem::replace(&mut self.told, true) {
-            self.news = Some(format!(
-                "warning: time {}: {}, {}; {ADVICE}",
-                Short(state.time),
-                words(found.pairs),
-                place(sheet, &state.x, &found)
-            ));
+        let (found, place) = find(sheet, &state.x);
+        self.last = Some(found);
+        if let Some(words) = found.words().filter(|_| !self.told) {
+            self.told = true;
+            let time = Short(state.time);
+            self.news = Some(format!("warning: time {time}: {words}{place}; {ADVICE}"));
         }
         Ok(())
     }
 }
 
-/// The pairs of the last good state of a simulation with their place, in words; none where the sheet does not pass
-/// through itself.
+/// What there is to be said of the last good state of a simulation, with the place; none where its sheet does not
+/// pass through itself.
 pub(super) fn of(simulation: &Simulation) -> Option<String> {
     if !simulation.model().moves() {
         return None;
     }
-    let (sheet, x) = (simulation.sheet(), &simulation.state().x);
-    let found = Crossings::new(sheet).find(sheet, x);
-    (found.pairs > 0).then(|| format!("{}, {}", words(found.pairs), place(sheet, x, &found)))
+    let (found, place) = find(simulation.sheet(), &simulation.state().x);
+    found.words().map(|words| words + &place)
 }
 
-/// `the sheet passes through itself: 12 pairs of triangles cross`.
-#[must_use]
-pub fn words(pairs: usize) -> String {
-    match pairs {
-        1 => "the sheet passes through itself: 1 pair of triangles crosses".into(),
-        _ => format!("the sheet passes through itself: {pairs} pairs of triangles cross"),
-    }
+/// Looks at the shape `x`; also where the first pair of triangles crosses.
+fn find(sheet: &Sheet, x: &[Vec3]) -> (SelfIntersection, String) {
+    // Its boxes are not kept: frames are seldom, and memory is not.
+    let found = Crossings::new(sheet).find(sheet, x);
+    let closed = !sheet.boundary().contains(&true);
+    let [before, now] = [sheet.rest(), x].map(|x| side(sheet, x));
+    let inside_out = closed && before * now < 0.0;
+    let place = place(sheet, x, &found);
+    let place = if place.is_empty() { place } else { format!(", {place}") };
+    (SelfIntersection { crossings: found.pairs, inside_out }, place)
+}
+
+/// The sign of the volume that a closed sheet encloses, 0 where it is one of round-off.
+fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
+    let mean = x.iter().sum::<Vec3>() / real(x.len());
+    let cone = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| x[v as usize] - mean);
+        a.dot(&b.cross(&c))
+    };
+    let cones = sheet.triangles().iter().map(cone);
+    let (volume, size) = cones.fold((0.0, 0.0), |(v, s), cone: f64| (v + cone, s + cone.abs()));
+    if volume.abs() <= FLAT * size { 0.0 } else { volume.signum() }
 }
 
 /// Where the first pair of triangles crosses in the shape `x`; empty where none does.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::{Error, Result, self_intersection};
-use crate::output::{Predicted, ResultDirectory, RunStatus, interrupt};
+use super::{Error, Result};
+use crate::output::{Predicted, ResultDirectory, RunStatus, SelfIntersection, interrupt};
 use crate::tally::Spent;
 
 /// Why a run ended.
@@ -56,16 +56,8 @@ pub struct Summary {
     pub predicted: Option<Predicted>,
     /// Of every law of nature that the scene lists the largest value, in words.
     pub laws: Vec<String>,
-    /// Pairs of triangles that cross in the last state; none where no shape moves.
-    pub crossings: Option<usize>,
-}
-
-impl Summary {
-    /// That the sheet passes through itself at the end, if it does.
-    #[must_use]
-    pub fn self_intersection(&self) -> Option<String> {
-        self.crossings.filter(|pairs| *pairs > 0).map(self_intersection::words)
-    }
+    /// Whether the sheet passes through itself in the last state; none where no shape moves.
+    pub intersection: Option<SelfIntersection>,
 }
 
 /// A run that failed, with what is to be known of it on the disk.

@@ -50,7 +50,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         output: Duration::ZERO,
         predicted: None,
         laws: Vec::new(),
-        crossings: None,
+        intersection: None,
     };
     let ran = Ran {
         summary,

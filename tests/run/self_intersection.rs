@@ -49,6 +49,42 @@ fn a_run_tells_that_the_sheet_passes_through_itself() {
     assert!(!said.contains("passes through itself"));
 }
 
+/// Nothing crosses any more where a shell has come out at the other side.
+#[test]
+fn a_closed_sheet_that_is_turned_inside_out_is_told() {
+    let scene = "sheet = { shape = \"sphere\", radius = 3.0, vertices = 42 }\n\
+                 material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.2 }\n\
+                 effect = [{ kind = \"stretching\" }]\ntime.until = 1.0\n";
+    let directory = folder(scene);
+    let path = directory.path();
+    let out = rumple(path, &["inspect", "scene.toml", "--vtu", "start.vtu"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let start = rumple::sheet::read::surface(path.join("start.vtu")).unwrap();
+    let points: Vec<rumple::Vec3> = start.points.iter().map(|x| -x).collect();
+    // The reader would turn a mesh over, the states of a run it takes as they are.
+    let mirrored = rumple::sheet::Sheet::new(points, start.triangles).unwrap();
+    let mut file = fs::File::create(path.join("mirrored.vtu")).unwrap();
+    rumple::sheet::write::mesh(&mirrored, rumple::sheet::write::MeshFormat::Vtu, &mut file)
+        .unwrap();
+    let run = |from: &[&str]| {
+        let out =
+            rumple(path, &[&["run", "scene.toml", "--out", "result", "--force"], from].concat());
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        let status = fs::read_to_string(path.join("result/status.json")).unwrap();
+        let status: Value = serde_json::from_str(&status).unwrap();
+        (text(&out.stdout), status["crossings"].clone(), status["inside_out"].clone())
+    };
+    let (said, crossings, inside_out) = run(&["--from", "mirrored.vtu"]);
+    assert_eq!((crossings, inside_out), (0.into(), true.into()));
+    assert!(
+        said.contains("warning: the closed sheet is turned inside out, through itself"),
+        "{said}"
+    );
+    let (said, _, inside_out) = run(&[]);
+    assert_eq!(inside_out, false);
+    assert!(!said.contains("inside out"), "{said}");
+}
+
 #[test]
 fn the_report_of_a_failure_tells_that_the_sheet_passes_through_itself() {
     let scene = fs::read_to_string("models/hard/pushed.toml").unwrap();

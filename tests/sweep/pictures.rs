@@ -78,7 +78,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
         memory: Some(20_000_000),
         work: Some(Work { steps: 5, ..Work::default() }),
         start: None,
-        crossings: None,
+        intersection: None,
         timing: None,
         shown: Some(Shown {
             x: sheet.rest().to_vec(),

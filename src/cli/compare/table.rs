@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::Error;
+use crate::output::SelfIntersection;
 use crate::output::plot::label;
 use crate::study::compare::{DIVERGED, Divergence, Member, Ran};
 use crate::tally::Work;
@@ -41,6 +42,9 @@ pub(super) fn table(members: &[Member]) -> String {
                 if let Some(by) = &deviations.diverged {
                     diverged = true;
                     let _ = writeln!(notes, "{}: {}", member.name, in_words(by, ran, first));
+                }
+                if let Some(words) = ran.summary.intersection.and_then(SelfIntersection::words) {
+                    let _ = writeln!(notes, "{}: {words}", member.name);
                 }
                 let [shape, species] = match deviations.largest {
                     Some((shape, species)) => [shape, species].map(|d| format!("{d:.2e}")),

@@ -143,7 +143,7 @@ fn peer(said: Said, folder: &Path) -> Peer {
         memory: None,
         work: Some(work),
         start: Some(Work::default()),
-        crossings: None,
+        intersection: None,
         timing: Some(Timing { start: 0.0, steps: said.seconds.clone() }),
         shown: None,
     };

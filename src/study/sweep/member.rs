@@ -18,7 +18,7 @@ use crate::model::Evaluation;
 use crate::num::real;
 use crate::output::{
     Claim, Compression, Field, Frame, Interrupt, Ledger, OutputError, Progress, ResultDirectory,
-    RunStatus, Standing, vtu,
+    RunStatus, SelfIntersection, Standing, vtu,
 };
 use crate::run::resume::Resumed;
 use crate::run::run::{self, Ending, Summary};
@@ -125,8 +125,8 @@ pub struct Found {
     pub start: Option<Work>,
     /// How long its steps take.
     pub timing: Option<Timing>,
-    /// Pairs of triangles that cross in its last state, where its shape moves.
-    pub crossings: Option<usize>,
+    /// Whether its sheet passes through itself in its last state, where its shape moves.
+    pub intersection: Option<SelfIntersection>,
     /// What its picture shows.
     pub shown: Option<Shown>,
 }
@@ -163,7 +163,7 @@ pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
         memory: spent.as_ref().and_then(|s| s.peak_resident_bytes),
         work: spent.as_ref().and_then(|s| s.work),
         start: spent.as_ref().and_then(|s| s.start),
-        crossings: spent.and_then(|s| s.crossings),
+        intersection: spent.and_then(|s| s.intersection),
         measures,
         timing: Timing::read(&directory),
         shown: if picture { read_shown(&directory) } else { None },

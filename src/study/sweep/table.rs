@@ -4,8 +4,8 @@ use super::axis::plain;
 use super::member::{Found, MemberStatus};
 use super::plan::Plan;
 use crate::num::real;
+use crate::output::SelfIntersection;
 use crate::output::plot::label;
-use crate::run::self_intersection;
 use crate::study::measures::Measures;
 use crate::study::tables::{csv_table, markdown_table};
 use crate::tally::Work;
@@ -81,8 +81,8 @@ pub fn markdown(plan: &Plan, members: &[Found]) -> String {
     let mut notes: Vec<String> =
         ended.map(|f| format!("* {}: {}: {}\n", f.name, f.status, said(f))).collect();
     for found in members {
-        if let Some(pairs) = found.crossings.filter(|pairs| *pairs > 0) {
-            notes.push(format!("* {}: {}\n", found.name, self_intersection::words(pairs)));
+        if let Some(words) = found.intersection.and_then(SelfIntersection::words) {
+            notes.push(format!("* {}: {words}\n", found.name));
         }
     }
     if !notes.is_empty() {
