@@ -49,6 +49,24 @@ fn a_run_tells_that_the_sheet_passes_through_itself() {
     assert!(!said.contains("passes through itself"));
 }
 
+#[test]
+fn sweeps_and_comparisons_name_members_whose_sheet_passes_through_itself() {
+    let directory = folder(&fs::read_to_string("models/hard/pushed.toml").unwrap());
+    let said = |args: &[&str]| {
+        let out = rumple(directory.path(), args);
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        text(&out.stdout)
+    };
+    let over = ["--over", "time.until=0.5,1", "--out", "sweep"];
+    let sweep = said(&[&["sweep", "scene.toml"][..], &over].concat());
+    assert_eq!(sweep.matches("passes through itself").count(), 1, "{sweep}");
+    assert!(sweep.contains("* until = 1: the sheet passes through itself: "), "{sweep}");
+    let page = fs::read_to_string(directory.path().join("sweep/sweep.md")).unwrap();
+    assert!(page.contains("* until = 1: the sheet passes through itself: "), "{page}");
+    let compare = said(&["compare", "scene.toml", "--out", "compare"]);
+    assert!(compare.contains(": the sheet passes through itself: "), "{compare}");
+}
+
 /// Nothing crosses any more where a shell has come out at the other side.
 #[test]
 fn a_closed_sheet_that_is_turned_inside_out_is_told() {
