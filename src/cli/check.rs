@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::kinetics::Location;
-use crate::run::{self, Result, Simulation, laws};
+use crate::run::{self, Result, Simulation, laws, stiffness};
 use crate::sheet::MeshReport;
 
 /// Arguments of `check`.
@@ -24,6 +24,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let faults = laws::try_out(&mut simulation.evaluate())?;
     simulation.notes.extend(faults);
     simulation.evaluate().potential()?;
+    let stiffness = stiffness::lines(&scene, &mut simulation)?;
     let model = simulation.model();
     if args.resolved {
         say!("{}", scene.resolved()?.trim_end());
@@ -76,6 +77,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     }
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
+    for (k, line) in stiffness.iter().enumerate() {
+        say!("{:<10} {line}", if k == 0 { "stiffness" } else { "" });
+    }
     if let Some(after) = simulation.integrator.renewed_after() {
         say!(
             "           the history of past steps cannot be checkpointed: it restarts from the state every {after} steps, \
@@ -116,6 +120,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
              move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \
              break the symmetry"
         );
+    }
+    if let Some(listed) = simulation.breakpoints.listed() {
+        say!("steps      {listed}");
     }
     for note in &simulation.notes {
         match note.strip_prefix("warning: ") {

@@ -17,6 +17,8 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, EffectContext, EffectError, EffectSpec, Region};
+use crate::Vec3;
+use crate::kinetics::breakpoints::sampled;
 use crate::kinetics::formula::FieldFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
@@ -38,6 +40,11 @@ fn everywhere() -> Region {
 
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
+    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
+        let read = FieldFormula::new(&self.factor, true);
+        read.map_or_else(|_| Vec::new(), |formula| breakpoints(&formula, sheet, until))
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let inside = self.region.choose(context.sheet, "growth")?;
         let refuse = |message, help| EffectError { key: "factor", message, help };
@@ -109,4 +116,28 @@ fn at_edges(formula: &FieldFormula, inside: &[bool], sheet: &Sheet, time: f64) -
         0.5 * (a + b)
     });
     factor
+}
+
+/// Vertices at which a factor of position and time is sampled.
+const SAMPLED: usize = 16;
+
+fn breakpoints(formula: &FieldFormula, sheet: &Sheet, until: f64) -> Vec<f64> {
+    let mut times = Vec::new();
+    if !formula.depends_on_time() {
+        return times;
+    }
+    let vertices = if formula.depends_on_position() { sheet.rest() } else { &sheet.rest()[..1] };
+    formula.breakpoints(vertices, until, &mut times);
+    let some: Vec<Vec3> =
+        vertices.iter().step_by(vertices.len().div_ceil(SAMPLED)).copied().collect();
+    let values = |times: &[f64]| {
+        let mut columns = vec![Vec::with_capacity(times.len()); some.len()];
+        for time in times {
+            let values = formula.at(&some, *time);
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+        columns.iter().flatten().all(|value| value.is_finite()).then_some(columns)
+    };
+    times.extend(sampled(until, values).unwrap_or_default());
+    times
 }

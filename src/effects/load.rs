@@ -76,6 +76,10 @@ impl EffectSpec for Load {
         Needs { out_of_plane: along_z.then_some("force"), ..Needs::default() }
     }
 
+    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
+        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "load")?;
         let factor = Factor::new(self.ramp.as_ref())?;

@@ -13,6 +13,7 @@ use super::ramp::Factor;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, Region};
 use crate::Vec3;
 use crate::num::checked::Finite;
+use crate::sheet::Sheet;
 
 /// Parameters of a pin in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -105,6 +106,10 @@ impl From<Axes> for String {
 impl EffectSpec for Pin {
     fn needs(&self) -> Needs {
         Needs { out_of_plane: self.axes.0[2].then_some("axes"), ..Needs::default() }
+    }
+
+    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
+        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

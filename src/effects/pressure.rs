@@ -57,6 +57,10 @@ impl EffectSpec for Pressure {
         Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }
 
+    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
+        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let factor = Factor::new(self.ramp.as_ref())?;
         let pressure = FollowerPressure::new(context.sheet, self.value.get());

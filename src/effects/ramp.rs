@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::EffectError;
 use crate::Vec3;
+use crate::kinetics::breakpoints;
 use crate::kinetics::formula::FieldFormula;
 use crate::num::checked::Finite;
 
@@ -106,6 +107,29 @@ impl Factor {
                 }
             }
         }
+    }
+
+    /// The times from 0 to `until` at which it has a kink or a jump, or where a pulse begins.
+    #[must_use]
+    pub fn breakpoints(&self, until: f64) -> Vec<f64> {
+        let mut times = Vec::new();
+        match &self.0 {
+            None => {}
+            Some(Profile::Points(points)) => {
+                times.extend(
+                    points.iter().map(|point| point[0]).filter(|t| (0.0..=until).contains(t)),
+                );
+            }
+            Some(Profile::Formula(formula)) => {
+                formula.breakpoints(&[Vec3::zeros()], until, &mut times);
+                let values = |times: &[f64]| {
+                    let values: Vec<f64> = times.iter().map(|time| self.at(*time)).collect();
+                    values.iter().all(|value| value.is_finite()).then(|| vec![values])
+                };
+                times.extend(breakpoints::sampled(until, values).unwrap_or_default());
+            }
+        }
+        times
     }
 
     /// Largest factor of points; 1 of a formula, which may have none.

@@ -70,6 +70,12 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
     /// A parameter that does not fit the sheet or the kinetics.
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError>;
 
+    /// Times from 0 to `until` at which what it brings has a kink or a jump in time: steps end there, so that none
+    /// passes over a pulse.
+    fn breakpoints(&self, _sheet: &Sheet, _until: f64) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// What it does there that the author of a scene may not have meant.
     fn notes(&self, _context: &EffectContext<'_>) -> Vec<String> {
         Vec::new()

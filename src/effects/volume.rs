@@ -79,6 +79,10 @@ impl EffectSpec for Volume {
         Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }
 
+    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
+        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let sheet = context.sheet;
         let refuse = |key, message: &str, help: &str| {

@@ -348,6 +348,13 @@ impl Kinetics for JointKinetics {
         Ok(warning)
     }
 
+    fn breakpoints(&self, batch: &Batch<'_>, until: f64, times: &mut Vec<f64>) -> bool {
+        let of =
+            |part: &Part| part.with_inputs(batch, |b| part.kinetics.breakpoints(b, until, times));
+        let known: Vec<bool> = self.members.iter().map(of).collect();
+        !known.contains(&false)
+    }
+
     fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         let mut members = self.members.clone();
         let mut any = false;

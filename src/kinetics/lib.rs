@@ -13,6 +13,7 @@
 //! the functions of [`field`], which evaluate a whole field in parallel and let no bad number pass.
 
 mod batch;
+pub mod breakpoints;
 pub mod descriptor;
 pub mod differences;
 mod error;
@@ -122,6 +123,12 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
     /// If the law fails; the outputs are then unspecified.
     fn observe(&self, _batch: &Batch<'_>, _values: &mut [&mut [f64]]) -> Outcome {
         Ok(None)
+    }
+
+    /// Adds the times from 0 to `until` at which the rates have a kink or a jump in time, whatever the species, at
+    /// the points of `batch`; whether they are all. Provided: nothing is known of a law that reads the time.
+    fn breakpoints(&self, _batch: &Batch<'_>, _until: f64, _times: &mut Vec<f64>) -> bool {
+        !self.descriptor().signals.iter().any(|read| read.signal == Signal::Time)
     }
 
     /// The same law, but for parameters that differ from point to point: these are given to instances

@@ -351,17 +351,17 @@ impl Chemistry {
         Ok(())
     }
 
-    /// A bound on the spectral radius of the rates by the species: diffusion by its own bound,
-    /// reaction by the largest row sum of |∂R/∂c|.
+    /// Bounds on the spectral radius of the rates by the species, 1/time: of the reaction by the largest row sum of
+    /// |∂R/∂c|, of diffusion by its own bound. The sum bounds that of both.
     ///
     /// # Errors
     /// If the plugin fails.
-    pub fn spectral_bound(
+    pub fn spectral_bounds(
         &self,
         surface: &Surface,
         species: &[&[f64]],
         signals: &SignalColumns,
-    ) -> Result<f64, KineticsError> {
+    ) -> Result<[f64; 2], KineticsError> {
         let count = species.first().map_or(0, |c| c.len());
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let partials = self.reaction_partials(species, signals)?;
@@ -374,7 +374,7 @@ impl Chemistry {
         }
         let each = self.transports.iter().zip(surface.operators());
         let diffusion = each.map(|(t, operator)| t.spectral_bound(operator)).fold(0.0, f64::max);
-        Ok(reaction.max(0.0) + diffusion)
+        Ok([reaction, diffusion])
     }
 
     /// The transport effects.

@@ -278,6 +278,20 @@ impl<'a> Evaluation<'a> {
         Ok(self.potential()?.residual(&gradient))
     }
 
+    /// Bounds on the fastest rates at which disturbances of the species decay or grow, 1/time: by reaction and by
+    /// diffusion ([`Chemistry::spectral_bounds`]); `None` without kinetics.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn spectral_bounds(&mut self) -> Result<Option<[f64; 2]>, ModelError> {
+        let Some(chemistry) = self.model.chemistry() else { return Ok(None) };
+        let species: Vec<&[f64]> = self.state.species.iter().map(Vec::as_slice).collect();
+        self.signals()?;
+        self.surface();
+        let Memory { surface, signals, .. } = &*self.memory;
+        Ok(Some(chemistry.spectral_bounds(surface, &species, signals)?))
+    }
+
     /// Largest `|dc/dt|` over all points, in units of each species' typical magnitude, 1/time.
     ///
     /// # Errors
@@ -291,5 +305,19 @@ impl<'a> Evaluation<'a> {
             largest = largest.max(fastest / species.typical);
         }
         Ok(largest)
+    }
+
+    /// Largest speed of a vertex under drag, in mean edges per unit of time; 0 where the shape has no storage.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn fastest_motion(&mut self) -> Result<f64, ModelError> {
+        let (model, weight) = (self.model, self.model.storage().mechanics);
+        if weight == 0.0 || !model.moves() {
+            return Ok(0.0);
+        }
+        let gradient = self.gradient()?;
+        let speed = |i: usize| gradient[i].norm() / (weight * model.drag().at(i));
+        Ok(parallel::max(gradient.len(), speed) / model.mechanics().reference().mean_edge())
     }
 }

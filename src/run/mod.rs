@@ -7,6 +7,7 @@
 //! how long that takes. [`inspect`] and [`stability`] look at one state without running.
 
 mod beginning;
+mod breakpoints;
 mod built;
 mod checkpoint;
 mod costs;
@@ -35,6 +36,7 @@ mod self_intersection;
 mod simulation;
 pub mod stability;
 mod start;
+pub mod stiffness;
 mod summary;
 mod watch;
 

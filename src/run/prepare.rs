@@ -4,6 +4,7 @@ use std::cell::LazyCell;
 use std::sync::Arc;
 
 use super::beginning::Beginning;
+use super::breakpoints::Breakpoints;
 use super::built::{Brought, Built};
 use super::invariants::Invariants;
 use super::processor::Processor;
@@ -229,6 +230,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         notes,
         faults,
         built,
+        breakpoints: Breakpoints::default(),
         invariants,
         spent,
         processor: Processor::default(),
@@ -238,6 +240,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     }
     // A start that no sheet can have is refused; later a run would end with it.
     simulation.evaluate().length_factor()?;
+    simulation.breakpoints = Breakpoints::of(scene, &mut simulation.evaluate());
+    simulation.notes.extend(simulation.breakpoints.note.clone());
     Ok(simulation)
 }
 

@@ -235,8 +235,9 @@ fn stepped(
             progress.message(&fault);
             simulation.faults.push(fault);
         }
-        let cut = simulation.state.time == target;
-        if let Some(text) = shrinking.after(&latest, simulation.state.time, cut) {
+        let time = simulation.state.time;
+        let cut = time == target || simulation.breakpoints.include(time);
+        if let Some(text) = shrinking.after(&latest, time, cut) {
             progress.message(&text);
         }
         if let Some(reason) = latest.reason.take() {
@@ -248,7 +249,7 @@ fn stepped(
         summary.spent = simulation.spent();
         // What a run forecasts begins with its start.
         if from.is_none() {
-            outlook.step(&latest, simulation.state.time, target);
+            outlook.step(&latest, time, cut);
         }
         if let Some((predicted, words)) = told.now(&outlook) {
             directory.claim().tell(|reached| reached.predicted = Some(predicted));

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::breakpoints::Breakpoints;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
@@ -53,6 +54,8 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// What its effects brought, and what it cost to make.
     pub(crate) built: Built,
+    /// Times at which steps end.
+    pub(crate) breakpoints: Breakpoints,
     /// The laws of nature that steps are held to, if the scene lists some.
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
@@ -145,7 +148,7 @@ impl Simulation {
         Ok(self.workspace.relax(&mut self.state)?)
     }
 
-    /// One step that does not pass the time `until`.
+    /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.
     ///
     /// # Errors
     /// `until` is not after the time of the state. Whatever no smaller step cures: the state and what solvers
@@ -159,11 +162,13 @@ impl Simulation {
         let before = (self.workspace.tries().causes(), self.model().not_finite());
         let (report, spent) = self.spend(|s| -> Result<StepReport> {
             s.workspace.mark();
-            let Self { integrator, workspace, state, .. } = s;
-            let report = match &mut s.invariants {
-                None => integrator.advance(workspace, state, until).map_err(Error::from),
-                Some(laws) => laws.step(&mut **integrator, workspace, state, until),
-            };
+            let report = s.within_breakpoints(until, |s, until| {
+                let Self { integrator, workspace, state, .. } = s;
+                match &mut s.invariants {
+                    None => integrator.advance(workspace, state, until).map_err(Error::from),
+                    Some(laws) => laws.step(&mut **integrator, workspace, state, until),
+                }
+            });
             let report = report.inspect_err(|_| s.workspace.roll_back())?;
             s.model().tally().count(|work| work.steps += 1);
             Ok(report)

@@ -1,6 +1,7 @@
 //! The main job: scenes through the library and through the program.
 
 mod bits;
+mod breakpoints;
 mod coupling;
 mod diagnosed;
 mod ends;

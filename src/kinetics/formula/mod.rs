@@ -11,6 +11,8 @@
 mod derivative;
 mod foreign;
 mod graph;
+mod interval;
+mod kinks;
 mod names;
 mod parse;
 mod place;
@@ -21,6 +23,7 @@ pub use parse::{FUNCTIONS, FormulaError, Function};
 pub use place::{FieldFormula, over_positions};
 
 use graph::{Graph, Id, TooLarge};
+use kinks::Kinks;
 use names::Names;
 use program::Program;
 
@@ -109,6 +112,8 @@ pub struct FormulaKinetics {
     rate_partials: Program,
     factor: Option<(Program, Program)>,
     observables: Program,
+    /// Times at which rates switch.
+    kinks: Kinks,
 }
 
 /// Most species of a law as text: every rate is differentiated by each.
@@ -211,6 +216,7 @@ impl FormulaKinetics {
             Ok((id, wanted))
         });
         let factor = factor.transpose()?;
+        let kinks = Kinks::of_rates(&mut graph, rates, species);
         graph.complete();
         let program = |outputs: &[Id], numbers: &Numbers| {
             let mut program = Program::new(&graph, outputs);
@@ -254,6 +260,7 @@ impl FormulaKinetics {
             rate_partials: program(&wanted, &of_rates),
             factor,
             observables: program(observables, &of_observables),
+            kinks,
         })
     }
 
@@ -383,6 +390,15 @@ impl Kinetics for FormulaKinetics {
         all.extend(partials.iter_mut().map(|column| &mut **column));
         program.run(&self.inputs(batch), batch.count, &mut all);
         Ok(None)
+    }
+
+    fn breakpoints(&self, batch: &Batch<'_>, until: f64, times: &mut Vec<f64>) -> bool {
+        let first = Kinks::numbers(self.descriptor.species.len())[1];
+        let value = |input: usize, point: usize| {
+            let column = self.varying.get(input - first).and_then(|&k| batch.parameters.get(k));
+            column.map_or(f64::NAN, |column| column.at(point))
+        };
+        self.kinks.at_points(until, batch.count, value, times)
     }
 
     fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {

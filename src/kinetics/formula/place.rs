@@ -1,6 +1,7 @@
 //! Formulas of position and time: `f(x, y, z, t)` at given points.
 
 use super::graph::Graph;
+use super::kinks::Kinks;
 use super::parse::{self, FormulaError};
 use super::program::Program;
 use crate::Column;
@@ -9,11 +10,14 @@ use rumple_numerics::Vec3;
 
 /// Inputs of a [`FieldFormula`].
 const NAMES: [&str; 4] = ["x", "y", "z", "t"];
+/// The number of the time among them.
+const TIME: u32 = 3;
 
 /// A formula of the rest position `x`, `y`, `z` and, if it may, the time `t`.
 #[derive(Debug, Clone)]
 pub struct FieldFormula {
     program: Program,
+    kinks: Kinks,
     placed: bool,
     timed: bool,
 }
@@ -49,7 +53,8 @@ impl FieldFormula {
                 }
             }
         })?;
-        Ok(Self { program: Program::new(&graph, &[id]), placed, timed: varying })
+        let kinks = Kinks::of(&mut graph, &[id], TIME, |_| true);
+        Ok(Self { program: Program::new(&graph, &[id]), kinks, placed, timed: varying })
     }
 
     /// Whether it reads the position.
@@ -62,6 +67,11 @@ impl FieldFormula {
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
         self.timed
+    }
+
+    /// Adds the times from 0 to `until` at which it has a kink or a jump at some of `points`; whether they are all.
+    pub fn breakpoints(&self, points: &[Vec3], until: f64, times: &mut Vec<f64>) -> bool {
+        self.kinks.at_points(until, points.len(), |axis, point| points[point][axis], times)
     }
 
     /// Its values at all points.

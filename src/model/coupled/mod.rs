@@ -23,6 +23,9 @@ use crate::linear::{Displacements, Sparse};
 use crate::tally::Tally;
 use jacobian::{Inputs, Jacobian};
 
+/// Species are far out of their range by this share of their size and typical magnitude.
+const FAR: f64 = 0.1;
+
 /// What of the model moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -194,6 +197,16 @@ impl Coupled {
         Ok(())
     }
 
+    /// Why there is no value where `error` says so: species far out of their range, where they are.
+    #[must_use]
+    pub fn blamed(&self, error: ModelError) -> ModelError {
+        let (mut species, time) = (self.state.species.clone(), self.state.time);
+        match self.model.keep_in_range(&mut species, time, (FAR, FAR)) {
+            Err(range) if error.is_recoverable() => range,
+            _ => error,
+        }
+    }
+
     /// ∂F/∂y, which may be changed until it is evaluated again.
     ///
     /// Exact but for the derivatives of the Green-Gauss scheme by positions, and the second ones of
@@ -246,7 +259,8 @@ impl Coupled {
             let mut at = Evaluation::new(model, state, memory, true);
             if let Some(chemistry) = model.chemistry() {
                 let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-                bound = bound.max(chemistry.spectral_bound(at.surface(), &species, &signals)?);
+                let bounds = chemistry.spectral_bounds(at.surface(), &species, &signals)?;
+                bound = bound.max(bounds.iter().sum());
             }
         }
         Ok(bound)

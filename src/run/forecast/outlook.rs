@@ -55,14 +55,14 @@ impl Outlook {
         Self { rule, way, clock, forecast, before, steps: 0, time: 0.0 }
     }
 
-    /// Records a step to `time`, which was not to pass `target`.
-    pub(in crate::run) fn step(&mut self, report: &StepReport, time: f64, target: f64) {
+    /// Records a step to `time`, where the run wanted one to end if it is `cut`.
+    pub(in crate::run) fn step(&mut self, report: &StepReport, time: f64, cut: bool) {
         let now = self.clock.processor();
         self.forecast.step(Taken {
             time,
             length: report.step,
             allowed: report.allowed,
-            cut: time >= target,
+            cut,
             seconds: now - self.before,
         });
         self.before = now;

@@ -58,7 +58,10 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
             simulation.step(target)
         };
         match stepped {
-            Ok(report) => outlook.step(&report, simulation.state().time, target),
+            Ok(report) => {
+                let time = simulation.state().time;
+                outlook.step(&report, time, time >= target || simulation.breakpoints.include(time));
+            }
             Err(error) => {
                 let interrupted = matches!(error, Error::Solve(SolveError::Interrupted));
                 let known = interrupted.then(|| settled(&outlook)).flatten();

@@ -1,0 +1,273 @@
+//! Kinks and jumps of formulas in time, found with certainty.
+//!
+//! `step(g)`, `pos(g)`, `abs(g)` switch where g = 0, and `min(a, b)`, `max(a, b)` where a - b = 0. Where g depends
+//! on the time t alone, or on what does not change at a point, its roots are isolated by bisection of the interval
+//! I of times, with the tests
+//!
+//! ```text
+//! 0 ∉ G(I)                            no root in I
+//! 0 ∉ G(m) + G'(I) (I - m)            no root in I          m the middle of I
+//! 0 ∉ G'(I)                           at most one root in I: a change of sign shows it
+//! ```
+//!
+//! G and G' are the interval extensions of g and dg/dt, so that no pulse is too short to be found. A g that
+//! jumps itself has the first test alone.
+
+use super::graph::{Graph, Id, Op};
+use super::interval::Interval;
+use crate::Signal;
+
+/// Evaluations for the roots at all points: a tenth of a second.
+const BUDGET: usize = 200_000;
+/// A root is known to this share of its time, or of the interval.
+const RESOLUTION: f64 = 4.0 * f64::EPSILON;
+
+/// The functions of time at whose roots a formula switches.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Kinks {
+    /// Operations that they are made of, with the numbers of their operands, which come first; of an input but the time, its number among `others`.
+    ops: Vec<(Op, [usize; 2])>,
+    switches: Vec<Switch>,
+    /// The input that is the time.
+    time: u32,
+    /// The other inputs that they read.
+    others: Vec<usize>,
+}
+
+/// One of them, by the numbers of its value and its derivative by the time among the operations.
+#[derive(Debug, Clone, Copy)]
+struct Switch {
+    value: usize,
+    slope: Option<usize>,
+}
+
+/// What a node depends on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Reads {
+    time: bool,
+    /// Something that changes in time and is not known beforehand.
+    unknown: bool,
+    jumps: bool,
+}
+
+impl Kinks {
+    /// Numbers, as [`Names`](super::names::Names) gives them, of the time and of the first parameter that varies.
+    pub(super) fn numbers(species: usize) -> [usize; 2] {
+        let columns =
+            |signals: &[Signal]| -> usize { signals.iter().map(|s| s.columns().len()).sum() };
+        let time = Signal::ALL.iter().position(|signal| *signal == Signal::Time).unwrap_or(0);
+        [species + columns(&Signal::ALL[..time]), species + columns(&Signal::ALL)]
+    }
+
+    /// Those of the rates of a law of so many species.
+    pub(super) fn of_rates(graph: &mut Graph, rates: &[Id], species: usize) -> Self {
+        let [time, varying] = Self::numbers(species).map(rumple_numerics::num::index);
+        Self::of(graph, rates, time, |input| input >= varying)
+    }
+
+    /// Those of `outputs`, of which the input `time` is the time; `fixed` says of other inputs whether they stay as
+    /// they are at every point.
+    pub(super) fn of(
+        graph: &mut Graph,
+        outputs: &[Id],
+        time: u32,
+        fixed: impl Fn(u32) -> bool,
+    ) -> Self {
+        let reads = dependencies(graph, time, fixed);
+        let needed = needed(graph.ops(), outputs);
+        let mut wanted = Vec::new();
+        for k in 0..needed.len() {
+            let (a, b) = match graph.ops()[k] {
+                Op::Step(a) | Op::Sign(a) | Op::Pos(a) | Op::Abs(a) => (a, None),
+                Op::Min(a, b) | Op::Max(a, b) => (a, Some(b)),
+                _ => continue,
+            };
+            let parts =
+                [Some(a), b].map(|id| id.map_or_else(Reads::default, |id| reads[id as usize]));
+            if !needed[k] || parts.iter().any(|p| p.unknown) || !parts.iter().any(|p| p.time) {
+                continue;
+            }
+            let jumps = parts.iter().any(|part| part.jumps);
+            let value = b.map_or(a, |b| graph.add(Op::Subtract(a, b)));
+            // A law too large for more derivatives does without.
+            let slope = if jumps { None } else { graph.slope(value, time).ok() };
+            wanted.push((value, slope));
+        }
+        wanted.sort_unstable();
+        wanted.dedup();
+        Self::gather(graph, &wanted, time)
+    }
+
+    /// Takes the operations of `wanted` out of the graph.
+    fn gather(graph: &Graph, wanted: &[(Id, Option<Id>)], time: u32) -> Self {
+        let all: Vec<Id> =
+            wanted.iter().flat_map(|(value, slope)| [Some(*value), *slope]).flatten().collect();
+        let needed = needed(graph.ops(), &all);
+        let (mut ops, mut others) = (Vec::new(), Vec::new());
+        let mut place = vec![0; needed.len()];
+        for (k, op) in graph.ops().iter().enumerate().filter(|(k, _)| needed[*k]) {
+            let mut operands = op.operands().map(|id| id.map_or(0, |id| place[id as usize]));
+            if let Op::Input(number) = op
+                && *number != time
+            {
+                operands[0] = others.len();
+                others.push(*number as usize);
+            }
+            place[k] = ops.len();
+            ops.push((*op, operands));
+        }
+        let of = |id: Id| place[id as usize];
+        let switches =
+            wanted.iter().map(|(value, slope)| Switch { value: of(*value), slope: slope.map(of) });
+        Self { switches: switches.collect(), ops, time, others }
+    }
+
+    /// Adds the times from 0 to `until` at which something switches at one of `count` points, where `input` gives the
+    /// values of the other inputs by their numbers and that of the point; whether they are all.
+    pub(super) fn at_points(
+        &self,
+        until: f64,
+        count: usize,
+        input: impl Fn(usize, usize) -> f64,
+        times: &mut Vec<f64>,
+    ) -> bool {
+        let points = if self.others.is_empty() { count.min(1) } else { count };
+        let mut budget = BUDGET;
+        let mut known: Option<Vec<f64>> = None;
+        (0..points).all(|point| {
+            let inputs: Vec<f64> = self.others.iter().map(|&other| input(other, point)).collect();
+            // Neighbours often have the same ones.
+            if known.as_ref() == Some(&inputs) {
+                return true;
+            }
+            let values = vec![Interval::WHOLE; self.ops.len()];
+            let mut search =
+                Search { kinks: self, until, inputs: &inputs, values, budget: &mut budget };
+            let all = self.switches.iter().all(|switch| search.roots(*switch, times));
+            known = Some(inputs);
+            all
+        })
+    }
+}
+
+/// A search for roots at one point.
+struct Search<'a> {
+    kinks: &'a Kinks,
+    until: f64,
+    /// Values of the inputs but the time.
+    inputs: &'a [f64],
+    values: Vec<Interval>,
+    /// Evaluations that are left.
+    budget: &'a mut usize,
+}
+
+impl Search<'_> {
+    /// Bounds of all operations at these times.
+    fn evaluate(&mut self, times: Interval) {
+        *self.budget = self.budget.saturating_sub(1);
+        for (k, (op, operands)) in self.kinks.ops.iter().enumerate() {
+            let [a, b] = operands
+                .map(|operand| self.values.get(operand).copied().unwrap_or(Interval::WHOLE));
+            self.values[k] = match op {
+                Op::Input(number) if *number == self.kinks.time => times,
+                Op::Input(_) => Interval::point(self.inputs[operands[0]]),
+                _ => op.bounds(a, b),
+            };
+        }
+    }
+
+    fn at(&mut self, which: usize, time: f64) -> f64 {
+        self.evaluate(Interval::point(time));
+        self.values[which].middle()
+    }
+
+    /// Adds the roots of one function; whether they are all.
+    fn roots(&mut self, switch: Switch, found: &mut Vec<f64>) -> bool {
+        let mut open = vec![Interval { low: 0.0, high: self.until }];
+        while let Some(times) = open.pop() {
+            if *self.budget == 0 {
+                return false;
+            }
+            self.evaluate(times);
+            let value = self.values[switch.value];
+            let nothing = value.low == 0.0 && value.high == 0.0;
+            if nothing || !value.may_vanish() {
+                continue;
+            }
+            let (Interval { low, high }, middle) = (times, times.middle());
+            if high - low <= RESOLUTION * high || !(low < middle && middle < high) {
+                found.push(middle);
+                continue;
+            }
+            if let Some(slope) = switch.slope {
+                let slope = self.values[slope];
+                if slope.low > 0.0 || slope.high < 0.0 {
+                    found.extend(self.bisect(switch.value, times));
+                    continue;
+                }
+                let change = slope.multiply(Interval::new(low - middle, high - middle));
+                let around = Interval::point(self.at(switch.value, middle)).add(change);
+                if !around.may_vanish() {
+                    continue;
+                }
+            }
+            open.extend([Interval { low: middle, high }, Interval { low, high: middle }]);
+        }
+        true
+    }
+
+    /// The root of a monotone function, if its sign changes.
+    fn bisect(&mut self, which: usize, Interval { mut low, mut high }: Interval) -> Option<f64> {
+        let (at_low, at_high) = (self.at(which, low), self.at(which, high));
+        if at_low == 0.0 || at_high == 0.0 {
+            return Some(if at_low == 0.0 { low } else { high });
+        }
+        if at_low.signum() == at_high.signum() || at_low.is_nan() || at_high.is_nan() {
+            return None;
+        }
+        loop {
+            let middle = Interval { low, high }.middle();
+            if !(low < middle && middle < high) {
+                return Some(high);
+            }
+            match self.at(which, middle) {
+                0.0 => return Some(middle),
+                value if value.signum() == at_low.signum() => low = middle,
+                _ => high = middle,
+            }
+        }
+    }
+}
+
+/// What every node depends on.
+fn dependencies(graph: &Graph, time: u32, fixed: impl Fn(u32) -> bool) -> Vec<Reads> {
+    let mut reads: Vec<Reads> = Vec::with_capacity(graph.ops().len());
+    for op in graph.ops() {
+        let mut all = Reads::default();
+        for part in op.operands().into_iter().flatten().map(|id| reads[id as usize]) {
+            all.time |= part.time;
+            all.unknown |= part.unknown;
+            all.jumps |= part.jumps;
+        }
+        match op {
+            Op::Input(number) if *number == time => all.time = true,
+            Op::Input(number) => all.unknown = !fixed(*number),
+            Op::Step(_) | Op::Sign(_) => all.jumps = all.time,
+            _ => {}
+        }
+        reads.push(all);
+    }
+    reads
+}
+
+/// Which nodes `outputs` are made of.
+fn needed(ops: &[Op], outputs: &[Id]) -> Vec<bool> {
+    let mut needed = vec![false; ops.len()];
+    outputs.iter().for_each(|id| needed[*id as usize] = true);
+    for k in (0..ops.len()).rev() {
+        if needed[k] {
+            ops[k].operands().into_iter().flatten().for_each(|id| needed[id as usize] = true);
+        }
+    }
+    needed
+}

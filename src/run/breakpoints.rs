@@ -1,0 +1,264 @@
+//! Times at which steps end because something jumps or bends there: laws, ramps and growth that read the time.
+//!
+//! A step leads from just after one breakpoint to just before the next one, so that every evaluation within it is on
+//! one side of a jump; what happens in between is round-off. The state is shown at the breakpoint itself.
+
+use super::Simulation;
+use crate::kinetics::breakpoints::{SAMPLES, sampled};
+use crate::kinetics::{Batch, Column, Kinetics, Signal, field};
+use crate::model::{Chemistry, Evaluation};
+use crate::num::{Short, real};
+use crate::scene::Scene;
+
+/// Distance of evaluations from a breakpoint, relative to its time: times of stages are rounded.
+const MARGIN: f64 = 64.0 * f64::EPSILON;
+/// The same where the time is small, relative to the span.
+const LEAST_MARGIN: f64 = 1e-3 * MARGIN;
+/// Points at which a law is sampled, and values that this takes at most.
+const POINTS: usize = 16;
+const VALUES: usize = 1 << 22;
+/// Breakpoints of what differs from place to place: more are thinned out.
+const MOST: usize = 100_000;
+/// Steps over the span where a law that reads the time cannot be sampled.
+const BLIND: usize = 100;
+/// So many breakpoints are listed.
+const LISTED: usize = 6;
+
+/// The breakpoints of a run.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Breakpoints {
+    /// Ascending.
+    times: Vec<f64>,
+    /// End of the run.
+    until: f64,
+    /// What is known of them beside, in words.
+    pub(crate) note: Option<String>,
+}
+
+/// Where a step begins, where it is to end at the latest, and the time shown there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Window {
+    pub(super) start: f64,
+    pub(super) goal: f64,
+    pub(super) shown: f64,
+}
+
+impl Breakpoints {
+    /// Those of a scene, at its start.
+    pub(super) fn of(scene: &Scene, at: &mut Evaluation<'_>) -> Self {
+        let until = scene.time.span.until.get();
+        let (sheet, mut times) = (at.model().sheet(), Vec::new());
+        for effect in &scene.effects {
+            times.extend(effect.breakpoints(sheet, until));
+        }
+        let mut note = None;
+        if let Some(chemistry) = at.model().chemistry()
+            && chemistry.signals().wanted().contains(&Signal::Time)
+        {
+            note = of_laws(chemistry, at, until, &mut times);
+        }
+        let mut made = Self { times, until, note };
+        made.arrange();
+        made
+    }
+
+    /// Brings the times into their order; those that no step can tell apart are one.
+    fn arrange(&mut self) {
+        let (until, mut times) = (self.until, std::mem::take(&mut self.times));
+        times.retain(|time| (0.0..=until).contains(time));
+        times.sort_unstable_by(f64::total_cmp);
+        for time in times {
+            if self.times.last().is_none_or(|last| time - last > 4.0 * self.margin(time)) {
+                self.times.push(time);
+            }
+        }
+        if self.times.len() > MOST {
+            let step = self.times.len().div_ceil(MOST);
+            self.times = self.times.iter().step_by(step).copied().collect();
+        }
+    }
+
+    fn margin(&self, time: f64) -> f64 {
+        (MARGIN * time.abs()).max(LEAST_MARGIN * self.until)
+    }
+
+    fn is_at(&self, breakpoint: f64, time: f64) -> bool {
+        (time - breakpoint).abs() <= self.margin(breakpoint)
+    }
+
+    /// Whether there is one at `time`.
+    pub(super) fn include(&self, time: f64) -> bool {
+        let next = self.times.partition_point(|other| *other < time);
+        let near = self.times[next.saturating_sub(1)..].iter().take(2);
+        near.into_iter().any(|breakpoint| self.is_at(*breakpoint, time))
+    }
+
+    /// The step from `time` that passes neither `until` nor a breakpoint.
+    pub(super) fn window(&self, time: f64, until: f64) -> Window {
+        let mut window = Window { start: time, goal: until, shown: until };
+        let from = self.times.partition_point(|other| *other < time);
+        for breakpoint in &self.times[from.saturating_sub(1)..] {
+            let margin = self.margin(*breakpoint);
+            if self.is_at(*breakpoint, time) {
+                window.start = breakpoint.max(time) + margin;
+            } else if *breakpoint > time {
+                if self.is_at(*breakpoint, until) {
+                    window.goal = breakpoint.min(until) - margin;
+                } else if *breakpoint < until {
+                    (window.goal, window.shown) = (breakpoint - margin, *breakpoint);
+                }
+                break;
+            }
+        }
+        // Of what is shorter nothing is left.
+        if window.goal <= window.start {
+            Window { start: time, goal: until, shown: until }
+        } else {
+            window
+        }
+    }
+
+    /// The first of them, in words; none without any.
+    #[must_use]
+    pub(crate) fn listed(&self) -> Option<String> {
+        if self.times.is_empty() {
+            return None;
+        }
+        let first: Vec<String> =
+            self.times.iter().take(LISTED).map(|t| Short(*t).to_string()).collect();
+        let more = match self.times.len().saturating_sub(LISTED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        Some(format!(
+            "steps end at t = {}{more}: laws, ramps or growth jump or bend there",
+            first.join(", ")
+        ))
+    }
+}
+
+/// Adds those of the laws, and says what is not certain about them.
+fn of_laws(
+    chemistry: &Chemistry,
+    at: &mut Evaluation<'_>,
+    until: f64,
+    times: &mut Vec<f64>,
+) -> Option<String> {
+    let state = at.state();
+    // A start without values is refused elsewhere.
+    let signals = at.signals().ok()?.clone();
+    let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+    chemistry.look(&species, &signals, |kinetics, batch| {
+        let known = kinetics.breakpoints(batch, until, times);
+        let name = kinetics.descriptor().title();
+        match sampled(until, |times| rates_at(kinetics, batch, times)) {
+            Some(found) => {
+                times.extend(found);
+                (!known).then(|| {
+                    format!(
+                        "the rates of {name} read the time and were sampled at {} times of the start: what lasts less than \
+                         {} between them is stepped over unless time.integrator.longest_step is shorter",
+                        SAMPLES + 1,
+                        Short(until / real(SAMPLES))
+                    )
+                })
+            }
+            // All is known already of what has no values for reasons of its own.
+            None if known => None,
+            None => {
+                times.extend((1..BLIND).map(|k| until * real(k) / real(BLIND)));
+                Some(format!(
+                    "{name} reads the time but has no values at later times with the species of the start: its jumps are \
+                     not known, and steps end at {BLIND} equal parts of the span"
+                ))
+            }
+        }
+    })
+}
+
+/// The rates at some points of `batch` and all `times`, one column for each point and species.
+fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option<Vec<Vec<f64>>> {
+    let descriptor = kinetics.descriptor();
+    let species = descriptor.species.len().max(1);
+    let points = POINTS.min(VALUES / (2 * species * SAMPLES)).clamp(1, batch.count.max(1));
+    let chosen: Vec<usize> = (0..points).map(|k| k * batch.count / points).collect();
+    let count = chosen.len() * times.len();
+    let spread = |column: &Column<'_>| -> Vec<f64> {
+        chosen
+            .iter()
+            .flat_map(|point| std::iter::repeat_n(column.at(*point), times.len()))
+            .collect()
+    };
+    let time = descriptor
+        .signals
+        .iter()
+        .flat_map(|read| read.signal.columns().iter().map(|_| read.signal));
+    let signals: Vec<Vec<f64>> = batch
+        .signals
+        .iter()
+        .zip(time)
+        .map(|(column, signal)| match signal {
+            Signal::Time => times.repeat(chosen.len()),
+            _ => spread(column),
+        })
+        .collect();
+    let parameters: Vec<Vec<f64>> = batch.parameters.iter().map(spread).collect();
+    let mut all = Vec::new();
+    // A pulse that multiplies a species is not seen where there is none of it.
+    for more in [0.0, 1.0] {
+        let values: Vec<Vec<f64>> = batch
+            .species
+            .iter()
+            .zip(&descriptor.species)
+            .map(|(column, species)| {
+                let mut values = spread(column);
+                values.iter_mut().for_each(|c| {
+                    *c = (*c + more * species.typical).clamp(species.lower, species.upper)
+                });
+                values
+            })
+            .collect();
+        let part = Batch {
+            location: batch.location,
+            first: 0,
+            count,
+            species: &columns(&values),
+            signals: &columns(&signals),
+            parameters: &columns(&parameters),
+        };
+        let mut rates = vec![vec![0.0; count]; descriptor.species.len()];
+        let mut out: Vec<&mut [f64]> = rates.iter_mut().map(Vec::as_mut_slice).collect();
+        match field::rates(kinetics, &part, &mut out) {
+            Ok(_) => all.extend(
+                rates.iter().flat_map(|column| column.chunks(times.len()).map(<[f64]>::to_vec)),
+            ),
+            Err(_) if more > 0.0 => {}
+            Err(_) => return None,
+        }
+    }
+    Some(all)
+}
+
+fn columns(all: &[Vec<f64>]) -> Vec<Column<'_>> {
+    all.iter().map(Into::into).collect()
+}
+
+impl Simulation {
+    /// Leads the step from `self.state` within its window, and shows its end at the breakpoint itself.
+    pub(super) fn within_breakpoints<R, E>(
+        &mut self,
+        until: f64,
+        step: impl FnOnce(&mut Self, f64) -> Result<R, E>,
+    ) -> Result<R, E> {
+        let shown = self.state.time;
+        let window = self.breakpoints.window(shown, until);
+        self.state.time = window.start;
+        let done = step(self, window.goal);
+        match &done {
+            Err(_) => self.state.time = shown,
+            Ok(_) if self.state.time == window.goal => self.state.time = window.shown,
+            Ok(_) => {}
+        }
+        done
+    }
+}
