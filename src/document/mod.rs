@@ -152,6 +152,17 @@ impl Node {
         }
     }
 
+    /// Adds an entry, where this is a table without one of that key.
+    pub(crate) fn give(&mut self, key: &str, value: Value) {
+        let place = self.place.clone();
+        if self.get(key).is_none()
+            && let Value::Table(entries) = &mut self.value
+        {
+            let name = key.to_owned();
+            entries.push((Key { name, place: place.clone() }, Self { value, place }));
+        }
+    }
+
     fn shift_children(&mut self, offset: usize) {
         let shift = |place: &mut Place| {
             place.span.start += offset;

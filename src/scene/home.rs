@@ -16,7 +16,7 @@ use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 /// Tables with what reads them.
 type Reader = fn(Node) -> Option<Problem>;
 const READERS: [(&str, Reader); 8] = [
-    ("time", |node| time::read_time(node).err()),
+    ("time", |node| time::read_time(node, false).err()),
     ("output", |node| read::<OutputSpec>(node).err()),
     ("sheet", |node| sheet::read_sheet(node).err()),
     ("material", |node| read::<Material>(node).err()),

@@ -332,7 +332,9 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let material = section.optional("material", read);
     let effects = section.effects();
     let kinetics = section.optional("kinetics", kinetics::read_kinetics).unwrap_or_default();
-    let time = section.required("time", time::read_time);
+    let source = sheet.as_ref().map(|sheet| &sheet.source);
+    let point = matches!(source, Some(SheetSource::Point { .. }));
+    let time = section.required("time", |node| time::read_time(node, point));
     let equilibrium = section.equilibrium();
     let stability = section.optional("stability", read);
     let invariants = section.optional("invariants", read);

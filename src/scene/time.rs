@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Policy;
 use crate::num::checked::{AtLeast, Positive};
-use crate::solve::{DEFAULT_INTEGRATOR, IntegratorSpec, STEADY_INTEGRATOR};
+use crate::solve::{
+    DEFAULT_INTEGRATOR, IntegratorSpec, POINT_INTEGRATOR, POINT_TOLERANCE, STEADY_INTEGRATOR,
+};
 
 use crate::document::Problem;
 use crate::document::read;
@@ -52,17 +54,19 @@ const METHODS: [(&str, &str); 5] = [
     ("heun", "staggered"),
 ];
 
-/// Reads the table `[time]`.
-pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
+/// Reads the table `[time]` of a scene that is a `point`, without space, or has a sheet.
+pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, Problem> {
     let policy = match node.take("policy") {
         Some((_, node)) => read_policy(node).map_err(|problem| problem.under("policy"))?,
         None => Policy::default(),
     };
     let default = match policy {
+        _ if point => POINT_INTEGRATOR,
         Policy::QuasiStatic | Policy::Simultaneous => DEFAULT_INTEGRATOR,
         Policy::ChemistryFast => STEADY_INTEGRATOR,
     };
-    let integrator = chosen(&mut node, "integrator", default).map_err(|problem| {
+    let complete = |choice| if point { at_a_point(choice) } else { choice };
+    let integrator = chosen(&mut node, "integrator", default, complete).map_err(|problem| {
         let known = problem.unknown_kind().and_then(|name| METHODS.iter().find(|m| m.0 == name));
         match known {
             None => problem,
@@ -75,17 +79,36 @@ pub(crate) fn read_time(mut node: Node) -> Result<TimeSpec, Problem> {
     Ok(TimeSpec { span, policy, integrator })
 }
 
-/// Takes the choice at `key` out of a table; without one, the kind called `default`.
+/// Takes the choice at `key` out of a table and completes it; without one, the kind called `default`.
 fn chosen<T: ?Sized + Family>(
     node: &mut Node,
     key: &str,
     default: &str,
+    complete: impl FnOnce(Node) -> Node,
 ) -> Result<Box<T>, Problem> {
     let choice = match node.take(key) {
         Some((_, choice)) => choice,
         None => Node::text(default, node.place.clone()),
     };
-    choose(choice, Some(default)).map_err(|problem| problem.under(key))
+    choose(complete(choice), Some(default)).map_err(|problem| problem.under(key))
+}
+
+/// Gives the default integrator of a point the tolerances that it has there, where the scene gives none.
+fn at_a_point(mut choice: Node) -> Node {
+    let place = choice.place.clone();
+    if let Value::String(name) = &choice.value {
+        let kind = Node::text(name, place.clone());
+        choice = Node::empty_table(place.clone());
+        choice.give("kind", kind.value);
+    }
+    let named =
+        |kind: &Node| matches!(&kind.value, Value::String(name) if name == POINT_INTEGRATOR);
+    if choice.get("kind").is_none_or(named) {
+        for (key, tolerance) in POINT_TOLERANCE {
+            choice.give(key, Value::Float(tolerance));
+        }
+    }
+    choice
 }
 
 /// A policy by its name, or as a table with its name as `kind`.

@@ -219,6 +219,12 @@ pub enum SolveError {
         /// Largest relative rate left.
         rate: f64,
     },
+    /// The steady state of the chemistry ends, or moves far, in one step.
+    #[error("the chemistry leaves its steady state for another one before time {time}")]
+    Leap {
+        /// End of the step.
+        time: f64,
+    },
     /// The smallest eigenvalues at a shape were not found.
     #[error("only {found} of the {wanted} smallest eigenvalues of the Hessian were found")]
     Modes {

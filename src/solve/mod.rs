@@ -37,6 +37,14 @@ pub const DEFAULT_INTEGRATOR: &str = "staggered";
 /// The integrator of a scene that names none and whose chemistry is steady at every time.
 pub const STEADY_INTEGRATOR: &str = "monolithic";
 
+/// The integrator of a scene without space that names none: implicit, with variable order.
+pub const POINT_INTEGRATOR: &str = "monolithic";
+
+/// The relative and the absolute tolerance that it has without space, where a step costs microseconds: errors of some
+/// 1e-6 on the stiff problems of `models/kinetics`, and species of any size are resolved whatever their typical
+/// magnitude is thought to be.
+pub const POINT_TOLERANCE: [(&str, f64); 2] = [("rtol", 1e-6), ("atol", 1e-12)];
+
 /// The equilibrium method of a scene that names none.
 pub const DEFAULT_EQUILIBRIUM: &str = "lbfgs";
 

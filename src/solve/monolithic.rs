@@ -6,128 +6,28 @@
 //! integrator stops with the reason; the staggered integrator goes on there, as does a small drag
 //! with `simultaneous`.
 
+mod spec;
+
+pub use spec::{ImplicitMethod, MonolithicSpec};
+pub(super) use spec::{default_atol, default_rtol};
+
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
-use super::chemistry::SteadyChemistry;
+use super::chemistry::{Leap, SteadyChemistry};
+use super::diagnosis::{Diagnosis, Reason};
 use super::equilibrium::Relaxation;
-use super::{
-    Control, Integrator, IntegratorSpec, Result, SolveError, StepReport, StepRule, Workspace, part,
-    scaled,
-};
+use super::{Control, Integrator, Result, SolveError, StepReport, StepRule, Workspace, part};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, Layout, Part, State, Storage, TimeCourse};
+use crate::model::{Coupled, Layout, Model, Part, State, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 use crate::record::{Malformed, Reading, Record};
 use crate::tally::Meter;
 
-/// Parameters of the monolithic integrator in a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MonolithicSpec {
-    /// The method.
-    #[serde(default)]
-    pub method: ImplicitMethod,
-    /// Relative tolerance of displacements and species.
-    #[serde(default = "default_rtol")]
-    pub rtol: Positive,
-    /// Absolute tolerance, in units of the mean edge and of each species' typical magnitude.
-    #[serde(default = "default_atol")]
-    pub atol: Positive,
-    /// First step; chosen from the first rates if not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Positive>,
-    /// How linear systems are solved.
-    #[serde(default)]
-    pub linear: LinearChoice,
-}
-
-/// diffsol's implicit methods.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ImplicitMethod {
-    /// Backward differences of variable order 1 to 5.
-    #[default]
-    Bdf,
-    /// Trapezoidal rule and second backward difference, order 2.
-    TrBdf2,
-    /// Singly diagonally implicit Runge-Kutta of order 3.
-    Esdirk34,
-}
-
-impl From<ImplicitMethod> for OdeMethod {
-    fn from(method: ImplicitMethod) -> Self {
-        match method {
-            ImplicitMethod::Bdf => Self::Bdf,
-            ImplicitMethod::TrBdf2 => Self::TrBdf2,
-            ImplicitMethod::Esdirk34 => Self::Esdirk34,
-        }
-    }
-}
-
 /// Steps after which a run begins the integration anew, so that it can be continued from there: what diffsol
 /// remembers cannot be stored. A new start of BDF costs some seven steps, seven factorisations and the analysis of
 /// the matrix, a hundredth of what so many steps cost; of the other methods less (docs/performance.md).
 const RENEWED_AFTER: u64 = 3000;
-
-pub(super) fn default_rtol() -> Positive {
-    const { Positive::constant(1e-4) }
-}
-
-pub(super) fn default_atol() -> Positive {
-    const { Positive::constant(1e-6) }
-}
-
-#[typetag::serialize(name = "monolithic")]
-impl IntegratorSpec for MonolithicSpec {
-    fn name(&self) -> String {
-        format!("monolithic, {}", OdeMethod::from(self.method).name())
-    }
-
-    fn needs_sparse_motion(&self, _: Storage) -> bool {
-        true
-    }
-
-    fn parts(&self, _: Storage) -> Vec<String> {
-        let how = match self.linear {
-            LinearChoice::Auto => {
-                "GMRES with an incomplete factor of the species and a Cholesky factor of a shape that moves; \
-                 sparse LU for up to 3000 unknowns without such a shape"
-            }
-            LinearChoice::Lu => "sparse LU",
-            LinearChoice::Ilu => "GMRES with an incomplete factor",
-            LinearChoice::Blocks => "GMRES with factors of shape and chemistry",
-        };
-        vec![
-            "all unknowns at once, by the derivatives of the coupled system".into(),
-            format!("linear systems of Newton's method by {how}"),
-        ]
-    }
-
-    fn differentiates(&self) -> bool {
-        true
-    }
-
-    fn at_tolerance(&self, tolerance: Positive, _: Positive) -> Box<dyn IntegratorSpec> {
-        let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
-        Box::new(Self { rtol, atol, ..self.clone() })
-    }
-
-    fn rule(&self) -> StepRule {
-        controlled(self.method.into(), self.rtol)
-    }
-
-    fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {
-        let tolerance = (self.rtol.get(), self.atol.get());
-        let step = self.step.map(Positive::get);
-        let made = Monolithic::new(Part::Whole, self.method.into(), tolerance, step);
-        Ok(Box::new(Monolithic { linear: self.linear, ..made }))
-    }
-}
-
-crate::register_kind!(dyn IntegratorSpec, "monolithic", MonolithicSpec);
 
 /// Steps of a method of diffsol: how long the next one may be is not told.
 pub(super) fn controlled(method: OdeMethod, rtol: Positive) -> StepRule {
@@ -156,7 +56,8 @@ impl OdeProblem for Problem {
     fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
         // Every integration comes by here often.
         self.control.check().map_err(SolveError::into_failure)?;
-        self.coupled.residual(time, y, out).map_err(|e| SolveError::from(e).into_failure())?;
+        let done = self.coupled.residual(time, y, out);
+        done.map_err(|e| SolveError::from(self.coupled.blamed(e)).into_failure())?;
         for (out, scale) in out.iter_mut().zip(self.scale.iter().flatten()) {
             *out *= scale;
         }
@@ -193,6 +94,8 @@ pub(super) struct Monolithic {
     linear: LinearChoice,
     rtol: f64,
     atol: f64,
+    /// Tolerances of the error of one step, relative to these.
+    local: f64,
     step: Option<f64>,
     course: Option<TimeCourse>,
     running: Option<Running>,
@@ -211,7 +114,8 @@ impl Monolithic {
     ) -> Self {
         let (linear, steady) = (LinearChoice::default(), SteadyChemistry::default());
         let (course, running, meter) = (None, None, None);
-        Self { part, method, linear, rtol, atol, step, course, running, steady, meter }
+        let local = 1.0;
+        Self { part, method, linear, rtol, atol, local, step, course, running, steady, meter }
     }
 
     /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
@@ -266,8 +170,8 @@ impl Monolithic {
             method: self.method,
             linear: self.linear,
             displacements: coupled.displacements(),
-            rtol: self.rtol,
-            atol: coupled.tolerances(self.atol),
+            rtol: self.local * self.rtol,
+            atol: coupled.tolerances(self.local * self.atol),
             step: self.step,
             span,
             tally: workspace.model.tally().clone(),
@@ -318,7 +222,7 @@ impl Monolithic {
                 work.rejected_substeps += rejected.count();
             }),
         }
-        stepped?;
+        stepped.map_err(|error| explained(error.into(), &model, (self.part, state.time)))?;
         next.step += 1;
         let mut report = StepReport { step: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
@@ -330,12 +234,29 @@ impl Monolithic {
     }
 }
 
+/// `error` of a part at the time reached: where the chemistry is steady at every time, no step however short leads
+/// beyond the end of its steady state.
+fn explained(error: SolveError, model: &Model, (part, time): (Part, f64)) -> SolveError {
+    let steady = part == Part::Whole && model.storage().chemistry == 0.0;
+    if !(steady && matches!(error, SolveError::Integrator { .. })) {
+        return error;
+    }
+    let text = format!(
+        "the steady state that the chemistry is in ends near time {time} (a fold), and no step however short leads on to \
+         another one"
+    );
+    let advice = "time.integrator = \"staggered\", which goes on with the steady state that the chemistry then runs into";
+    let (reason, advice) = (Reason::Chemistry, advice.to_owned());
+    let diagnosis = Box::new(Diagnosis { reason, text, advice });
+    SolveError::Diagnosed { diagnosis, error: Box::new(error) }
+}
+
 impl Integrator for Monolithic {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
         let mut done = workspace.relax(state)?;
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
-            self.steady.solve(workspace, state, tolerance)?;
+            self.steady.solve(workspace, state, tolerance, Leap::Allowed)?;
             done.residual = workspace.residual_to_tell(state)?;
         }
         Ok(done)

@@ -47,7 +47,7 @@ mod steady;
 
 pub use spec::{Method, StaggeredSpec};
 
-use super::chemistry::{ChemistrySteps, SteadyChemistry};
+use super::chemistry::{ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod};
@@ -118,7 +118,7 @@ impl Integrator for Staggered {
         let done = workspace.relax(state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            self.steady.solve(workspace, state, inner)?;
+            self.steady.solve(workspace, state, inner, Leap::Allowed)?;
         }
         Ok(done)
     }
@@ -254,7 +254,7 @@ impl Staggered {
         self.follow_shape(workspace, state, &mut next, &mut relaxation)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
-            self.steady.solve(workspace, &mut next, inner)?;
+            self.steady.solve(workspace, &mut next, inner, Leap::Allowed)?;
         }
         *state = next;
         Ok(StepReport { step, relaxation, ..StepReport::default() })
@@ -321,6 +321,9 @@ impl Staggered {
     /// magnitude, whatever the unit of time is.
     fn first_step(&self, workspace: &mut Workspace, state: &State, until: f64) -> Result<f64> {
         let rate = workspace.at(state).fastest_rate()?;
+        // What is steady says nothing of how fast it is led along.
+        let steady = self.policy.chemistry == 0.0;
+        let rate = rate.max(if steady { workspace.at(state).fastest_motion()? } else { 0.0 });
         let share = FIRST * self.spec.rtol.get().sqrt();
         Ok((share / rate).min(SHARE_OF_WAY * (until - state.time)))
     }

@@ -87,9 +87,10 @@ impl SolveError {
             | Self::Stalled { .. }
             | Self::Constraint { .. } => Cause::Relaxation,
             Self::StepTooSmall { .. } => Cause::Error,
-            Self::TooManySteps { .. } | Self::Unresolved { .. } | Self::NotSteady { .. } => {
-                Cause::Chemistry
-            }
+            Self::TooManySteps { .. }
+            | Self::Unresolved { .. }
+            | Self::NotSteady { .. }
+            | Self::Leap { .. } => Cause::Chemistry,
             _ => Cause::Solver,
         }
     }

@@ -2,7 +2,9 @@
 //!
 //! Digits: IVP test set (`rober`, `vdpol`, `hires`, `orego`).
 
-use super::final_state;
+use rumple::kinetics::Species;
+
+use super::{final_state, finished};
 use crate::common::prepare;
 
 fn point(plugin: &str, initial: &str, until: f64) -> String {
@@ -200,4 +202,84 @@ fn a_point_has_no_shape() {
     assert!(refusal(&effect).contains("no effect acts on it"));
     let empty = refusal("[sheet]\nshape = \"point\"\n[time]\nuntil = 1.0\n");
     assert!(empty.contains("missing table [kinetics]"), "{empty}");
+}
+
+/// The air pollution problem of 20 species, and its published solution at t = 60.
+const POLLU: &str = include_str!("../data/pollu.toml");
+const POLLUTED: [f64; 20] = [
+    0.5646255480022769e-1,
+    0.1342484130422339,
+    0.4139734331099427e-8,
+    0.5523140207484359e-2,
+    0.2018977262302196e-6,
+    0.1464541863493966e-6,
+    0.7784249118997964e-1,
+    0.3245075353396018,
+    0.7494013383880406e-2,
+    0.1622293157301561e-7,
+    0.1135863833257075e-7,
+    0.2230505975721359e-2,
+    0.208716288279863e-3,
+    0.1396921016840158e-4,
+    0.8964884856898295e-2,
+    0.4352846369330103e-17,
+    0.6899219696263405e-2,
+    0.1007803037365946e-3,
+    0.1772146513969984e-5,
+    0.5682943292316392e-4,
+];
+
+/// Largest relative error of the pollution problem, and its steps.
+fn pollution(overrides: &[&str]) -> (f64, u64) {
+    let simulation = finished(POLLU, overrides);
+    let species = &simulation.model().chemistry().unwrap().descriptor().species;
+    let error = |(species, c): (&Species, &Vec<f64>)| {
+        let number: usize = species.name[1..].parse().unwrap();
+        (c[0] / POLLUTED[number - 1] - 1.0).abs()
+    };
+    let state = simulation.state();
+    (species.iter().zip(&state.species).map(error).fold(0.0, f64::max), state.step)
+}
+
+/// Stiff problems and oscillators, with nothing chosen by the scene.
+#[test]
+fn at_a_point_the_default_integrator_is_stiff_and_accurate() {
+    let (error, steps) = pollution(&[]);
+    assert!(error < 1e-5 && steps < 500, "pollu: {error:e} in {steps} steps");
+    let cases: [(&str, &str, f64, f64, u64); 4] = [
+        ("robertson", "y1 = 1.0", 40.0, 1e-5, 500),
+        ("van-der-pol", "y1 = 2.0", 2.0, 1e-3, 3000),
+        ("oregonator", "y1 = 1.0, y2 = 2.0, y3 = 3.0", 360.0, 1e-3, 3000),
+        ("brusselator", "u = 1.0, v = 1.0", 50.0, 1e-3, 3000),
+    ];
+    for (plugin, initial, until, allowed, most) in cases {
+        let text = point(plugin, initial, until);
+        let exact = "time.integrator={kind=\"monolithic\",rtol=1e-10,atol=1e-14}";
+        let expected = final_state(&text, &[exact]).species.concat();
+        let state = final_state(&text, &[]);
+        let pairs = state.species.iter().flatten().zip(&expected);
+        let error = pairs.map(|(c, e)| (c / e - 1.0).abs()).fold(0.0, f64::max);
+        println!("{plugin}: {error:e} in {} steps", state.step);
+        assert!(
+            error < allowed && state.step < most,
+            "{plugin}: {error:e} in {} steps",
+            state.step
+        );
+    }
+}
+
+/// What is asked for is delivered, but for a few times the tolerance, also where it is tight.
+#[test]
+fn errors_of_methods_of_fixed_order_go_with_the_tolerance() {
+    for (method, allowed) in [("bdf", 300.0), ("tr-bdf2", 20.0), ("esdirk34", 20.0)] {
+        for rtol in [1e-4, 1e-6, 1e-8] {
+            let integrator = format!(
+                "time.integrator={{kind='monolithic',method='{method}',rtol={rtol:e},atol={:e}}}",
+                1e-6 * rtol
+            );
+            let (error, steps) = pollution(&[&integrator]);
+            println!("{method} {rtol:e}: {error:e} in {steps} steps");
+            assert!(error < allowed * rtol, "{method} at {rtol:e}: {error:e} in {steps} steps");
+        }
+    }
 }

@@ -55,6 +55,8 @@ pub(super) struct Shared {
 struct Inner {
     problem: Box<dyn OdeProblem>,
     error: Option<OdeError>,
+    /// Where the last one happened.
+    failed_at: f64,
 }
 
 impl std::fmt::Debug for Shared {
@@ -106,7 +108,7 @@ impl Equations {
     pub(super) fn new(problem: Box<dyn OdeProblem>, start: Vec<f64>) -> Self {
         let context = FaerContext::default();
         let stored = problem.stored();
-        let inner = Mutex::new(Inner { problem, error: None });
+        let inner = Mutex::new(Inner { problem, error: None, failed_at: f64::NAN });
         Self {
             unknowns: start.len(),
             shared: Arc::new(Shared { inner, stored }),
@@ -119,6 +121,11 @@ impl Equations {
     /// What the linear solver needs.
     pub(super) fn shared(&self) -> &Arc<Shared> {
         &self.shared
+    }
+
+    /// The start.
+    pub(super) fn init_vector(&self) -> FaerVec<f64> {
+        self.init().call(0.0)
     }
 
     /// Every later integrator begins where it is told to.
@@ -134,6 +141,11 @@ impl Equations {
     /// The first error since the last call.
     pub(super) fn take_error(&self) -> Option<OdeError> {
         self.shared.lock().error.take()
+    }
+
+    /// The time of the last error.
+    pub(super) fn failed_at(&self) -> f64 {
+        self.shared.lock().failed_at
     }
 
     /// Which rows have storage; `None` if all have.
@@ -157,6 +169,7 @@ impl Equations {
         };
         if let Err(error) = done {
             out.fill(f64::NAN);
+            shared.failed_at = time;
             shared.error.get_or_insert(error);
         }
     }
@@ -167,6 +180,7 @@ impl Equations {
         match shared.problem.jacobian(time, y.inner().col_as_slice(0)) {
             Ok(_) => true,
             Err(error) => {
+                shared.failed_at = time;
                 shared.error.get_or_insert(error.into());
                 false
             }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use diffsol::{
-    Bdf, BdfState, ConstantOp, ExplicitRk, FaerContext, FaerVec, NonLinearOp, OdeBuilder,
-    OdeEquations, OdeSolverMethod, OdeSolverProblem, OdeSolverState, OdeSolverStopReason, RkState,
-    Sdirk, Tableau, Vector, VectorCommon,
+    Bdf, BdfState, ExplicitRk, FaerContext, FaerVec, NonLinearOp, OdeBuilder, OdeEquations,
+    OdeSolverMethod, OdeSolverProblem, OdeSolverState, OdeSolverStopReason, RkState, Sdirk,
+    Tableau, Vector, VectorCommon,
 };
 
 use super::combination::Combination;
@@ -48,6 +48,8 @@ const SAME_TIME: f64 = 100.0 * f64::EPSILON;
 /// A step that would leave less than this share of itself to the stop time shares the way with the
 /// next one: steps much shorter than their neighbours cost all their history.
 const STUB: f64 = 0.01;
+/// A try is longer than the shortest one where it is so many times as long.
+const LONGER: f64 = 100.0;
 /// The least step is at most this share of the way to the stop time, however short that is.
 const SHORTEST_OF_REST: f64 = 1e-6;
 
@@ -332,8 +334,15 @@ impl<'a> Stepper<'a> {
                         (Err(error), _) => error,
                     }
                 }
-                // What F said is the better reason.
-                Err(error) => return Err(stored_error.unwrap_or(error)),
+                Err(error) => {
+                    // What F said is the better reason, unless of a try far longer than the last one.
+                    let longer =
+                        self.problem.eqn.failed_at() - time > LONGER * self.least(until - time);
+                    return Err(match stored_error {
+                        Some(told) if !(told.is_recoverable() && longer) => told,
+                        _ => error,
+                    });
+                }
             };
             let step = RETRY * (self.time - time);
             let hopeless = retry >= RETRIES || !(step > self.least(until - time));
@@ -391,10 +400,4 @@ impl<'a> Stepper<'a> {
 
 fn vector(values: &[f64]) -> FaerVec<f64> {
     FaerVec::from_vec(values.to_vec(), FaerContext::default())
-}
-
-impl Equations {
-    fn init_vector(&self) -> FaerVec<f64> {
-        self.init().call(0.0)
-    }
 }

@@ -17,7 +17,7 @@ mod exponential;
 mod krylov;
 mod steady;
 
-pub(super) use steady::SteadyChemistry;
+pub(super) use steady::{Leap, SteadyChemistry};
 
 use serde::{Deserialize, Serialize};
 

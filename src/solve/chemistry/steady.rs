@@ -24,6 +24,18 @@ const MOST_FAILURES: usize = 30;
 /// How far a step on the way may leave a species' valid range, relative to its size and typical
 /// magnitude.
 const SLACK: f64 = 0.1;
+/// A species that changes by more than this share of its size and typical magnitude leaves its steady state for another
+/// one: the branch of steady states that it was on has ended (a fold), or moves too far in one step of the coupling.
+const LEAP: f64 = 0.2;
+
+/// Whether the chemistry may go to another steady state than the one it is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::solve) enum Leap {
+    /// However far it is.
+    Allowed,
+    /// What leads away ends the search: a shorter step may stay near by.
+    Refused,
+}
 
 /// Solves for the steady state of the chemistry, with what it keeps from one time to the next.
 #[derive(Default)]
@@ -36,12 +48,14 @@ impl SteadyChemistry {
     /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests.
     ///
     /// # Errors
-    /// [`SolveError::NotSteady`] if it comes to no rest; errors of the plugin.
+    /// [`SolveError::NotSteady`] if it comes to no rest; [`SolveError::Leap`] where that is refused; errors of the
+    /// plugin.
     pub(in crate::solve) fn solve(
         &mut self,
         workspace: &mut Workspace,
         state: &mut State,
         (rtol, atol): (f64, f64),
+        leap: Leap,
     ) -> Result<()> {
         let Workspace { model, control, .. } = workspace;
         let _scope = part(model.tally(), part::SETTLING);
@@ -51,6 +65,7 @@ impl SteadyChemistry {
         let n = coupled.layout().unknowns();
         let tolerance = coupled.tolerances(atol);
         let (mut y, mut rate) = (coupled.pack(state), vec![0.0; n]);
+        let start = y.clone();
         coupled.residual(state.time, &y, &mut rate)?;
         // The first step changes nothing by more than its own size.
         let relative = |y: &[f64], rate: &[f64]| {
@@ -119,6 +134,11 @@ impl SteadyChemistry {
                 continue;
             }
             y = tried;
+            let left =
+                |i: usize| (y[i] - start[i]).abs() > LEAP * (tolerance[i] / atol + start[i].abs());
+            if leap == Leap::Refused && (0..n).any(left) {
+                return Err(SolveError::Leap { time: state.time });
+            }
             speed = relative(&y, &rate);
             if !speed.is_finite() {
                 break;

@@ -2,7 +2,12 @@
 
 use super::Staggered;
 use crate::model::State;
+use crate::solve::chemistry::Leap;
 use crate::solve::{Result, StepReport, Workspace};
+
+/// In a step that moves the shape by less than this share of the tolerance the chemistry may leave the steady state that
+/// it was in for another one: at a fold, where no shorter step keeps it there.
+const AT_REST: f64 = 0.1;
 
 impl Staggered {
     /// The same where the chemistry is in steady state at every time: shape, chemistry, and both once more.
@@ -17,10 +22,12 @@ impl Staggered {
         let inner = self.inner();
         let done = &mut report.relaxation;
         self.follow_shape(workspace, state, &mut next, done)?;
-        self.steady.solve(workspace, &mut next, inner)?;
+        let still = self.shape_error(workspace, state, state, &next) < AT_REST;
+        let leap = if still { Leap::Allowed } else { Leap::Refused };
+        self.steady.solve(workspace, &mut next, inner, leap)?;
         let mut predicted = next.clone();
         let coarse = self.follow_shape(workspace, state, &mut next, done)?;
-        self.steady.solve(workspace, &mut next, inner)?;
+        self.steady.solve(workspace, &mut next, inner, leap)?;
         let model = &workspace.model;
         let error = model.species_misfit(state, (&predicted, &next), tolerance);
         let shape = self.shape_error(workspace, state, &predicted, &next);
