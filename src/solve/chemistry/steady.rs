@@ -17,8 +17,14 @@ const LONG: f64 = 1e12;
 /// Error of a step on the way, relative to a species' size and typical magnitude. What the chemistry
 /// runs into hangs on the way where it has several steady states.
 const ERROR: f64 = 0.05;
+/// A step counts as one along dc/dτ = F if it meets the equation of implicit Euler, `δ = Δτ F(c + δ)`, but for this share
+/// of δ. Where a disturbance grows faster than 1/Δτ, as beyond a fold, the linear system turns the direction of the step
+/// round, against F: without the test steps go back and forth there without end.
+const ALONG: f64 = 0.5;
 /// Steps after which there is no steady state to be found.
 const MOST: usize = 5000;
+/// The same of a steady state near by, which takes some twenty.
+const MOST_NEAR: usize = 200;
 /// Linear systems in a row that may fail.
 const MOST_FAILURES: usize = 30;
 /// How far a step on the way may leave a species' valid range, relative to its size and typical
@@ -76,14 +82,15 @@ impl SteadyChemistry {
         let mut speed = first;
         let mut inverse_step = first;
         let mut rejected = 0;
-        for step in 0..MOST {
+        let most = if leap == Leap::Refused { MOST_NEAR } else { MOST };
+        for step in 0..most {
             if first == 0.0 {
                 return Ok(());
             }
             control.check()?;
             control.report(|| {
                 format!(
-                    "relaxing the chemistry to steady state, step {step} of at most {MOST}; it still \
+                    "relaxing the chemistry to steady state, step {step} of at most {most}; it still \
                      changes by {speed:.1e} of its size per unit of time"
                 )
             });
@@ -119,6 +126,9 @@ impl SteadyChemistry {
             let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
             let done = sensible.and_then(|()| coupled.residual(state.time, &tried, &mut rate));
             let error = match done {
+                Ok(()) if strays(&rate, &change, (&tolerance, rtol, &tried), inverse_step) => {
+                    f64::INFINITY
+                }
                 Ok(()) => {
                     let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
                     0.5 / inverse_step * relative(&tried, &differ)
@@ -157,4 +167,19 @@ impl SteadyChemistry {
         }
         Err(SolveError::NotSteady { time: state.time, rate: speed })
     }
+}
+
+/// Whether a change that counts does not lead along the rates at its end.
+fn strays(
+    rate: &[f64],
+    change: &[f64],
+    (tolerance, rtol, y): (&[f64], f64, &[f64]),
+    inverse_step: f64,
+) -> bool {
+    let largest = |of: &dyn Fn(usize) -> f64| {
+        let unit = |i: usize| rtol * y[i].abs() + tolerance[i];
+        (0..y.len()).map(|i| of(i).abs() / unit(i)).fold(0.0, f64::max)
+    };
+    let moved = largest(&|i| change[i]);
+    moved > 1.0 && largest(&|i| rate[i] / inverse_step - change[i]) > ALONG * moved
 }
