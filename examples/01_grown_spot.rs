@@ -39,8 +39,7 @@ pub fn main() -> rumple::Result<()> {
         x.z = if *boundary { 0.0 } else { 0.1 * (-x.norm_squared() / 40.0).exp() };
     }
     let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default())?;
-    let goal =
-        Goal { tolerance: 1e-8, max_iterations: 1000, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-8, max_iterations: 1000, ..Goal::default() };
     let done = solver.relax(&mut mechanics, &mut x, &goal)?;
     let area = VertexArea::new(&sheet, AreaRule::default());
     let curvature = Curvature::of(&mechanics.shape(&x), &area);

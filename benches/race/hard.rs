@@ -160,7 +160,7 @@ fn ours(
     let (mut failure, mut now) = (None, (f64::NAN, f64::NAN));
     for tolerance in [asked / 3.0, asked / 30.0, enough] {
         let max_iterations = options.iterations.unwrap_or(spec.max_iterations());
-        let goal = Goal { tolerance, max_iterations, interrupted: &|| false, report: &|_| () };
+        let goal = Goal { tolerance, max_iterations, ..Goal::default() };
         let done = solver.relax(&mut mechanics, &mut x, &goal);
         now = energy_and_norm(&mut mechanics, &x);
         failure = done.err().map(|error| error.to_string());

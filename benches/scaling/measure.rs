@@ -150,8 +150,7 @@ fn relax(
     let goal = Goal {
         tolerance: spec.tolerance(),
         max_iterations: spec.max_iterations(),
-        interrupted: &|| false,
-        report: &|_| (),
+        ..Goal::default()
     };
     let before = mechanics.mechanics().tally().work();
     let (done, time) = timed(|| spec.build(mechanics.mechanics())?.relax(mechanics, x, &goal))?;

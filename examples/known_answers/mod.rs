@@ -130,7 +130,7 @@ pub fn area_load(value: f64) -> String {
 
 /// Brings `x` to rest with the default method.
 pub fn relax(mechanics: &mut Potential, x: &mut [Vec3], tolerance: f64) -> Outcome<Relaxation> {
-    let goal = Goal { tolerance, max_iterations: 20_000, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance, max_iterations: 20_000, ..Goal::default() };
     let mut method = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default())?;
     Ok(method.relax(mechanics, x, &goal)?)
 }

@@ -24,6 +24,7 @@ pub struct Potential {
     work: Vec<Work>,
     pub(super) constraints: Constraints,
     anchor: Option<Anchor>,
+    hold: Option<Vec<Vec3>>,
     force_scale: f64,
     /// Of the optimal lengths.
     lengths: Meter,
@@ -49,9 +50,9 @@ impl Potential {
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
         let force_scale = 0.0;
-        let anchor = None;
+        let (anchor, hold) = (None, None);
         let mut made =
-            Self { mechanics, metric, time, work, constraints, anchor, force_scale, lengths };
+            Self { mechanics, metric, time, work, constraints, anchor, hold, force_scale, lengths };
         made.prepare();
         let sheet = Arc::clone(made.sheet());
         made.choose_stiffness(sheet.rest());
@@ -96,6 +97,11 @@ impl Potential {
     /// leave it as it is.
     pub fn set_anchor(&mut self, anchor: Option<Anchor>) {
         self.anchor = anchor;
+    }
+
+    /// Adds dead forces on the vertices to what acts from now on, in place of those before.
+    pub fn set_hold(&mut self, force: Option<Vec<Vec3>>) {
+        self.hold = force;
     }
 
     /// The pull towards an earlier shape.
@@ -246,7 +252,15 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             total += term.evaluate(shape, work, None)
         });
-        total + self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x))
+        let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x));
+        total + anchor + self.hold_energy(x)
+    }
+
+    /// Energy of the forces that hold the vertices, 0 at rest.
+    fn hold_energy(&self, x: &[Vec3]) -> f64 {
+        let Some(force) = &self.hold else { return 0.0 };
+        let rest = self.mechanics.sheet().rest();
+        -parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -280,6 +294,10 @@ impl Potential {
         });
         if let Some(anchor) = &self.anchor {
             total += anchor.add(x, gradient);
+        }
+        if let Some(force) = &self.hold {
+            parallel::update(gradient, |i, g| *g -= force[i]);
+            total += self.hold_energy(x);
         }
         self.mechanics.fix(gradient);
         total

@@ -247,6 +247,11 @@ pub enum SolveError {
         /// Relaxations tried.
         rounds: usize,
     },
+    /// A relaxation has left its trust region.
+    #[error(
+        "the shape jumps: its relaxation leaves the neighbourhood of the shape that it began with"
+    )]
+    Departed,
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,

@@ -13,6 +13,7 @@ mod low_rank;
 pub mod monolithic;
 mod motion;
 pub(crate) mod part;
+mod path;
 pub mod stability;
 pub mod staggered;
 pub mod tries;
@@ -166,7 +167,7 @@ pub(crate) trait Integrator: Send {
     /// # Errors
     /// If the relaxation or the plugin fails.
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        workspace.relax(state)
+        path::release(workspace, state)
     }
 
     /// Brings `state`, which satisfies the rows without storage, forward by one step that does

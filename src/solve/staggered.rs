@@ -14,7 +14,7 @@
 //!
 //! ```text
 //!                   X(c), the shape                               C, the chemistry
-//! quasi-static      in equilibrium with c                         φ, integrated over Δt
+//! quasi-static      follows its equilibrium to c (path)           φ, integrated over Δt
 //! simultaneous      drag dx/dt = -∂U/∂x over Δt at (c_n + c)/2    φ, integrated over Δt
 //! chemistry-fast    as simultaneous                               steady at the last shape
 //! ```
@@ -51,6 +51,7 @@ use super::chemistry::{ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod};
+use super::path::{EquilibriumPath, release};
 use super::tries::{Cause, Try};
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
@@ -107,6 +108,8 @@ struct Staggered {
     /// How a shape with storage moves, and by what.
     shape: MotionMethod,
     motion: Motion,
+    /// How a shape without storage does.
+    path: EquilibriumPath,
     by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
@@ -115,7 +118,7 @@ struct Staggered {
 
 impl Integrator for Staggered {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let done = workspace.relax(state)?;
+        let done = release(workspace, state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             self.steady.solve(workspace, state, inner, Leap::Allowed)?;
@@ -129,13 +132,13 @@ impl Integrator for Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let before = (self.step, self.first, self.error, self.motion.clone());
+        let before = (self.step, self.first, self.error, self.motion.clone(), self.path.clone());
         let done = match self.spec.method {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),
         };
         if done.is_err() {
-            (self.step, self.first, self.error, self.motion) = before;
+            (self.step, self.first, self.error, self.motion, self.path) = before;
         }
         done
     }
@@ -155,6 +158,7 @@ impl Integrator for Staggered {
         record.option(self.first, Record::number);
         record.number(self.error);
         self.motion.store(record);
+        self.path.store(record);
         self.by_diffsol.is_none() && self.chemistry.is_new()
     }
 
@@ -162,7 +166,8 @@ impl Integrator for Staggered {
         (self.step, self.first) =
             (reading.option(Reading::number)?, reading.option(Reading::number)?);
         self.error = reading.number()?;
-        self.motion.restore(reading, vertices)
+        self.motion.restore(reading, vertices)?;
+        self.path.restore(reading, vertices)
     }
 }
 
@@ -194,7 +199,7 @@ impl Staggered {
         done: &mut Relaxation,
     ) -> Result<Option<Vec<Vec3>>> {
         if self.policy.mechanics == 0.0 {
-            done.add(&workspace.relax_once(next)?);
+            done.add(&self.path.advance(workspace, state, next)?);
             return Ok(None);
         }
         if !workspace.model.moves() {
@@ -372,7 +377,7 @@ impl Staggered {
                 report.relaxation.residual = workspace.residual_to_tell(&next)?;
             }
             None => {
-                self.follow_shape(workspace, state, &mut next, &mut report.relaxation)?;
+                self.follow_shape(workspace, &predicted, &mut next, &mut report.relaxation)?;
             }
         }
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));

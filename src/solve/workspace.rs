@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::equilibrium::{self, Equilibrium, Goal, Relaxation, explained};
+use super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
 use super::tries::{Cause, Tries, Try};
 use super::{Result, SolveError, part};
 use crate::Vec3;
@@ -67,6 +67,51 @@ pub(crate) struct Relaxer {
 
 /// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
 const ROUNDS: usize = 30;
+
+/// How a minimum is looked for.
+pub(super) struct Search {
+    /// The proximal term, if there is one.
+    pub(super) anchor: Option<Anchor>,
+    /// Where it begins, if that is a better start than the shape there is.
+    pub(super) guess: Option<Vec<Vec3>>,
+    /// Radius of the trust region about the start, in mean edges.
+    pub(super) trust: Option<f64>,
+    /// Factor on the force tolerance.
+    pub(super) looser: f64,
+    /// Largest distance to the equilibrium that counts as rest, in mean edges.
+    pub(super) displacement: f64,
+    /// What holds the sheet while its start is released.
+    pub(super) held: Option<Held>,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            anchor: None,
+            guess: None,
+            trust: None,
+            looser: 1.0,
+            displacement: f64::INFINITY,
+            held: None,
+        }
+    }
+}
+
+/// Length factors in place of those of the species, and forces that hold the vertices.
+pub(super) struct Held {
+    /// Φ of every edge.
+    pub(super) factor: Vec<f64>,
+    /// Force on every vertex.
+    pub(super) force: Vec<Vec3>,
+}
+
+impl Held {
+    /// Brings `potential` under it.
+    pub(super) fn act_on(self, potential: &mut Potential) {
+        potential.set_length_factor(&self.factor);
+        potential.set_hold(Some(self.force));
+    }
+}
 
 /// A model with what is needed to work on it.
 pub struct Workspace {
@@ -221,7 +266,7 @@ impl Workspace {
     /// # Errors
     /// As for [`Workspace::relax`].
     pub fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
-        self.settle(state, None, None)
+        Ok(self.search(state, Search::default())?.0)
     }
 
     /// Brings the shape of `state` to the least energy with `anchor`, at most its slack from there; from
@@ -235,38 +280,53 @@ impl Workspace {
         anchor: Anchor,
         guess: Option<Vec<Vec3>>,
     ) -> Result<Relaxation> {
-        self.settle(state, Some(anchor), guess)
+        let search = Search { anchor: Some(anchor), guess, ..Search::default() };
+        Ok(self.search(state, search)?.0)
     }
 
-    fn settle(
+    /// Brings the shape of `state` to a minimum as `search` says; with how far the vertex that moved most is
+    /// from where the search began, in mean edges. On an error the shape is the last good one.
+    ///
+    /// # Errors
+    /// As for [`Workspace::relax`]; [`SolveError::Departed`] where the trust region was left.
+    pub(super) fn search(
         &mut self,
         state: &mut State,
-        anchor: Option<Anchor>,
-        guess: Option<Vec<Vec3>>,
-    ) -> Result<Relaxation> {
+        search: Search,
+    ) -> Result<(Relaxation, f64)> {
         let Self { model, control, memory, relaxer, stuck, .. } = self;
         if model.is_chemistry_alone() {
-            return Ok(Relaxation::default());
+            return Ok((Relaxation::default(), 0.0));
         }
+        let Search { anchor, guess, trust, looser, displacement, held } = search;
         let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
         let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
-        let led = state.x.to_vec();
+        let prescribed = state.x.to_vec();
         // Under drag steps are short.
         if anchor.is_some() {
-            x.clone_from(&led);
+            x.clone_from(&prescribed);
         }
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
-        let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
-        let mut tolerance = relaxer.tolerance;
+        let Some(relaxer) = relaxer else { return Ok((Relaxation::default(), 0.0)) };
+        let mut tolerance = relaxer.tolerance * looser;
+        if let Some(held) = held {
+            held.act_on(potential);
+        }
         if let Some(mut anchor) = anchor {
             anchor.follow_pins(model.mechanics(), &x);
             tolerance = tolerance.max(anchor.force() / potential.force_scale());
             potential.set_anchor(Some(anchor));
-            start_from(guess, potential, &mut x);
         }
+        start_from(guess, potential, &mut x, &prescribed);
+        let start = x.clone();
+        let mut led = x.clone();
+        potential.mechanics().keep_pins(&prescribed, &mut led);
+        let edge = potential.metric().mean_edge();
         let goal = Goal {
+            displacement: displacement * edge,
+            trust: trust.map(|radius| Trust { centre: &start, radius: radius * edge }),
             tolerance,
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),
@@ -280,11 +340,15 @@ impl Workspace {
         };
         let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
         potential.set_anchor(None);
+        potential.set_hold(None);
+        let moved = equilibrium::distance(&start, &x) / edge;
         state.x = x.into();
-        if done.as_ref().is_err_and(|error| !matches!(error, SolveError::Interrupted)) {
+        let quiet =
+            |error: &SolveError| matches!(error, SolveError::Interrupted | SolveError::Departed);
+        if done.as_ref().is_err_and(|error| !quiet(error)) {
             *stuck = Some(state.clone());
         }
-        done
+        Ok((done?, moved))
     }
 }
 
@@ -294,10 +358,15 @@ fn relaxing(done: &Relaxation) -> String {
     format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
 }
 
-/// Puts `guess` in place of `x`, with the fixed directions of this, if it is allowed and has less energy.
-fn start_from(guess: Option<Vec<Vec3>>, potential: &mut Potential, x: &mut Vec<Vec3>) {
+/// Puts `guess` in place of `x`, with the fixed directions of `pinned`, if it is allowed and has less energy.
+fn start_from(
+    guess: Option<Vec<Vec3>>,
+    potential: &mut Potential,
+    x: &mut Vec<Vec3>,
+    pinned: &[Vec3],
+) {
     let Some(mut guess) = guess else { return };
-    potential.mechanics().keep_pins(x, &mut guess);
+    potential.mechanics().keep_pins(pinned, &mut guess);
     if potential.allows(x, &guess, equilibrium::AREA_SHARE)
         && potential.energy(&guess) < potential.energy(x)
     {

@@ -196,8 +196,7 @@ fn several_constraints_are_met_together() {
     let mut potential = Potential::new(&mechanics);
     let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let mut x = sheet.rest().to_vec();
-    let goal =
-        Goal { tolerance: 1e-8, max_iterations: 5000, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-8, max_iterations: 5000, ..Goal::default() };
     let done = relax(&mut lbfgs, &mut potential, &mut x, &goal).unwrap();
     let values = potential.constraint_values(&x);
     assert!(values.iter().all(|g| g.abs() < MET), "{values:?}");

@@ -148,8 +148,7 @@ const FAR: Coupling = Coupling { pairs: true, ..Coupling::ONE_RING };
 
 #[test]
 fn pairs_of_the_moment_are_in_the_matrix() {
-    let goal =
-        Goal { tolerance: 1e-9, max_iterations: 3000, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-9, max_iterations: 3000, ..Goal::default() };
     let (mut potential, start) = bent(FAR, f64::INFINITY);
     let usual = potential.mechanics().pattern().clone();
     let now = potential.pattern(&start);
@@ -189,8 +188,7 @@ fn no_step_goes_beyond_what_an_effect_allows() {
     let (_, start) = bent(FAR, f64::INFINITY);
     let highest = |x: &[Vec3]| x.iter().map(|x| x.z).fold(f64::NEG_INFINITY, f64::max);
     let declared = Coupling { limits_steps: true, ..FAR };
-    let goal =
-        Goal { tolerance: 1e-9, max_iterations: 300, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-9, max_iterations: 300, ..Goal::default() };
     for ceiling in [highest(&start) + 1e-3, f64::INFINITY] {
         let (mut potential, mut x) = bent(declared, ceiling);
         let higher: Vec<Vec3> = x.iter().map(|x| x + Vec3::new(0.0, 0.0, 1.0)).collect();

@@ -134,8 +134,7 @@ fn an_energy_that_is_no_number_is_not_at_rest_though_nothing_pulls() {
     let mut potential = Potential::new(&mechanics);
     let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
     let mut x = sheet.rest().to_vec();
-    let goal =
-        Goal { tolerance: 1e-6, max_iterations: 100, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-6, max_iterations: 100, ..Goal::default() };
     let error = relax(&mut lbfgs, &mut potential, &mut x, &goal).unwrap_err();
     match explained(error, &mut potential, &x, 1e-6) {
         SolveError::EffectNotFinite { effect, .. } => assert_eq!(effect, "nan"),

@@ -60,7 +60,7 @@ fn relax(
     method: &mut dyn Equilibrium,
     tolerance: f64,
 ) -> Relaxation {
-    let goal = Goal { tolerance, max_iterations: 100_000, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance, max_iterations: 100_000, ..Goal::default() };
     method.relax(mechanics, x, &goal).unwrap()
 }
 

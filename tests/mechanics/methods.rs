@@ -56,11 +56,7 @@ fn relax(
     tolerance: f64,
     max_iterations: usize,
 ) -> Result<Relaxation, SolveError> {
-    solver.relax(
-        mechanics,
-        x,
-        &Goal { tolerance, max_iterations, interrupted: &|| false, report: &|_| () },
-    )
+    solver.relax(mechanics, x, &Goal { tolerance, max_iterations, ..Goal::default() })
 }
 
 #[test]
@@ -133,7 +129,7 @@ fn they_fail_in_the_words_of_the_others() {
         assert!(matches!(error, SolveError::NotConverged { iterations: 5, .. }), "{error}");
         assert!(x != start && mechanics.energy(&x) < mechanics.energy(&start));
         let goal =
-            Goal { tolerance: 1e-9, max_iterations: 9, interrupted: &|| true, report: &|_| () };
+            Goal { tolerance: 1e-9, max_iterations: 9, interrupted: &|| true, ..Goal::default() };
         let error = solver.relax(&mut mechanics, &mut x, &goal).unwrap_err();
         assert!(matches!(error, SolveError::Interrupted), "{error}");
         x[60].x = f64::NAN;

@@ -166,8 +166,7 @@ fn conjugate_gradients_need_no_more_iterations_on_finer_sheets() {
 
 fn relaxed(preconditioner: Preconditioner) -> Relaxation {
     let (mut mechanics, mut x) = dome(3000, true);
-    let goal =
-        Goal { tolerance: 1e-9, max_iterations: 500, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-9, max_iterations: 500, ..Goal::default() };
     let spec = LbfgsSpec { preconditioner, ..LbfgsSpec::default() };
     let mut lbfgs = Lbfgs::new(mechanics.mechanics(), spec).unwrap();
     lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap()

@@ -14,7 +14,7 @@ use super::both;
 use crate::common::{Noise, irregular};
 
 fn goal(tolerance: f64) -> Goal<'static> {
-    Goal { tolerance, max_iterations: 2000, interrupted: &|| false, report: &|_| () }
+    Goal { tolerance, max_iterations: 2000, ..Goal::default() }
 }
 
 /// B2 of the truths: with z fixed at the boundary and free in the plane, uniform growth has no stress.
@@ -73,7 +73,7 @@ fn hopeless_relaxations_are_reported() {
     mechanics.set_length_factor(&vec![1.2; sheet.edges().len()]);
     let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
     let mut x = sheet.rest().to_vec();
-    let one = Goal { tolerance: 1e-9, max_iterations: 1, interrupted: &|| false, report: &|_| () };
+    let one = Goal { tolerance: 1e-9, max_iterations: 1, ..Goal::default() };
     let error = solver.relax(&mut mechanics, &mut x, &one).unwrap_err();
     assert!(matches!(error, SolveError::NotConverged { iterations: 1, .. }), "{error}");
     // Strains of per cents are no tolerance to recommend, however loose the one asked for.
@@ -82,7 +82,7 @@ fn hopeless_relaxations_are_reported() {
     let error = SolveError::NotConverged { iterations: 1, residual: 1e-4, tolerance: 1e-6 };
     assert!(error.to_string().contains("equilibrium.tolerance = 2e-4"), "{error}");
     let stop =
-        Goal { tolerance: 1e-9, max_iterations: 100, interrupted: &|| true, report: &|_| () };
+        Goal { tolerance: 1e-9, max_iterations: 100, interrupted: &|| true, ..Goal::default() };
     let error = solver.relax(&mut mechanics, &mut x, &stop).unwrap_err();
     assert!(matches!(error, SolveError::Interrupted));
     x[20] = x[21];
@@ -154,12 +154,7 @@ fn round_off_near_buckling_does_not_stop_a_relaxation() {
         for growth in [0.0, 5e-5, 1e-4, 1.5e-4, 1.8e-4, 1.9e-4, 2.0e-4] {
             mechanics.set_length_factor(&vec![1.0 + growth; sheet.edges().len()]);
             let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
-            let goal = Goal {
-                tolerance: 1e-10,
-                max_iterations: 300,
-                interrupted: &|| false,
-                report: &|_| (),
-            };
+            let goal = Goal { tolerance: 1e-10, max_iterations: 300, ..Goal::default() };
             let before = mechanics.mechanics().tally().work();
             let done = solver.relax(&mut mechanics, &mut x, &goal);
             done.unwrap_or_else(|e| panic!("noise {seed}, growth {growth}: {e}"));

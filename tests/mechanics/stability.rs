@@ -24,8 +24,7 @@ fn boundary(sheet: &Sheet, axes: [bool; 3]) -> Pins {
 
 fn relax(mechanics: &mut Potential, x: &mut [Vec3]) {
     let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
-    let goal =
-        Goal { tolerance: 1e-11, max_iterations: 5000, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-11, max_iterations: 5000, ..Goal::default() };
     solver.relax(mechanics, x, &goal).unwrap();
 }
 
@@ -164,8 +163,7 @@ fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
             };
         }
         let mut solver = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
-        let goal =
-            Goal { tolerance: 1e-6, max_iterations: 5000, interrupted: &|| false, report: &|_| () };
+        let goal = Goal { tolerance: 1e-6, max_iterations: 5000, ..Goal::default() };
         solver.relax(&mut mechanics, &mut x, &goal).unwrap();
         let found = spectrum(&mut mechanics, &x, 2);
         println!("{axes:?} {:?} {:e}", found.inertia, found.modes[0].eigenvalue);

@@ -112,8 +112,7 @@ fn triangles_with_three_boundary_vertices_do_not_stall_a_load() {
         let mut mechanics = flapping(load * -Vec3::z());
         let mut x = mechanics.sheet().rest().to_vec();
         let mut lbfgs = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
-        let goal =
-            Goal { tolerance: 1e-9, max_iterations: 3000, interrupted: &|| false, report: &|_| () };
+        let goal = Goal { tolerance: 1e-9, max_iterations: 3000, ..Goal::default() };
         let done = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap();
         println!("load {load}: {done:?}");
         let gradients = mechanics.mechanics().tally().work().gradients;
@@ -126,7 +125,7 @@ fn a_relaxation_without_end_says_what_to_try() {
     let mut mechanics = flapping(-Vec3::z());
     let mut x = mechanics.sheet().rest().to_vec();
     let mut lbfgs = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
-    let goal = Goal { tolerance: 1e-9, max_iterations: 2, interrupted: &|| false, report: &|_| () };
+    let goal = Goal { tolerance: 1e-9, max_iterations: 2, ..Goal::default() };
     let error = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap_err().to_string();
     let keys =
         ["equilibrium.max_iterations = 1000", "equilibrium.largest_move", "equilibrium.method"];
@@ -147,7 +146,7 @@ fn newton_takes_over_where_the_default_gets_nowhere() {
         let (memory, refresh) = (number(1), Some(number(100_000)));
         let spec = LbfgsSpec { memory, refresh, ..LbfgsSpec::default() };
         let mut lbfgs = Lbfgs::new(mechanics.mechanics(), spec).unwrap();
-        let goal = Goal { tolerance, max_iterations, interrupted: &|| false, report: &|_| () };
+        let goal = Goal { tolerance, max_iterations, ..Goal::default() };
         let done = lbfgs.relax(&mut mechanics, &mut x, &goal)?;
         Ok((done, mechanics.mechanics().tally().work()))
     };
@@ -173,8 +172,7 @@ fn a_strip_without_interior_vertices_hangs_down() {
         let mut mechanics = clamped(31, 2, -load * Vec3::z());
         let mut x = mechanics.sheet().rest().to_vec();
         let mut lbfgs = Lbfgs::new(mechanics.mechanics(), LbfgsSpec::default()).unwrap();
-        let goal =
-            Goal { tolerance, max_iterations: 6000, interrupted: &|| false, report: &|_| () };
+        let goal = Goal { tolerance, max_iterations: 6000, ..Goal::default() };
         let done = lbfgs.relax(&mut mechanics, &mut x, &goal).unwrap();
         println!("load {load}: {done:?}");
         // The tip hangs by the length of the strip, but for its stretching.

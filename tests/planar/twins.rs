@@ -99,8 +99,7 @@ fn a_free_sheet_has_three_rigid_motions() {
         });
         potential.set_length_factor(&factor.collect::<Vec<_>>());
         let mut x = sheet.rest().to_vec();
-        let goal =
-            Goal { tolerance: 1e-12, max_iterations: 500, interrupted: &|| false, report: &|_| () };
+        let goal = Goal { tolerance: 1e-12, max_iterations: 500, ..Goal::default() };
         let mut lbfgs = Lbfgs::new(mechanics, LbfgsSpec::default()).unwrap();
         lbfgs.relax(&mut potential, &mut x, &goal).unwrap();
         let spectrum = Stability::new(mechanics).unwrap().spectrum(&mut potential, &x, 4).unwrap();

@@ -129,7 +129,7 @@ impl Equilibrium for Descent {
         let residual = potential.residual(&gradient);
         let mut done = Relaxation { energy, residual, ..Relaxation::default() };
         let enough = self.options.steps.map_or(usize::MAX, AtLeast::get);
-        while done.iterations < enough && !reached(&done, goal)? {
+        while done.iterations < enough && !reached(&done, goal, x)? {
             let square = dot(&gradient, &gradient);
             let limit = longest / largest(&gradient);
             let step = (self.step * softness).min(limit);

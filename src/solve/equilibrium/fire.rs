@@ -122,7 +122,7 @@ impl Equilibrium for Fire {
         let residual = potential.residual(&gradient);
         let mut done = Relaxation { energy, residual, ..Relaxation::default() };
         let (mut step, mut steer, mut downhill) = (FIRST, STEER, 0);
-        while !reached(&done, goal)? {
+        while !reached(&done, goal, x)? {
             let uphill = dot(&gradient, &velocity) >= 0.0;
             if uphill {
                 let back = 0.5 * step * unit;

@@ -67,6 +67,10 @@ const SOFT: usize = 3;
 /// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
 /// grow: there the last digit would decide.
 const OTHER_WEIGHT: f64 = 2.5;
+/// Forces below this share of the tolerance are as good as none, whatever they leave of soft modes.
+const FLOOR: f64 = 1e-4;
+/// A relaxation leaves its trust region where this allows less than such a share of a step.
+const LEAVES: f64 = 0.02;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
 const NO_FALL: f64 = 1e-6;
 /// Iterations after which an iteration that may turn triangles over is taken to go around the kink of one.
@@ -269,10 +273,16 @@ impl Lbfgs {
         loop {
             done.residual = potential.residual(&gradient);
             done.energy = energy;
-            if reached(&done, goal)? {
+            let balanced = reached(&done, goal, x)?;
+            let exact =
+                done.residual <= FLOOR * goal.tolerance || done.iterations >= goal.max_iterations;
+            if balanced && (exact || goal.displacement == f64::INFINITY) {
                 return Ok((done, Outcome::AtRest));
             }
             if progress.is_poor(&done) {
+                if balanced {
+                    return Ok((done, Outcome::AtRest));
+                }
                 if self.may_hand_over() {
                     return Ok((done, Outcome::Poor));
                 }
@@ -311,9 +321,19 @@ impl Lbfgs {
                 slope = dot(&gradient, &d);
             }
             let far_off = largest(&d);
+            if balanced && far_off <= goal.displacement {
+                return Ok((done, Outcome::AtRest));
+            }
             // The step is taken all the same: what is left then is far less.
             let last = far_off <= slack;
             let mut length = (longest / far_off).min(1.0);
+            if let Some(trust) = goal.trust {
+                let within = trust.longest(x, &d, length);
+                if within < LEAVES * length {
+                    return Err(SolveError::Departed);
+                }
+                length = within;
+            }
             let accepted = loop {
                 if (goal.interrupted)() {
                     return Err(SolveError::Interrupted);
@@ -336,7 +356,7 @@ impl Lbfgs {
                 }
                 length *= 0.5;
             };
-            if last && accepted.is_none() {
+            if (last || balanced) && accepted.is_none() {
                 return Ok((done, Outcome::AtRest));
             }
             let falls = accepted.is_some_and(|e| e < energy - NO_FALL * energy.abs());

@@ -28,6 +28,7 @@ pub use stop::explained;
 use super::EquilibriumSpec;
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
+use crate::parallel;
 use crate::record::{Malformed, Reading, Record};
 use crate::solve::SolveError;
 
@@ -42,6 +43,59 @@ pub struct Goal<'a> {
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Told in every iteration how far it is.
     pub report: &'a (dyn Fn(&Relaxation) + Sync),
+    /// Largest distance to the equilibrium, as the metric estimates it, that counts as rest: a small force may
+    /// leave a soft mode far from it. Infinite where forces alone decide.
+    pub displacement: f64,
+    /// The trust region, if there is one: leaving it gives up with [`SolveError::Departed`].
+    pub trust: Option<Trust<'a>>,
+}
+
+impl Default for Goal<'_> {
+    /// The defaults of `lbfgs`; neither interrupted nor reported.
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_iterations: 3000,
+            interrupted: &|| false,
+            report: &|_| (),
+            displacement: f64::INFINITY,
+            trust: None,
+        }
+    }
+}
+
+/// A ball about a shape: every vertex within the same distance of where it is there.
+#[derive(Clone, Copy)]
+pub struct Trust<'a> {
+    /// The shape.
+    pub centre: &'a [Vec3],
+    /// The distance.
+    pub radius: f64,
+}
+
+impl Trust<'_> {
+    /// Whether `x` lies within.
+    fn contains(&self, x: &[Vec3]) -> bool {
+        !(distance(self.centre, x) > self.radius)
+    }
+
+    /// The largest t up to `most` for which `x + t d` lies within, if `x` does.
+    fn longest(&self, x: &[Vec3], d: &[Vec3], most: f64) -> f64 {
+        // |p + t d|² = r² of every vertex, with p = x - c.
+        let of = |i: usize| {
+            let (p, d) = (x[i] - self.centre[i], d[i]);
+            let (a, b) = (d.norm_squared(), p.dot(&d));
+            let c = (self.radius * self.radius - p.norm_squared()).max(0.0);
+            // Its inverse: a maximum is what there is.
+            a / ((b * b + a * c).sqrt() - b).max(f64::MIN_POSITIVE)
+        };
+        (1.0 / parallel::max(x.len(), of)).min(most)
+    }
+}
+
+/// `max_i |b_i - a_i|`.
+pub(in crate::solve) fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
+    parallel::max(a.len(), |i| (b[i] - a[i]).norm_squared()).sqrt()
 }
 
 /// What a relaxation did.
@@ -55,6 +109,10 @@ pub struct Relaxation {
     pub energy: f64,
     /// Triangles that collapsed and were fixed.
     pub collapsed: usize,
+    /// Jumps from one branch of equilibria to another.
+    pub jumps: usize,
+    /// Energy that they released.
+    pub released: f64,
 }
 
 impl Relaxation {
@@ -64,6 +122,8 @@ impl Relaxation {
         self.residual = later.residual;
         self.energy = later.energy;
         self.collapsed = later.collapsed;
+        self.jumps += later.jumps;
+        self.released += later.released;
     }
 }
 

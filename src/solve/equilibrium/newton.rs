@@ -167,7 +167,7 @@ impl Equilibrium for Newton {
         loop {
             done.residual = potential.residual(&gradient);
             done.energy = energy;
-            if reached(&done, goal)? {
+            if reached(&done, goal, x)? {
                 return Ok(done);
             }
             let gauge = Gauge::new(potential, x, &gradient, goal.tolerance);

@@ -14,9 +14,12 @@ pub(in crate::solve) const COLLAPSED: f64 = 1e-2;
 ///
 /// # Errors
 /// Numbers that are not finite, too many iterations, an interruption.
-pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>) -> Result<bool, SolveError> {
+pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>, x: &[Vec3]) -> Result<bool, SolveError> {
     if !(done.energy.is_finite() && done.residual.is_finite()) {
         return Err(SolveError::NotFinite);
+    }
+    if goal.trust.is_some_and(|trust| !trust.contains(x)) {
+        return Err(SolveError::Departed);
     }
     if done.residual <= goal.tolerance {
         return Ok(true);

@@ -7,6 +7,7 @@ use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::motion::{Motion, MotionMethod};
+use crate::solve::path::EquilibriumPath;
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
 
 /// Parameters of the staggered integrator in a scene.
@@ -154,6 +155,7 @@ impl IntegratorSpec for StaggeredSpec {
             error: FIRST_ERROR,
             shape: self.motion(),
             motion: Motion::default(),
+            path: EquilibriumPath::default(),
             by_diffsol: None,
             steady: SteadyChemistry::default(),
             policy,
