@@ -283,6 +283,8 @@ impl Staggered {
             let proposed = tried.min(longest);
             let time = end_of_step(state.time, proposed, until);
             let step = time - state.time;
+            // Jumps of rejected attempts have not taken place.
+            (report.relaxation.jumps, report.relaxation.released) = (0, 0.0);
             match self.try_heun(workspace, state, &now, time, &mut report) {
                 Ok((next, error)) if error <= 1.0 => {
                     *state = next;

@@ -85,6 +85,7 @@ impl SolveError {
             Self::NotConverged { .. }
             | Self::NotAtRest { .. }
             | Self::Stalled { .. }
+            | Self::Departed
             | Self::Constraint { .. } => Cause::Relaxation,
             Self::StepTooSmall { .. } => Cause::Error,
             Self::TooManySteps { .. }
