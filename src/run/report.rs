@@ -39,11 +39,6 @@ fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
 }
 
-/// Whether the shape follows its equilibrium, and may jump from one branch to another.
-fn follows_path(model: &Model) -> bool {
-    model.moves() && model.storage().mechanics == 0.0
-}
-
 /// Titles of the ledger's columns, with units.
 pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<String> {
     let mut all = STEP.map(str::to_owned).to_vec();
@@ -80,12 +75,9 @@ pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<Stri
     }
     all.extend_from_slice(laws);
     all.extend(
-        ["least quality", "impossible rest triangles", "collapsed triangles"].map(str::to_owned),
+        ["least quality", "impossible rest triangles", "collapsed triangles", "wall time [s]"]
+            .map(str::to_owned),
     );
-    if follows_path(model) {
-        all.extend(["jumps", "energy released by jumps [energy]"].map(str::to_owned));
-    }
-    all.push("wall time [s]".to_owned());
     all
 }
 
@@ -184,9 +176,6 @@ pub(super) fn row(
     row.push(shape.least_quality);
     row.push(real(at.impossible_triangles()?));
     row.push(real(report.relaxation.collapsed));
-    if follows_path(model) {
-        row.extend([real(report.relaxation.jumps), report.relaxation.released]);
-    }
     row.push(wall);
     Ok(row)
 }

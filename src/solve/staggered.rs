@@ -14,7 +14,7 @@
 //!
 //! ```text
 //!                   X(c), the shape                               C, the chemistry
-//! quasi-static      follows its equilibrium to c (path)           φ, integrated over Δt
+//! quasi-static      in equilibrium with c                         φ, integrated over Δt
 //! simultaneous      drag dx/dt = -∂U/∂x over Δt at (c_n + c)/2    φ, integrated over Δt
 //! chemistry-fast    as simultaneous                               steady at the last shape
 //! ```
@@ -109,7 +109,7 @@ struct Staggered {
     shape: MotionMethod,
     motion: Motion,
     /// How a shape without storage does.
-    path: EquilibriumPath,
+    path: Option<EquilibriumPath>,
     by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
@@ -118,7 +118,10 @@ struct Staggered {
 
 impl Integrator for Staggered {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let done = release(workspace, state)?;
+        let done = match self.path {
+            Some(_) => release(workspace, state)?,
+            None => workspace.relax(state)?,
+        };
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             self.steady.solve(workspace, state, inner, Leap::Allowed)?;
@@ -158,7 +161,9 @@ impl Integrator for Staggered {
         record.option(self.first, Record::number);
         record.number(self.error);
         self.motion.store(record);
-        self.path.store(record);
+        if let Some(path) = &self.path {
+            path.store(record);
+        }
         self.by_diffsol.is_none() && self.chemistry.is_new()
     }
 
@@ -167,7 +172,7 @@ impl Integrator for Staggered {
             (reading.option(Reading::number)?, reading.option(Reading::number)?);
         self.error = reading.number()?;
         self.motion.restore(reading, vertices)?;
-        self.path.restore(reading, vertices)
+        self.path.as_mut().map_or(Ok(()), |path| path.restore(reading, vertices))
     }
 }
 
@@ -199,7 +204,10 @@ impl Staggered {
         done: &mut Relaxation,
     ) -> Result<Option<Vec<Vec3>>> {
         if self.policy.mechanics == 0.0 {
-            done.add(&self.path.advance(workspace, state, next)?);
+            done.add(&match &mut self.path {
+                Some(path) => path.advance(workspace, state, next)?,
+                None => workspace.relax_once(next)?,
+            });
             return Ok(None);
         }
         if !workspace.model.moves() {

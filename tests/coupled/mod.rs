@@ -5,6 +5,7 @@ mod folds;
 mod hazards;
 mod jacobian;
 mod motion;
+mod path;
 mod policies;
 mod stiff;
 mod threads;

@@ -67,6 +67,9 @@ const SOFT: usize = 3;
 /// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
 /// grow: there the last digit would decide.
 const OTHER_WEIGHT: f64 = 2.5;
+/// Most iterations at forces below the tolerance, where displacements are bounded as well: a floppy sheet has modes
+/// without stiffness.
+const AT_REST: usize = 50;
 /// Forces below this share of the tolerance are as good as none, whatever they leave of soft modes.
 const FLOOR: f64 = 1e-4;
 /// A relaxation leaves its trust region where this allows less than such a share of a step.
@@ -257,6 +260,8 @@ impl Lbfgs {
         // renewed before giving up.
         let mut age = 1;
         let mut halvings = 0;
+        // Iterations with forces below the tolerance.
+        let mut rested = 0;
         // Whether the factor has the largest shift there is.
         let mut stiffest = false;
         let kinks = turns && self.inverse.is_plain();
@@ -274,8 +279,10 @@ impl Lbfgs {
             done.residual = potential.residual(&gradient);
             done.energy = energy;
             let balanced = reached(&done, goal, x)?;
-            let exact =
-                done.residual <= FLOOR * goal.tolerance || done.iterations >= goal.max_iterations;
+            rested += usize::from(balanced);
+            let exact = rested > AT_REST
+                || done.residual <= FLOOR * goal.tolerance
+                || done.iterations >= goal.max_iterations;
             if balanced && (exact || goal.displacement == f64::INFINITY) {
                 return Ok((done, Outcome::AtRest));
             }

@@ -19,9 +19,6 @@ use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
 
-/// The first sub-step.
-const FIRST: f64 = 1.0 / 64.0;
-
 /// Brings the shape of `state` into equilibrium with its species along the path above.
 ///
 /// # Errors
@@ -38,8 +35,7 @@ pub(in crate::solve) fn release(
     let start = Start::of(workspace, state)?;
     let at = state.clone();
     let held = |s: f64| start.held(s);
-    let followed =
-        Continuation::new(None, FIRST).follow(workspace, &Route::held(&at, &held), state);
+    let followed = Continuation::new(None, 1.0).follow(workspace, &Route::held(&at, &held), state);
     let mut done = match followed {
         Ok(done) => done,
         // A start that no such path leads from may still have an equilibrium downhill.

@@ -1,0 +1,140 @@
+//! The quasi-static shape by continuation: the limit of vanishing drag, whatever the solver.
+
+use rumple::Simulation;
+use rumple::solve::{Control, StepReport};
+
+use crate::common::prepare;
+
+const CONTINUED: &str = "time.integrator={kind=\"staggered\",equilibrium=\"continued\"}";
+
+/// A thin sphere that doubles its size. Exact: a sphere of twice the radius.
+const SPHERE: &str = r#"
+effect = [{ kind = "stretching" }, { kind = "bending" }]
+sheet = { shape = "sphere", radius = 10.0, vertices = 642 }
+material = { young = 1e5, poisson = 0.3333333333333333, thickness = 0.1 }
+time = { until = 1.0 }
+[kinetics]
+species.g = { doc = "growth", typical = 1.0 }
+rates.g = "1"
+length_factor = "1 + g"
+initial.g = 0.0
+"#;
+
+/// Of a dose on a disc that asks for growth by a half at once.
+const DOSE: &str = r#"
+effect = [
+    { kind = "stretching" },
+    { kind = "bending" },
+    { kind = "pin", where = "rim", axes = "z" },
+]
+sheet = { shape = "disc", radius = 16.0, vertices = 600, seed = 1, bump = { amplitude = 0.5, width = 8.0 } }
+material = { young = 1e6, poisson = 0.3333333333333333, thickness = 0.5 }
+time = { until = 1.0 }
+[kinetics]
+species.c = { doc = "dose", typical = 1.0 }
+rates.c = "0"
+length_factor = "1 + 0.5*hill(c, 0.1, 8)"
+initial.c = { gaussian = { width = 5.0, amplitude = 0.3 } }
+"#;
+
+/// A strip whose upper edge grows: it buckles out of its plane.
+const STRIP: &str = r#"
+effect = [{ kind = "stretching" }, { kind = "bending" }]
+sheet = { shape = "rectangle", width = 60.0, height = 12.0, vertices = 400, imperfection = { amplitude = 1e-2, seed = 3 } }
+material = { young = 1e6, poisson = 0.3333333333333333, thickness = 0.5 }
+time = { until = 0.1 }
+[kinetics]
+species.g = { doc = "growth", typical = 0.1, lower = 0.0 }
+rates.g = "edge*(1 - g)"
+length_factor = "1 + 0.3*g"
+parameters = { edge = { formula = "1/(1 + exp(-(y - 4)/0.7))" } }
+initial.g = 0.0
+"#;
+
+fn energy(simulation: &mut Simulation) -> f64 {
+    simulation.energies().unwrap().iter().map(|(_, energy)| energy).sum()
+}
+
+fn run(text: &str, keys: &[&str]) -> (Simulation, Vec<StepReport>) {
+    let keys: Vec<&str> = [CONTINUED].into_iter().chain(keys.iter().copied()).collect();
+    let (scene, mut simulation) = prepare(text, &keys);
+    simulation.prepare().unwrap_or_else(|e| panic!("{e}"));
+    let (until, mut reports) = (scene.time.span.until.get(), Vec::new());
+    while simulation.state().time < until {
+        reports.push(simulation.step(until).unwrap_or_else(|e| panic!("{e}")));
+    }
+    (simulation, reports)
+}
+
+#[test]
+fn a_sphere_that_doubles_stays_round_whatever_the_method_and_tolerance() {
+    for keys in [
+        &[][..],
+        &["time.integrator.rtol=1e-4", "time.integrator.atol=1e-4"],
+        &["equilibrium.preconditioner=\"multigrid\""],
+        &["equilibrium.method=\"newton\""],
+        &["kinetics.rates.g=\"9\""],
+    ] {
+        let (simulation, reports) = run(SPHERE, keys);
+        let grown = 1.0 + simulation.state().species[0][0];
+        let radii = simulation.state().x.iter().map(|x| x.norm());
+        let away = radii.map(|r| (r / (10.0 * grown) - 1.0).abs()).fold(0.0, f64::max);
+        assert!(away < 2e-4, "{keys:?}: {away:e}");
+        assert_eq!(reports.iter().map(|report| report.relaxation.jumps).sum::<usize>(), 0);
+    }
+}
+
+#[test]
+fn the_first_equilibrium_does_not_depend_on_the_metric() {
+    let mut all = ["factor", "multigrid"].map(|metric| {
+        let metric = format!("equilibrium.preconditioner=\"{metric}\"");
+        let (_, mut simulation) = prepare(DOSE, &[CONTINUED, &metric]);
+        simulation.prepare().unwrap();
+        energy(&mut simulation)
+    });
+    all.sort_by(f64::total_cmp);
+    assert!(all[1] / all[0] - 1.0 < 1e-6, "{all:?}");
+}
+
+#[test]
+fn a_jump_is_recorded_with_the_energy_that_it_releases() {
+    let (_, reports) = run(STRIP, &[]);
+    let jumps: Vec<_> = reports.iter().filter(|report| report.relaxation.jumps > 0).collect();
+    assert!(!jumps.is_empty());
+    for report in jumps {
+        assert!(report.relaxation.released > 0.0, "{:?}", report.relaxation);
+    }
+}
+
+/// What the predictor keeps is a part of checkpoints.
+#[test]
+fn a_continued_run_is_the_same_after_a_rejected_step() {
+    let (_, mut plain) = prepare(SPHERE, &[CONTINUED]);
+    let (_, mut interrupted) = prepare(SPHERE, &[CONTINUED]);
+    plain.prepare().unwrap();
+    interrupted.prepare().unwrap();
+    for step in 0..4 {
+        if step == 2 {
+            let stop = || Control::new(|| true, |_| ());
+            interrupted.set_control(stop());
+            assert!(interrupted.step(1.0).is_err());
+            interrupted.set_control(Control::default());
+        }
+        plain.step(1.0).unwrap();
+        interrupted.step(1.0).unwrap();
+        assert!(plain.state() == interrupted.state(), "step {step}");
+    }
+}
+
+#[test]
+fn continuation_is_refused_where_the_shape_moves_under_drag() {
+    let scene = rumple::scene::Scene::parse(
+        SPHERE,
+        "sphere.toml",
+        &[CONTINUED.to_owned(), "time.policy=\"simultaneous\"".to_owned()],
+    );
+    let refused =
+        Simulation::new(&scene.unwrap(), &rumple::kinetics::Search::in_directories(vec![]));
+    let message = refused.err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(message.contains("leave out equilibrium"), "{message}");
+}
