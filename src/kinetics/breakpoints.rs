@@ -2,8 +2,8 @@
 //!
 //! What is known by its values alone is sampled at [`SAMPLES`] intervals. The samples are simplified to a polygon
 //! (Ramer, Comput. Graph. Image Process. 1 (1972) 244, doi:10.1016/S0146-664X(72)80017-0) that is nowhere further off than
-//! a share [`TOLERANCE`] of the range of the values. Its corners are breakpoints where the pace changes at once: where a
-//! segment is [`PACE`] times as long as the next one, in which a step that has grown with the longer one would pass over
+//! a share `TOLERANCE` of the range of the values. Its corners are breakpoints where the pace changes at once: where a
+//! segment is `PACE` times as long as the next one, in which a step that has grown with the longer one would pass over
 //! what follows. A jump between two samples is located by bisection.
 
 use rumple_numerics::num::real;
