@@ -8,7 +8,7 @@
 //! At s = 0 the edges are free of stress and the forces f₀ balance all others: the start is an equilibrium by
 //! construction. Optimal lengths then go to those of the species, and the forces to zero. So a dose that asks
 //! for much growth at once is grown into along a path of equilibria, rather than from a crushed sheet, and the
-//! first equilibrium depends on the start alone, not on the solver.
+//! first equilibrium does not depend on the metric where that path is smooth.
 
 use super::super::equilibrium::Relaxation;
 use super::super::workspace::Held;
