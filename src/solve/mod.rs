@@ -14,6 +14,7 @@ pub mod monolithic;
 mod motion;
 pub(crate) mod part;
 mod path;
+mod route;
 pub mod stability;
 pub mod staggered;
 pub mod tries;

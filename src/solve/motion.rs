@@ -23,9 +23,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
+use super::route::Route;
+use super::workspace::Search;
 use super::{Result, Workspace, part};
 use crate::Vec3;
-use crate::model::{Anchor, State, TimeCourse};
+use crate::model::{Anchor, State};
 use crate::parallel;
 use crate::record::{Malformed, Reading, Record};
 
@@ -59,6 +61,22 @@ impl MotionMethod {
             Self::TrBdf2 => "TR-BDF2",
         }
     }
+}
+
+/// How a step is made.
+pub(super) struct Stepping {
+    /// Factor on the drag of the scene.
+    pub(super) drag: f64,
+    /// Two stages rather than one.
+    pub(super) second_order: bool,
+    /// Lengths below this do not matter.
+    pub(super) tolerance: f64,
+    /// Radius of the trust region of a stage about its prediction, in mean edges.
+    pub(super) trust: Option<f64>,
+    /// Factor on the force tolerance.
+    pub(super) looser: f64,
+    /// Largest distance of a stage to its minimum, in mean edges.
+    pub(super) displacement: f64,
 }
 
 /// Where a step led.
@@ -122,7 +140,7 @@ impl Motion {
         Ok(())
     }
 
-    /// The shape of `from` moved on until `until`, while the species go along `course`; lengths below
+    /// The shape of `from` moved on while the clock of `route` goes from one value to a later one; lengths below
     /// `tolerance` do not matter.
     ///
     /// # Errors
@@ -130,22 +148,22 @@ impl Motion {
     pub(super) fn advance(
         &mut self,
         workspace: &mut Workspace,
-        (from, until): (&State, f64),
-        course: &TimeCourse,
-        second_order: bool,
-        tolerance: f64,
+        from: &State,
+        (start, until): (f64, f64),
+        route: &Route<'_>,
+        by: &Stepping,
     ) -> Result<Moved> {
         let _scope = part(workspace.model.tally(), part::MOTION);
-        let step = until - from.time;
-        if let Some(last) = self.last.take().filter(|last| last.time == from.time) {
+        let step = until - start;
+        if let Some(last) = self.last.take().filter(|last| last.time == start) {
             self.start = Some((last.time, last.velocity));
         }
-        let velocity = self.start.as_ref().filter(|(time, _)| *time == from.time);
+        let velocity = self.start.as_ref().filter(|(time, _)| *time == start);
         let velocity = velocity.map(|(_, velocity)| velocity.as_slice());
-        let stage = Stage { from, course, velocity, step, tolerance };
+        let stage = Stage { from, start, route, velocity, step, by };
         let mut done = Relaxation::default();
         let mut rough = None;
-        if second_order {
+        if by.second_order {
             let pull = stage.pull(workspace, from.x.to_vec(), A);
             let (first, half) = stage.solve(workspace, pull.clone(), A, None)?;
             done.add(&half);
@@ -199,11 +217,13 @@ impl Motion {
 /// What the stages of one step share.
 struct Stage<'a> {
     from: &'a State,
-    course: &'a TimeCourse,
+    /// What the clock shows there.
+    start: f64,
+    route: &'a Route<'a>,
     /// Velocities at the start, if known.
     velocity: Option<&'a [Vec3]>,
     step: f64,
-    tolerance: f64,
+    by: &'a Stepping,
 }
 
 impl Stage<'_> {
@@ -213,8 +233,9 @@ impl Stage<'_> {
         // Half way, so that a drag that goes by normals is of second order.
         let half = if model.drag().is_isotropic() { None } else { self.moved(0.5) };
         let about = half.as_deref().unwrap_or(&self.from.x);
-        let weights = model.drag().weights(model.sheet(), about, 1.0 / (share * self.step));
-        Anchor { x, weights, slack: SLACK * self.tolerance }
+        let weights =
+            model.drag().weights(model.sheet(), about, self.by.drag / (share * self.step));
+        Anchor { x, weights, slack: SLACK * self.by.tolerance }
     }
 
     /// Where the velocities at the start lead in a share of the step.
@@ -235,14 +256,12 @@ impl Stage<'_> {
             Some((good, guess)) => (good, Some(guess)),
             None => (self.from.x.as_slice(), self.moved(at)),
         };
-        let mut state = State {
-            time: self.from.time + at * self.step,
-            step: self.from.step,
-            x: good.to_vec().into(),
-            species: Vec::new(),
-        };
-        self.course.at(state.time, &mut state.species);
-        let done = workspace.minimise(&mut state, pull, guess)?;
+        let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
+        let (mut state, held) = self.route.at(self.start + at * self.step, &start);
+        let Stepping { trust, looser, displacement, .. } = *self.by;
+        let anchor = Some(pull);
+        let search = Search { anchor, guess, trust, looser, displacement, held };
+        let (done, _) = workspace.search(&mut state, search)?;
         Ok((state, done))
     }
 

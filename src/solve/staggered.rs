@@ -50,8 +50,9 @@ pub use spec::{Method, StaggeredSpec};
 use super::chemistry::{ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
-use super::motion::{Motion, MotionMethod};
+use super::motion::{Motion, MotionMethod, Stepping};
 use super::path::{EquilibriumPath, release};
+use super::route::Route;
 use super::tries::{Cause, Try};
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
@@ -213,9 +214,9 @@ impl Staggered {
         if !workspace.model.moves() {
             return Ok(None);
         }
-        let course =
-            TimeCourse::new((state.time, state.species.clone()), (next.time, next.species.clone()));
         let coarse = if self.shape == MotionMethod::TrBdf2 {
+            let (from, to) = (state.species.clone(), next.species.clone());
+            let course = TimeCourse::new((state.time, from), (next.time, to));
             done.add(&self.move_by_diffsol(workspace, state, next, course)?);
             None
         } else {
@@ -229,8 +230,17 @@ impl Staggered {
                 }
             };
             let second_order = self.shape == MotionMethod::Sdirk2;
-            let to = (state, next.time);
-            let moved = self.motion.advance(workspace, to, &course, second_order, tolerance)?;
+            let by = Stepping {
+                drag: 1.0,
+                second_order,
+                tolerance,
+                trust: None,
+                looser: 1.0,
+                displacement: f64::INFINITY,
+            };
+            let to = next.clone();
+            let route = Route::in_time(state, &to);
+            let moved = self.motion.advance(workspace, state, route.clock(), &route, &by)?;
             done.add(&moved.done);
             next.x = moved.x.into();
             Some(moved.coarse)

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
+use super::stability::Stability;
 use super::tries::{Cause, Tries, Try};
-use super::{Result, SolveError, part};
+use super::{Result, SolveError, diagnosis, part};
 use crate::Vec3;
 use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
@@ -68,6 +69,9 @@ pub(crate) struct Relaxer {
 /// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
 const ROUNDS: usize = 30;
 
+/// Vertices up to which a factor of the Hessian says whether a shape is stable.
+const LARGEST: usize = 50_000;
+
 /// How a minimum is looked for.
 pub(super) struct Search {
     /// The proximal term, if there is one.
@@ -123,13 +127,22 @@ pub struct Workspace {
     relaxer: Option<Relaxer>,
     tries: Tries,
     stuck: Option<State>,
+    stability: Option<Stability>,
 }
 
 impl Workspace {
     /// For `model`; without a relaxer its shape never moves.
     pub(crate) fn new(model: Arc<Model>, relaxer: Option<Relaxer>) -> Self {
         let (control, memory) = (Control::default(), Memory::default());
-        Self { model, control, memory, relaxer, tries: Tries::default(), stuck: None }
+        Self {
+            model,
+            control,
+            memory,
+            relaxer,
+            tries: Tries::default(),
+            stuck: None,
+            stability: None,
+        }
     }
 
     /// The last tries that came to no result.
@@ -172,6 +185,21 @@ impl Workspace {
     #[must_use]
     pub fn force_tolerance(&self) -> f64 {
         self.relaxer.as_ref().map_or(0.0, |relaxer| relaxer.tolerance)
+    }
+
+    /// Iterations so far, those of rejected searches included.
+    pub(super) fn iterations(&self) -> u64 {
+        self.model.tally().work().iterations
+    }
+
+    /// Iterations after which a relaxation has failed.
+    pub(super) fn most_iterations(&self) -> u64 {
+        self.relaxer.as_ref().map_or(0, |relaxer| relaxer.max_iterations as u64)
+    }
+
+    /// Whether shapes are brought to rest, rather than some way towards it.
+    pub(super) fn reaches_rest(&self) -> bool {
+        self.relaxer.as_ref().is_some_and(|relaxer| relaxer.equilibrium.reaches_rest())
     }
 
     /// Writes what later relaxations depend on besides their states.
@@ -284,6 +312,64 @@ impl Workspace {
         Ok(self.search(state, search)?.0)
     }
 
+    /// The error of a sheet that collapses at `state`, if a cause is seen.
+    pub(super) fn collapse(&mut self, state: &State) -> Option<SolveError> {
+        let tolerance = self.force_tolerance();
+        let residual = self.at(state).residual().ok()?;
+        let mut at = self.at(state);
+        let diagnosis = Box::new(diagnosis::collapse(at.potential().ok()?, &state.x)?);
+        Some(SolveError::NotAtRest { iterations: 0, residual, tolerance, diagnosis })
+    }
+
+    /// The error of a load at `state` that nothing holds, if there is one.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn unheld(&mut self, state: &State) -> Result<Option<SolveError>> {
+        let tolerance = self.force_tolerance();
+        let residual = self.at(state).residual()?;
+        let mut at = self.at(state);
+        let diagnosis = diagnosis::unheld(at.potential()?, &state.x, tolerance);
+        Ok(diagnosis.map(Box::new).map(|diagnosis| SolveError::NotAtRest {
+            iterations: 0,
+            residual,
+            tolerance,
+            diagnosis,
+        }))
+    }
+
+    /// The direction that lowers the energy most at `state`, an equilibrium, if one does; its largest displacement is
+    /// 1. None too where that cannot be told: on large sheets, and where round-off hides it.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn unstable_mode(
+        &mut self,
+        state: &State,
+        held: Option<Held>,
+    ) -> Result<Option<Vec<Vec3>>> {
+        let Self { model, control, memory, relaxer: Some(relaxer), stability, .. } = self else {
+            return Ok(None);
+        };
+        if model.is_chemistry_alone() || state.x.len() > LARGEST {
+            return Ok(None);
+        }
+        let mut at = model.at(state, memory);
+        let potential = at.potential()?;
+        if let Some(held) = held {
+            held.act_on(potential);
+        }
+        let found = match relaxer.equilibrium.is_minimum(potential, &state.x) {
+            Some(true) => Ok(None),
+            _ => lowest_mode(stability, control, potential, &state.x),
+        };
+        potential.set_hold(None);
+        match found {
+            Err(SolveError::Interrupted) => Err(SolveError::Interrupted),
+            found => Ok(found.unwrap_or_default()),
+        }
+    }
+
     /// Brings the shape of `state` to a minimum as `search` says; with how far the vertex that moved most is
     /// from where the search began, in mean edges. On an error the shape is the last good one.
     ///
@@ -350,6 +436,24 @@ impl Workspace {
         }
         Ok((done?, moved))
     }
+}
+
+/// The mode of the lowest eigenvalue at `x`, if that is negative.
+fn lowest_mode(
+    stability: &mut Option<Stability>,
+    control: &Control,
+    potential: &mut Potential,
+    x: &[Vec3],
+) -> Result<Option<Vec<Vec3>>> {
+    let judge = match stability.take() {
+        Some(judge) => judge,
+        None => Stability::new(potential.mechanics())?,
+    };
+    let judge = stability.insert(judge.with_control(control));
+    if judge.inertia(potential, x)?.negative == 0 {
+        return Ok(None);
+    }
+    Ok(judge.spectrum(potential, x, 1)?.modes.pop().map(|mode| mode.shape))
 }
 
 /// How far a relaxation is, in words.

@@ -36,7 +36,7 @@ pub fn relaxation(
 }
 
 /// The triangle at rest that is the longest for its height, if it is too long.
-fn needle(potential: &Potential) -> Option<Diagnosis> {
+pub fn needle(potential: &Potential) -> Option<Diagnosis> {
     let sheet = potential.sheet();
     let aspect = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
@@ -59,7 +59,7 @@ fn needle(potential: &Potential) -> Option<Diagnosis> {
 }
 
 /// The force on the whole sheet, where nothing holds it.
-fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagnosis> {
+pub fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagnosis> {
     // A pull towards an earlier shape holds it.
     if potential.anchor().is_some() {
         return None;
@@ -77,9 +77,12 @@ fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagn
         return None;
     }
     let names: Vec<String> = potential.mechanics().names().map(str::to_owned).collect();
-    let forces = names.into_iter().enumerate().map(|(which, name)| {
+    let forces = names.into_iter().enumerate().filter_map(|(which, name)| {
         let force = potential.force_of(which, x);
-        (along(&force), force.iter().sum::<Vec3>(), name)
+        let size = along(&force);
+        // What is left of a sum of large forces is round-off.
+        let all: f64 = force.iter().map(|f| f.norm()).sum();
+        (size > 1e-12 * all).then(|| (size, force.iter().sum::<Vec3>(), name))
     });
     let (size, sum, name) = forces.max_by(|a, b| a.0.total_cmp(&b.0))?;
     // No rounding of inner forces, which add up to nothing.

@@ -113,6 +113,10 @@ impl Descent {
 }
 
 impl Equilibrium for Descent {
+    fn reaches_rest(&self) -> bool {
+        self.options.steps.is_none()
+    }
+
     fn relax(
         &mut self,
         potential: &mut Potential,

@@ -67,6 +67,9 @@ const SOFT: usize = 3;
 /// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
 /// grow: there the last digit would decide.
 const OTHER_WEIGHT: f64 = 2.5;
+/// Weights below this, in units of the stretching stiffness, are as good as none where a path is followed, by one
+/// minimisation with a weight and one without in turn.
+const NO_WEIGHT: f64 = 1e-5;
 /// Most iterations at forces below the tolerance, where displacements are bounded as well: a floppy sheet has modes
 /// without stiffness.
 const AT_REST: usize = 50;
@@ -96,6 +99,8 @@ pub struct Lbfgs {
     of_the_moment: bool,
     /// Least weight of the anchor that the factor was made with.
     weight: f64,
+    /// Whether drag supports the softest waves.
+    supported: bool,
     /// Iterations after which the factor is renewed.
     refresh: usize,
     shift: f64,
@@ -127,6 +132,7 @@ impl Lbfgs {
             made: Made::default(),
             of_the_moment: false,
             weight: 0.0,
+            supported: false,
             refresh: REFRESH.1,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
@@ -183,11 +189,37 @@ impl Lbfgs {
         )))
     }
 
+    /// Whether the whole Hessian at `x` is positive besides free rigid motions, where a factor can tell; it
+    /// serves the next relaxation.
+    fn factorise_whole(&mut self, potential: &mut Potential, x: &[Vec3]) -> Option<bool> {
+        self.supported = false;
+        self.fit(potential, x).ok()?;
+        if self.kind != Preconditioner::Factor {
+            return None;
+        }
+        self.keep_marked();
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        potential.energy_gradient(x, &mut gradient);
+        self.gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
+        self.factored = false;
+        self.shift = SHIFT;
+        potential.hessian(x, HessianPart::Full, &mut self.matrix).ok()?;
+        let terms = potential.low_rank(x, HessianPart::Full);
+        let unit = self.matrix.mean_diagonal();
+        self.gauge.support(&mut self.matrix, unit);
+        self.matrix.add_diagonal(self.shift * unit);
+        self.factored = self.inverse.factorise(&self.matrix, terms, x, false).is_ok();
+        self.made = Made { x: Vec::new(), insist: false };
+        self.weight = 0.0;
+        self.history.clear();
+        Some(self.factored)
+    }
+
     /// Makes room for what is coupled at `x`, and the preconditioner that suits it.
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
         let LbfgsSpec { preconditioner, precision, .. } = self.options;
-        let kind = preconditioner.on(pattern.rows(), potential.anchor().is_some());
+        let kind = preconditioner.on(pattern.rows(), self.supported);
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
             let tally = potential.mechanics().tally();
@@ -271,7 +303,11 @@ impl Lbfgs {
         let (weight, slack) = anchor.unwrap_or_default();
         // Under drag the energy is convex where steps are short, and its minimum near.
         self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
-        let fits = weight == self.weight || (weight / self.weight).ln().abs() <= OTHER_WEIGHT.ln();
+        self.supported = anchor.is_some() && goal.trust.is_none();
+        let unit = potential.force_scale() / potential.metric().mean_edge();
+        let floor = if goal.trust.is_some() { NO_WEIGHT * unit } else { 0.0 };
+        let ratio = (weight + floor) / (self.weight + floor);
+        let fits = weight == self.weight || ratio.ln().abs() <= OTHER_WEIGHT.ln();
         self.factored &= fits;
         // Pairs from another rest metric would mix two energies.
         self.history.clear();

@@ -140,6 +140,16 @@ pub trait Equilibrium: Send {
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError>;
 
+    /// Whether it ends at rest, rather than after so many steps.
+    fn reaches_rest(&self) -> bool {
+        true
+    }
+
+    /// Whether `x`, an equilibrium, is a minimum, where the method can tell at little expense.
+    fn is_minimum(&mut self, _potential: &mut Potential, _x: &[Vec3]) -> Option<bool> {
+        None
+    }
+
     /// A step begins.
     fn mark(&mut self) {}
 

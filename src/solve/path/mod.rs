@@ -1,54 +1,88 @@
-//! The quasi-static shape: a path of stable equilibria, followed by continuation, and viscous jumps where it ends.
+//! The quasi-static shape: the limit of vanishing drag, by incremental potentials with a small viscosity.
 //!
 //! ```text
-//! 0 = -∂U/∂x (x; q(s)),   0 ≤ s ≤ 1        q: species, growth, loads, prescribed positions
+//! 0 = -∂U/∂x (x; q(t))                       q: species, growth, loads, prescribed positions
 //! ```
 //!
 //! is the limit of `drag dx/dt = -∂U/∂x` for vanishing drag (a balanced-viscosity solution): as long as
 //! there is a stable equilibrium the shape stays on its branch, and at an instability it follows the gradient
 //! flow of U at fixed q to another one. A single minimisation under the conditions of the end of a step knows
-//! nothing of that path: its metric would decide which minimum it finds.
+//! nothing of that path: its metric would decide which minimum it finds. So a step from t_n to t_n+1 is made of
 //!
-//! * [`continuation`]: sub-steps of s, each predicted by the secant through the last two equilibria and
-//!   corrected within a trust region about the prediction. A corrector that leaves it is rejected, and
-//!   the sub-step repeated shorter; at the shortest sub-step the equilibrium is lost.
-//! * [`jump`]: the gradient flow from there, by proximal stages.
-//! * [`release`]: the first equilibrium, by the same continuation from a state that is in equilibrium by construction.
+//! ```text
+//! sub-steps   x_k+1 = argmin U(x; q(t_k+1)) + η/(2 Δt_k) (x - x_k)·W (x - x_k)
+//! rest        x_n+1 = argmin U(x; q(t_n+1))  near the last of them        (`rest`)
+//! ```
+//!
+//! W is the drag of the scene, which sets the direction of motion in jumps and nothing else, and η a factor that makes
+//! it small: over the whole step the weight is 10⁻⁵ of the stretching stiffness on average. Waves that are stiffer than
+//! that stay in equilibrium; a soft or unstable mode moves by a bounded distance in a sub-step. Half the distance
+//! between x_k+1 and where the last velocity led estimates the error, which controls Δt_k; a minimisation that leaves
+//! the trust region about that prediction is rejected early. What lag the viscosity leaves at the end vanishes in the
+//! last minimisation, so smooth paths are followed exactly.
 //!
 //! References: Agostiniani & Rossi, Singular vanishing-viscosity limits of gradient flows: the finite-dimensional
 //! case, J. Differential Equations 263 (2017); Scilla & Solombrino, arXiv:1712.06182 (minimising movements
-//! converge to this limit only if the proximal weight per step does not vanish against the energy).
+//! converge to this limit only if the proximal weight per step does not vanish against the energy); Ortiz &
+//! Stainier, Comput. Methods Appl. Mech. Engrg. 171 (1999), doi:10.1016/S0045-7825(98)00219-9 (incremental
+//! potentials).
 
-mod continuation;
-mod jump;
 mod release;
+mod rest;
 
 pub(super) use release::release;
 
-use continuation::{Continuation, Route};
-
 use super::equilibrium::Relaxation;
-use super::{Result, SolveError, Workspace};
-use crate::Vec3;
-use crate::model::State;
+use super::motion::{Motion, Stepping};
+use super::route::Route;
+use super::{Result, SolveError, Workspace, end_of_step};
+use crate::model::{Positions, State};
+use crate::num::real;
 use crate::record::{Malformed, Reading, Record};
+
+/// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. From
+/// 10⁻⁴ (softer buckles lag) to 10⁻⁶ (more rejected sub-steps at instabilities) the paths of the test scenes agree.
+const VISCOSITY: f64 = 1e-5;
+/// Tolerances of a sub-step, relative to the largest displacement and in mean edges. They keep to a branch; the accuracy
+/// on it is that of the equilibrium.
+const TOLERANCE: (f64, f64) = (0.05, 0.1);
+/// Radius of the trust region of a minimisation about its start, in mean edges.
+const RADIUS: f64 = 2.0;
+/// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
+const DISPLACEMENT: f64 = 0.02;
+/// Factor on the force tolerance at the end of a sub-step.
+const LOOSER: f64 = 100.0;
+/// Sub-steps are proposed shorter than the error estimate allows, and change by factors between these.
+const SAFETY: f64 = 0.9;
+const FACTORS: (f64, f64) = (0.1, 2.0);
+/// A sub-step that has failed is repeated at this share of its length;
+const SHRINK: f64 = 0.25;
+/// at this share of the step the step has failed,
+const SHORTEST: f64 = 1e-6;
+/// or after so many times the iterations after which a single relaxation has.
+const MOST: u64 = 3;
 
 /// A shape that follows its equilibrium, with what it keeps from step to step.
 #[derive(Debug, Default, Clone)]
 pub(super) struct EquilibriumPath {
-    /// The time at which a step began, and dx/dt there: a step may be repeated.
-    start: Option<(f64, Vec<Vec3>)>,
-    /// The same at the end of the last step attempt.
-    end: Option<(f64, Vec<Vec3>)>,
+    motion: Motion,
+    /// The next sub-step.
+    step: Option<f64>,
+}
+
+/// Where a sub-step leads.
+struct SubStep {
+    x: Positions,
+    done: Relaxation,
+    /// Error estimate in units of the tolerance.
+    error: f64,
 }
 
 impl EquilibriumPath {
     /// Writes it.
     pub(super) fn store(&self, record: &mut Record) {
-        record.option(self.end.as_ref().or(self.start.as_ref()), |record, (time, velocity)| {
-            record.number(*time);
-            record.points(velocity);
-        });
+        record.option(self.step, Record::number);
+        self.motion.store(record);
     }
 
     /// Reads what one for as many `vertices` has written.
@@ -60,14 +94,12 @@ impl EquilibriumPath {
         reading: &mut Reading<'_>,
         vertices: usize,
     ) -> Result<(), Malformed> {
-        self.end = None;
-        self.start =
-            reading.option(|reading| Ok((reading.number()?, reading.points(vertices)?)))?;
-        Ok(())
+        self.step = reading.option(Reading::number)?;
+        self.motion.restore(reading, vertices)
     }
 
     /// Lets the shape of `from`, an equilibrium, follow while conditions change to those of `next`, whose
-    /// shape is replaced. Between two states of the same time only species change.
+    /// shape is replaced. Between two states of the same time only species change, by a small correction.
     ///
     /// # Errors
     /// If no equilibrium is found.
@@ -77,27 +109,120 @@ impl EquilibriumPath {
         from: &State,
         next: &mut State,
     ) -> Result<Relaxation> {
-        let step = next.time - from.time;
-        if step > 0.0
-            && let Some(end) = self.end.take_if(|(time, _)| *time == from.time)
-        {
-            self.start = Some(end);
+        if !workspace.reaches_rest() {
+            return workspace.relax_once(next);
         }
-        let known = self.start.as_ref().filter(|(time, _)| *time == from.time && step > 0.0);
-        let tangent = known.map(|(_, velocity)| velocity.iter().map(|v| step * v).collect());
-        let mut continuation = Continuation::new(tangent, 1.0);
-        let mut shape = from.clone();
-        let done = continuation.follow(workspace, &Route::new(from, next), &mut shape)?;
+        let (mut shape, to) = (from.clone(), next.clone());
+        let done = if next.time > from.time {
+            self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
+        } else {
+            rest::rest(workspace, &Route::from_zero_to_one(from, &to), &mut shape)?
+        };
         next.x = shape.x;
-        if step > 0.0 {
-            let velocity = continuation.tangent().map(|all| all.iter().map(|v| v / step).collect());
-            self.end = velocity.map(|velocity| (next.time, velocity));
+        Ok(done)
+    }
+
+    /// Follows the equilibrium of `state` along all of `route`, to a stable one at its end.
+    fn follow(
+        &mut self,
+        workspace: &mut Workspace,
+        route: &Route<'_>,
+        state: &mut State,
+    ) -> Result<Relaxation> {
+        let (start, end) = route.clock();
+        let viscosity = viscosity(workspace, route, state)?;
+        let mut done = Relaxation::default();
+        let mut t = start;
+        let mut step = self.step.unwrap_or(end - start);
+        // A step that takes long may be repeated shorter, a start not.
+        let most = match route.is_held() {
+            true => workspace.iterations() + MOST * workspace.most_iterations(),
+            false => u64::MAX,
+        };
+        while t < end {
+            let until = end_of_step(t, step, end);
+            let length = until - t;
+            if workspace.iterations() > most {
+                return Err(rest::reason(workspace, route, state));
+            }
+            match sub_step(
+                &mut self.motion,
+                workspace,
+                route,
+                (t, until),
+                state,
+                (viscosity, LOOSER),
+            ) {
+                Ok(next) if next.error <= 1.0 => {
+                    done.add(&next.done);
+                    (state.x, t) = (next.x, until);
+                    let factor = factor(next.error, FACTORS.1);
+                    // One that is cut short by the end says nothing against longer ones.
+                    step = (length * factor).max(if factor >= 1.0 { step } else { 0.0 });
+                }
+                Ok(next) if length > SHORTEST * (end - start) => {
+                    done.add(&next.done);
+                    step = length * factor(next.error, SAFETY);
+                }
+                Err(error) if is_curable(&error) && length > SHORTEST * (end - start) => {
+                    step = SHRINK * length;
+                }
+                Err(error) if !is_curable(&error) => return Err(error),
+                _ => return Err(rest::reason(workspace, route, state)),
+            }
         }
+        self.step = Some(step);
+        done.add(&rest::rest(workspace, route, state)?);
+        done.add(&rest::stabilise(workspace, route, state)?);
         Ok(done)
     }
 }
 
-/// Whether a shorter sub-step, or a larger proximal weight, may do without this failure.
+/// One minimisation with the `viscosity`, from the shape of `state` while the clock goes from `t` to `until`, to a force
+/// tolerance that is `looser` by a factor.
+fn sub_step(
+    motion: &mut Motion,
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    (t, until): (f64, f64),
+    state: &State,
+    (viscosity, looser): (f64, f64),
+) -> Result<SubStep> {
+    let (at, _) = route.at(t, state);
+    let by = Stepping {
+        drag: viscosity,
+        second_order: false,
+        tolerance: 0.0,
+        trust: Some(RADIUS),
+        looser,
+        displacement: DISPLACEMENT,
+    };
+    let moved = motion.advance(workspace, &at, (t, until), route, &by)?;
+    let fine = State { x: moved.x.into(), ..at.clone() };
+    let coarse = State { x: moved.coarse.into(), ..at.clone() };
+    let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE);
+    Ok(SubStep { x: fine.x, done: moved.done, error })
+}
+
+/// What an error estimate makes of a sub-step, up to `most`.
+fn factor(error: f64, most: f64) -> f64 {
+    let factor = SAFETY / error.sqrt();
+    if factor.is_nan() { FACTORS.0 } else { factor.clamp(FACTORS.0, most) }
+}
+
+/// The viscosity of a step along all of `route`, in units of the scene's drag.
+fn viscosity(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> Result<f64> {
+    let (start, end) = route.clock();
+    let (at, _) = route.at(start, state);
+    let n = workspace.model.sheet().vertex_count();
+    let drag = (0..n).map(|i| workspace.model.drag().at(i)).sum::<f64>() / real(n);
+    let mut at = workspace.at(&at);
+    let potential = at.potential()?;
+    let stiffness = potential.force_scale() / potential.metric().mean_edge();
+    Ok(VISCOSITY * stiffness * (end - start) / drag)
+}
+
+/// Whether a shorter sub-step may do without this failure.
 fn is_curable(error: &SolveError) -> bool {
     matches!(
         error,

@@ -12,9 +12,9 @@
 
 use super::super::equilibrium::Relaxation;
 use super::super::workspace::Held;
-use super::super::{Result, Workspace};
-use super::continuation::{Continuation, Route};
+use super::super::{Result, Workspace, diagnosis};
 use super::is_curable;
+use super::{EquilibriumPath, Route};
 use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
@@ -27,15 +27,19 @@ pub(in crate::solve) fn release(
     workspace: &mut Workspace,
     state: &mut State,
 ) -> Result<Relaxation> {
-    if !workspace.model.moves() {
+    if !workspace.model.moves() || !workspace.reaches_rest() {
         return workspace.relax(state);
     }
     let model = workspace.model.clone();
     model.mechanics().set_prescribed(state.time, &mut state.x);
+    // Across needles no forces are resolved that a path could follow.
+    if diagnosis::needle(workspace.at(state).potential()?).is_some() {
+        return workspace.relax(state);
+    }
     let start = Start::of(workspace, state)?;
     let at = state.clone();
     let held = |s: f64| start.held(s);
-    let followed = Continuation::new(None, 1.0).follow(workspace, &Route::held(&at, &held), state);
+    let followed = EquilibriumPath::default().follow(workspace, &Route::held(&at, &held), state);
     let mut done = match followed {
         Ok(done) => done,
         // A start that no such path leads from may still have an equilibrium downhill.
@@ -45,6 +49,8 @@ pub(in crate::solve) fn release(
         }
         Err(error) => return Err(error),
     };
+    // Where nothing grows, lengths are not set again.
+    workspace.at(state).potential()?.set_length_factor(&start.lengths.1);
     done.add(&workspace.relax(state)?);
     Ok(done)
 }

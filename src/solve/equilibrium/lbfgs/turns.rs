@@ -58,6 +58,10 @@ impl Equilibrium for Lbfgs {
         Err(stalled(&done, goal))
     }
 
+    fn is_minimum(&mut self, potential: &mut Potential, x: &[Vec3]) -> Option<bool> {
+        self.factorise_whole(potential, x)
+    }
+
     fn mark(&mut self) {
         self.set_mark();
     }

@@ -1,0 +1,164 @@
+//! Rest at fixed conditions: the stable equilibrium near a shape, or the one that the gradient flow reaches from it.
+//!
+//! ```text
+//! W dx/dτ = -∂U/∂x           W: the drag of the scene, which sets the direction of the motion
+//! ```
+//!
+//! A minimisation that stays within a trust region is the equilibrium. Where it leaves that, the shape jumps: it follows
+//! the gradient flow by viscous sub-steps under error control, which grow as the motion dies down, until a minimisation
+//! stays near. An equilibrium with a direction of negative stiffness is none that a sheet rests in: it is left along
+//! that direction.
+
+use super::super::equilibrium::{Relaxation, distance};
+use super::super::motion::Motion;
+use super::super::route::Route;
+use super::super::workspace::Search;
+use super::super::{Result, SolveError, Workspace};
+use super::{DISPLACEMENT, MOST, RADIUS, SAFETY, SHRINK, factor, is_curable, sub_step, viscosity};
+use crate::model::State;
+use crate::parallel;
+
+/// Most that the error estimate makes of a sub-step.
+const GROWTH: f64 = 4.0;
+/// Shortest sub-step of a flow, in units of the step that went before.
+const SHORTEST: f64 = 1e-9;
+/// A minimisation is tried again where a sub-step moves no vertex further than this, in mean edges.
+const STILL: f64 = 0.3;
+/// How far an unstable mode is followed before the flow takes over, in mean edges.
+const SEED: f64 = 0.1;
+/// Most saddles that are left one after the other.
+const SADDLES: usize = 5;
+
+/// Brings the shape of `state` to rest under the conditions at the end of `route`.
+///
+/// # Errors
+/// If the flow comes to no rest.
+pub(super) fn rest(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    state: &mut State,
+) -> Result<Relaxation> {
+    match minimum(workspace, route, state) {
+        Err(error) if is_curable(&error) => flow(workspace, route, state),
+        done => done,
+    }
+}
+
+/// Leaves an equilibrium that is not stable. A perfectly flat sheet stays flat: no motion leads out of its plane, and
+/// the scene says how symmetry is broken.
+///
+/// # Errors
+/// If the flow comes to no rest, or stability cannot be told.
+pub(super) fn stabilise(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    state: &mut State,
+) -> Result<Relaxation> {
+    let mut done = Relaxation::default();
+    let mut before = None;
+    for _ in 0..SADDLES {
+        if state.x.iter().all(|x| x.z == state.x[0].z) {
+            break;
+        }
+        let (at, held) = route.at(route.clock().1, state);
+        let Some(mode) = workspace.unstable_mode(&at, held)? else { break };
+        if before.is_none() {
+            before = Some(energy(workspace, route, state)?);
+        }
+        let far = SEED * workspace.model.mechanics().reference().mean_edge();
+        let mut x = state.x.to_vec();
+        parallel::update(&mut x, |i, x| *x += far * mode[i]);
+        state.x = x.into();
+        done.add(&rest(workspace, route, state)?);
+    }
+    if let Some(before) = before {
+        done.jumps = 1;
+        done.released = before - energy(workspace, route, state)?;
+    }
+    Ok(done)
+}
+
+/// The minimum near the shape of `state`.
+fn minimum(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
+    let (mut next, held) = route.at(route.clock().1, state);
+    let displacement = DISPLACEMENT;
+    let search = Search { trust: Some(RADIUS), displacement, held, ..Search::default() };
+    let (done, _) = workspace.search(&mut next, search)?;
+    state.x = next.x;
+    Ok(done)
+}
+
+/// Follows the gradient flow from the shape of `state` to the minimum that it leads to.
+fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
+    let (start, end) = route.clock();
+    // A load that nothing holds would move the sheet for ever.
+    if let Some(error) = workspace.unheld(&route.at(end, state).0)? {
+        return Err(error);
+    }
+    let viscosity = viscosity(workspace, route, state)?;
+    let before = energy(workspace, route, state)?;
+    let edge = workspace.model.mechanics().reference().mean_edge();
+    let (mut done, mut motion) = (Relaxation::default(), Motion::default());
+    // The clock goes on, the conditions stay.
+    let (mut t, mut step) = (end, end - start);
+    let most = workspace.iterations() + MOST * workspace.most_iterations();
+    while workspace.iterations() <= most {
+        let next = sub_step(&mut motion, workspace, route, (t, t + step), state, (viscosity, 1.0));
+        match next {
+            Ok(next) if next.error <= 1.0 => {
+                done.add(&next.done);
+                let moved = distance(&state.x, &next.x) / edge;
+                (state.x, t) = (next.x, t + step);
+                step *= factor(next.error, GROWTH);
+                if moved > STILL {
+                    continue;
+                }
+                match minimum(workspace, route, state) {
+                    Ok(more) => {
+                        done.add(&more);
+                        done.jumps = 1;
+                        done.released = before - energy(workspace, route, state)?;
+                        return Ok(done);
+                    }
+                    Err(error) if is_curable(&error) => {}
+                    Err(error) => return Err(error),
+                }
+            }
+            Ok(next) if step > SHORTEST * (end - start) => {
+                done.add(&next.done);
+                step *= factor(next.error, SAFETY);
+            }
+            Err(error) if is_curable(&error) && step > SHORTEST * (end - start) => step *= SHRINK,
+            Err(error) if !is_curable(&error) => return Err(error),
+            _ => break,
+        }
+    }
+    Err(reason(workspace, route, state))
+}
+
+/// Why no equilibrium is found near the shape of `state` under the conditions at the end of `route`: what a minimisation
+/// without a trust region says.
+pub(super) fn reason(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> SolveError {
+    let (mut next, held) = route.at(route.clock().1, state);
+    let search = Search { held, ..Search::default() };
+    match workspace.search(&mut next, search) {
+        Ok(_) | Err(SolveError::NotFinite) => {
+            let (at, _) = route.at(route.clock().1, state);
+            workspace.collapse(&at).unwrap_or(SolveError::Departed)
+        }
+        Err(error) => error,
+    }
+}
+
+/// The energy of the shape of `state` at the end of `route`.
+fn energy(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> Result<f64> {
+    let (state, held) = route.at(route.clock().1, state);
+    let mut at = workspace.at(&state);
+    let potential = at.potential()?;
+    if let Some(held) = held {
+        held.act_on(potential);
+    }
+    let energy = potential.energy(&state.x);
+    potential.set_hold(None);
+    Ok(energy)
+}
