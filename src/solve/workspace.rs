@@ -339,7 +339,7 @@ impl Workspace {
     }
 
     /// The direction that lowers the energy most at `state`, an equilibrium, if one does; its largest displacement is
-    /// 1. None too where that cannot be told: on large sheets, and where round-off hides it.
+    /// 1. None too where stability is unknown: on large sheets, and below round-off.
     ///
     /// # Errors
     /// If the model has no value there.

@@ -40,8 +40,8 @@ use crate::model::{Positions, State};
 use crate::num::real;
 use crate::record::{Malformed, Reading, Record};
 
-/// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. From
-/// 10⁻⁴ (softer buckles lag) to 10⁻⁶ (more rejected sub-steps at instabilities) the paths of the test scenes agree.
+/// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With larger
+/// ones softer buckles lag behind, with smaller ones more sub-steps are rejected at instabilities.
 const VISCOSITY: f64 = 1e-5;
 /// Tolerances of a sub-step, relative to the largest displacement and in mean edges. They keep to a branch; the accuracy
 /// on it is that of the equilibrium.

@@ -48,7 +48,7 @@ pub(super) fn rest(
 /// the scene says how symmetry is broken.
 ///
 /// # Errors
-/// If the flow comes to no rest, or stability cannot be told.
+/// If the flow comes to no rest.
 pub(super) fn stabilise(
     workspace: &mut Workspace,
     route: &Route<'_>,
@@ -99,7 +99,7 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
     let before = energy(workspace, route, state)?;
     let edge = workspace.model.mechanics().reference().mean_edge();
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
-    // The clock goes on, the conditions stay.
+    // Pseudo-time at fixed conditions.
     let (mut t, mut step) = (end, end - start);
     let most = workspace.iterations() + MOST * workspace.most_iterations();
     while workspace.iterations() <= most {
