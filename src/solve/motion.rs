@@ -140,8 +140,7 @@ impl Motion {
         Ok(())
     }
 
-    /// The shape of `from` moved on while the clock of `route` goes from one value to a later one; lengths below
-    /// `tolerance` do not matter.
+    /// The shape of `from` moved on while the clock of `route` goes from one value to a later one.
     ///
     /// # Errors
     /// If a stage fails.

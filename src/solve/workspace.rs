@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use super::diagnosis::Diagnosis;
 use super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
 use super::stability::Stability;
 use super::tries::{Cause, Tries, Try};
-use super::{Result, SolveError, diagnosis, part};
+use super::{Result, SolveError, part};
 use crate::Vec3;
 use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
@@ -312,26 +313,22 @@ impl Workspace {
         Ok(self.search(state, search)?.0)
     }
 
-    /// The error of a sheet that collapses at `state`, if a cause is seen.
-    pub(super) fn collapse(&mut self, state: &State) -> Option<SolveError> {
-        let tolerance = self.force_tolerance();
-        let residual = self.at(state).residual().ok()?;
-        let mut at = self.at(state);
-        let diagnosis = Box::new(diagnosis::collapse(at.potential().ok()?, &state.x)?);
-        Some(SolveError::NotAtRest { iterations: 0, residual, tolerance, diagnosis })
-    }
-
-    /// The error of a load at `state` that nothing holds, if there is one.
+    /// The error that a diagnosis at `state` comes to, if it finds a cause: `find` is given the tolerance of forces too.
     ///
     /// # Errors
     /// If the model has no value there.
-    pub(super) fn unheld(&mut self, state: &State) -> Result<Option<SolveError>> {
+    pub(super) fn diagnosed(
+        &mut self,
+        state: &State,
+        find: impl FnOnce(&mut Potential, &[Vec3], f64) -> Option<Diagnosis>,
+    ) -> Result<Option<SolveError>> {
         let tolerance = self.force_tolerance();
-        let residual = self.at(state).residual()?;
         let mut at = self.at(state);
-        let diagnosis = diagnosis::unheld(at.potential()?, &state.x, tolerance);
-        Ok(diagnosis.map(Box::new).map(|diagnosis| SolveError::NotAtRest {
-            iterations: 0,
+        let residual = at.residual()?;
+        let diagnosis = find(at.potential()?, &state.x, tolerance).map(Box::new);
+        let iterations = 0;
+        Ok(diagnosis.map(|diagnosis| SolveError::NotAtRest {
+            iterations,
             residual,
             tolerance,
             diagnosis,

@@ -18,6 +18,8 @@ const ROUND_OFF: f64 = 0.1;
 const OVERLOAD: f64 = 10.0;
 /// A sheet is flat whose height is below this share of its size.
 const FLAT: f64 = 1e-6;
+/// The sum of forces below this share of their sizes is round-off.
+const OF_A_SUM: f64 = 1e-12;
 /// Up to so many times the tolerance a force that a held triangle leaves is nearly at rest.
 const NEARLY: f64 = 100.0;
 
@@ -82,7 +84,7 @@ pub fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<D
         let size = along(&force);
         // What is left of a sum of large forces is round-off.
         let all: f64 = force.iter().map(|f| f.norm()).sum();
-        (size > 1e-12 * all).then(|| (size, force.iter().sum::<Vec3>(), name))
+        (size > OF_A_SUM * all).then(|| (size, force.iter().sum::<Vec3>(), name))
     });
     let (size, sum, name) = forces.max_by(|a, b| a.0.total_cmp(&b.0))?;
     // No rounding of inner forces, which add up to nothing.

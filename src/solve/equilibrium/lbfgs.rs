@@ -169,17 +169,8 @@ impl Lbfgs {
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
                 continue;
             }
-            potential.hessian(x, part, &mut self.matrix)?;
-            let terms = potential.low_rank(x, part);
-            let unit = self.matrix.mean_diagonal();
-            self.gauge.support(&mut self.matrix, unit);
-            self.matrix.add_diagonal(self.shift * unit);
             let insist = part == HessianPart::Positive;
-            if self.inverse.factorise(&self.matrix, terms, x, insist).is_ok() {
-                self.factored = true;
-                let x = if self.kind == Preconditioner::Multigrid { x } else { &[] };
-                self.made = Made { x: x.to_vec(), insist };
-                self.history.clear();
+            if self.factorise(potential, x, part, insist)? {
                 return Ok(());
             }
             self.try_full_below = 0.1 * residual;
@@ -189,30 +180,42 @@ impl Lbfgs {
         )))
     }
 
+    /// Takes over a part of the Hessian at `x`, with its gauge and shift, if it is positive.
+    fn factorise(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        part: HessianPart,
+        insist: bool,
+    ) -> Result<bool, SolveError> {
+        potential.hessian(x, part, &mut self.matrix)?;
+        let terms = potential.low_rank(x, part);
+        let unit = self.matrix.mean_diagonal();
+        self.gauge.support(&mut self.matrix, unit);
+        self.matrix.add_diagonal(self.shift * unit);
+        self.factored = self.inverse.factorise(&self.matrix, terms, x, insist).is_ok();
+        if self.factored {
+            let x = if self.kind == Preconditioner::Multigrid { x } else { &[] };
+            self.made = Made { x: x.to_vec(), insist };
+            self.history.clear();
+        }
+        Ok(self.factored)
+    }
+
     /// Whether the whole Hessian at `x` is positive besides free rigid motions, where a factor can tell; it
     /// serves the next relaxation.
     fn factorise_whole(&mut self, potential: &mut Potential, x: &[Vec3]) -> Option<bool> {
+        self.keep_marked();
         self.supported = false;
         self.fit(potential, x).ok()?;
         if self.kind != Preconditioner::Factor {
             return None;
         }
-        self.keep_marked();
         let mut gradient = vec![Vec3::zeros(); x.len()];
         potential.energy_gradient(x, &mut gradient);
         self.gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
-        self.factored = false;
-        self.shift = SHIFT;
-        potential.hessian(x, HessianPart::Full, &mut self.matrix).ok()?;
-        let terms = potential.low_rank(x, HessianPart::Full);
-        let unit = self.matrix.mean_diagonal();
-        self.gauge.support(&mut self.matrix, unit);
-        self.matrix.add_diagonal(self.shift * unit);
-        self.factored = self.inverse.factorise(&self.matrix, terms, x, false).is_ok();
-        self.made = Made { x: Vec::new(), insist: false };
-        self.weight = 0.0;
-        self.history.clear();
-        Some(self.factored)
+        (self.factored, self.shift, self.weight) = (false, SHIFT, 0.0);
+        self.factorise(potential, x, HessianPart::Full, false).ok()
     }
 
     /// Makes room for what is coupled at `x`, and the preconditioner that suits it.

@@ -13,7 +13,7 @@ use super::super::equilibrium::{Relaxation, distance};
 use super::super::motion::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
-use super::super::{Result, SolveError, Workspace};
+use super::super::{Result, SolveError, Workspace, diagnosis};
 use super::{DISPLACEMENT, MOST, RADIUS, SAFETY, SHRINK, factor, is_curable, sub_step, viscosity};
 use crate::model::State;
 use crate::parallel;
@@ -92,7 +92,7 @@ fn minimum(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> R
 fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
     let (start, end) = route.clock();
     // A load that nothing holds would move the sheet for ever.
-    if let Some(error) = workspace.unheld(&route.at(end, state).0)? {
+    if let Some(error) = workspace.diagnosed(&route.at(end, state).0, diagnosis::unheld)? {
         return Err(error);
     }
     let viscosity = viscosity(workspace, route, state)?;
@@ -144,7 +144,9 @@ pub(super) fn reason(workspace: &mut Workspace, route: &Route<'_>, state: &State
     match workspace.search(&mut next, search) {
         Ok(_) | Err(SolveError::NotFinite) => {
             let (at, _) = route.at(route.clock().1, state);
-            workspace.collapse(&at).unwrap_or(SolveError::Departed)
+            let cause =
+                workspace.diagnosed(&at, |potential, x, _| diagnosis::collapse(potential, x));
+            cause.ok().flatten().unwrap_or(SolveError::Departed)
         }
         Err(error) => error,
     }
