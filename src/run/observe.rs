@@ -4,7 +4,6 @@ use super::fields::Fields;
 use super::run::Ending;
 use super::{Result, report};
 use crate::model::{Evaluation, Model};
-use crate::num::real;
 use crate::output::{Ledger, ResultDirectory, Series};
 use crate::scene::{OutputSpec, Scene};
 use crate::solve::StepReport;
@@ -43,25 +42,16 @@ pub trait Observer {
     }
 }
 
-/// Titles of the columns of jumps.
-pub(super) const JUMPS: [&str; 2] = ["jumps", "energy released by jumps [energy]"];
-
 /// Writes a row for every accepted step.
 pub(super) struct LedgerRows {
     ledger: Ledger,
     shape: report::ShapeSums,
-    /// Whether jumps have columns.
-    jumps: bool,
 }
 
 impl LedgerRows {
-    pub(super) fn create(
-        directory: &ResultDirectory,
-        columns: &[String],
-        jumps: bool,
-    ) -> Result<Self> {
+    pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
         let ledger = Ledger::create(&directory.ledger(), columns)?;
-        Ok(Self { ledger, shape: report::ShapeSums::default(), jumps })
+        Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 
     /// After the row of this step; later ones are dropped.
@@ -69,10 +59,9 @@ impl LedgerRows {
         directory: &ResultDirectory,
         columns: &[String],
         step: u64,
-        jumps: bool,
     ) -> Result<Self> {
         let ledger = Ledger::reopen(&directory.ledger(), columns, step)?;
-        Ok(Self { ledger, shape: report::ShapeSums::default(), jumps })
+        Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 }
 
@@ -80,11 +69,7 @@ impl Observer for LedgerRows {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
-            let mut row = report::row(at, info, &mut self.shape)?;
-            if self.jumps {
-                let done = &info.report.relaxation;
-                row.extend([real(done.jumps), done.released]);
-            }
+            let row = report::row(at, info, &mut self.shape)?;
             self.ledger.append(&row)?;
         }
         Ok(())

@@ -39,6 +39,14 @@ fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
 }
 
+/// Titles of the columns of jumps.
+const JUMPS: [&str; 2] = ["jumps", "energy released by jumps [energy]"];
+
+/// Whether the shape is in equilibrium at every time, and may jump from one to another.
+fn jumps(model: &Model) -> bool {
+    model.moves() && model.storage().mechanics == 0.0
+}
+
 /// Titles of the ledger's columns, with units.
 pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<String> {
     let mut all = STEP.map(str::to_owned).to_vec();
@@ -60,6 +68,9 @@ pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<Stri
     }
     all.push("total energy [energy]".to_owned());
     all.extend(work.chain(["force residual".to_owned()]));
+    if jumps(model) {
+        all.extend(JUMPS.map(str::to_owned));
+    }
     if watched {
         all.push("negative directions".to_owned());
     }
@@ -157,6 +168,9 @@ pub(super) fn row(
     row.push(energies.iter().sum());
     row.extend(work);
     row.push(report.relaxation.residual);
+    if jumps(model) {
+        row.extend([real(report.relaxation.jumps), report.relaxation.released]);
+    }
     row.extend(negative);
     shape.update(model, &state.x);
     if model.chemistry().is_some() {

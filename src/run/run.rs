@@ -7,7 +7,7 @@ use super::checkpoint::{Checkpoint, Checkpoints, Place};
 use super::costs::{Costs, peak_resident};
 use super::forecast::{Clock, Outlook, Told};
 use super::invariants::Invariants;
-use super::observe::{Frames, JUMPS, LedgerRows, Observer, StepInfo, StopRules};
+use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::reported::{Reported, Shrinking};
 use super::self_intersection::Intersections;
 pub use super::summary::{Ending, Failure, Summary, with_status};
@@ -82,14 +82,10 @@ fn stepped(
     let mut watch = Watch::of(scene, simulation, directory, place)?;
     let watched = watch.is_some();
     let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
-    let mut columns = report::columns(&model, watched, &laws);
-    let jumps = scene.time.integrator.follows_path(model.storage());
-    if jumps {
-        columns.extend(JUMPS.map(str::to_owned));
-    }
+    let columns = report::columns(&model, watched, &laws);
     let mut ledger = match from {
-        None => LedgerRows::create(directory, &columns, jumps)?,
-        Some(from) => LedgerRows::reopen(directory, &columns, from.step(), jumps)?,
+        None => LedgerRows::create(directory, &columns)?,
+        Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
     };
     if let Some(place) = place {
         frames = frames.map(|f| f.after(&place.frames, &place.digests)).transpose()?;

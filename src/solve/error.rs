@@ -270,6 +270,19 @@ impl SolveError {
         }
     }
 
+    /// Whether it is of a shape that finds no equilibrium.
+    pub(super) fn is_without_rest(&self) -> bool {
+        matches!(
+            self,
+            Self::Departed
+                | Self::NotConverged { .. }
+                | Self::Stalled { .. }
+                | Self::Collapsed { .. }
+                | Self::NotAtRest { .. }
+                | Self::Constraint { .. }
+        )
+    }
+
     /// As a problem tells its integrator.
     pub(super) fn into_failure(self) -> Failure {
         let recoverable = self.is_recoverable();

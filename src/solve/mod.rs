@@ -77,11 +77,6 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Whether a shape without storage follows its branch of equilibria, and may jump from one to another.
-    fn follows_path(&self, _policy: Storage) -> bool {
-        false
-    }
-
     /// Whether it solves with the derivatives of the coupled system, those of signals included.
     fn differentiates(&self) -> bool {
         false
@@ -173,7 +168,7 @@ pub(crate) trait Integrator: Send {
     /// # Errors
     /// If the relaxation or the plugin fails.
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        workspace.relax(state)
+        path::release(workspace, state)
     }
 
     /// Brings `state`, which satisfies the rows without storage, forward by one step that does

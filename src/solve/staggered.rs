@@ -78,6 +78,8 @@ const LEAST_ERROR: f64 = 1e-3;
 const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST: f64 = 1e-7;
+/// Or that finds no equilibrium so many times: the path to it has sub-steps of its own.
+const WITHOUT_REST: usize = 3;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
 const EULER_SLACK: f64 = 1e-2;
@@ -110,7 +112,7 @@ struct Staggered {
     shape: MotionMethod,
     motion: Motion,
     /// How a shape without storage does.
-    path: Option<EquilibriumPath>,
+    path: EquilibriumPath,
     by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
@@ -119,10 +121,7 @@ struct Staggered {
 
 impl Integrator for Staggered {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let done = match self.path {
-            Some(_) => release(workspace, state)?,
-            None => workspace.relax(state)?,
-        };
+        let done = release(workspace, state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             self.steady.solve(workspace, state, inner, Leap::Allowed)?;
@@ -162,9 +161,7 @@ impl Integrator for Staggered {
         record.option(self.first, Record::number);
         record.number(self.error);
         self.motion.store(record);
-        if let Some(path) = &self.path {
-            path.store(record);
-        }
+        self.path.store(record);
         self.by_diffsol.is_none() && self.chemistry.is_new()
     }
 
@@ -173,7 +170,7 @@ impl Integrator for Staggered {
             (reading.option(Reading::number)?, reading.option(Reading::number)?);
         self.error = reading.number()?;
         self.motion.restore(reading, vertices)?;
-        self.path.as_mut().map_or(Ok(()), |path| path.restore(reading, vertices))
+        self.path.restore(reading, vertices)
     }
 }
 
@@ -205,10 +202,7 @@ impl Staggered {
         done: &mut Relaxation,
     ) -> Result<Option<Vec<Vec3>>> {
         if self.policy.mechanics == 0.0 {
-            done.add(&match &mut self.path {
-                Some(path) => path.advance(workspace, state, next)?,
-                None => workspace.relax_once(next)?,
-            });
+            done.add(&self.path.advance(workspace, state, next)?);
             return Ok(None);
         }
         if !workspace.model.moves() {
@@ -297,6 +291,7 @@ impl Staggered {
         let shortest = SHORTEST * *self.first.get_or_insert(tried);
         let now = workspace.at(state).signals()?.clone();
         let (mut report, mut first) = (StepReport::default(), true);
+        let mut without_rest = 0;
         loop {
             let proposed = tried.min(longest);
             let time = end_of_step(state.time, proposed, until);
@@ -328,7 +323,8 @@ impl Staggered {
                     report.reason = Some(message.clone());
                     workspace.reject(Try { message, ..Try::of(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
-                    if tried < shortest {
+                    without_rest += usize::from(error.is_without_rest());
+                    if tried < shortest || without_rest == WITHOUT_REST {
                         return Err(error);
                     }
                 }

@@ -1,11 +1,9 @@
-//! The quasi-static shape by continuation: the limit of vanishing drag, whatever the solver.
+//! The quasi-static shape: the limit of vanishing drag, whatever the solver.
 
 use rumple::Simulation;
 use rumple::solve::{Control, StepReport};
 
 use crate::common::prepare;
-
-const CONTINUED: &str = "time.integrator={kind=\"staggered\",equilibrium=\"continued\"}";
 
 /// A thin sphere that doubles its size. Exact: a sphere of twice the radius.
 const SPHERE: &str = r#"
@@ -56,8 +54,7 @@ fn energy(simulation: &mut Simulation) -> f64 {
 }
 
 fn run(text: &str, keys: &[&str]) -> (Simulation, Vec<StepReport>) {
-    let keys: Vec<&str> = [CONTINUED].into_iter().chain(keys.iter().copied()).collect();
-    let (scene, mut simulation) = prepare(text, &keys);
+    let (scene, mut simulation) = prepare(text, keys);
     simulation.prepare().unwrap_or_else(|e| panic!("{e}"));
     let (until, mut reports) = (scene.time.span.until.get(), Vec::new());
     while simulation.state().time < until {
@@ -88,7 +85,7 @@ fn a_sphere_that_doubles_stays_round_whatever_the_method_and_tolerance() {
 fn the_first_equilibrium_does_not_depend_on_the_metric() {
     let mut all = ["factor", "multigrid"].map(|metric| {
         let metric = format!("equilibrium.preconditioner=\"{metric}\"");
-        let (_, mut simulation) = prepare(DOSE, &[CONTINUED, &metric]);
+        let (_, mut simulation) = prepare(DOSE, &[&metric]);
         simulation.prepare().unwrap();
         energy(&mut simulation)
     });
@@ -108,9 +105,9 @@ fn a_jump_is_recorded_with_the_energy_that_it_releases() {
 
 /// What the predictor keeps is a part of checkpoints.
 #[test]
-fn a_continued_run_is_the_same_after_a_rejected_step() {
-    let (_, mut plain) = prepare(SPHERE, &[CONTINUED]);
-    let (_, mut interrupted) = prepare(SPHERE, &[CONTINUED]);
+fn a_run_is_the_same_after_a_rejected_step() {
+    let (_, mut plain) = prepare(SPHERE, &[]);
+    let (_, mut interrupted) = prepare(SPHERE, &[]);
     plain.prepare().unwrap();
     interrupted.prepare().unwrap();
     for step in 0..4 {
@@ -124,17 +121,4 @@ fn a_continued_run_is_the_same_after_a_rejected_step() {
         interrupted.step(1.0).unwrap();
         assert!(plain.state() == interrupted.state(), "step {step}");
     }
-}
-
-#[test]
-fn continuation_is_refused_where_the_shape_moves_under_drag() {
-    let scene = rumple::scene::Scene::parse(
-        SPHERE,
-        "sphere.toml",
-        &[CONTINUED.to_owned(), "time.policy=\"simultaneous\"".to_owned()],
-    );
-    let refused =
-        Simulation::new(&scene.unwrap(), &rumple::kinetics::Search::in_directories(vec![]));
-    let message = refused.err().map(|error| error.to_string()).unwrap_or_default();
-    assert!(message.contains("leave out equilibrium"), "{message}");
 }

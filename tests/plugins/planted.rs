@@ -216,8 +216,9 @@ const ENDS: [(&str, [&str; 2]); 24] = [
     ("FOLDER_IN_DESTROY", ["changes the working directory in destroy"; 2]),
     ("CLOSES_FILES", ["closes files that are not its own in rates"; 2]),
     ("FORKS", ["forks the process in rates"; 2]),
-    // By a call of the system that has no hooks: the copy ends, and the run goes on.
-    ("FORKS_RAW", ["", "forks the process in rates"]),
+    // By a call of the system that has no hooks: the copy ends, and the run goes on. The copy of another process may be
+    // the first to answer, with values of its own.
+    ("FORKS_RAW", ["", "in rates"]),
     ("TRAPS", ["leaves floating-point arithmetic changed (traps) in rates"; 2]),
     ("ROUNDS", ["leaves floating-point arithmetic changed (rounding) in rates"; 2]),
     ("EVERY_NTH", ["a law must not keep internal state"; 2]),

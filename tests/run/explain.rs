@@ -159,7 +159,7 @@ fn a_run_leaves_what_it_cost_in_shares_that_add_up() {
 
 #[test]
 fn a_run_that_fails_leaves_what_it_cost() {
-    let failing = format!("{SMALL}\n[equilibrium]\nmax_iterations = 1\n");
+    let failing = format!("{SMALL}\n[equilibrium]\nmax_iterations = 1\ntolerance = 1e-18\n");
     let folder = folder(&failing);
     let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--quiet"]);
     assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));

@@ -35,7 +35,7 @@ pub(super) use release::release;
 use super::equilibrium::Relaxation;
 use super::motion::{Motion, Stepping};
 use super::route::Route;
-use super::{Result, SolveError, Workspace, end_of_step};
+use super::{Result, Workspace, end_of_step};
 use crate::model::{Positions, State};
 use crate::num::real;
 use crate::record::{Malformed, Reading, Record};
@@ -164,10 +164,10 @@ impl EquilibriumPath {
                     done.add(&next.done);
                     step = length * factor(next.error, SAFETY);
                 }
-                Err(error) if is_curable(&error) && length > SHORTEST * (end - start) => {
+                Err(error) if error.is_without_rest() && length > SHORTEST * (end - start) => {
                     step = SHRINK * length;
                 }
-                Err(error) if !is_curable(&error) => return Err(error),
+                Err(error) if !error.is_without_rest() => return Err(error),
                 _ => return Err(rest::reason(workspace, route, state)),
             }
         }
@@ -220,17 +220,4 @@ fn viscosity(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> Res
     let potential = at.potential()?;
     let stiffness = potential.force_scale() / potential.metric().mean_edge();
     Ok(VISCOSITY * stiffness * (end - start) / drag)
-}
-
-/// Whether a shorter sub-step may do without this failure.
-fn is_curable(error: &SolveError) -> bool {
-    matches!(
-        error,
-        SolveError::Departed
-            | SolveError::NotConverged { .. }
-            | SolveError::Stalled { .. }
-            | SolveError::Collapsed { .. }
-            | SolveError::NotAtRest { .. }
-            | SolveError::Constraint { .. }
-    )
 }

@@ -13,7 +13,6 @@
 use super::super::equilibrium::Relaxation;
 use super::super::workspace::Held;
 use super::super::{Result, Workspace, diagnosis};
-use super::is_curable;
 use super::{EquilibriumPath, Route};
 use crate::Vec3;
 use crate::model::State;
@@ -43,7 +42,7 @@ pub(in crate::solve) fn release(
     let mut done = match followed {
         Ok(done) => done,
         // A start that no such path leads from may still have an equilibrium downhill.
-        Err(error) if is_curable(&error) => {
+        Err(error) if error.is_without_rest() => {
             state.x = at.x.clone();
             Relaxation::default()
         }

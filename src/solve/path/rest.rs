@@ -14,14 +14,17 @@ use super::super::motion::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
 use super::super::{Result, SolveError, Workspace, diagnosis};
-use super::{DISPLACEMENT, MOST, RADIUS, SAFETY, SHRINK, factor, is_curable, sub_step, viscosity};
+use super::{DISPLACEMENT, MOST, RADIUS, SAFETY, SHRINK, factor, sub_step, viscosity};
 use crate::model::State;
 use crate::parallel;
 
 /// Most that the error estimate makes of a sub-step.
 const GROWTH: f64 = 4.0;
-/// Shortest sub-step of a flow, in units of the step that went before.
+/// Most sub-steps of a flow, rejected ones included.
+const TRIES: usize = 300;
+/// Shortest and longest sub-step of a flow, in units of the step that went before: the motion has died down then.
 const SHORTEST: f64 = 1e-9;
+const LONGEST: f64 = 1e6;
 /// A minimisation is tried again where a sub-step moves no vertex further than this, in mean edges.
 const STILL: f64 = 0.3;
 /// How far an unstable mode is followed before the flow takes over, in mean edges.
@@ -39,7 +42,7 @@ pub(super) fn rest(
     state: &mut State,
 ) -> Result<Relaxation> {
     match minimum(workspace, route, state) {
-        Err(error) if is_curable(&error) => flow(workspace, route, state),
+        Err(error) if error.is_without_rest() => flow(workspace, route, state),
         done => done,
     }
 }
@@ -102,7 +105,10 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
     // Pseudo-time at fixed conditions.
     let (mut t, mut step) = (end, end - start);
     let most = workspace.iterations() + MOST * workspace.most_iterations();
-    while workspace.iterations() <= most {
+    let mut tries = 0;
+    let longest = LONGEST * (end - start);
+    while workspace.iterations() <= most && tries < TRIES && step < longest {
+        tries += 1;
         let next = sub_step(&mut motion, workspace, route, (t, t + step), state, (viscosity, 1.0));
         match next {
             Ok(next) if next.error <= 1.0 => {
@@ -120,7 +126,7 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
                         done.released = before - energy(workspace, route, state)?;
                         return Ok(done);
                     }
-                    Err(error) if is_curable(&error) => {}
+                    Err(error) if error.is_without_rest() => {}
                     Err(error) => return Err(error),
                 }
             }
@@ -128,8 +134,10 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
                 done.add(&next.done);
                 step *= factor(next.error, SAFETY);
             }
-            Err(error) if is_curable(&error) && step > SHORTEST * (end - start) => step *= SHRINK,
-            Err(error) if !is_curable(&error) => return Err(error),
+            Err(error) if error.is_without_rest() && step > SHORTEST * (end - start) => {
+                step *= SHRINK
+            }
+            Err(error) if !error.is_without_rest() => return Err(error),
             _ => break,
         }
     }

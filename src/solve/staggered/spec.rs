@@ -24,9 +24,6 @@ pub struct StaggeredSpec {
     /// How a shape with storage moves; `euler` for Euler and `sdirk2` for Heun if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<MotionMethod>,
-    /// How the shape keeps to its equilibrium where it has no storage; `relaxed` if not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub equilibrium: Option<Tracking>,
     /// Euler: the fixed step, 0.01 if not given. Heun: the first step tried; chosen from the first rates if
     /// not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -60,18 +57,6 @@ pub enum Method {
     Heun,
 }
 
-/// How a shape without storage goes from one equilibrium to the next.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Tracking {
-    /// By one minimisation from the last shape under the conditions at the end of the step. Where several minima are in
-    /// reach, the metric of the minimisation decides.
-    #[default]
-    Relaxed,
-    /// By continuation along its branch, with viscous jumps where that ends: the limit of vanishing drag.
-    Continued,
-}
-
 #[typetag::serialize(name = "staggered")]
 impl IntegratorSpec for StaggeredSpec {
     fn name(&self) -> String {
@@ -100,12 +85,9 @@ impl IntegratorSpec for StaggeredSpec {
                     if self.shape.is_some() { "time.integrator.shape" } else { "the default" };
                 format!("shape: moved under drag by {} ({why})", self.motion().name())
             }
-            false => match self.follows_path(policy) {
-                true => "shape: equilibrium followed by continuation, with viscous jumps \
-                         (time.integrator.equilibrium)"
-                    .to_owned(),
-                false => "shape: relaxed to equilibrium".to_owned(),
-            },
+            false => {
+                "shape: follows its equilibrium, with viscous jumps where that ends".to_owned()
+            }
         };
         let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
             (true, method) => {
@@ -139,10 +121,6 @@ impl IntegratorSpec for StaggeredSpec {
         }
     }
 
-    fn follows_path(&self, policy: Storage) -> bool {
-        policy.mechanics == 0.0 && self.equilibrium == Some(Tracking::Continued)
-    }
-
     fn explicit_step(&self) -> Option<f64> {
         let euler = self.method == Method::Euler
             && self.chemistry.unwrap_or(self.usual()) == ChemistryMethod::Euler;
@@ -154,13 +132,6 @@ impl IntegratorSpec for StaggeredSpec {
             return Err(SolveError::Pairing(
                 "under this policy the shape is in equilibrium at every time and does not move under \
                  drag: leave out shape"
-                    .into(),
-            ));
-        }
-        if policy.mechanics > 0.0 && self.equilibrium.is_some() {
-            return Err(SolveError::Pairing(
-                "under this policy the shape moves under drag and is in equilibrium at no time: leave out \
-                 equilibrium"
                     .into(),
             ));
         }
@@ -186,7 +157,7 @@ impl IntegratorSpec for StaggeredSpec {
             error: FIRST_ERROR,
             shape: self.motion(),
             motion: Motion::default(),
-            path: self.follows_path(policy).then(EquilibriumPath::default),
+            path: EquilibriumPath::default(),
             by_diffsol: None,
             steady: SteadyChemistry::default(),
             policy,
