@@ -5,7 +5,7 @@
 //! DIR/frames/frame_000123.vtu    one state each
 //! DIR/sheet.vtk.series           the file to open instead, if the scene asks for .vtk frames
 //! DIR/ledger.csv                 one row a step
-//! DIR/events.csv                 losses of stability, if the scene watches for them
+//! DIR/events.csv                 snaps, and losses of stability if the scene watches for them
 //! DIR/modes/mode_000000.vtu      the modes of an event
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line

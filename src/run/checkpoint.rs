@@ -45,7 +45,9 @@ pub(super) struct Place {
     pub(super) frames: Vec<f64>,
     /// Digests of their files.
     pub(super) digests: Vec<u64>,
-    /// Events reported, and whether the last state had a direction down, where that is watched.
+    /// Events written.
+    pub(super) events: usize,
+    /// Modes written, and whether the last state had a direction down, where that is watched.
     pub(super) watch: Option<(usize, Option<bool>)>,
 }
 
@@ -79,8 +81,9 @@ impl Place {
         record.number(self.wall);
         record.numbers(&self.frames);
         self.digests.iter().for_each(|digest| record.count(*digest));
-        record.option(self.watch, |record, (events, unstable)| {
-            record.count(events as u64);
+        record.count(self.events as u64);
+        record.option(self.watch, |record, (modes, unstable)| {
+            record.count(modes as u64);
             record.option(unstable, Record::flag);
         });
     }
@@ -93,6 +96,7 @@ impl Place {
             wall,
             frames,
             digests,
+            events: reading.size()?,
             watch: reading
                 .option(|reading| Ok((reading.size()?, reading.option(Reading::flag)?)))?,
         })

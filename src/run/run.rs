@@ -15,6 +15,7 @@ use super::watch::{self, Watch};
 use super::{Error, Result, Simulation, failure, laws, notes, report};
 use crate::model::State;
 use crate::num::real;
+use crate::output::events::{Event, Events};
 use crate::output::{Interrupt, Progress, ProgressLine, ResultDirectory};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
@@ -79,8 +80,15 @@ fn stepped(
     let fields = simulation.fields.clone();
     let model = simulation.model().clone();
     let mut frames = Frames::create(directory, &model, &fields, &scene.output)?;
-    let mut watch = Watch::of(scene, simulation, directory, place)?;
+    let mut watch = Watch::of(scene, simulation, directory, place.and_then(|place| place.watch))?;
+    let mut events = match place {
+        None => Events::new(directory.events()),
+        Some(place) => Events::reopen(directory.events(), place.events)?,
+    };
     let watched = watch.is_some();
+    if watched {
+        events.begin()?;
+    }
     let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
     let columns = report::columns(&model, watched, &laws);
     let mut ledger = match from {
@@ -89,11 +97,11 @@ fn stepped(
     };
     if let Some(place) = place {
         frames = frames.map(|f| f.after(&place.frames, &place.digests)).transpose()?;
-        directory.cut_back(place.frames.len(), place.watch.map_or(0, |(events, _)| events))?;
+        directory.cut_back(place.frames.len(), place.watch.map_or(0, |(modes, _)| modes))?;
     }
     let mut rules = StopRules::of(scene);
     let (first, mut negative) = match from {
-        None => begin(scene, simulation, &mut watch, directory, progress)?,
+        None => begin(scene, simulation, &mut watch, directory, (&mut events, progress))?,
         Some(_) => (StepReport::default(), None),
     };
     let start = place.map_or(simulation.spent(), |place| place.start);
@@ -201,7 +209,8 @@ fn stepped(
             let count = if extra { frames_before } else { times.len() };
             let (frames, digests) = (times[..count].to_vec(), digests[..count].to_vec());
             let wall = wall_before + clock.wall();
-            Place { start, wall, frames, digests, watch: watch.as_ref().map(Watch::seen) }
+            let watch = watch.as_ref().map(Watch::seen);
+            Place { start, wall, frames, digests, events: events.count(), watch }
         };
         match ending {
             None => checkpoints.accepted(simulation, place, due, progress),
@@ -224,8 +233,9 @@ fn stepped(
             }
             Err(error) => return Err(stopped(scene, simulation, directory, (error, None))),
         }
+        note_snap(&mut events, simulation, &latest)?;
         if let Some(watch) = &mut watch {
-            let seen = look(watch, simulation, &mut latest, progress);
+            let seen = look(watch, simulation, &mut latest, (&mut events, progress));
             let seen = seen.map_err(|error| stopped(scene, simulation, directory, (error, None)));
             negative = Some(seen?);
             // It may have been cut short.
@@ -279,7 +289,7 @@ fn begin(
     simulation: &mut Simulation,
     watch: &mut Option<Watch>,
     directory: &ResultDirectory,
-    progress: &mut Progress,
+    (events, progress): (&mut Events, &mut Progress),
 ) -> Result<(StepReport, Option<f64>)> {
     let start = simulation.state.clone();
     if simulation.model().moves() && !simulation.at_rest {
@@ -296,6 +306,7 @@ fn begin(
     if let Err(error) = look_again(simulation, progress) {
         return Err(stopped(scene, simulation, directory, (error, Some(&start))));
     }
+    note_snap(events, simulation, &first)?;
     let at_rest = !first.relaxation.residual.is_nan();
     if at_rest
         && !simulation.at_rest
@@ -308,7 +319,7 @@ fn begin(
         progress.message(&note);
     }
     let negative = match watch {
-        Some(watch) if at_rest => match look(watch, simulation, &mut first, progress) {
+        Some(watch) if at_rest => match look(watch, simulation, &mut first, (events, progress)) {
             Ok(seen) => Some(seen),
             Err(error) => {
                 return Err(stopped(scene, simulation, directory, (error, Some(&start))));
@@ -337,16 +348,27 @@ fn look_again(simulation: &mut Simulation, progress: &mut Progress) -> Result<()
     Ok(())
 }
 
+/// Writes an event for a step in which the shape jumped from one branch of equilibria to another.
+fn note_snap(events: &mut Events, simulation: &Simulation, report: &StepReport) -> Result<()> {
+    let done = &report.relaxation;
+    if done.jumps > 0 {
+        let (time, step) = (simulation.state.time, simulation.state.step);
+        let released = Some(done.released);
+        events.append(&Event { time, step, kind: "snap", released, ..Event::default() })?;
+    }
+    Ok(())
+}
+
 /// Lets the watch look at the state that was just accepted; its directions down.
 fn look(
     watch: &mut Watch,
     simulation: &mut Simulation,
     report: &mut StepReport,
-    progress: &mut Progress,
+    to: (&mut Events, &mut Progress),
 ) -> Result<f64> {
     let _scope =
         simulation.model().tally().meter("solver", "stability analysis", &["shapes"]).scope(0);
-    let (seen, spent) = simulation.spend(|s| watch.look(s, &mut report.relaxation, progress));
+    let (seen, spent) = simulation.spend(|s| watch.look(s, &mut report.relaxation, to));
     report.work += spent.work;
     match seen {
         Ok(negative) => Ok(negative),

@@ -12,7 +12,6 @@
 
 use std::path::Path;
 
-use super::checkpoint::Place;
 use super::stability::{add_modes, directions};
 use super::{Result, Simulation};
 use crate::Vec3;
@@ -45,7 +44,6 @@ const LATER: &str = "a run does not leave it by itself, and an imperfection of t
 /// The watch of one run.
 pub(super) struct Watch {
     stability: Stability,
-    events: Events,
     modes: usize,
     perturb: Option<f64>,
     /// Whether the shape has storage, and so moves rather than rests.
@@ -66,20 +64,16 @@ impl Watch {
         scene: &Scene,
         simulation: &mut Simulation,
         directory: &ResultDirectory,
-        from: Option<&Place>,
+        from: Option<(usize, Option<bool>)>,
     ) -> Result<Option<Self>> {
         let Some(spec) = scene.stability.as_ref().filter(|s| s.watch) else { return Ok(None) };
-        let (written, unstable) = from.and_then(|place| place.watch).unwrap_or_default();
+        let (written, unstable) = from.unwrap_or_default();
         let modes = directory.modes();
         std::fs::create_dir_all(&modes)
             .map_err(|source| crate::output::OutputError::Write { path: modes, source })?;
         Ok(Some(Self {
             stability: Stability::new(simulation.model().mechanics())?
                 .with_control(&simulation.workspace.control),
-            events: match from {
-                None => Events::create(&directory.events())?,
-                Some(_) => Events::reopen(&directory.events(), written)?,
-            },
             modes: spec.modes.get(),
             perturb: spec.perturb.map(f64::from),
             moving: scene.time.policy.storage().mechanics > 0.0,
@@ -90,7 +84,7 @@ impl Watch {
         }))
     }
 
-    /// Events reported, and whether the last state had a direction down.
+    /// Modes written, and whether the last state had a direction down.
     pub(super) fn seen(&self) -> (usize, Option<bool>) {
         (self.written, self.unstable)
     }
@@ -107,7 +101,7 @@ impl Watch {
         &mut self,
         simulation: &mut Simulation,
         done: &mut Relaxation,
-        progress: &mut Progress,
+        (events, progress): (&mut Events, &mut Progress),
     ) -> Result<f64> {
         let Some(inertia) = self.count(simulation, progress)? else { return Ok(f64::NAN) };
         let now = inertia.negative > 0;
@@ -125,16 +119,16 @@ impl Watch {
         }
         let modes = self.modes(simulation, progress)?;
         if !kind.is_empty() {
-            self.report(simulation, kind, inertia.negative, &modes, progress)?;
+            self.report(simulation, (kind, inertia.negative), &modes, (events, progress))?;
         }
         match (self.perturb, modes.first()) {
             (Some(by), Some(mode)) if leaves && !self.moving => {
-                self.leave(simulation, mode, by, done, progress)
+                self.leave(simulation, (mode, by), done, (events, progress))
             }
             (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
                 displace(simulation, mode, by)?;
                 done.residual = simulation.evaluate().residual()?;
-                self.report(simulation, DISPLACED, inertia.negative, &modes, progress)?;
+                self.report(simulation, (DISPLACED, inertia.negative), &modes, (events, progress))?;
                 Ok(crate::num::real(inertia.negative))
             }
             _ => Ok(crate::num::real(inertia.negative)),
@@ -187,10 +181,9 @@ impl Watch {
     fn leave(
         &mut self,
         simulation: &mut Simulation,
-        mode: &Mode,
-        by: f64,
+        (mode, by): (&Mode, f64),
         done: &mut Relaxation,
-        progress: &mut Progress,
+        (events, progress): (&mut Events, &mut Progress),
     ) -> Result<f64> {
         let saddle = simulation.state.x.clone();
         displace(simulation, mode, by)?;
@@ -205,7 +198,7 @@ impl Watch {
         self.unstable = Some(inertia.negative > 0);
         let modes = self.modes(simulation, progress)?;
         let kind = if inertia.negative == 0 { "left along the mode" } else { FELL_BACK };
-        self.report(simulation, kind, inertia.negative, &modes, progress)?;
+        self.report(simulation, (kind, inertia.negative), &modes, (events, progress))?;
         Ok(crate::num::real(inertia.negative))
     }
 
@@ -213,10 +206,9 @@ impl Watch {
     fn report(
         &mut self,
         simulation: &mut Simulation,
-        kind: &str,
-        negative: usize,
+        (kind, negative): (&str, usize),
         modes: &[Mode],
-        progress: &mut Progress,
+        (events, progress): (&mut Events, &mut Progress),
     ) -> Result<()> {
         let Simulation { workspace, state, fields, .. } = &mut *simulation;
         let mut frame = fields.frame(&mut workspace.at(state))?;
@@ -226,13 +218,14 @@ impl Watch {
         self.written += 1;
         let file = path.strip_prefix(self.directory.root()).unwrap_or(&path);
         let eigenvalue = modes.first().map_or(f64::NAN, |m| m.eigenvalue);
-        self.events.append(&Event {
+        events.append(&Event {
             time: simulation.state.time,
             step: simulation.state.step,
             kind,
-            eigenvalue,
-            negative,
+            eigenvalue: Some(eigenvalue),
+            negative: Some(negative),
             modes: &slashed(file),
+            ..Event::default()
         })?;
         let mut text = format!(
             "time {}: {kind}; {}, smallest eigenvalue {eigenvalue:.3e} force/length^3, modes in {}",

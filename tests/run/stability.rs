@@ -56,6 +56,20 @@ fn strain(step: i32) -> f64 {
     1.0037347559 / (1.0 + 0.006 * share) - 1.0
 }
 
+/// A strip whose upper edge grows: it buckles out of its plane.
+const STRIP: &str = r#"
+effect = [{ kind = "stretching" }, { kind = "bending" }]
+sheet = { shape = "rectangle", width = 60.0, height = 12.0, vertices = 1200, imperfection = { amplitude = 1e-2, seed = 3 } }
+material = { young = 1e6, poisson = 0.3333333333333333, thickness = 0.5 }
+time = { until = 0.1 }
+[kinetics]
+species.g = { doc = "growth", typical = 0.1, lower = 0.0 }
+rates.g = "edge*(1 - g)"
+length_factor = "1 + 0.3*g"
+parameters = { edge = { formula = "1/(1 + exp(-(y - 4)/0.7))" } }
+initial.g = 0.0
+"#;
+
 fn run(scene: &str, args: &[&str]) -> (tempfile::TempDir, Output) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -97,11 +111,11 @@ fn loss_of_stability_is_an_event_at_the_buckling_strain() {
     let (header, events) = rows(&result.join("events.csv"));
     assert_eq!(header[..3], ["time", "step", "kind"]);
     assert_eq!(events.len(), 1, "{events:?}");
-    let [time, step, kind, eigenvalue, negative, file] = &events[0][..] else {
+    let [time, step, kind, eigenvalue, negative, released, file] = &events[0][..] else {
         panic!("{events:?}")
     };
     assert_eq!((kind.as_str(), negative.as_str()), ("loss of stability", "1"));
-    assert!(eigenvalue.parse::<f64>().unwrap() < 0.0);
+    assert!(eigenvalue.parse::<f64>().unwrap() < 0.0 && released.is_empty());
     let step: i32 = step.parse().unwrap();
     assert!((time.parse::<f64>().unwrap() - STEP * f64::from(step)).abs() < 1e-12);
     let critical = 4.282410148730029 * (2.0 / 3.0) * (0.25 / 12.0) / (14.0 * 14.0);
@@ -150,7 +164,7 @@ fn a_moving_shape_is_displaced_and_never_relaxed() {
     let (_, events) = rows(&result.join("events.csv"));
     let kinds: Vec<&str> = events.iter().map(|e| e[2].as_str()).collect();
     assert_eq!(kinds[..2], ["loss of stability", "displaced along the mode"], "{}", said(&output));
-    let displaced = read::surface(result.join(&events[1][5])).unwrap();
+    let displaced = read::surface(result.join(&events[1][6])).unwrap();
     let top = |points: &[rumple::Vec3]| points.iter().map(|x| x.z).fold(0.0, f64::max);
     assert!((top(&displaced.points) - 0.02).abs() < 1e-6, "{}", top(&displaced.points));
     // What is on its way is left alone, and from there it grows, as far as the drag lets it.
@@ -245,4 +259,22 @@ fn a_watch_without_energies_is_refused() {
     assert_eq!(output.status.code(), Some(2));
     let text = said(&output);
     assert!(text.contains("nothing to watch") && text.contains("scene.toml"), "{text}");
+}
+
+/// A snap needs no watch: it is an event wherever the shape is in equilibrium at all times.
+#[test]
+fn a_snap_is_an_event_with_the_energy_that_it_releases() {
+    let (folder, _) = run(STRIP, &["run", "--out", "result"]);
+    let result = folder.path().join("result");
+    let (_, events) = rows(&result.join("events.csv"));
+    let (header, ledger) = rows(&result.join("ledger.csv"));
+    let column = |name: &str| header.iter().position(|c| c == name).unwrap();
+    let (jumps, released) = (column("jumps"), column("energy released by jumps [energy]"));
+    let snapped: Vec<_> = ledger.iter().filter(|row| row[jumps] != "0").collect();
+    assert!(!events.is_empty() && events.len() == snapped.len(), "{events:?} {snapped:?}");
+    for (event, row) in events.iter().zip(snapped) {
+        assert_eq!((event[2].as_str(), &event[5]), ("snap", &row[released]));
+        assert_eq!((&event[0], &event[1]), (&row[1], &row[0]));
+        assert!(event[5].parse::<f64>().unwrap() > 0.0, "{event:?}");
+    }
 }

@@ -43,12 +43,13 @@ pub const EVENTS: Reader = Reader {
     name: "events",
     bound: bound(1, 64),
     seeds: || {
-        let text = "time,step,kind,smallest eigenvalue [force/length^3],negative directions,modes\n\
-                    1.25,37,loss of stability,-3.1e-5,1,modes/mode_000000.vtu\n\
-                    1.5,38,stable again,1e-5,0,\n";
+        let text = "time,step,kind,smallest eigenvalue [force/length^3],negative directions,energy released \
+                    [energy],modes\n\
+                    1.25,37,loss of stability,-3.1e-5,1,,modes/mode_000000.vtu\n\
+                    1.5,38,snap,,,0.32,\n";
         vec![text.into()]
     },
-    read: |bytes| Events::reopen(&file("events.csv", bytes), 2).is_ok(),
+    read: |bytes| Events::reopen(file("events.csv", bytes), 2).is_ok(),
     repair: None,
 };
 
