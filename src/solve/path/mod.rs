@@ -15,7 +15,7 @@
 //! ```
 //!
 //! W is the drag of the scene, which sets the direction of motion in jumps and nothing else, and η a factor that makes
-//! it small: over the whole step the weight is 10⁻⁵ of the stretching stiffness on average. Waves that are stiffer than
+//! it small: over the whole step the weight is 10⁻⁷ of the stretching stiffness on average. Waves that are stiffer than
 //! that stay in equilibrium; a soft or unstable mode moves by a bounded distance in a sub-step. Half the distance
 //! between x_k+1 and where the last velocity led estimates the error, which controls Δt_k; a minimisation that leaves
 //! the trust region about that prediction is rejected early. What lag the viscosity leaves at the end vanishes in the
@@ -40,9 +40,9 @@ use crate::model::{Positions, State};
 use crate::num::real;
 use crate::record::{Malformed, Reading, Record};
 
-/// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With larger
-/// ones softer buckles lag behind, with smaller ones more sub-steps are rejected at instabilities.
-const VISCOSITY: f64 = 1e-5;
+/// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With a hundred
+/// times as much a growing cylinder buckled by its drag alone, and softer buckles lagged behind.
+const VISCOSITY: f64 = 1e-7;
 /// Tolerances of a sub-step, relative to the largest displacement and in mean edges. They keep to a branch; the accuracy
 /// on it is that of the equilibrium.
 const TOLERANCE: (f64, f64) = (0.05, 0.1);
