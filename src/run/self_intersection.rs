@@ -6,16 +6,13 @@ use super::{Result, Simulation};
 use crate::Vec3;
 use crate::geometry::{Crossings, Found};
 use crate::model::Evaluation;
-use crate::num::{Short, real};
+use crate::num::Short;
 use crate::output::SelfIntersection;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, is_turned};
 
 /// What helps, in words.
 const ADVICE: &str = "there is no contact of a sheet with itself, and results from here on are not those \
     of one; `invariants.crossings = 0` ends a run there";
-
-/// Volume over the sum of the absolute values of its parts, below which it is that of a sheet folded flat.
-const FLAT: f64 = 1e-9;
 
 /// Looks for self-intersection at output times and at the end of a run.
 #[derive(Debug, Default)]
@@ -70,24 +67,10 @@ pub(super) fn of(simulation: &Simulation) -> Option<String> {
 fn find(sheet: &Sheet, x: &[Vec3]) -> (SelfIntersection, String) {
     // Its boxes are not kept: frames are seldom, and memory is not.
     let found = Crossings::new(sheet).find(sheet, x);
-    let closed = !sheet.boundary().contains(&true);
-    let [before, now] = [sheet.rest(), x].map(|x| side(sheet, x));
-    let inside_out = closed && before * now < 0.0;
+    let inside_out = is_turned(sheet, sheet.rest(), x);
     let place = place(sheet, x, &found);
     let place = if place.is_empty() { place } else { format!(", {place}") };
     (SelfIntersection { crossings: found.pairs, inside_out }, place)
-}
-
-/// The sign of the volume that a closed sheet encloses, 0 where it is one of round-off.
-fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
-    let mean = x.iter().sum::<Vec3>() / real(x.len());
-    let cone = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| x[v as usize] - mean);
-        a.dot(&b.cross(&c))
-    };
-    let cones = sheet.triangles().iter().map(cone);
-    let (volume, size) = cones.fold((0.0, 0.0), |(v, s), cone: f64| (v + cone, s + cone.abs()));
-    if volume.abs() <= FLAT * size { 0.0 } else { volume.signum() }
 }
 
 /// Where the first pair of triangles crosses in the shape `x`; empty where none does.

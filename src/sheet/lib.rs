@@ -1,6 +1,7 @@
 //! The sheet: rest positions and topology. It knows no field and no physics.
 
 pub mod check;
+mod enclosed;
 pub mod generate;
 pub mod quality;
 pub mod read;
@@ -9,6 +10,7 @@ mod topology;
 pub mod write;
 
 pub use check::Finding;
+pub use enclosed::is_turned;
 pub use generate::{Shape, generate};
 pub use quality::MeshReport;
 pub use surface::{Array, Surface};

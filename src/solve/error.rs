@@ -252,6 +252,12 @@ pub enum SolveError {
         "the shape jumps: its relaxation leaves the neighbourhood of the shape that it began with"
     )]
     Departed,
+    /// The volume that a closed sheet encloses changes its sign in a jump, or while a start is released.
+    #[error(
+        "the closed sheet jumps inside out, through itself, and there is no contact of a sheet with itself; try a \
+         smaller load, or an effect that holds the volume"
+    )]
+    InsideOut,
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,

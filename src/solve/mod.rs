@@ -22,8 +22,8 @@ mod workspace;
 
 pub use error::{Result, SolveError};
 use part::part;
-pub(crate) use workspace::Relaxer;
 pub use workspace::{Control, Workspace};
+pub(crate) use workspace::{OnTheWay, Relaxer};
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;

@@ -323,7 +323,8 @@ impl Staggered {
                     report.reason = Some(message.clone());
                     workspace.reject(Try { message, ..Try::of(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
-                    without_rest += usize::from(error.is_without_rest());
+                    let ends = error.is_without_rest() || matches!(error, SolveError::InsideOut);
+                    without_rest += usize::from(ends);
                     if tried < shortest || without_rest == WITHOUT_REST {
                         return Err(error);
                     }

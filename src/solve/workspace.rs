@@ -11,6 +11,7 @@ use crate::Vec3;
 use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Reading, Record};
+use crate::sheet::is_turned;
 
 /// Whoever asked for long work: it may be interrupted, and reports how far it is.
 #[derive(Clone)]
@@ -118,6 +119,15 @@ impl Held {
     }
 }
 
+/// Sees the shapes on the way from one accepted state to the next.
+pub(crate) trait OnTheWay: Send {
+    /// A step is tried.
+    fn begin(&mut self);
+
+    /// It comes by the shape `x`.
+    fn see(&mut self, x: &[Vec3]);
+}
+
 /// A model with what is needed to work on it.
 pub struct Workspace {
     /// The model.
@@ -129,6 +139,7 @@ pub struct Workspace {
     tries: Tries,
     stuck: Option<State>,
     stability: Option<Stability>,
+    on_the_way: Option<Box<dyn OnTheWay>>,
 }
 
 impl Workspace {
@@ -143,6 +154,33 @@ impl Workspace {
             tries: Tries::default(),
             stuck: None,
             stability: None,
+            on_the_way: None,
+        }
+    }
+
+    /// From now on `watcher` sees the shapes on the way of a step, where a policy has some.
+    pub(crate) fn watch_the_way(&mut self, watcher: Box<dyn OnTheWay>) {
+        self.on_the_way = Some(watcher);
+    }
+
+    /// A step is tried.
+    pub(super) fn begin_way(&mut self) {
+        if let Some(watcher) = &mut self.on_the_way {
+            watcher.begin();
+        }
+    }
+
+    /// The shape comes by `to`, along a branch of equilibria or by a jump.
+    ///
+    /// # Errors
+    /// [`SolveError::InsideOut`] if a jump turns it over.
+    pub(super) fn pass(&mut self, from: &[Vec3], to: &[Vec3], jumps: bool) -> Result<()> {
+        if let Some(watcher) = &mut self.on_the_way {
+            watcher.see(to);
+        }
+        match jumps && is_turned(self.model.sheet(), from, to) {
+            true => Err(SolveError::InsideOut),
+            false => Ok(()),
         }
     }
 

@@ -101,6 +101,25 @@ fn a_tolerance_below_round_off_is_blamed() {
     assert_says(&message, &["the cause is the tolerance", "16 digits", "equilibrium.tolerance = "]);
 }
 
+/// It ended as "stable", with a negative volume.
+#[test]
+fn a_sphere_that_is_pushed_through_itself_is_no_result() {
+    let folder = folder(
+        r#"
+effect = [
+    { kind = "stretching", model = "stvk", modulus = "plate" },
+    { kind = "bending" },
+    { kind = "pressure", value = -3300.0 },
+]
+sheet = { shape = "sphere", radius = 10.0, vertices = 362 }
+material = { young = 1e6, poisson = 0.3, thickness = 0.5 }
+time = { until = 1.0 }
+"#,
+    );
+    let message = failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
+    assert_says(&message, &["jumps inside out, through itself", "a smaller load", "step 0"]);
+}
+
 #[test]
 fn a_species_that_runs_away_is_named_with_the_time() {
     let folder = folder("");

@@ -1,32 +1,69 @@
-//! A sheet does not pass through itself.
+//! A sheet does not pass through itself, neither at the ends of steps nor, under `quasi-static`, on the way.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Law, Said, Step};
+use crate::Vec3;
 use crate::geometry::Crossings;
 use crate::model::State;
 use crate::num::real;
 use crate::run::{Result, self_intersection};
 use crate::sheet::Sheet;
-use crate::solve::Workspace;
+use crate::solve::{OnTheWay, Workspace};
 
-/// The law, with the tree of boxes that it looks with.
-pub(super) struct NoCrossings {
+/// The law.
+pub(super) struct NoCrossings(Arc<Mutex<Look>>);
+
+/// What it looks with, and what it has seen on the way.
+struct Look {
     sheet: Arc<Sheet>,
+    /// With the tree of boxes.
     crossings: Crossings,
+    /// Most pairs on the way, and where the first of them is.
+    worst: (usize, String),
+}
+
+impl Look {
+    fn see(&mut self, x: &[Vec3]) {
+        let found = self.crossings.find(&self.sheet, x);
+        if found.pairs > self.worst.0 {
+            self.worst = (found.pairs, self_intersection::place(&self.sheet, x, &found));
+        }
+    }
+
+    /// What there is to say of the way to `state`.
+    fn said(&mut self, state: &State) -> Said {
+        self.see(&state.x);
+        let (pairs, place) = std::mem::take(&mut self.worst);
+        Said { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
+    }
+}
+
+/// The same, where a step comes by.
+struct Watcher(Arc<Mutex<Look>>);
+
+fn on<T>(look: &Mutex<Look>, act: impl FnOnce(&mut Look) -> T) -> T {
+    act(&mut look.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+impl OnTheWay for Watcher {
+    fn begin(&mut self) {
+        on(&self.0, |look| look.worst = Default::default());
+    }
+
+    fn see(&mut self, x: &[Vec3]) {
+        on(&self.0, |look| look.see(x));
+    }
 }
 
 impl NoCrossings {
-    /// For the shapes of `sheet`.
-    pub(super) fn of(sheet: &Arc<Sheet>) -> Self {
-        Self { sheet: Arc::clone(sheet), crossings: Crossings::new(sheet) }
-    }
-
-    fn said(&mut self, state: &State) -> Said {
-        let found = self.crossings.find(&self.sheet, &state.x);
-        let place = self_intersection::place(&self.sheet, &state.x, &found);
-        let pairs = found.pairs;
-        Said { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
+    /// For the shapes that `workspace` makes.
+    pub(super) fn of(workspace: &mut Workspace) -> Self {
+        let sheet = Arc::clone(workspace.model.sheet());
+        let crossings = Crossings::new(&sheet);
+        let look = Arc::new(Mutex::new(Look { sheet, crossings, worst: Default::default() }));
+        workspace.watch_the_way(Box::new(Watcher(Arc::clone(&look))));
+        Self(look)
     }
 }
 
@@ -44,10 +81,38 @@ impl Law for NoCrossings {
     }
 
     fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<Said> {
-        Ok(self.said(state))
+        Ok(on(&self.0, |look| look.said(state)))
     }
 
     fn look(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Said> {
-        Ok(self.said(step.after))
+        Ok(on(&self.0, |look| look.said(step.after)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_crosses_on_the_way_counts_once() {
+        // Two triangles that share an edge, and a third one that they may pass.
+        let x = |z: f64| {
+            let near = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
+            let far = [[0.5, 0.5], [0.5, 0.6], [0.6, 0.5]].map(|[x, y]| Vec3::new(x, y, z));
+            let mut all = [near, far].concat();
+            all[5].z = 1.0;
+            all
+        };
+        let sheet = Arc::new(Sheet::new(x(0.5), vec![[0, 1, 2], [3, 4, 5]]).unwrap());
+        let crossings = Crossings::new(&sheet);
+        let look = Arc::new(Mutex::new(Look { sheet, crossings, worst: Default::default() }));
+        let (mut watcher, end) = (Watcher(Arc::clone(&look)), x(0.5));
+        let state = State { time: 0.0, step: 0, x: end.into(), species: Vec::new() };
+        watcher.see(&x(-0.5));
+        let said = on(&look, |look| look.said(&state));
+        assert!(said.value == 1.0 && !said.place.is_empty(), "{} {}", said.value, said.place);
+        watcher.see(&x(-0.5));
+        watcher.begin();
+        assert_eq!(on(&look, |look| look.said(&state)).value, 0.0);
     }
 }

@@ -32,12 +32,13 @@ mod rest;
 
 pub(super) use release::release;
 
-use super::equilibrium::Relaxation;
+use super::equilibrium::{Relaxation, distance};
 use super::motion::{Motion, Stepping};
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::model::{Positions, State};
 use crate::num::real;
+use crate::parallel;
 use crate::record::{Malformed, Reading, Record};
 
 /// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With a hundred
@@ -50,6 +51,10 @@ const TOLERANCE: (f64, f64) = (0.05, 0.1);
 const RADIUS: f64 = 2.0;
 /// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
 const DISPLACEMENT: f64 = 0.02;
+/// Of the energy that a sub-step loses at fixed conditions a motion along a branch dissipates less than this share, and a
+/// jump more; some 1e-3 and 1 where seen. Sub-steps that move no vertex further, in mean edges, are neither.
+const JUMPS: f64 = 0.3;
+const STILL: f64 = 0.1;
 /// Factor on the force tolerance at the end of a sub-step.
 const LOOSER: f64 = 100.0;
 /// Sub-steps are proposed shorter than the error estimate allows, and change by factors between these.
@@ -74,6 +79,8 @@ pub(super) struct EquilibriumPath {
 struct SubStep {
     x: Positions,
     done: Relaxation,
+    /// Energy that it releases, if it is a part of a jump.
+    released: Option<f64>,
     /// Error estimate in units of the tolerance.
     error: f64,
 }
@@ -114,6 +121,7 @@ impl EquilibriumPath {
         }
         let (mut shape, to) = (from.clone(), next.clone());
         let done = if next.time > from.time {
+            workspace.begin_way();
             self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
         } else {
             rest::rest(workspace, &Route::from_zero_to_one(from, &to), &mut shape)?
@@ -132,6 +140,7 @@ impl EquilibriumPath {
         let (start, end) = route.clock();
         let viscosity = viscosity(workspace, route, state)?;
         let mut done = Relaxation::default();
+        let mut released = 0.0;
         let mut t = start;
         let mut step = self.step.unwrap_or(end - start);
         // A step that takes long may be repeated shorter, a start not.
@@ -155,6 +164,9 @@ impl EquilibriumPath {
             ) {
                 Ok(next) if next.error <= 1.0 => {
                     done.add(&next.done);
+                    let jumps = next.released.is_some();
+                    workspace.pass(&state.x, &next.x, jumps || route.is_held())?;
+                    released += next.released.unwrap_or_default();
                     (state.x, t) = (next.x, until);
                     let factor = factor(next.error, FACTORS.1);
                     // One that is cut short by the end says nothing against longer ones.
@@ -172,8 +184,14 @@ impl EquilibriumPath {
             }
         }
         self.step = Some(step);
+        let last = state.x.clone();
         done.add(&rest::rest(workspace, route, state)?);
         done.add(&rest::stabilise(workspace, route, state)?);
+        workspace.pass(&last, &state.x, route.is_held())?;
+        if released > 0.0 {
+            done.jumps = done.jumps.max(1);
+            done.released += released;
+        }
         Ok(done)
     }
 }
@@ -201,7 +219,30 @@ fn sub_step(
     let fine = State { x: moved.x.into(), ..at.clone() };
     let coarse = State { x: moved.coarse.into(), ..at.clone() };
     let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE);
-    Ok(SubStep { x: fine.x, done: moved.done, error })
+    let released = released(workspace, route, (until - t, viscosity), (&at, until, &fine))?;
+    Ok(SubStep { x: fine.x, done: moved.done, released, error })
+}
+
+/// The energy that the shape releases from that of `at` to that of `next` while the clock goes to `until`, if it jumps:
+/// of what it loses under the conditions there a jump dissipates all, and a motion along a branch next to nothing.
+fn released(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    (span, viscosity): (f64, f64),
+    (at, until, next): (&State, f64, &State),
+) -> Result<Option<f64>> {
+    let model = workspace.model.clone();
+    if distance(&at.x, &next.x) < STILL * model.mechanics().reference().mean_edge() {
+        return Ok(None);
+    }
+    let weights = model.drag().weights(model.sheet(), &at.x, viscosity / span);
+    let dissipated = parallel::sum(at.x.len(), |i| {
+        let moved = next.x[i] - at.x[i];
+        moved.dot(&weights.apply(i, moved))
+    });
+    let before = rest::energy(workspace, route, until, at)?;
+    let lost = before - rest::energy(workspace, route, until, next)?;
+    Ok((lost > 0.0 && dissipated > JUMPS * lost).then_some(lost))
 }
 
 /// What an error estimate makes of a sub-step, up to `most`.

@@ -57,16 +57,18 @@ pub(super) fn stabilise(
     route: &Route<'_>,
     state: &mut State,
 ) -> Result<Relaxation> {
+    let (_, end) = route.clock();
     let mut done = Relaxation::default();
     let mut before = None;
+    let start = state.x.clone();
     for _ in 0..SADDLES {
         if state.x.iter().all(|x| x.z == state.x[0].z) {
             break;
         }
-        let (at, held) = route.at(route.clock().1, state);
+        let (at, held) = route.at(end, state);
         let Some(mode) = workspace.unstable_mode(&at, held)? else { break };
         if before.is_none() {
-            before = Some(energy(workspace, route, state)?);
+            before = Some(energy(workspace, route, end, state)?);
         }
         let far = SEED * workspace.model.mechanics().reference().mean_edge();
         let mut x = state.x.to_vec();
@@ -75,8 +77,9 @@ pub(super) fn stabilise(
         done.add(&rest(workspace, route, state)?);
     }
     if let Some(before) = before {
+        workspace.pass(&start, &state.x, true)?;
         done.jumps = 1;
-        done.released = before - energy(workspace, route, state)?;
+        done.released = before - energy(workspace, route, end, state)?;
     }
     Ok(done)
 }
@@ -99,7 +102,7 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
         return Err(error);
     }
     let viscosity = viscosity(workspace, route, state)?;
-    let before = energy(workspace, route, state)?;
+    let before = energy(workspace, route, end, state)?;
     let edge = workspace.model.mechanics().reference().mean_edge();
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
     // Pseudo-time at fixed conditions.
@@ -113,6 +116,7 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
         match next {
             Ok(next) if next.error <= 1.0 => {
                 done.add(&next.done);
+                workspace.pass(&state.x, &next.x, true)?;
                 let moved = distance(&state.x, &next.x) / edge;
                 (state.x, t) = (next.x, t + step);
                 step *= factor(next.error, GROWTH);
@@ -123,7 +127,7 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
                     Ok(more) => {
                         done.add(&more);
                         done.jumps = 1;
-                        done.released = before - energy(workspace, route, state)?;
+                        done.released = before - energy(workspace, route, end, state)?;
                         return Ok(done);
                     }
                     Err(error) if error.is_without_rest() => {}
@@ -160,9 +164,14 @@ pub(super) fn reason(workspace: &mut Workspace, route: &Route<'_>, state: &State
     }
 }
 
-/// The energy of the shape of `state` at the end of `route`.
-fn energy(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> Result<f64> {
-    let (state, held) = route.at(route.clock().1, state);
+/// The energy of the shape of `state` under the conditions when the clock of `route` shows `t`.
+pub(super) fn energy(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    t: f64,
+    state: &State,
+) -> Result<f64> {
+    let (state, held) = route.at(t, state);
     let mut at = workspace.at(&state);
     let potential = at.potential()?;
     if let Some(held) = held {
