@@ -119,10 +119,11 @@ relaxed() {
     run relaxed-h1-double "$model_i" "${set[@]}" --set material.thickness=1 --set equilibrium.method=lbfgs \
         --set equilibrium.precision=double --set equilibrium.refresh=5
     run relaxed-h1.5 "$model_i" "${set[@]}" --set material.thickness=1.5
-    run relaxed-D60 "$model_i" "${set[@]}" --set material.thickness=1 --set effect.diffusion.coefficient=60
+    run relaxed-D60 "$model_i" "${set[@]}" --set material.thickness=1 --set effect.diffusion.coefficient=60 \
+        --set time.until=12
     for name in relaxed-h1 relaxed-h1-double relaxed-h1.5 relaxed-D60; do numbers $name c 0.1 0.4; done
     draw relaxed c 3 relaxed-h1:{4,12,20}:top relaxed-h1-double:{4,12,20}:top \
-        relaxed-h1.5:{4,12,20}:top relaxed-D60:{4,12,20}:top
+        relaxed-h1.5:{4,12,20}:top relaxed-D60:{4,8,12}:top
 }
 
 # The same relaxed loosely, by a plain metric, as printed.

@@ -376,6 +376,10 @@ impl Lbfgs {
             if let Some(trust) = goal.trust {
                 let within = trust.longest(x, &d, length);
                 if within < LEAVES * length {
+                    // Forces as small as this tell no direction.
+                    if balanced {
+                        return Ok((done, Outcome::AtRest));
+                    }
                     return Err(SolveError::Departed);
                 }
                 length = within;

@@ -29,6 +29,9 @@ const LONGEST: f64 = 1e6;
 const STILL: f64 = 0.3;
 /// How far an unstable mode is followed before the flow takes over, in mean edges.
 const SEED: f64 = 0.1;
+/// A mode along which the shape rests again within this distance, in mean edges, is neutral: a dimple that can be
+/// anywhere on a sphere is held by its mesh alone.
+const NEUTRAL: f64 = 2.0 * SEED;
 /// Most saddles that are left one after the other.
 const SADDLES: usize = 5;
 
@@ -59,26 +62,27 @@ pub(super) fn stabilise(
 ) -> Result<Relaxation> {
     let (_, end) = route.clock();
     let mut done = Relaxation::default();
-    let mut before = None;
-    let start = state.x.clone();
+    let edge = workspace.model.mechanics().reference().mean_edge();
+    let before = energy(workspace, route, end, state)?;
     for _ in 0..SADDLES {
         if state.x.iter().all(|x| x.z == state.x[0].z) {
             break;
         }
         let (at, held) = route.at(end, state);
         let Some(mode) = workspace.unstable_mode(&at, held)? else { break };
-        if before.is_none() {
-            before = Some(energy(workspace, route, end, state)?);
-        }
-        let far = SEED * workspace.model.mechanics().reference().mean_edge();
-        let mut x = state.x.to_vec();
-        parallel::update(&mut x, |i, x| *x += far * mode[i]);
+        let saddle = state.x.clone();
+        let mut x = saddle.to_vec();
+        parallel::update(&mut x, |i, x| *x += SEED * edge * mode[i]);
         state.x = x.into();
         done.add(&rest(workspace, route, state)?);
-    }
-    if let Some(before) = before {
-        workspace.pass(&start, &state.x, true)?;
+        if distance(&saddle, &state.x) < NEUTRAL * edge {
+            state.x = saddle;
+            break;
+        }
+        workspace.pass(&saddle, &state.x, true)?;
         done.jumps = 1;
+    }
+    if done.jumps > 0 {
         done.released = before - energy(workspace, route, end, state)?;
     }
     Ok(done)
@@ -108,7 +112,7 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
     // Pseudo-time at fixed conditions.
     let (mut t, mut step) = (end, end - start);
     let most = workspace.iterations() + MOST * workspace.most_iterations();
-    let mut tries = 0;
+    let (mut tries, mut speed) = (0, 0.0);
     let longest = LONGEST * (end - start);
     while workspace.iterations() <= most && tries < TRIES && step < longest {
         tries += 1;
@@ -120,7 +124,8 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
                 let moved = distance(&state.x, &next.x) / edge;
                 (state.x, t) = (next.x, t + step);
                 step *= factor(next.error, GROWTH);
-                if moved > STILL {
+                // It dies down only after it has grown.
+                if std::mem::replace(&mut speed, moved) < moved || moved > STILL {
                     continue;
                 }
                 match minimum(workspace, route, state) {
