@@ -46,6 +46,12 @@ policies() {
         --over material.drag=0.001,0.01,0.1,1,10,100,1000
 }
 
+# Quasi-static against vanishing drag, through a snap.
+limit() {
+    study limit plates/snap.toml --limit 60 --integrator staggered --tolerances 1e-2 --seeds 0 --repeats 1 \
+        --over time.policy=simultaneous,quasi-static --over material.drag=1e-4,1e-3,1e-2,1e-1,1
+}
+
 # Model I before it buckles.
 before() { study before accuracy/before.toml --limit 60; }
 
@@ -78,7 +84,7 @@ spacing() {
         --over sheet.vertices=2000,5000,10000 --limit 600 --reference '{ kind = "staggered", rtol = 3e-1, atol = 3e-1 }'
 }
 
-studies=(dome policies before ring motors sphere robertson oregonator brusselator plate spacing)
+studies=(dome policies limit before ring motors sphere robertson oregonator brusselator plate spacing)
 [[ $# -gt 0 ]] || { echo "studies: ${studies[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${studies[@]}"
 failed=()

@@ -82,6 +82,28 @@ fn a_cylinder_that_grows_tenfold_is_not_dented() {
     assert!((energy / 66.2988 - 1.0).abs() < 1e-4, "{energy}");
 }
 
+/// Simultaneous tends to quasi-static as the drag vanishes, on both sides of a snap: the distance goes with the drag.
+#[test]
+fn quasi_static_is_the_limit_of_vanishing_drag_through_a_snap() {
+    let text = std::fs::read_to_string("models/plates/snap.toml").unwrap();
+    let (limit, reports) = run(&text, &[]);
+    assert_eq!(reports.iter().map(|report| report.relaxation.jumps).sum::<usize>(), 1);
+    let distance = |drag: &str| {
+        let keys = [
+            "time.policy=\"simultaneous\"",
+            drag,
+            "time.integrator.rtol=1e-3",
+            "time.integrator.atol=1e-3",
+        ];
+        let (moved, _) = run(&text, &keys);
+        let all = moved.state().x.iter().zip(limit.state().x.iter());
+        all.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let [far, near] = ["material.drag=1e-1", "material.drag=1e-2"].map(distance);
+    println!("largest distances {far:.2e} and {near:.2e}");
+    assert!(near < 1e-3 && far / near > 5.0 && far / near < 20.0, "{far} {near}");
+}
+
 #[test]
 fn the_first_equilibrium_does_not_depend_on_the_metric() {
     let mut all = ["factor", "multigrid"].map(|metric| {
