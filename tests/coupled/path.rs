@@ -87,7 +87,7 @@ fn a_cylinder_that_grows_tenfold_is_not_dented() {
 fn quasi_static_is_the_limit_of_vanishing_drag_through_a_snap() {
     let text = std::fs::read_to_string("models/plates/snap.toml").unwrap();
     let (limit, reports) = run(&text, &[]);
-    assert_eq!(reports.iter().map(|report| report.relaxation.jumps).sum::<usize>(), 1);
+    assert_eq!(reports.iter().filter(|report| report.relaxation.jumps > 0).count(), 1);
     let distance = |drag: &str| {
         let keys = [
             "time.policy=\"simultaneous\"",

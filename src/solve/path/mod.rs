@@ -27,19 +27,20 @@
 //! Stainier, Comput. Methods Appl. Mech. Engrg. 171 (1999), doi:10.1016/S0045-7825(98)00219-9 (incremental
 //! potentials).
 
+mod jumps;
 mod release;
 mod rest;
 
 pub(super) use release::release;
 
-use super::equilibrium::{Relaxation, distance};
+use super::equilibrium::Relaxation;
 use super::motion::{Motion, Stepping};
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::model::{Positions, State};
 use crate::num::real;
-use crate::parallel;
 use crate::record::{Malformed, Reading, Record};
+use jumps::{Jumps, has_jumped, is_in_jump};
 
 /// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With a hundred
 /// times as much a growing cylinder buckled by its drag alone, and softer buckles lagged behind.
@@ -51,10 +52,6 @@ const TOLERANCE: (f64, f64) = (0.05, 0.1);
 const RADIUS: f64 = 2.0;
 /// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
 const DISPLACEMENT: f64 = 0.02;
-/// Of the energy that a sub-step loses at fixed conditions a motion along a branch dissipates less than this share, and a
-/// jump more; some 1e-3 and 1 where seen. Sub-steps that move no vertex further, in mean edges, are neither.
-const JUMPS: f64 = 0.3;
-const STILL: f64 = 0.1;
 /// Factor on the tolerance of sub-steps in jumps, which are many.
 const IN_JUMPS: f64 = 4.0;
 /// Factor on the force tolerance at the end of a sub-step.
@@ -81,8 +78,8 @@ pub(super) struct EquilibriumPath {
 struct SubStep {
     x: Positions,
     done: Relaxation,
-    /// Energy that it releases, if it is a part of a jump.
-    released: Option<f64>,
+    /// Whether it is a part of a jump.
+    jumps: bool,
     /// Error estimate in units of the tolerance.
     error: f64,
 }
@@ -126,7 +123,9 @@ impl EquilibriumPath {
             workspace.begin_way();
             self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
         } else {
-            rest::rest(workspace, &Route::from_zero_to_one(from, &to), &mut shape)?
+            let route = Route::from_zero_to_one(from, &to);
+            let drag = viscosity(workspace, &route, &shape)?;
+            come_to_rest(workspace, &route, drag, &mut shape, Jumps::default())?
         };
         next.x = shape.x;
         Ok(done)
@@ -142,7 +141,7 @@ impl EquilibriumPath {
         let (start, end) = route.clock();
         let viscosity = viscosity(workspace, route, state)?;
         let mut done = Relaxation::default();
-        let mut released = 0.0;
+        let mut jumps = Jumps::default();
         let mut t = start;
         let mut step = self.step.unwrap_or(end - start);
         // A step that takes long may be repeated shorter, a start not.
@@ -166,9 +165,11 @@ impl EquilibriumPath {
             ) {
                 Ok(next) if next.error <= 1.0 => {
                     done.add(&next.done);
-                    let jumps = next.released.is_some();
-                    workspace.pass(&state.x, &next.x, jumps || route.is_held())?;
-                    released += next.released.unwrap_or_default();
+                    workspace.pass(&state.x, &next.x, next.jumps || route.is_held())?;
+                    match next.jumps {
+                        true => jumps.open(&state.x),
+                        false => jumps.close(workspace, route, t, state)?,
+                    }
                     (state.x, t) = (next.x, until);
                     let factor = factor(next.error, FACTORS.1);
                     // One that is cut short by the end says nothing against longer ones.
@@ -186,16 +187,33 @@ impl EquilibriumPath {
             }
         }
         self.step = Some(step);
-        let last = state.x.clone();
-        done.add(&rest::rest(workspace, route, state)?);
+        let last = state.clone();
+        let drag = viscosity / (end - start);
+        done.add(&come_to_rest(workspace, route, drag, state, jumps)?);
         done.add(&rest::stabilise(workspace, route, state)?);
-        workspace.pass(&last, &state.x, route.is_held())?;
-        if released > 0.0 {
-            done.jumps = done.jumps.max(1);
-            done.released += released;
-        }
+        workspace.pass(&last.x, &state.x, route.is_held())?;
         Ok(done)
     }
+}
+
+/// Brings the shape of `state` to rest at the end of `route` after sub-steps with `jumps`, whose viscosity was of `drag`
+/// times that of the scene.
+fn come_to_rest(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    drag: f64,
+    state: &mut State,
+    mut jumps: Jumps,
+) -> Result<Relaxation> {
+    let (_, end) = route.clock();
+    let last = state.clone();
+    let mut done = rest::rest(workspace, route, state)?;
+    if done.jumps > 0 || has_jumped(workspace, route, (end, drag), (&last, state))? {
+        jumps.open(&last.x);
+    }
+    jumps.close(workspace, route, end, state)?;
+    (done.jumps, done.released) = (jumps.count, jumps.released);
+    Ok(done)
 }
 
 /// One minimisation with the `viscosity`, from the shape of `state` while the clock goes from `t` to `until`, to a force
@@ -220,32 +238,10 @@ fn sub_step(
     let moved = motion.advance(workspace, &at, (t, until), route, &by)?;
     let fine = State { x: moved.x.into(), ..at.clone() };
     let coarse = State { x: moved.coarse.into(), ..at.clone() };
-    let released = released(workspace, route, (until - t, viscosity), (&at, until, &fine))?;
-    let looser = if released.is_some() { IN_JUMPS } else { 1.0 };
+    let jumps = is_in_jump(workspace, route, (until, viscosity / (until - t)), (&at, &fine))?;
+    let looser = if jumps { IN_JUMPS } else { 1.0 };
     let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / looser;
-    Ok(SubStep { x: fine.x, done: moved.done, released, error })
-}
-
-/// The energy that the shape releases from that of `at` to that of `next` while the clock goes to `until`, if it jumps:
-/// of what it loses under the conditions there a jump dissipates all, and a motion along a branch next to nothing.
-fn released(
-    workspace: &mut Workspace,
-    route: &Route<'_>,
-    (span, viscosity): (f64, f64),
-    (at, until, next): (&State, f64, &State),
-) -> Result<Option<f64>> {
-    let model = workspace.model.clone();
-    if distance(&at.x, &next.x) < STILL * model.mechanics().reference().mean_edge() {
-        return Ok(None);
-    }
-    let weights = model.drag().weights(model.sheet(), &at.x, viscosity / span);
-    let dissipated = parallel::sum(at.x.len(), |i| {
-        let moved = next.x[i] - at.x[i];
-        moved.dot(&weights.apply(i, moved))
-    });
-    let before = rest::energy(workspace, route, until, at)?;
-    let lost = before - rest::energy(workspace, route, until, next)?;
-    Ok((lost > 0.0 && dissipated > JUMPS * lost).then_some(lost))
+    Ok(SubStep { x: fine.x, done: moved.done, jumps, error })
 }
 
 /// What an error estimate makes of a sub-step, up to `most`.

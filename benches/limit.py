@@ -1,0 +1,114 @@
+"""The same quasi-static scenes by other solvers, in other digits and at a finer tolerance.
+
+What the path decides must not depend on any of them. Prints the total energy of the default at the end and the relative
+differences of the others, and the CPU seconds of the default.
+
+    python3 benches/limit.py [--rumple target/release/rumple] [--only NAME] [--limit SECONDS]
+"""
+
+import argparse
+import csv
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+MODELS = Path(__file__).resolve().parent.parent / "models"
+QUASI_STATIC = 'time.policy="quasi-static"'
+# name: file and overrides
+SCENES = {
+    "model-i/small": ["time.until=0.75"],
+    "model-i/formula": ["time.until=0.2"],
+    "model-ii/wrinkles": ["sheet.vertices=3000", "time.until=0.3"],
+    "model-ii/planar": ["time.until=10"],
+    "model-ii/formula": ["time.until=0.5"],
+    "policies/dome": [QUASI_STATIC, "time.until=0.5"],
+    "policies/bump": [QUASI_STATIC, "sheet.vertices=2000"],
+    "plates/column": [],
+    "plates/pressed": [],
+    "plates/ruffle": ["sheet.vertices=1000", "time.until=1"],
+    "plates/snap": [],
+    "hard/spot": [],
+    "hard/dome": [QUASI_STATIC],
+    "hard/scales": [QUASI_STATIC],
+}
+VARIANTS = {
+    "multigrid": ['equilibrium.preconditioner="multigrid"'],
+    "newton": ['equilibrium.method="newton"'],
+    "E (1 + 1e-7)": None,
+    "rtol / 4": None,
+}
+
+
+def value(rumple, scene, keys, path):
+    """The value that the resolved scene has for a dotted key, or None."""
+    done = subprocess.run(
+        [rumple, "check", "--resolved", scene, *sets(keys)], capture_output=True, text=True, check=False
+    )
+    table = ""
+    for line in done.stdout.splitlines():
+        if line.startswith("["):
+            table = line.strip("[]")
+        elif "=" in line and f"{table}.{line.split('=')[0].strip()}" == path:
+            return float(line.split("=", 1)[1])
+    return None
+
+
+def sets(keys):
+    """Overrides as options."""
+    return [part for key in keys for part in ("--set", key)]
+
+
+def run(rumple, scene, keys, limit, out):
+    """Total energy at the end and seconds of the run, or a word on what happened."""
+    begun = time.monotonic()
+    command = [rumple, "run", scene, "--out", out, "--force", "--quiet", "--threads", "1", *sets(keys)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
+    except subprocess.TimeoutExpired:
+        return None, f"> {limit} s"
+    if done.returncode:
+        words = [line for line in done.stderr.splitlines() if line.startswith("error")]
+        return None, (words or ["failed"])[0][:60]
+    with open(Path(out) / "ledger.csv", encoding="utf-8") as file:
+        last = list(csv.DictReader(file))[-1]
+    total = last.get("total energy [energy]") or next(v for k, v in last.items() if k.startswith("energy of"))
+    return float(total), time.monotonic() - begun
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rumple", default="target/release/rumple")
+    parser.add_argument("--only", default="")
+    parser.add_argument("--limit", type=float, default=60.0)
+    options = parser.parse_args()
+    print("| scene | energy | s |", " | ".join(VARIANTS), "|")
+    print("| --- | --- | --- |", " | ".join("---" for _ in VARIANTS), "|")
+    with tempfile.TemporaryDirectory() as out:
+        for name, keys in SCENES.items():
+            if options.only not in name:
+                continue
+            scene = MODELS / f"{name}.toml"
+            energy, seconds = run(options.rumple, scene, keys, options.limit, out)
+            if energy is None:
+                print(f"| {name} | {seconds} | |", flush=True)
+                continue
+            row = [f"{name}, {', '.join(keys)}" if keys else name, f"{energy:.7g}", f"{seconds:.1f}"]
+            for variant, more in VARIANTS.items():
+                if more is None:
+                    young = value(options.rumple, scene, keys, "material.young")
+                    rtol = value(options.rumple, scene, keys, "time.integrator.rtol")
+                    if variant.startswith("E"):
+                        more = young and [f"material.young={young * (1 + 1e-7)!r}"]
+                    else:
+                        more = rtol and [f"time.integrator.{k}={rtol / 4!r}" for k in ("rtol", "atol")]
+                if not more:
+                    row.append("")
+                    continue
+                other, word = run(options.rumple, scene, keys + more, options.limit, out)
+                row.append(word if other is None else f"{other / energy - 1:.1e}")
+            print("|", " | ".join(row), "|", flush=True)
+
+
+if __name__ == "__main__":
+    main()

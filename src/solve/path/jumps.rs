@@ -1,0 +1,106 @@
+//! Jumps from one branch of equilibria to another: when they begin and end, and the energy that they release.
+//!
+//! A sub-step loses energy under the conditions at its end. Along a branch next to nothing of it is dissipated, in a
+//! jump all. A minimisation without viscosity that follows sub-steps makes up for what these lag behind, which is no more
+//! than the viscosity can hold back; one that loses far more has jumped. What a jump releases is the difference of
+//! the energies before and after it, under the conditions at its end.
+
+use super::super::equilibrium::distance;
+use super::super::route::Route;
+use super::super::{Result, Workspace};
+use super::rest::energy;
+use crate::model::{Positions, State};
+use crate::parallel;
+
+/// A jump dissipates at least this share of what it loses; some 1e-3 and 1 were seen along branches and in jumps.
+const SHARE: f64 = 0.3;
+/// And without viscosity it loses so many times what that would dissipate.
+const BEYOND: f64 = 30.0;
+/// What moves no vertex further, in mean edges, is no jump.
+const STILL: f64 = 0.1;
+
+/// The jumps of a step.
+#[derive(Default)]
+pub(super) struct Jumps {
+    /// Where the one under way began.
+    from: Option<Positions>,
+    pub(super) count: usize,
+    pub(super) released: f64,
+}
+
+impl Jumps {
+    /// The shape goes on from `before` by a part of a jump.
+    pub(super) fn open(&mut self, before: &Positions) {
+        self.from.get_or_insert_with(|| before.clone());
+    }
+
+    /// What was under way has come to its end at `state`, when the clock of `route` shows `t`.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn close(
+        &mut self,
+        workspace: &mut Workspace,
+        route: &Route<'_>,
+        t: f64,
+        state: &State,
+    ) -> Result<()> {
+        if let Some(x) = self.from.take() {
+            let before = State { x, ..state.clone() };
+            let before = energy(workspace, route, t, &before)?;
+            self.released += before - energy(workspace, route, t, state)?;
+            self.count += 1;
+        }
+        Ok(())
+    }
+}
+
+/// What a motion loses under the conditions when the clock shows `t`, and what a drag of so many times that of the
+/// scene dissipates on the way; none where it is too short to be a jump.
+fn lost_and_dissipated(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    (t, drag): (f64, f64),
+    (before, after): (&State, &State),
+) -> Result<Option<(f64, f64)>> {
+    let model = workspace.model.clone();
+    if distance(&before.x, &after.x) < STILL * model.mechanics().reference().mean_edge() {
+        return Ok(None);
+    }
+    let weights = model.drag().weights(model.sheet(), &before.x, drag);
+    let dissipated = parallel::sum(before.x.len(), |i| {
+        let moved = after.x[i] - before.x[i];
+        moved.dot(&weights.apply(i, moved))
+    });
+    let lost = energy(workspace, route, t, before)? - energy(workspace, route, t, after)?;
+    Ok(Some((lost, dissipated)))
+}
+
+/// Whether a sub-step with a viscosity of so many times the drag of the scene that ends when the clock shows `t` is a
+/// part of a jump.
+///
+/// # Errors
+/// If the model has no value at one of its ends.
+pub(super) fn is_in_jump(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    at: (f64, f64),
+    ends: (&State, &State),
+) -> Result<bool> {
+    let found = lost_and_dissipated(workspace, route, at, ends)?;
+    Ok(found.is_some_and(|(lost, dissipated)| lost > 0.0 && dissipated > SHARE * lost))
+}
+
+/// The same of a minimisation without viscosity, where there was one before.
+///
+/// # Errors
+/// If the model has no value at one of its ends.
+pub(super) fn has_jumped(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    at: (f64, f64),
+    ends: (&State, &State),
+) -> Result<bool> {
+    let found = lost_and_dissipated(workspace, route, at, ends)?;
+    Ok(found.is_some_and(|(lost, dissipated)| lost > BEYOND * dissipated))
+}
