@@ -249,7 +249,8 @@ pub enum SolveError {
     },
     /// A relaxation has left its trust region.
     #[error(
-        "the shape jumps: its relaxation leaves the neighbourhood of the shape that it began with"
+        "the shape jumps, and no equilibrium is found along the motion that follows; try shorter steps \
+         (time.integrator.longest_step), a finer mesh or a thicker sheet"
     )]
     Departed,
     /// The volume that a closed sheet encloses changes its sign in a jump, or while a start is released.
