@@ -9,8 +9,7 @@ use crate::Sheet;
 const FLAT: f64 = 1e-9;
 
 /// The sign of the volume that the shape `x` of a closed sheet encloses, 0 where it is one of round-off.
-#[must_use]
-pub fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
+fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
     let mean = x.iter().sum::<Vec3>() / real(x.len());
     let cone = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| x[v as usize] - mean);

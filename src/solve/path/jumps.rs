@@ -55,52 +55,46 @@ impl Jumps {
     }
 }
 
-/// What a motion loses under the conditions when the clock shows `t`, and what a drag of so many times that of the
-/// scene dissipates on the way; none where it is too short to be a jump.
-fn lost_and_dissipated(
-    workspace: &mut Workspace,
-    route: &Route<'_>,
-    (t, drag): (f64, f64),
-    (before, after): (&State, &State),
-) -> Result<Option<(f64, f64)>> {
-    let model = workspace.model.clone();
-    if distance(&before.x, &after.x) < STILL * model.mechanics().reference().mean_edge() {
-        return Ok(None);
+/// What becomes of the energy of a motion.
+pub(super) struct Loss {
+    /// What it loses under the conditions at its end.
+    lost: f64,
+    /// What the viscosity dissipates.
+    dissipated: f64,
+}
+
+impl Loss {
+    /// Of the motion between two shapes at a time `t` of the clock of `route`, with a viscosity of `drag` times that of
+    /// the scene; none where it is too short to be a jump.
+    ///
+    /// # Errors
+    /// If the model has no value at one of its ends.
+    pub(super) fn of(
+        workspace: &mut Workspace,
+        route: &Route<'_>,
+        (t, drag): (f64, f64),
+        (before, after): (&State, &State),
+    ) -> Result<Option<Self>> {
+        let model = workspace.model.clone();
+        if distance(&before.x, &after.x) < STILL * model.mechanics().reference().mean_edge() {
+            return Ok(None);
+        }
+        let weights = model.drag().weights(model.sheet(), &before.x, drag);
+        let dissipated = parallel::sum(before.x.len(), |i| {
+            let moved = after.x[i] - before.x[i];
+            moved.dot(&weights.apply(i, moved))
+        });
+        let lost = energy(workspace, route, t, before)? - energy(workspace, route, t, after)?;
+        Ok(Some(Self { lost, dissipated }))
     }
-    let weights = model.drag().weights(model.sheet(), &before.x, drag);
-    let dissipated = parallel::sum(before.x.len(), |i| {
-        let moved = after.x[i] - before.x[i];
-        moved.dot(&weights.apply(i, moved))
-    });
-    let lost = energy(workspace, route, t, before)? - energy(workspace, route, t, after)?;
-    Ok(Some((lost, dissipated)))
-}
 
-/// Whether a sub-step with a viscosity of so many times the drag of the scene that ends when the clock shows `t` is a
-/// part of a jump.
-///
-/// # Errors
-/// If the model has no value at one of its ends.
-pub(super) fn is_in_jump(
-    workspace: &mut Workspace,
-    route: &Route<'_>,
-    at: (f64, f64),
-    ends: (&State, &State),
-) -> Result<bool> {
-    let found = lost_and_dissipated(workspace, route, at, ends)?;
-    Ok(found.is_some_and(|(lost, dissipated)| lost > 0.0 && dissipated > SHARE * lost))
-}
+    /// Whether a sub-step with this viscosity is a part of a jump.
+    pub(super) fn is_part_of_jump(&self) -> bool {
+        self.lost > 0.0 && self.dissipated > SHARE * self.lost
+    }
 
-/// The same of a minimisation without viscosity, where there was one before.
-///
-/// # Errors
-/// If the model has no value at one of its ends.
-pub(super) fn has_jumped(
-    workspace: &mut Workspace,
-    route: &Route<'_>,
-    at: (f64, f64),
-    ends: (&State, &State),
-) -> Result<bool> {
-    let found = lost_and_dissipated(workspace, route, at, ends)?;
-    Ok(found.is_some_and(|(lost, dissipated)| lost > BEYOND * dissipated))
+    /// Whether a minimisation without viscosity, where there was one before, has jumped.
+    pub(super) fn is_jump(&self) -> bool {
+        self.lost > BEYOND * self.dissipated
+    }
 }

@@ -40,7 +40,7 @@ use super::{Result, Workspace, end_of_step};
 use crate::model::{Positions, State};
 use crate::num::real;
 use crate::record::{Malformed, Reading, Record};
-use jumps::{Jumps, has_jumped, is_in_jump};
+use jumps::{Jumps, Loss};
 
 /// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With a hundred
 /// times as much a growing cylinder buckled by its drag alone, and softer buckles lagged behind.
@@ -124,8 +124,7 @@ impl EquilibriumPath {
             self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
         } else {
             let route = Route::from_zero_to_one(from, &to);
-            let drag = viscosity(workspace, &route, &shape)?;
-            come_to_rest(workspace, &route, drag, &mut shape, Jumps::default())?
+            come_to_rest(workspace, &route, None, &mut shape, Jumps::default())?
         };
         next.x = shape.x;
         Ok(done)
@@ -188,7 +187,7 @@ impl EquilibriumPath {
         }
         self.step = Some(step);
         let last = state.clone();
-        let drag = viscosity / (end - start);
+        let drag = Some(viscosity / (end - start));
         done.add(&come_to_rest(workspace, route, drag, state, jumps)?);
         done.add(&rest::stabilise(workspace, route, state)?);
         workspace.pass(&last.x, &state.x, route.is_held())?;
@@ -196,19 +195,23 @@ impl EquilibriumPath {
     }
 }
 
-/// Brings the shape of `state` to rest at the end of `route` after sub-steps with `jumps`, whose viscosity was of `drag`
-/// times that of the scene.
+/// Brings the shape of `state` to rest at the end of `route`, after sub-steps with `jumps` whose viscosity was `drag` times
+/// that of the scene. Without sub-steps what it loses is what the new conditions ask for, and says nothing of jumps.
 fn come_to_rest(
     workspace: &mut Workspace,
     route: &Route<'_>,
-    drag: f64,
+    drag: Option<f64>,
     state: &mut State,
     mut jumps: Jumps,
 ) -> Result<Relaxation> {
     let (_, end) = route.clock();
     let last = state.clone();
     let mut done = rest::rest(workspace, route, state)?;
-    if done.jumps > 0 || has_jumped(workspace, route, (end, drag), (&last, state))? {
+    let loss = match drag {
+        Some(drag) => Loss::of(workspace, route, (end, drag), (&last, state))?,
+        None => None,
+    };
+    if done.jumps > 0 || loss.is_some_and(|loss| loss.is_jump()) {
         jumps.open(&last.x);
     }
     jumps.close(workspace, route, end, state)?;
@@ -238,7 +241,8 @@ fn sub_step(
     let moved = motion.advance(workspace, &at, (t, until), route, &by)?;
     let fine = State { x: moved.x.into(), ..at.clone() };
     let coarse = State { x: moved.coarse.into(), ..at.clone() };
-    let jumps = is_in_jump(workspace, route, (until, viscosity / (until - t)), (&at, &fine))?;
+    let loss = Loss::of(workspace, route, (until, viscosity / (until - t)), (&at, &fine))?;
+    let jumps = loss.is_some_and(|loss| loss.is_part_of_jump());
     let looser = if jumps { IN_JUMPS } else { 1.0 };
     let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / looser;
     Ok(SubStep { x: fine.x, done: moved.done, jumps, error })

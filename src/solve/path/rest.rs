@@ -64,6 +64,7 @@ pub(super) fn stabilise(
     let mut done = Relaxation::default();
     let edge = workspace.model.mechanics().reference().mean_edge();
     let before = energy(workspace, route, end, state)?;
+    let mut left = 0;
     for _ in 0..SADDLES {
         if state.x.iter().all(|x| x.z == state.x[0].z) {
             break;
@@ -80,9 +81,10 @@ pub(super) fn stabilise(
             break;
         }
         workspace.pass(&saddle, &state.x, true)?;
-        done.jumps = 1;
+        left = 1;
     }
-    if done.jumps > 0 {
+    done.jumps = left;
+    if left > 0 {
         done.released = before - energy(workspace, route, end, state)?;
     }
     Ok(done)
@@ -98,7 +100,7 @@ fn minimum(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> R
     Ok(done)
 }
 
-/// Follows the gradient flow from the shape of `state` to the minimum that it leads to.
+/// Follows the gradient flow from the shape of `state` to the minimum that it leads to: a jump.
 fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
     let (start, end) = route.clock();
     // A load that nothing holds would move the sheet for ever.
@@ -106,7 +108,6 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
         return Err(error);
     }
     let viscosity = viscosity(workspace, route, state)?;
-    let before = energy(workspace, route, end, state)?;
     let edge = workspace.model.mechanics().reference().mean_edge();
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
     // Pseudo-time at fixed conditions.
@@ -132,7 +133,6 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
                     Ok(more) => {
                         done.add(&more);
                         done.jumps = 1;
-                        done.released = before - energy(workspace, route, end, state)?;
                         return Ok(done);
                     }
                     Err(error) if error.is_without_rest() => {}
