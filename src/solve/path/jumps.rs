@@ -2,14 +2,14 @@
 //!
 //! A sub-step loses energy under the conditions at its end. Along a branch next to nothing of it is dissipated, in a
 //! jump all. A minimisation without viscosity that follows sub-steps makes up for what these lag behind, which is no more
-//! than the viscosity can hold back; one that loses far more has jumped. What a jump releases is the difference of
-//! the energies before and after it, under the conditions at its end.
+//! than the viscosity can hold back; one that loses far more has jumped. What a jump releases is
+//! what its sub-steps and the minimisation lose.
 
 use super::super::equilibrium::distance;
 use super::super::route::Route;
 use super::super::{Result, Workspace};
 use super::rest::energy;
-use crate::model::{Positions, State};
+use crate::model::State;
 use crate::parallel;
 
 /// A jump dissipates at least this share of what it loses; some 1e-3 and 1 were seen along branches and in jumps.
@@ -22,43 +22,30 @@ const STILL: f64 = 0.1;
 /// The jumps of a step.
 #[derive(Default)]
 pub(super) struct Jumps {
-    /// Where the one under way began.
-    from: Option<Positions>,
+    /// Whether one is under way.
+    open: bool,
     pub(super) count: usize,
     pub(super) released: f64,
 }
 
 impl Jumps {
-    /// The shape goes on from `before` by a part of a jump.
-    pub(super) fn open(&mut self, before: &Positions) {
-        self.from.get_or_insert_with(|| before.clone());
+    /// A part of a jump releases so much.
+    pub(super) fn go_on(&mut self, released: f64) {
+        self.count += usize::from(!self.open);
+        self.open = true;
+        self.released += released;
     }
 
-    /// What was under way has come to its end at `state`, when the clock of `route` shows `t`.
-    ///
-    /// # Errors
-    /// If the model has no value there.
-    pub(super) fn close(
-        &mut self,
-        workspace: &mut Workspace,
-        route: &Route<'_>,
-        t: f64,
-        state: &State,
-    ) -> Result<()> {
-        if let Some(x) = self.from.take() {
-            let before = State { x, ..state.clone() };
-            let before = energy(workspace, route, t, &before)?;
-            self.released += before - energy(workspace, route, t, state)?;
-            self.count += 1;
-        }
-        Ok(())
+    /// The shape is on a branch.
+    pub(super) fn end(&mut self) {
+        self.open = false;
     }
 }
 
 /// What becomes of the energy of a motion.
 pub(super) struct Loss {
     /// What it loses under the conditions at its end.
-    lost: f64,
+    pub(super) lost: f64,
     /// What the viscosity dissipates.
     dissipated: f64,
 }

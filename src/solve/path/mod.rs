@@ -78,8 +78,8 @@ pub(super) struct EquilibriumPath {
 struct SubStep {
     x: Positions,
     done: Relaxation,
-    /// Whether it is a part of a jump.
-    jumps: bool,
+    /// What it releases, if it is a part of a jump.
+    released: Option<f64>,
     /// Error estimate in units of the tolerance.
     error: f64,
 }
@@ -164,10 +164,11 @@ impl EquilibriumPath {
             ) {
                 Ok(next) if next.error <= 1.0 => {
                     done.add(&next.done);
-                    workspace.pass(&state.x, &next.x, next.jumps || route.is_held())?;
-                    match next.jumps {
-                        true => jumps.open(&state.x),
-                        false => jumps.close(workspace, route, t, state)?,
+                    let jumps_on = next.released.is_some();
+                    workspace.pass(&state.x, &next.x, jumps_on || route.is_held())?;
+                    match next.released {
+                        Some(released) => jumps.go_on(released),
+                        None => jumps.end(),
                     }
                     (state.x, t) = (next.x, until);
                     let factor = factor(next.error, FACTORS.1);
@@ -211,10 +212,11 @@ fn come_to_rest(
         Some(drag) => Loss::of(workspace, route, (end, drag), (&last, state))?,
         None => None,
     };
-    if done.jumps > 0 || loss.is_some_and(|loss| loss.is_jump()) {
-        jumps.open(&last.x);
+    if let Some(loss) = loss.filter(|loss| done.jumps > 0 || loss.is_jump()) {
+        jumps.go_on(loss.lost);
+    } else if done.jumps > 0 {
+        jumps.go_on(0.0);
     }
-    jumps.close(workspace, route, end, state)?;
     (done.jumps, done.released) = (jumps.count, jumps.released);
     Ok(done)
 }
@@ -242,10 +244,10 @@ fn sub_step(
     let fine = State { x: moved.x.into(), ..at.clone() };
     let coarse = State { x: moved.coarse.into(), ..at.clone() };
     let loss = Loss::of(workspace, route, (until, viscosity / (until - t)), (&at, &fine))?;
-    let jumps = loss.is_some_and(|loss| loss.is_part_of_jump());
-    let looser = if jumps { IN_JUMPS } else { 1.0 };
+    let released = loss.filter(Loss::is_part_of_jump).map(|loss| loss.lost);
+    let looser = if released.is_some() { IN_JUMPS } else { 1.0 };
     let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / looser;
-    Ok(SubStep { x: fine.x, done: moved.done, jumps, error })
+    Ok(SubStep { x: fine.x, done: moved.done, released, error })
 }
 
 /// What an error estimate makes of a sub-step, up to `most`.
