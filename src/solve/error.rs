@@ -92,8 +92,9 @@ pub enum SolveError {
     },
     /// A relaxation came to no end, and why is seen.
     #[error(
-        "relaxation stopped after {iterations} iterations with a largest force of {residual:.3e} \
-         (tolerance {tolerance:.1e}, in units of Y times the edge length); {diagnosis}"
+        "relaxation stopped{} with a largest force of {residual:.3e} \
+         (tolerance {tolerance:.1e}, in units of Y times the edge length); {diagnosis}",
+        after(*iterations)
     )]
     NotAtRest {
         /// Iterations taken.
@@ -248,11 +249,18 @@ pub enum SolveError {
         rounds: usize,
     },
     /// A relaxation has left its trust region.
-    #[error(
-        "the shape jumps, and no equilibrium is found along the motion that follows; try shorter steps \
-         (time.integrator.longest_step), a finer mesh or a thicker sheet"
-    )]
+    #[error("no equilibrium lies within the trust region of the relaxation")]
     Departed,
+    /// The shape leaves its branch of equilibria and the gradient flow leads to no other one.
+    #[error(
+        "at time {time} the shape jumps, and the motion that follows comes to no equilibrium: a limit load, or growth \
+         that the mesh does not resolve; try time.policy = \"simultaneous\", which shows the motion, a smaller load, \
+         shorter steps (time.integrator.longest_step) or a finer mesh"
+    )]
+    WithoutRest {
+        /// When.
+        time: f64,
+    },
     /// The volume that a closed sheet encloses changes its sign in a jump, or while a start is released.
     #[error(
         "the closed sheet jumps inside out, through itself, and there is no contact of a sheet with itself; try a \
@@ -262,6 +270,11 @@ pub enum SolveError {
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// Where a relaxation stopped that may not have begun.
+fn after(iterations: usize) -> String {
+    if iterations == 0 { String::new() } else { format!(" after {iterations} iterations") }
 }
 
 impl SolveError {
@@ -282,6 +295,7 @@ impl SolveError {
         matches!(
             self,
             Self::Departed
+                | Self::WithoutRest { .. }
                 | Self::NotConverged { .. }
                 | Self::Stalled { .. }
                 | Self::Collapsed { .. }

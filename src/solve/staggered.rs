@@ -78,7 +78,8 @@ const LEAST_ERROR: f64 = 1e-3;
 const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST: f64 = 1e-7;
-/// Or that finds no equilibrium so many times: the path to it has sub-steps of its own.
+/// Or where, in this step and those before it, no equilibrium was found so many times at later times: the path to them
+/// has sub-steps of its own.
 const WITHOUT_REST: usize = 3;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
@@ -113,6 +114,8 @@ struct Staggered {
     motion: Motion,
     /// How a shape without storage does.
     path: EquilibriumPath,
+    /// The latest time at which it was found to be without an equilibrium, and how often until it is passed.
+    without_rest: (f64, usize),
     by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
@@ -291,7 +294,6 @@ impl Staggered {
         let shortest = SHORTEST * *self.first.get_or_insert(tried);
         let now = workspace.at(state).signals()?.clone();
         let (mut report, mut first) = (StepReport::default(), true);
-        let mut without_rest = 0;
         loop {
             let proposed = tried.min(longest);
             let time = end_of_step(state.time, proposed, until);
@@ -301,6 +303,9 @@ impl Staggered {
             match self.try_heun(workspace, state, &now, time, &mut report) {
                 Ok((next, error)) if error <= 1.0 => {
                     *state = next;
+                    if time >= self.without_rest.0 {
+                        self.without_rest = (f64::NEG_INFINITY, 0);
+                    }
                     report.step = step;
                     report.error = error;
                     report.allowed = Some(step * SAFETY / error.sqrt());
@@ -323,9 +328,11 @@ impl Staggered {
                     report.reason = Some(message.clone());
                     workspace.reject(Try { message, ..Try::of(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
-                    let ends = error.is_without_rest() || matches!(error, SolveError::InsideOut);
-                    without_rest += usize::from(ends);
-                    if tried < shortest || without_rest == WITHOUT_REST {
+                    if error.is_without_rest() || matches!(error, SolveError::InsideOut) {
+                        let (latest, count) = self.without_rest;
+                        self.without_rest = (latest.max(time), count + 1);
+                    }
+                    if tried < shortest || self.without_rest.1 >= WITHOUT_REST {
                         return Err(error);
                     }
                 }

@@ -351,6 +351,11 @@ impl Workspace {
         Ok(self.search(state, search)?.0)
     }
 
+    /// Keeps `state` as that at which a search has stuck.
+    pub(super) fn set_stuck(&mut self, state: State) {
+        self.stuck = Some(state);
+    }
+
     /// The error that a diagnosis at `state` comes to, if it finds a cause: `find` is given the tolerance of forces too.
     ///
     /// # Errors

@@ -240,40 +240,90 @@ impl<T: Precision> pulp::NullaryFnOnce for Replace<'_, T> {
     fn call(self) {
         let Self { panel, own, rest } = self;
         let (columns, height) = (own.len(), own.len() + rest.len());
-        // First what is below, in the order of memory.
-        for (own, column) in own.iter_mut().zip(panel.chunks_exact(height)) {
-            *own -= product(rest, &column[columns..]);
+        let mut j = columns;
+        while j >= 4 {
+            j -= 4;
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &panel[(j + k) * height + j..][..height - j]);
+            let split = columns - j;
+            let mut sums = Sums::default();
+            sums.add(&own[j + 4..], [a, b, c, d].map(|l| &l[4..split]));
+            sums.add(rest, [a, b, c, d].map(|l| &l[split..]));
+            let [s0, s1, s2, s3] = sums.total();
+            let x3 = (own[j + 3] - s3) / d[3];
+            let x2 = (own[j + 2] - s2 - c[3] * x3) / c[2];
+            let x1 = (own[j + 1] - s1 - b[3] * x3 - b[2] * x2) / b[1];
+            let x0 = (own[j] - s0 - a[3] * x3 - a[2] * x2 - a[1] * x1) / a[0];
+            own[j..j + 4].copy_from_slice(&[x0, x1, x2, x3]);
         }
-        for j in (0..columns).rev() {
-            let column = &panel[j * height + j..][..columns - j];
-            own[j] = (own[j] - product(&own[j + 1..], &column[1..])) / column[0];
+        for j in (0..j).rev() {
+            let column = &panel[j * height + j..][..height - j];
+            let (upper, lower) = column[1..].split_at(columns - j - 1);
+            let mut sum = T::of(0.0);
+            for (x, l) in own[j + 1..].iter().zip(upper).chain(rest.iter().zip(lower)) {
+                sum += *x * *l;
+            }
+            own[j] = (own[j] - sum) / column[0];
         }
     }
 }
 
 /// Numbers that are added side by side.
-const WIDE: usize = 16;
+const WIDE: usize = 8;
 
-#[inline(always)]
-fn product<T: Precision>(a: &[T], b: &[T]) -> T {
-    let mut sums = [T::of(0.0); WIDE];
-    let (whole_a, whole_b) = (a.chunks_exact(WIDE), b.chunks_exact(WIDE));
-    let (left_a, left_b) = (whole_a.remainder(), whole_b.remainder());
-    for (a, b) in whole_a.zip(whole_b) {
-        for k in 0..WIDE {
-            sums[k] += a[k] * b[k];
+/// Products of four columns with one vector.
+struct Sums<T> {
+    whole: [[T; WIDE]; 4],
+    left: [T; 4],
+}
+
+impl<T: Precision> Default for Sums<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { whole: [[T::of(0.0); WIDE]; 4], left: [T::of(0.0); 4] }
+    }
+}
+
+impl<T: Precision> Sums<T> {
+    #[inline(always)]
+    fn add(&mut self, x: &[T], columns: [&[T]; 4]) {
+        let n = x.len();
+        let [a, b, c, d] = columns.map(|l| l[..n].as_chunks::<WIDE>());
+        let (whole, left) = x.as_chunks::<WIDE>();
+        let m = whole.len();
+        let (wa, wb, wc, wd) = (&a.0[..m], &b.0[..m], &c.0[..m], &d.0[..m]);
+        let [mut s0, mut s1, mut s2, mut s3] = self.whole;
+        for i in 0..m {
+            for k in 0..WIDE {
+                s0[k] += wa[i][k] * whole[i][k];
+                s1[k] += wb[i][k] * whole[i][k];
+                s2[k] += wc[i][k] * whole[i][k];
+                s3[k] += wd[i][k] * whole[i][k];
+            }
+        }
+        self.whole = [s0, s1, s2, s3];
+        let m = left.len();
+        for (sum, l) in self.left.iter_mut().zip([a.1, b.1, c.1, d.1]) {
+            for (x, l) in left.iter().zip(&l[..m]) {
+                *sum += *l * *x;
+            }
         }
     }
-    for (sum, (a, b)) in sums.iter_mut().zip(left_a.iter().zip(left_b)) {
-        *sum += *a * *b;
-    }
-    let mut width = WIDE;
-    while width > 1 {
-        width /= 2;
-        for k in 0..width {
-            let other = sums[k + width];
-            sums[k] += other;
+
+    #[inline(always)]
+    fn total(self) -> [T; 4] {
+        let mut total = self.left;
+        for (total, sums) in total.iter_mut().zip(self.whole) {
+            let mut sums = sums;
+            let mut width = WIDE;
+            while width > 1 {
+                width /= 2;
+                for k in 0..width {
+                    let other = sums[k + width];
+                    sums[k] += other;
+                }
+            }
+            *total += sums[0];
         }
+        total
     }
-    sums[0]
 }

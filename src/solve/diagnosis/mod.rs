@@ -16,7 +16,7 @@ mod shape;
 use std::fmt;
 
 pub use chemistry::{explicit_limit, runaway, too_long};
-pub use shape::{collapse, needle, relaxation, unheld};
+pub use shape::{collapse, needle, relaxation, stretched, unheld};
 
 /// What kept work from its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -22,6 +22,8 @@ const FLAT: f64 = 1e-6;
 const OF_A_SUM: f64 = 1e-12;
 /// Up to so many times the tolerance a force that a held triangle leaves is nearly at rest.
 const NEARLY: f64 = 100.0;
+/// Edges that are longer than so many times their optimal length have no equilibrium near by.
+const STRETCHED: f64 = 3.0;
 
 /// What kept a relaxation at `x` from a force below `tolerance`, if one of the causes is seen: `residual` is what
 /// was left, both in units of [`Potential::force_scale`].
@@ -117,6 +119,37 @@ fn overloaded(potential: &mut Potential) -> Option<Diagnosis> {
              twice its length"
         ),
         advice: format!("a value of {name} that fits Young's modulus and the thickness: are the units the same?"),
+    })
+}
+
+/// The effect that stretches edges of the shape `x` far beyond what they want to be.
+pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
+    let optimal = potential.metric().length();
+    let stretch = potential.sheet().edges().iter().zip(optimal).map(|(edge, optimal)| {
+        let [a, b] = edge.vertices.map(|v| x[v as usize]);
+        (b - a).norm() / optimal
+    });
+    let most = stretch.fold(0.0, f64::max);
+    if !(most > STRETCHED) {
+        return None;
+    }
+    let names: Vec<String> = potential.mechanics().names().map(str::to_owned).collect();
+    let rest = potential.sheet().rest().to_vec();
+    let work = names.into_iter().enumerate().map(|(which, name)| {
+        let force = potential.force_of(which, x);
+        (parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i]))), name)
+    });
+    let (_, name) = work.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(work, _)| *work > 0.0)?;
+    Some(Diagnosis {
+        reason: Reason::Load,
+        text: format!(
+            "the effect {name} stretches edges to {most:.1} times their optimal length, and they hold it no more: it is \
+             beyond a limit load"
+        ),
+        advice: format!(
+            "a smaller value of {name}, an effect that holds the volume, or time.policy = \"simultaneous\", which \
+             shows the motion"
+        ),
     })
 }
 

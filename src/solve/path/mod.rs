@@ -123,8 +123,7 @@ impl EquilibriumPath {
             workspace.begin_way();
             self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
         } else {
-            let route = Route::from_zero_to_one(from, &to);
-            come_to_rest(workspace, &route, None, &mut shape, Jumps::default())?
+            correct(workspace, &Route::from_zero_to_one(from, &to), &mut shape)?
         };
         next.x = shape.x;
         Ok(done)
@@ -143,11 +142,7 @@ impl EquilibriumPath {
         let mut jumps = Jumps::default();
         let mut t = start;
         let mut step = self.step.unwrap_or(end - start);
-        // A step that takes long may be repeated shorter, a start not.
-        let most = match route.is_held() {
-            true => workspace.iterations() + MOST * workspace.most_iterations(),
-            false => u64::MAX,
-        };
+        let most = workspace.iterations() + MOST * workspace.most_iterations();
         while t < end {
             let until = end_of_step(t, step, end);
             let length = until - t;
@@ -188,7 +183,7 @@ impl EquilibriumPath {
         }
         self.step = Some(step);
         let last = state.clone();
-        let drag = Some(viscosity / (end - start));
+        let drag = viscosity / (end - start);
         done.add(&come_to_rest(workspace, route, drag, state, jumps)?);
         done.add(&rest::stabilise(workspace, route, state)?);
         workspace.pass(&last.x, &state.x, route.is_held())?;
@@ -196,22 +191,30 @@ impl EquilibriumPath {
     }
 }
 
+/// Lets the shape of `state` follow a correction, which is mostly too small for sub-steps.
+fn correct(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
+    match rest::minimum(workspace, route, state) {
+        Err(error) if error.is_without_rest() => {
+            let mut path = EquilibriumPath { step: Some(SHRINK), ..EquilibriumPath::default() };
+            path.follow(workspace, route, state)
+        }
+        done => done,
+    }
+}
+
 /// Brings the shape of `state` to rest at the end of `route`, after sub-steps with `jumps` whose viscosity was `drag` times
-/// that of the scene. Without sub-steps what it loses is what the new conditions ask for, and says nothing of jumps.
+/// that of the scene.
 fn come_to_rest(
     workspace: &mut Workspace,
     route: &Route<'_>,
-    drag: Option<f64>,
+    drag: f64,
     state: &mut State,
     mut jumps: Jumps,
 ) -> Result<Relaxation> {
     let (_, end) = route.clock();
     let last = state.clone();
     let mut done = rest::rest(workspace, route, state)?;
-    let loss = match drag {
-        Some(drag) => Loss::of(workspace, route, (end, drag), (&last, state))?,
-        None => None,
-    };
+    let loss = Loss::of(workspace, route, (end, drag), (&last, state))?;
     if let Some(loss) = loss.filter(|loss| done.jumps > 0 || loss.is_jump()) {
         jumps.go_on(loss.lost);
     } else if done.jumps > 0 {

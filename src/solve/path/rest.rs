@@ -15,6 +15,7 @@ use super::super::route::Route;
 use super::super::workspace::Search;
 use super::super::{Result, SolveError, Workspace, diagnosis};
 use super::{DISPLACEMENT, MOST, RADIUS, SAFETY, SHRINK, factor, sub_step, viscosity};
+use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
 
@@ -91,7 +92,14 @@ pub(super) fn stabilise(
 }
 
 /// The minimum near the shape of `state`.
-fn minimum(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
+///
+/// # Errors
+/// If there is none within the trust region.
+pub(super) fn minimum(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    state: &mut State,
+) -> Result<Relaxation> {
     let (mut next, held) = route.at(route.clock().1, state);
     let displacement = DISPLACEMENT;
     let search = Search { trust: Some(RADIUS), displacement, held, ..Search::default() };
@@ -153,20 +161,20 @@ fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Resu
     Err(reason(workspace, route, state))
 }
 
-/// Why no equilibrium is found near the shape of `state` under the conditions at the end of `route`: what a minimisation
-/// without a trust region says.
+/// Why no equilibrium is found near the shape of `state` under the conditions at the end of `route`.
 pub(super) fn reason(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> SolveError {
-    let (mut next, held) = route.at(route.clock().1, state);
-    let search = Search { held, ..Search::default() };
-    match workspace.search(&mut next, search) {
-        Ok(_) | Err(SolveError::NotFinite) => {
-            let (at, _) = route.at(route.clock().1, state);
-            let cause =
-                workspace.diagnosed(&at, |potential, x, _| diagnosis::collapse(potential, x));
-            cause.ok().flatten().unwrap_or(SolveError::Departed)
-        }
-        Err(error) => error,
-    }
+    let (at, _) = route.at(route.clock().1, state);
+    let cause = workspace.diagnosed(&at, |potential, x, tolerance| {
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        potential.energy_gradient(x, &mut gradient);
+        let residual = potential.residual(&gradient);
+        diagnosis::relaxation(potential, x, (residual, tolerance))
+            .or_else(|| diagnosis::collapse(potential, x))
+            .or_else(|| diagnosis::stretched(potential, x))
+    });
+    let time = at.time;
+    workspace.set_stuck(at);
+    cause.ok().flatten().unwrap_or(SolveError::WithoutRest { time })
 }
 
 /// The energy of the shape of `state` under the conditions when the clock of `route` shows `t`.

@@ -158,6 +158,7 @@ impl IntegratorSpec for StaggeredSpec {
             shape: self.motion(),
             motion: Motion::default(),
             path: EquilibriumPath::default(),
+            without_rest: (f64::NEG_INFINITY, 0),
             by_diffsol: None,
             steady: SteadyChemistry::default(),
             policy,
