@@ -97,6 +97,8 @@ const FIRST: f64 = 1e-3;
 const LEAST: f64 = 1e-10;
 /// Above this no step is short enough.
 const LARGEST: f64 = 1e12;
+/// Iterations after which there is no minimum within a trust region: convergence near one is quadratic.
+const NEAR: usize = 100;
 
 /// Linearly implicit steps for one sheet.
 pub struct Newton {
@@ -157,6 +159,8 @@ impl Equilibrium for Newton {
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
         let n = x.len();
+        let most = if goal.trust.is_some() { NEAR } else { usize::MAX };
+        let goal = &Goal { max_iterations: goal.max_iterations.min(most), ..*goal };
         let mut done = Relaxation::default();
         let mut gradient = vec![Vec3::zeros(); n];
         let (mut step, mut trial) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
