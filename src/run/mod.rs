@@ -7,6 +7,7 @@
 //! how long that takes. [`inspect`] and [`stability`] look at one state without running.
 
 mod beginning;
+mod binding;
 mod breakpoints;
 mod built;
 mod checkpoint;
@@ -27,18 +28,20 @@ pub mod overview;
 mod plane;
 mod prepare;
 mod processor;
+mod recorder;
 mod report;
-mod reported;
 pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
+mod schedule;
 mod self_intersection;
 mod simulation;
 pub mod stability;
+mod stability_monitor;
 mod start;
 pub mod stiffness;
 mod summary;
-mod watch;
+mod warnings;
 
 pub use checkpoint::Checkpoint;
 pub use costs::{Costs, peak_resident};

@@ -1,7 +1,7 @@
 //! Who sees every accepted state of a run: frames, ledger, rules that stop it.
 
 use super::fields::Fields;
-use super::run::Ending;
+use super::summary::Ending;
 use super::{Result, report};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};
@@ -77,27 +77,27 @@ impl Observer for LedgerRows {
 }
 
 /// Writes a frame at every output time.
-pub(super) struct Frames<'a> {
-    fields: &'a Fields,
+pub(super) struct Frames {
+    fields: Fields,
     series: Series,
 }
 
-impl<'a> Frames<'a> {
+impl Frames {
     /// None where there is no space: the solution is then the ledger.
     pub(super) fn create(
         directory: &ResultDirectory,
         model: &Model,
-        fields: &'a Fields,
+        fields: &Fields,
         output: &OutputSpec,
     ) -> Result<Option<Self>> {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
         }
         let series = Series::create(directory, output.compression)?.in_format(output.format);
-        Ok(Some(Self { fields, series }))
+        Ok(Some(Self { fields: fields.clone(), series }))
     }
 
-    /// After those at `times` with `digests`; later ones are dropped.
+    /// Continues after those at `times` with `digests`; later ones are dropped.
     pub(super) fn after(self, times: &[f64], digests: &[u64]) -> Result<Self> {
         Ok(Self { series: self.series.after(times.to_vec(), digests.to_vec())?, ..self })
     }
@@ -113,7 +113,7 @@ impl<'a> Frames<'a> {
     }
 }
 
-impl Observer for Frames<'_> {
+impl Observer for Frames {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.frame && self.series.times().last() != Some(&at.state().time) {
             let _scope = at.model().tally().meter("output", "frames", &["frames"]).scope(0);

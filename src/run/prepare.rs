@@ -4,20 +4,21 @@ use std::cell::LazyCell;
 use std::sync::Arc;
 
 use super::beginning::Beginning;
+use super::binding::{self, Bound};
 use super::breakpoints::Breakpoints;
-use super::built::{Brought, Built};
+use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
 use crate::Vec3;
-use crate::effects::{EffectContext, Material, Prescribed};
+use crate::effects::{EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location, Search, Signal, SignalRead};
-use crate::model::{Chemistry, Mechanics, MechanicsParts, Model, ParameterFields, Signals};
+use crate::model::{Chemistry, Drag, Mechanics, Model, ParameterFields, Signals};
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Sheet};
-use crate::solve::{Relaxer, Workspace};
+use crate::solve::{Integrator, Relaxer, Workspace};
 
 /// The material of a scene in plain numbers.
 #[must_use]
@@ -102,53 +103,9 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         kinetics: kinetics.as_ref().map(|k| (k.descriptor(), location)),
         measure,
     };
-    let (mut terms, mut transports) = (Vec::new(), Vec::new());
-    let (mut prescribed, mut growth, mut constraints) = (Vec::new(), Vec::new(), Vec::new());
-    let mut pins = vec![[false; 3]; sheet.vertex_count()];
-    for (number, spec) in scene.effects.iter().enumerate() {
-        let mut brought = Brought::begin();
-        let effect = spec.build(&context).map_err(|e| {
-            let path = format!("effect[{number}].{}", e.key);
-            scene.error_at(&path, &e.message, e.help.as_deref())
-        })?;
-        brought.holds(&effect);
-        built.effects.push(brought);
-        let said = spec.notes(&context).into_iter();
-        notes.extend(said.map(|said| format!("effect[{number}] ({}): {said}", spec.name())));
-        for term in effect.energies {
-            magnitudes::check_load(scene, number, &term, material.as_ref())?;
-            terms.push(term);
-        }
-        for transport in effect.transports {
-            magnitudes::check_transport(scene, number, &transport, &sheet)?;
-            transports.push(transport);
-        }
-        let until = scene.time.span.until.get();
-        let times = [0.0, 0.31 * until, 0.62 * until, until];
-        for new in &effect.prescribed {
-            let mut earlier = prescribed.iter();
-            if let Some((vertex, axis)) =
-                earlier.find_map(|old: &Prescribed| new.contradicts(old, &times))
-            {
-                let axis = ["x", "y", "z"][axis];
-                let message =
-                    format!("an earlier pin moves vertex {vertex} along {axis} to another place");
-                let help = "let the regions or the axes of the two differ";
-                let path = format!("effect[{number}].displacement");
-                return Err(scene.error_at(&path, &message, Some(help)).into());
-            }
-        }
-        prescribed.extend(effect.prescribed);
-        constraints.extend(effect.constraints);
-        growth.extend(effect.growth);
-        for (all, more) in pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
-            for a in 0..3 {
-                all[a] |= more[a];
-            }
-        }
-    }
-    let parts = MechanicsParts { terms, pins, prescribed, constraints, planar };
-    let mechanics = Mechanics::of(Arc::clone(&sheet), parts)?;
+    let Bound { mechanics, transports, growth } =
+        binding::effects(scene, &context, &mut built, &mut notes)?;
+    let mechanics = Mechanics::of(Arc::clone(&sheet), mechanics)?;
     if mechanics.is_empty() && scene.stability.as_ref().is_some_and(|s| s.watch) {
         let message = "the scene lists no effect with an energy: nothing to watch";
         return Err(scene.error_at("stability", message, None).into());
@@ -178,41 +135,10 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     });
     let state = start::state(scene, &sheet, chemistry.as_ref())?;
     let storage = scene.time.policy.storage();
-    let integrator = scene
-        .time
-        .integrator
-        .build(storage)
-        .map_err(|e| scene.error_at("time.integrator", &e.to_string(), None))?;
-    if (mechanics.has_low_rank() || mechanics.couples_pairs())
-        && scene.time.integrator.needs_sparse_motion(storage)
-    {
-        let message = "this integrator needs derivatives that couple neighbours only, but an \
-            effect of the scene (such as volume) couples all vertices";
-        let help = "integrator = \"staggered\" supports all effects under every policy";
-        return Err(scene.error_at("time.integrator", message, Some(help)).into());
-    }
-    if mechanics.is_constrained() && !scene.time.integrator.keeps_constraints(storage) {
-        let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
-        let message =
-            format!("this integrator does not keep constraints, and the scene has some ({names})");
-        let help = "integrator = \"staggered\" keeps them under every policy, and so does \
-                    integrator = { kind = \"explicit\", method = \"euler\" }";
-        return Err(scene.error_at("time.integrator", &message, Some(help)).into());
-    }
+    let integrator = integrator(scene, &mechanics)?;
     let fields =
         Fields::new(scene, chemistry.as_ref(), area.clone(), &rest_area, material.as_ref())?;
-    let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
-    let drag = drag.on(&mechanics);
-    if storage.mechanics > 0.0 && !mechanics.is_empty() {
-        notes::on_drag(scene, &drag, &mut notes);
-    }
-    let known = storage.mechanics == 0.0 || scene.time.integrator.knows_directions_of_drag();
-    if !drag.is_isotropic() && !known {
-        let message = "this integrator takes drag to be the same in all directions";
-        let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \"euler\" knows \
-            drag along the normal and in the plane";
-        return Err(scene.error_at("material.drag", message, Some(help)).into());
-    }
+    let drag = drag(scene, &mechanics, &mut notes)?;
     let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
     let mut workspace = Workspace::new(model, relaxer);
     let invariants = Invariants::of(scene, &mut workspace, &state)?;
@@ -243,6 +169,51 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     simulation.breakpoints = Breakpoints::of(scene, &mut simulation.evaluate());
     simulation.notes.extend(simulation.breakpoints.note.clone());
     Ok(simulation)
+}
+
+/// The integrator of `scene`, if it can do with what its effects ask for.
+fn integrator(scene: &Scene, mechanics: &Mechanics) -> Result<Box<dyn Integrator>> {
+    let storage = scene.time.policy.storage();
+    let integrator = scene
+        .time
+        .integrator
+        .build(storage)
+        .map_err(|e| scene.error_at("time.integrator", &e.to_string(), None))?;
+    if (mechanics.has_low_rank() || mechanics.couples_pairs())
+        && scene.time.integrator.needs_sparse_motion(storage)
+    {
+        let message = "this integrator needs derivatives that couple neighbours only, but an \
+            effect of the scene (such as volume) couples all vertices";
+        let help = "integrator = \"staggered\" supports all effects under every policy";
+        return Err(scene.error_at("time.integrator", message, Some(help)).into());
+    }
+    if mechanics.is_constrained() && !scene.time.integrator.keeps_constraints(storage) {
+        let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+        let message =
+            format!("this integrator does not keep constraints, and the scene has some ({names})");
+        let help = "integrator = \"staggered\" keeps them under every policy, and so does \
+                    integrator = { kind = \"explicit\", method = \"euler\" }";
+        return Err(scene.error_at("time.integrator", &message, Some(help)).into());
+    }
+    Ok(integrator)
+}
+
+/// The drag of `scene`, if its integrator knows it.
+fn drag(scene: &Scene, mechanics: &Mechanics, notes: &mut Vec<String>) -> Result<Drag> {
+    let storage = scene.time.policy.storage();
+    let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
+    let drag = drag.on(mechanics);
+    if storage.mechanics > 0.0 && !mechanics.is_empty() {
+        notes::on_drag(scene, &drag, notes);
+    }
+    let known = storage.mechanics == 0.0 || scene.time.integrator.knows_directions_of_drag();
+    if !drag.is_isotropic() && !known {
+        let message = "this integrator takes drag to be the same in all directions";
+        let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \"euler\" knows \
+            drag along the normal and in the plane";
+        return Err(scene.error_at("material.drag", message, Some(help)).into());
+    }
+    Ok(drag)
 }
 
 /// How the shape is relaxed; `None` where it does not move.

@@ -60,6 +60,26 @@ pub struct Summary {
     pub intersection: Option<SelfIntersection>,
 }
 
+impl Summary {
+    /// Of a run that has not made a step, whose start took `start`.
+    pub(super) fn at_start(start: Spent) -> Self {
+        Self {
+            ending: Ending::Reached,
+            time: 0.0,
+            frames: 0,
+            resumable: None,
+            step: 0,
+            spent: start,
+            start,
+            wall: Duration::ZERO,
+            output: Duration::ZERO,
+            predicted: None,
+            laws: Vec::new(),
+            intersection: None,
+        }
+    }
+}
+
 /// A run that failed, with what is to be known of it on the disk.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}\nthe run stopped at time {time}, step {step}; why, the last good state and a scene that \

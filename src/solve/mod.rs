@@ -23,7 +23,7 @@ mod workspace;
 pub use error::{Result, SolveError};
 use part::part;
 pub use workspace::{Control, Workspace};
-pub(crate) use workspace::{OnTheWay, Relaxer};
+pub(crate) use workspace::{PathObserver, Relaxer};
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;

@@ -1,17 +1,23 @@
 //! What solvers work with: the model, memory to evaluate it, and how a shape is relaxed.
 
+mod path_observer;
+mod saddle;
+mod search;
+
 use std::sync::Arc;
 
+pub(crate) use path_observer::PathObserver;
+pub(super) use search::{Held, Search};
+
 use super::diagnosis::Diagnosis;
-use super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
+use super::equilibrium::{self, Equilibrium};
 use super::stability::Stability;
 use super::tries::{Cause, Tries, Try};
-use super::{Result, SolveError, part};
+use super::{Result, SolveError};
 use crate::Vec3;
-use crate::model::{Anchor, Evaluation, Memory, Model, Potential, State};
+use crate::model::{Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Reading, Record};
-use crate::sheet::is_turned;
 
 /// Whoever asked for long work: it may be interrupted, and reports how far it is.
 #[derive(Clone)]
@@ -68,66 +74,6 @@ pub(crate) struct Relaxer {
     pub(crate) max_iterations: usize,
 }
 
-/// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
-const ROUNDS: usize = 30;
-
-/// Vertices up to which a factor of the Hessian says whether a shape is stable.
-const LARGEST: usize = 50_000;
-
-/// How a minimum is looked for.
-pub(super) struct Search {
-    /// The proximal term, if there is one.
-    pub(super) anchor: Option<Anchor>,
-    /// Where it begins, if that is a better start than the shape there is.
-    pub(super) guess: Option<Vec<Vec3>>,
-    /// Radius of the trust region about the start, in mean edges.
-    pub(super) trust: Option<f64>,
-    /// Factor on the force tolerance.
-    pub(super) looser: f64,
-    /// Largest distance to the equilibrium that counts as rest, in mean edges.
-    pub(super) displacement: f64,
-    /// What holds the sheet while its start is released.
-    pub(super) held: Option<Held>,
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self {
-            anchor: None,
-            guess: None,
-            trust: None,
-            looser: 1.0,
-            displacement: f64::INFINITY,
-            held: None,
-        }
-    }
-}
-
-/// Length factors in place of those of the species, and forces that hold the vertices.
-pub(super) struct Held {
-    /// Φ of every edge.
-    pub(super) factor: Vec<f64>,
-    /// Force on every vertex.
-    pub(super) force: Vec<Vec3>,
-}
-
-impl Held {
-    /// Brings `potential` under it.
-    pub(super) fn act_on(self, potential: &mut Potential) {
-        potential.set_length_factor(&self.factor);
-        potential.set_hold(Some(self.force));
-    }
-}
-
-/// Sees the shapes on the way from one accepted state to the next.
-pub(crate) trait OnTheWay: Send {
-    /// A step is tried.
-    fn begin(&mut self);
-
-    /// It comes by the shape `x`.
-    fn see(&mut self, x: &[Vec3]);
-}
-
 /// A model with what is needed to work on it.
 pub struct Workspace {
     /// The model.
@@ -139,7 +85,7 @@ pub struct Workspace {
     tries: Tries,
     stuck: Option<State>,
     stability: Option<Stability>,
-    on_the_way: Option<Box<dyn OnTheWay>>,
+    path_observer: Option<Box<dyn PathObserver>>,
 }
 
 impl Workspace {
@@ -154,33 +100,7 @@ impl Workspace {
             tries: Tries::default(),
             stuck: None,
             stability: None,
-            on_the_way: None,
-        }
-    }
-
-    /// From now on `watcher` sees the shapes on the way of a step, where a policy has some.
-    pub(crate) fn watch_the_way(&mut self, watcher: Box<dyn OnTheWay>) {
-        self.on_the_way = Some(watcher);
-    }
-
-    /// A step is tried.
-    pub(super) fn begin_way(&mut self) {
-        if let Some(watcher) = &mut self.on_the_way {
-            watcher.begin();
-        }
-    }
-
-    /// The shape comes by `to`, along a branch of equilibria or by a jump.
-    ///
-    /// # Errors
-    /// [`SolveError::InsideOut`] if a jump turns it over.
-    pub(super) fn pass(&mut self, from: &[Vec3], to: &[Vec3], jumps: bool) -> Result<()> {
-        if let Some(watcher) = &mut self.on_the_way {
-            watcher.see(to);
-        }
-        match jumps && is_turned(self.model.sheet(), from, to) {
-            true => Err(SolveError::InsideOut),
-            false => Ok(()),
+            path_observer: None,
         }
     }
 
@@ -301,56 +221,6 @@ impl Workspace {
         model.tally().uncounted(|| Ok(self.at(state).residual()?))
     }
 
-    /// Brings the shape of `state` into equilibrium with its species. On an error the shape is the last
-    /// good one.
-    ///
-    /// Where species live on faces the optimal lengths depend on the shape as well, by the weights that carry
-    /// species to vertices: each relaxation is at the lengths of the shape that it begins with, and is
-    /// followed by another one until forces vanish at the lengths of its own shape.
-    ///
-    /// # Errors
-    /// If the model has no value there, or the relaxation fails.
-    pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
-        let mut done = self.relax_once(state)?;
-        if !self.model.lengths_follow_shape() {
-            return Ok(done);
-        }
-        let tolerance = self.force_tolerance();
-        for _ in 1..ROUNDS {
-            let residual = self.at(state).residual()?;
-            if !(residual > tolerance) {
-                done.residual = residual;
-                break;
-            }
-            done.add(&self.relax_once(state)?);
-        }
-        Ok(done)
-    }
-
-    /// The same at the lengths of the shape that it begins with. In a step from an equilibrium these lag by less
-    /// than a thousandth of what changes, and so than the error that the step is allowed.
-    ///
-    /// # Errors
-    /// As for [`Workspace::relax`].
-    pub fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
-        Ok(self.search(state, Search::default())?.0)
-    }
-
-    /// Brings the shape of `state` to the least energy with `anchor`, at most its slack from there; from
-    /// `guess`, if that is a better start. On an error the shape is the last good one.
-    ///
-    /// # Errors
-    /// As for [`Workspace::relax`].
-    pub fn minimise(
-        &mut self,
-        state: &mut State,
-        anchor: Anchor,
-        guess: Option<Vec<Vec3>>,
-    ) -> Result<Relaxation> {
-        let search = Search { anchor: Some(anchor), guess, ..Search::default() };
-        Ok(self.search(state, search)?.0)
-    }
-
     /// Keeps `state` as that at which a search has stuck.
     pub(super) fn set_stuck(&mut self, state: State) {
         self.stuck = Some(state);
@@ -376,144 +246,5 @@ impl Workspace {
             tolerance,
             diagnosis,
         }))
-    }
-
-    /// The direction that lowers the energy most at `state`, an equilibrium, if one does; its largest displacement is
-    /// 1. None too where stability is unknown: on large sheets, and below round-off.
-    ///
-    /// # Errors
-    /// If the model has no value there.
-    pub(super) fn unstable_mode(
-        &mut self,
-        state: &State,
-        held: Option<Held>,
-    ) -> Result<Option<Vec<Vec3>>> {
-        let Self { model, control, memory, relaxer: Some(relaxer), stability, .. } = self else {
-            return Ok(None);
-        };
-        if model.is_chemistry_alone() || state.x.len() > LARGEST {
-            return Ok(None);
-        }
-        let mut at = model.at(state, memory);
-        let potential = at.potential()?;
-        if let Some(held) = held {
-            held.act_on(potential);
-        }
-        let found = match relaxer.equilibrium.is_minimum(potential, &state.x) {
-            Some(true) => Ok(None),
-            _ => lowest_mode(stability, control, potential, &state.x),
-        };
-        potential.set_hold(None);
-        match found {
-            Err(SolveError::Interrupted) => Err(SolveError::Interrupted),
-            found => Ok(found.unwrap_or_default()),
-        }
-    }
-
-    /// Brings the shape of `state` to a minimum as `search` says; with how far the vertex that moved most is
-    /// from where the search began, in mean edges. On an error the shape is the last good one.
-    ///
-    /// # Errors
-    /// As for [`Workspace::relax`]; [`SolveError::Departed`] where the trust region was left.
-    pub(super) fn search(
-        &mut self,
-        state: &mut State,
-        search: Search,
-    ) -> Result<(Relaxation, f64)> {
-        let Self { model, control, memory, relaxer, stuck, .. } = self;
-        if model.is_chemistry_alone() {
-            return Ok((Relaxation::default(), 0.0));
-        }
-        let Search { anchor, guess, trust, looser, displacement, held } = search;
-        let _scope = relaxer.is_some().then(|| part(model.tally(), part::RELAXATION));
-        let mut x = state.x.to_vec();
-        model.mechanics().set_prescribed(state.time, &mut state.x);
-        let prescribed = state.x.to_vec();
-        // Under drag steps are short.
-        if anchor.is_some() {
-            x.clone_from(&prescribed);
-        }
-        let mut at = model.at(state, memory);
-        let potential = at.potential()?;
-        let Some(relaxer) = relaxer else { return Ok((Relaxation::default(), 0.0)) };
-        let mut tolerance = relaxer.tolerance * looser;
-        if let Some(held) = held {
-            held.act_on(potential);
-        }
-        if let Some(mut anchor) = anchor {
-            anchor.follow_pins(model.mechanics(), &x);
-            tolerance = tolerance.max(anchor.force() / potential.force_scale());
-            potential.set_anchor(Some(anchor));
-        }
-        start_from(guess, potential, &mut x, &prescribed);
-        let start = x.clone();
-        let mut led = x.clone();
-        potential.mechanics().keep_pins(&prescribed, &mut led);
-        let edge = potential.metric().mean_edge();
-        let goal = Goal {
-            displacement: displacement * edge,
-            trust: trust.map(|radius| Trust { centre: &start, radius: radius * edge }),
-            tolerance,
-            max_iterations: relaxer.max_iterations,
-            interrupted: &|| control.interrupted(),
-            report: &|done| control.report(|| relaxing(done)),
-        };
-        let method = &mut *relaxer.equilibrium;
-        let mut relax = || {
-            let mut done = equilibrium::lead(method, potential, &mut x, &led, &goal)?;
-            done.add(&equilibrium::relax(method, potential, &mut x, &goal)?);
-            Ok(done)
-        };
-        let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
-        potential.set_anchor(None);
-        potential.set_hold(None);
-        let moved = equilibrium::distance(&start, &x) / edge;
-        state.x = x.into();
-        let quiet =
-            |error: &SolveError| matches!(error, SolveError::Interrupted | SolveError::Departed);
-        if done.as_ref().is_err_and(|error| !quiet(error)) {
-            *stuck = Some(state.clone());
-        }
-        Ok((done?, moved))
-    }
-}
-
-/// The mode of the lowest eigenvalue at `x`, if that is negative.
-fn lowest_mode(
-    stability: &mut Option<Stability>,
-    control: &Control,
-    potential: &mut Potential,
-    x: &[Vec3],
-) -> Result<Option<Vec<Vec3>>> {
-    let judge = match stability.take() {
-        Some(judge) => judge,
-        None => Stability::new(potential.mechanics())?,
-    };
-    let judge = stability.insert(judge.with_control(control));
-    if judge.inertia(potential, x)?.negative == 0 {
-        return Ok(None);
-    }
-    Ok(judge.spectrum(potential, x, 1)?.modes.pop().map(|mode| mode.shape))
-}
-
-/// How far a relaxation is, in words.
-fn relaxing(done: &Relaxation) -> String {
-    let Relaxation { iterations, residual, .. } = done;
-    format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
-}
-
-/// Puts `guess` in place of `x`, with the fixed directions of `pinned`, if it is allowed and has less energy.
-fn start_from(
-    guess: Option<Vec<Vec3>>,
-    potential: &mut Potential,
-    x: &mut Vec<Vec3>,
-    pinned: &[Vec3],
-) {
-    let Some(mut guess) = guess else { return };
-    potential.mechanics().keep_pins(pinned, &mut guess);
-    if potential.allows(x, &guess, equilibrium::AREA_SHARE)
-        && potential.energy(&guess) < potential.energy(x)
-    {
-        *x = guess;
     }
 }

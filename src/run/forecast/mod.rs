@@ -20,7 +20,7 @@ mod outlook;
 mod preview;
 pub mod words;
 
-pub(super) use outlook::{Clock, Outlook, Told};
+pub(super) use outlook::{Clock, Prediction};
 pub use preview::{Preview, preview};
 
 use std::collections::VecDeque;

@@ -135,18 +135,34 @@ impl Outlook {
     }
 }
 
-/// What a run says of its first prediction.
-#[derive(Debug, Default)]
-pub(in crate::run) struct Told {
+/// The first prediction of a run, which is announced and judged at its end.
+pub(in crate::run) struct Prediction {
+    outlook: Outlook,
     first: Option<Predicted>,
 }
 
 /// A run says nothing before so many seconds: one that is over by then needs no prediction.
 const LEAST_SECONDS: f64 = 1.0;
 
-impl Told {
+impl Prediction {
+    /// Of a run whose start is relaxed, which began with `clock`.
+    pub(in crate::run) fn new(scene: &Scene, clock: Clock) -> Self {
+        Self { outlook: Outlook::new(scene, clock), first: None }
+    }
+
+    /// As [`Outlook::step`].
+    pub(in crate::run) fn step(&mut self, report: &StepReport, time: f64, cut: bool) {
+        self.outlook.step(report, time, cut);
+    }
+
+    /// As [`Outlook::left`].
+    pub(in crate::run) fn left(&self) -> Option<String> {
+        self.outlook.left()
+    }
+
     /// The first prediction with its words, once, as soon as there is one.
-    pub(in crate::run) fn now(&mut self, outlook: &Outlook) -> Option<(Predicted, String)> {
+    pub(in crate::run) fn announced(&mut self) -> Option<(Predicted, String)> {
+        let outlook = &self.outlook;
         if self.first.is_some() || outlook.clock.wall() < LEAST_SECONDS {
             return None;
         }
@@ -156,8 +172,8 @@ impl Told {
     }
 
     /// The first prediction and what was true, at the end.
-    pub(in crate::run) fn judged(&self, outlook: &Outlook) -> Option<Predicted> {
-        let clock = &outlook.clock;
+    pub(in crate::run) fn judged(&self) -> Option<Predicted> {
+        let clock = &self.outlook.clock;
         let took = Took { seconds: clock.wall(), cpu_seconds: clock.processor() };
         self.first.map(|first| Predicted { took: Some(took), ..first })
     }

@@ -9,7 +9,7 @@ use crate::model::State;
 use crate::num::real;
 use crate::run::{Result, self_intersection};
 use crate::sheet::Sheet;
-use crate::solve::{OnTheWay, Workspace};
+use crate::solve::{PathObserver, Workspace};
 
 /// The law.
 pub(super) struct NoCrossings(Arc<Mutex<Look>>);
@@ -46,7 +46,7 @@ fn on<T>(look: &Mutex<Look>, act: impl FnOnce(&mut Look) -> T) -> T {
     act(&mut look.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-impl OnTheWay for Watcher {
+impl PathObserver for Watcher {
     fn begin(&mut self) {
         on(&self.0, |look| look.worst = Default::default());
     }
@@ -62,7 +62,7 @@ impl NoCrossings {
         let sheet = Arc::clone(workspace.model.sheet());
         let crossings = Crossings::new(&sheet);
         let look = Arc::new(Mutex::new(Look { sheet, crossings, worst: Default::default() }));
-        workspace.watch_the_way(Box::new(Watcher(Arc::clone(&look))));
+        workspace.observe_path(Box::new(Watcher(Arc::clone(&look))));
         Self(look)
     }
 }

@@ -120,7 +120,7 @@ impl EquilibriumPath {
         }
         let (mut shape, to) = (from.clone(), next.clone());
         let done = if next.time > from.time {
-            workspace.begin_way();
+            workspace.begin_path();
             self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
         } else {
             correct(workspace, &Route::from_zero_to_one(from, &to), &mut shape)?

@@ -1,21 +1,55 @@
-//! What laws have flagged or done wrong in a run that goes on, reported once each.
+//! Warnings of a run: faults of laws and effects, steps that shrink, steps that are rejected repeatedly. Each is given once.
 
 use super::{Error, Simulation, located};
 use crate::kinetics::KineticsError;
 use crate::solve::StepReport;
 use crate::solve::tries::Causes;
 
-/// What has been reported already.
+/// Rejected steps from which on the reason is reported.
+const REPORT_AFTER: usize = 5;
+
+/// The warnings given so far.
 #[derive(Debug, Default)]
-pub(super) struct Reported {
+pub(super) struct Warnings {
+    faults: Faults,
+    shrinking: Shrinking,
+    /// Accepted steps with a reason for rejected attempts.
+    rejected: usize,
+}
+
+impl Warnings {
+    /// New warnings after the accepted step of `report`, which an output time or a breakpoint may have `cut` short. Faults
+    /// are listed in `simulation` as well.
+    pub(super) fn after(
+        &mut self,
+        simulation: &mut Simulation,
+        report: &mut StepReport,
+        cut: bool,
+    ) -> Vec<String> {
+        let mut new = self.faults.new(simulation);
+        simulation.faults.extend_from_slice(&new);
+        new.extend(self.shrinking.after(report, simulation.state.time, cut));
+        if let Some(reason) = report.reason.take() {
+            self.rejected += 1;
+            if self.rejected == REPORT_AFTER {
+                new.push(format!("step size repeatedly reduced: {reason}"));
+            }
+        }
+        new
+    }
+}
+
+/// Faults of laws and effects reported so far.
+#[derive(Debug, Default)]
+struct Faults {
     unreliable: bool,
     bad: bool,
     energy: bool,
 }
 
-impl Reported {
-    /// What is new after a step that was accepted, in words.
-    pub(super) fn new_faults(&mut self, simulation: &Simulation) -> Vec<String> {
+impl Faults {
+    /// Those that are new after an accepted step.
+    fn new(&mut self, simulation: &Simulation) -> Vec<String> {
         let mut news = Vec::new();
         if !self.energy
             && let (_, Some((effect, time))) = simulation.model().mechanics().not_finite()
@@ -51,7 +85,7 @@ const FACTOR: f64 = 1e3;
 
 /// Steps that become far shorter than they were.
 #[derive(Debug, Default)]
-pub(super) struct Shrinking {
+struct Shrinking {
     longest: f64,
     /// Reported down to here.
     told: f64,
@@ -61,8 +95,8 @@ pub(super) struct Shrinking {
 }
 
 impl Shrinking {
-    /// What is to be said after a step that led to `time`; one that an output time has `cut` says nothing.
-    pub(super) fn after(&mut self, report: &StepReport, time: f64, cut: bool) -> Option<String> {
+    /// A warning after a step that led to `time`; none if an output time has `cut` it.
+    fn after(&mut self, report: &StepReport, time: f64, cut: bool) -> Option<String> {
         if report.step >= self.longest {
             *self = Self { longest: report.step, told: report.step, ..Self::default() };
         }

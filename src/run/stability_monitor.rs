@@ -13,14 +13,14 @@
 use std::path::Path;
 
 use super::stability::{add_modes, directions};
-use super::{Result, Simulation};
+use super::{Error, Result, Simulation};
 use crate::Vec3;
 use crate::output::events::{Event, Events};
 use crate::output::{Compression, Progress, ResultDirectory, vtu};
 use crate::scene::Scene;
-use crate::solve::SolveError;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::stability::{Inertia, Mode, Stability};
+use crate::solve::{SolveError, StepReport};
 
 /// Most vertices of a flat start that is checked without being asked: the factor of a larger sheet
 /// costs minutes and gigabytes.
@@ -41,8 +41,8 @@ const AT_START: &str = "saddle at the start";
 const LATER: &str = "a run does not leave it by itself, and an imperfection of the start is \
     relaxed away before anything grows: follow the mode with stability.perturb";
 
-/// The watch of one run.
-pub(super) struct Watch {
+/// The stability monitor of one run.
+pub(super) struct StabilityMonitor {
     stability: Stability,
     modes: usize,
     perturb: Option<f64>,
@@ -55,8 +55,8 @@ pub(super) struct Watch {
     unstable: Option<bool>,
 }
 
-impl Watch {
-    /// The watch of `scene`, if it asks for one; of a run that goes on, from where that was.
+impl StabilityMonitor {
+    /// The monitor of `scene`, if it asks for one; of a resumed run, from where that was.
     ///
     /// # Errors
     /// A sheet too large for a factor, or files that cannot be made.
@@ -89,6 +89,27 @@ impl Watch {
         (self.written, self.unstable)
     }
 
+    /// As [`StabilityMonitor::look`] after the step of `report`, whose work it adds to; NaN if it is interrupted.
+    ///
+    /// # Errors
+    /// As there.
+    pub(super) fn analyse(
+        &mut self,
+        simulation: &mut Simulation,
+        report: &mut StepReport,
+        to: (&mut Events, &mut Progress),
+    ) -> Result<f64> {
+        let tally = simulation.model().tally();
+        let _scope = tally.meter("solver", "stability analysis", &["shapes"]).scope(0);
+        let (seen, spent) = simulation.spend(|s| self.look(s, &mut report.relaxation, to));
+        report.work += spent.work;
+        match seen {
+            // The state is then still the saddle.
+            Err(Error::Solve(SolveError::Interrupted)) => Ok(f64::NAN),
+            seen => seen,
+        }
+    }
+
     /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
     ///
     /// Where a second relaxation leads is added to `done`. A factor dominated by round-off is reported and
@@ -97,7 +118,7 @@ impl Watch {
     /// # Errors
     /// Files that cannot be written, or a relaxation that fails on its way from a saddle; the state
     /// is the saddle then.
-    pub(super) fn look(
+    fn look(
         &mut self,
         simulation: &mut Simulation,
         done: &mut Relaxation,
