@@ -14,6 +14,7 @@
 
 mod batch;
 pub mod breakpoints;
+mod combined;
 pub mod descriptor;
 pub mod differences;
 mod error;
@@ -21,7 +22,6 @@ mod exact;
 pub mod examine;
 pub mod field;
 pub mod formula;
-mod joint;
 mod library;
 mod memory;
 mod metadata;
@@ -32,11 +32,11 @@ mod signal;
 mod site;
 
 pub use batch::{Batch, Column};
+pub use combined::{JointError, JointKinetics, Member};
 pub use descriptor::{
     Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
 pub use error::KineticsError;
-pub use joint::{JointError, JointKinetics, Member};
 pub use library::apart::{Apart, ApartKinetics, Isolation, serve_if_asked};
 #[cfg(unix)]
 pub use library::signal_meaning;

@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
-use super::flagged::Flagged;
 use super::mechanics::numbered;
 use super::meters::{self, law, transport};
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
+use super::unreliable_results::Flagged;
 use crate::effects::{Measure, TransportTerm};
 use crate::geometry::FaceVertexAverage;
 use crate::kinetics::{

@@ -1,7 +1,7 @@
 //! Binds the effects of a scene to its sheet, and sums up what they bring.
 
 use super::built::{Brought, Built};
-use super::{Result, magnitudes};
+use super::{Result, scale_checks};
 use crate::effects::{Effect, EffectContext, LengthFactor, Prescribed, TransportTerm};
 use crate::model::MechanicsParts;
 use crate::scene::Scene;
@@ -52,11 +52,11 @@ impl Bound {
         effect: Effect,
     ) -> Result<()> {
         for term in effect.energies {
-            magnitudes::check_load(scene, number, &term, context.material)?;
+            scale_checks::check_load(scene, number, &term, context.material)?;
             self.mechanics.terms.push(term);
         }
         for transport in effect.transports {
-            magnitudes::check_transport(scene, number, &transport, context.sheet)?;
+            scale_checks::check_transport(scene, number, &transport, context.sheet)?;
             self.transports.push(transport);
         }
         check_prescribed(scene, number, &self.mechanics.prescribed, &effect.prescribed)?;

@@ -17,7 +17,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::made_from::MadeFrom;
+use super::fingerprint::MadeFrom;
 use super::processor::Processor;
 use super::{Result, Simulation};
 use crate::model::State;

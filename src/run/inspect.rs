@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::{Error, Result, Simulation, plane};
+use super::{Error, Result, Simulation, planar};
 use crate::Vec3;
 use crate::geometry::Curvature;
 use crate::kinetics::Location;
@@ -63,7 +63,7 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
         )));
     }
     if simulation.model().mechanics().is_planar()
-        && let Some((v, z, plane)) = plane::leaving(simulation.sheet().rest(), &surface.points)
+        && let Some((v, z, plane)) = planar::leaving(simulation.sheet().rest(), &surface.points)
     {
         return Err(refuse(format!(
             "vertex {v} of the state is at z = {z}, but the scene's sheet is planar: it stays at \

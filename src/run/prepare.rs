@@ -10,7 +10,7 @@ use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
 use super::simulation::Simulation;
-use super::{Error, Fields, Result, laws, magnitudes, notes, plane, start};
+use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
 use crate::Vec3;
 use crate::effects::{EffectContext, Material};
 use crate::geometry::{Faces, VertexArea};
@@ -83,7 +83,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
     let material = material(scene);
     if let Some(material) = &material {
-        magnitudes::check(scene, &sheet, material)?;
+        scale_checks::check(scene, &sheet, material)?;
     }
     notes::on_scene(scene, &sheet, &mut notes);
     let laws = laws::load(scene, search, &mut notes)?;
@@ -91,8 +91,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     check_basis(scene, kinetics.as_deref())?;
     let planar = scene.sheet.planar;
     if planar {
-        plane::check(scene, &sheet)?;
-        plane::note_signals(kinetics.as_deref(), &mut notes);
+        planar::check(scene, &sheet)?;
+        planar::note_signals(kinetics.as_deref(), &mut notes);
     }
     let location = location(scene, kinetics.as_deref());
 
@@ -238,7 +238,7 @@ fn relaxer(
         return Err(scene.error_at("effect", message, Some(help)).into());
     }
     if mechanics.is_planar() {
-        plane::note_forces(&mut potential, notes);
+        planar::note_forces(&mut potential, notes);
     }
     if potential.constraints_depend() {
         let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");

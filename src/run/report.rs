@@ -10,13 +10,13 @@ use crate::model::{Evaluation, Model};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
 use crate::solve::StepReport;
-use crate::solve::tries::Cause;
+use crate::solve::rejections::Cause;
 use crate::tally::Work;
 
 /// Titles of the ledger's first columns.
 const STEP: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
 
-/// What the columns of [`Causes`](crate::solve::tries::Causes) and of values that are not finite are called.
+/// What the columns of [`Causes`](crate::solve::rejections::Causes) and of values that are not finite are called.
 fn cause_columns(held: bool) -> impl Iterator<Item = String> {
     let causes = Cause::ALL.into_iter().filter(move |cause| counts(*cause, held));
     let causes = causes.map(|cause| format!("rejected for {}", cause.name()));

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-use super::made_from::MadeFrom;
+use super::fingerprint::MadeFrom;
 use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::Search;
 use crate::output::checkpoint::{self, Unusable};

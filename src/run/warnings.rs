@@ -3,7 +3,7 @@
 use super::{Error, Simulation, located};
 use crate::kinetics::KineticsError;
 use crate::solve::StepReport;
-use crate::solve::tries::Causes;
+use crate::solve::rejections::Causes;
 
 /// Rejected steps from which on the reason is reported.
 const REPORT_AFTER: usize = 5;

@@ -9,12 +9,12 @@ mod drag;
 mod error;
 mod excerpt;
 mod files;
-mod home;
 mod initial;
 mod invariants;
 mod kinetics;
 mod law;
 mod material;
+mod misplaced_key;
 mod output;
 mod overrides;
 mod sections;
@@ -321,7 +321,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     if let Value::Table(entries) = &root.value {
         for (key, _) in entries.iter().filter(|(key, _)| !TABLES.contains(&key.name.as_str())) {
             let problem = Problem::unknown_key(&key.name, &TABLES).placed(&key.place);
-            problems.push(match home::of(&key.name) {
+            problems.push(match misplaced_key::of(&key.name) {
                 Some(path) => problem.help(format!("did you mean {path}?")),
                 None => problem,
             });

@@ -72,7 +72,7 @@ fn parse_value(raw: &str, source: usize, offset: usize, path: &[Segment]) -> Res
         let problem = Problem::at(place, "an override needs a value after the =");
         // A key alone may belong into a table.
         let home = match path {
-            [Segment::Key(key)] => super::home::of(key),
+            [Segment::Key(key)] => super::misplaced_key::of(key),
             _ => None,
         };
         return Err(problem.help(home.map_or_else(

@@ -14,10 +14,10 @@ pub mod monolithic;
 mod motion;
 pub(crate) mod part;
 mod path;
+pub mod rejections;
 mod route;
 pub mod stability;
 pub mod staggered;
-pub mod tries;
 mod workspace;
 
 pub use error::{Result, SolveError};
@@ -31,7 +31,7 @@ use crate::num::decimal;
 use crate::record::{Malformed, Reading, Record};
 use crate::tally::Work;
 use equilibrium::{Equilibrium, Relaxation};
-use tries::Causes;
+use rejections::Causes;
 
 /// The integrator of a scene that names none.
 pub const DEFAULT_INTEGRATOR: &str = "staggered";

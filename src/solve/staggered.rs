@@ -52,8 +52,8 @@ use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod, Stepping};
 use super::path::{EquilibriumPath, release};
+use super::rejections::{Cause, Try};
 use super::route::Route;
-use super::tries::{Cause, Try};
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };

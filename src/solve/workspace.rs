@@ -11,8 +11,8 @@ pub(super) use search::{Held, Search};
 
 use super::diagnosis::Diagnosis;
 use super::equilibrium::{self, Equilibrium};
+use super::rejections::{Cause, Tries, Try};
 use super::stability::Stability;
-use super::tries::{Cause, Tries, Try};
 use super::{Result, SolveError};
 use crate::Vec3;
 use crate::model::{Evaluation, Memory, Model, Potential, State};

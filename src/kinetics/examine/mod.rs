@@ -4,13 +4,13 @@
 //! looks everywhere in the declared ranges.
 
 mod derivatives;
-mod narrow;
-mod often;
+mod determinism;
+mod edge_cases;
 mod other;
-mod repeat;
+mod output_coverage;
 mod sample;
+mod soak;
 mod validate;
-mod writes;
 
 pub use sample::Samples;
 pub use validate::{Finding, Made, Make, Verdict, rates_in_order, validate};
@@ -28,7 +28,7 @@ const TRIAL_POINTS: usize = 64;
 /// # Errors
 /// What the law reports, and [`KineticsError::Unsteady`] if results differ.
 pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, KineticsError> {
-    repeat::same_twice(kinetics, batch)?;
+    determinism::same_twice(kinetics, batch)?;
     let given = kinetics.descriptor().capabilities;
     let mut notes = Vec::new();
     if batch.count > 0 {
@@ -56,7 +56,7 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
             }
             other => other,
         };
-        writes::check(kinetics, &part).map_err(number)?;
+        output_coverage::check(kinetics, &part).map_err(number)?;
         if !parameters.is_empty() {
             other::as_instances(kinetics, &part)?;
         }

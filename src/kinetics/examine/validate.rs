@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Samples, derivatives, narrow, often, other, rates, repeat, writes};
+use super::{Samples, derivatives, determinism, edge_cases, other, output_coverage, rates, soak};
 use crate::field::{self, Columns};
 use crate::{Batch, Kinetics, KineticsError, Site};
 
@@ -75,15 +75,15 @@ pub fn validate(
         good(points.clone())
     });
     run("same inputs, same outputs", &|| {
-        samples.with(true, |batch| repeat::same_twice(kinetics, batch))?;
-        few.with(true, |batch| repeat::one_by_one(kinetics, batch))?;
+        samples.with(true, |batch| determinism::same_twice(kinetics, batch))?;
+        few.with(true, |batch| determinism::one_by_one(kinetics, batch))?;
         good("called twice, in batches and point by point".into())
     });
     run("several threads at once", &|| {
-        samples.with(true, |batch| repeat::threads(kinetics, batch))?;
+        samples.with(true, |batch| determinism::threads(kinetics, batch))?;
         good("8 threads".into())
     });
-    run("many calls", &|| few.with(true, |batch| often::look(kinetics, batch)));
+    run("many calls", &|| few.with(true, |batch| soak::look(kinetics, batch)));
     run("derivatives", &|| wrong_derivatives(kinetics, &samples));
     run("observables", &|| {
         let count = kinetics.descriptor().observables.len();
@@ -98,15 +98,15 @@ pub fn validate(
         good(points.clone())
     });
     run("writes only where it may", &|| {
-        few.with(true, |batch| writes::check(kinetics, batch))?;
+        few.with(true, |batch| output_coverage::check(kinetics, batch))?;
         Samples::observing(kinetics.descriptor(), SINGLE, seed)
             .with_parameters(fields, seed)
-            .with(true, |batch| writes::check_observables(kinetics, batch))?;
+            .with(true, |batch| output_coverage::check_observables(kinetics, batch))?;
         good(format!("{SINGLE} points, inputs unchanged"))
     });
     run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
-    run("narrow ranges", &|| narrow::look(kinetics, fields, seed));
+    run("narrow ranges", &|| edge_cases::look(kinetics, fields, seed));
 }
 
 /// The rates at some points, each in a call of its own, bit by bit; from the last point to the first

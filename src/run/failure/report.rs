@@ -11,7 +11,7 @@ use crate::model::State;
 use crate::num::Short;
 use crate::run::{Error, Simulation, self_intersection};
 use crate::scene::Scene;
-use crate::solve::tries::Cause;
+use crate::solve::rejections::Cause;
 
 /// The text: of `error`, whom `blame` names; `files` are the state, if it was written, and the replay.
 pub(super) fn of(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::run::{Error, Simulation};
-use crate::solve::tries::Try;
+use crate::solve::rejections::Try;
 
 /// Rows that are shown.
 const LAST: usize = 50;

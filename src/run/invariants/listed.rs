@@ -10,7 +10,7 @@ use crate::model::State;
 use crate::record::{Malformed, Reading, Record};
 use crate::run::{Error, Result};
 use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
-use crate::solve::tries::{Cause, Try};
+use crate::solve::rejections::{Cause, Try};
 use crate::solve::{Integrator, StepReport, Workspace, end_of_step};
 
 /// A step that breaks a law is tried again this much shorter,

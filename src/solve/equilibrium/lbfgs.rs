@@ -12,18 +12,18 @@
 //! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
 
 mod collapse;
-mod mark;
+mod newton_fallback;
 mod progress;
+mod rollback;
 mod spec;
 mod stored;
-mod turns;
 
 use std::sync::Arc;
 
 pub use spec::{Collapse, LbfgsSpec};
 
-use mark::Mark;
 use progress::{Outcome, Progress};
+use rollback::Mark;
 use stored::Made;
 
 use super::super::part::Linear;

@@ -6,20 +6,20 @@
 mod constrained;
 mod descent;
 mod diagonal;
+mod displacement_loading;
 mod fire;
 mod gauge;
 mod history;
 mod lbfgs;
-mod led;
 mod newton;
 mod preconditioner;
 mod stop;
 
 pub use constrained::{MET, relax};
 pub use descent::{Descent, DescentSpec};
+pub(super) use displacement_loading::{AREA_SHARE, lead};
 pub use fire::{Fire, FireSpec};
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
-pub(super) use led::{AREA_SHARE, lead};
 pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::{FactorPrecision, Preconditioner};
 pub(super) use stop::COLLAPSED;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::advice::Power;
 use super::branch;
+use super::norms::Yardstick;
 use super::peers::Peer;
-use super::yardstick::Yardstick;
 use super::{Quantity, Role, Study};
 use crate::model::{Policy, State};
 use crate::output::ResultDirectory;

@@ -14,24 +14,24 @@
 //! nothing and only measures are compared, with their spread over seeds as the yardstick.
 
 mod advice;
-mod asked;
 mod branch;
-mod drawn;
 mod errors;
-mod gathered;
+mod norms;
 mod page;
 mod peers;
 mod plan;
+mod plots;
 mod policies;
 mod quantity;
 mod report;
+mod request;
+mod results;
 mod richardson;
-mod yardstick;
 
 pub use errors::{Case, Distance, Point, Reference, cases};
-pub use gathered::Gathered;
 pub use plan::Options;
 pub use quantity::Quantity;
+pub use results::Gathered;
 
 use std::fs;
 use std::path::Path;

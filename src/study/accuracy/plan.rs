@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::advice::Power;
-use super::asked::TIGHTEST;
 use super::branch;
+use super::request::TIGHTEST;
 use super::{Line, Quantity, Role, Study};
 use crate::kinetics::Search;
 use crate::model::Policy;

@@ -5,9 +5,9 @@
 
 use super::Quantity;
 use super::advice::{percent, two_digits};
-use super::drawn::{Part, panel};
 use super::errors::{Case, Distance};
-use super::yardstick::Yardstick;
+use super::norms::Yardstick;
+use super::plots::{Part, panel};
 use crate::num::Short;
 use crate::output::plot::{Curve, Figure, label};
 use crate::run::Simulation;

@@ -4,10 +4,10 @@
 //! are measured: before shapes diverge at a bifurcation by the distance of their fields, after it by what
 //! does not hang on which of equal branches was taken (energy, number of spots, separation, amplitude).
 
-mod drawn;
+mod pictures;
 mod timescales;
 
-pub use drawn::{contact_sheet, figure};
+pub use pictures::{contact_sheet, figure};
 pub use timescales::Timescales;
 
 use std::sync::Arc;

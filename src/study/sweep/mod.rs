@@ -13,10 +13,9 @@
 //! by a [`Pool`] or by [`slurm`]; what is in their folders is gathered into tables, pictures and plots,
 //! whether they have ended or not.
 
-mod adopted;
 mod axis;
-mod changed;
-mod drawn;
+mod contact_sheet;
+mod imported;
 mod keys;
 mod member;
 mod memory;
@@ -24,11 +23,12 @@ mod plan;
 mod plots;
 mod pool;
 pub mod slurm;
+mod staleness;
 mod table;
 mod timing;
 
 pub use axis::{Axis, MOST};
-pub use drawn::contact_sheet;
+pub use contact_sheet::contact_sheet;
 pub use keys::seeds;
 pub use member::{Found, MemberStatus, Shown, limit_of, read, run, status};
 pub use memory::{Needs, available};

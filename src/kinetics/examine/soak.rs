@@ -34,8 +34,9 @@ pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
             calls += 1;
             let again = rates()?;
             let how = "one call after the other";
-            batch
-                .with_part(0, 1, |b| super::repeat::compare(kinetics, b, &first, &again, 0, how))?;
+            batch.with_part(0, 1, |b| {
+                super::determinism::compare(kinetics, b, &first, &again, 0, how)
+            })?;
         }
         // Of a process that others use as well it says nothing.
         memory.extend(own_bytes().filter(|_| is_checked()));

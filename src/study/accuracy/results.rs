@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::errors::Case;
 use super::policies::{Policies, policies};
-use super::{Study, advice, drawn, page, report};
+use super::{Study, advice, page, plots, report};
 use crate::output::atomic;
 use crate::run::Result;
 use crate::study::sweep::{MemberStatus, PLOT, Plan, status};
@@ -67,8 +67,8 @@ impl<'a> Gathered<'a> {
         let [_, csv, md, html] = Study::FILES.map(str::to_owned);
         let mut files = vec![(csv, self.csv().into_bytes())];
         let mut drawings = Vec::new();
-        for drawn in drawn::figures(study, plan, cases, policies) {
-            let drawn::Drawn { name, caption, figure, case } = drawn;
+        for drawn in plots::figures(study, plan, cases, policies) {
+            let plots::Drawn { name, caption, figure, case } = drawn;
             let name = format!("{PLOT}{name}");
             let svg = figure.svg()?;
             files.push((format!("{name}.svg"), svg.clone().into_bytes()));
