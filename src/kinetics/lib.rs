@@ -37,7 +37,7 @@ pub use descriptor::{
     Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
 pub use error::KineticsError;
-pub use library::apart::{Apart, ApartKinetics, Isolation, serve_if_asked};
+pub use library::isolated::{IsolatedKinetics, IsolatedLibrary, Isolation, serve_if_asked};
 #[cfg(unix)]
 pub use library::signal_meaning;
 pub use library::{

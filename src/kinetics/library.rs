@@ -5,15 +5,15 @@
 //! or pointer that lies about its own length cannot be told from an honest one. A library is never
 //! unloaded. A plugin in this process is trusted like any shared library: neither signal handlers nor exit hooks
 //! are installed, nor is global state checked. Plugins that may end, block or alter their process are
-//! [isolated](apart).
+//! [isolated](isolated).
 #![allow(unsafe_code)]
 
-#[cfg_attr(not(target_os = "linux"), path = "library/not_apart.rs")]
-pub(super) mod apart;
 mod call;
 mod global_state;
 mod inputs;
 mod instance;
+#[cfg_attr(not(target_os = "linux"), path = "library/not_isolated.rs")]
+pub(super) mod isolated;
 mod read;
 mod shape;
 mod under_way;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Apart, Descriptor, Kinetics, KineticsError, Library, Search};
+use super::{Descriptor, IsolatedLibrary, Kinetics, KineticsError, Library, Search};
 
 /// A loaded plugin.
 #[derive(Debug, Clone)]
@@ -12,18 +12,18 @@ pub enum Plugin {
     /// In this process.
     Here(Arc<Library>),
     /// In a process of its own.
-    Apart(Arc<Apart>),
+    IsolatedLibrary(Arc<IsolatedLibrary>),
 }
 
 impl Plugin {
     /// Loads the plugin at a path, where `search` says.
     ///
     /// # Errors
-    /// As for [`Library::load`] and [`Apart::load`].
+    /// As for [`Library::load`] and [`IsolatedLibrary::load`].
     pub fn load(path: &Path, search: &Search) -> Result<Self, KineticsError> {
         match search.isolation() {
             None => Ok(Self::Here(Library::load(path)?)),
-            Some(isolation) => Ok(Self::Apart(Apart::load(path, isolation)?)),
+            Some(isolation) => Ok(Self::IsolatedLibrary(IsolatedLibrary::load(path, isolation)?)),
         }
     }
 
@@ -32,7 +32,7 @@ impl Plugin {
     pub fn descriptor(&self) -> &Descriptor {
         match self {
             Self::Here(library) => library.descriptor(),
-            Self::Apart(apart) => apart.descriptor(),
+            Self::IsolatedLibrary(apart) => apart.descriptor(),
         }
     }
 
@@ -46,7 +46,7 @@ impl Plugin {
     ) -> Result<Arc<dyn Kinetics>, KineticsError> {
         Ok(match self {
             Self::Here(library) => Arc::new(library.instantiate(given)?),
-            Self::Apart(apart) => Arc::new(apart.instantiate(given)?),
+            Self::IsolatedLibrary(apart) => Arc::new(apart.instantiate(given)?),
         })
     }
 }

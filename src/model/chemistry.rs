@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
+use super::counters::{self, law, transport};
 use super::mechanics::numbered;
-use super::meters::{self, law, transport};
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::Flagged;
@@ -72,7 +72,7 @@ impl Chemistry {
         }
         let which = distinct_operators(&transports);
         let (flagged, tally) = (Flagged::default(), Tally::default());
-        let (law, meters) = (meters::of_law(&tally, ""), Vec::new());
+        let (law, meters) = (counters::of_law(&tally, ""), Vec::new());
         let mut made = Self {
             kinetics,
             parameters,
@@ -94,12 +94,12 @@ impl Chemistry {
     pub(super) fn count(&mut self, tally: &Tally) {
         let descriptor = self.kinetics.descriptor();
         self.tally = tally.clone();
-        self.law = meters::of_law(tally, &descriptor.title());
+        self.law = counters::of_law(tally, &descriptor.title());
         let name = |k: usize| descriptor.species.get(k).map_or("", |s| s.name.as_str());
         let of = |t: &TransportTerm| format!("{} of {}", t.name(), name(t.species()));
         let names: Vec<String> = self.transports.iter().map(of).collect();
         let names = numbered(names.iter().map(String::as_str));
-        self.meters = names.iter().map(|name| meters::of_transport(tally, name)).collect();
+        self.meters = names.iter().map(|name| counters::of_transport(tally, name)).collect();
         self.signals.count(tally);
     }
 

@@ -16,9 +16,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::counters::{self, energy};
 use super::error::ModelError;
 use super::mechanics::Mechanics;
-use super::meters::{self, energy};
 use super::potential::Potential;
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank, Work};
@@ -61,7 +61,7 @@ impl Constraints {
             matrix: None,
             meters: mechanics
                 .constraint_names()
-                .map(|name| meters::of_constraint(mechanics.tally(), name))
+                .map(|name| counters::of_constraint(mechanics.tally(), name))
                 .collect(),
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use super::meters;
+use super::counters;
 use super::rigid::free_motions;
 use crate::Vec3;
 use crate::effects::{EnergyTerm, Pins, Prescribed};
@@ -91,7 +91,7 @@ impl Mechanics {
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
         let (pattern, tally) = (OnceLock::new(), Tally::default());
-        let meters = names.iter().map(|name| meters::of_energy(&tally, name)).collect();
+        let meters = names.iter().map(|name| counters::of_energy(&tally, name)).collect();
         Ok(Arc::new(Self {
             sheet,
             reference,

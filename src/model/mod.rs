@@ -10,26 +10,25 @@
 //! for its pieces: energies at fixed optimal lengths ([`Potential`]), rates, or both at once with their
 //! derivatives (`Coupled`).
 
-mod anchor;
 mod chemistry;
 mod constraint;
+mod counters;
 mod coupled;
 mod drag;
 mod error;
 mod error_norm;
 mod evaluation;
 mod mechanics;
-mod meters;
 mod parameters;
 mod policy;
 mod potential;
+mod proximal_term;
 mod rigid;
 mod signals;
 mod state;
 mod time_course;
 mod unreliable_results;
 
-pub use anchor::Anchor;
 pub use chemistry::{Chemistry, SignalColumns, Surface};
 pub use coupled::{Coupled, Layout, Part};
 pub use drag::{Drag, Weights};
@@ -39,13 +38,14 @@ pub use mechanics::{Mechanics, MechanicsParts};
 pub use parameters::ParameterFields;
 pub use policy::{Policy, Storage};
 pub use potential::Potential;
+pub use proximal_term::Anchor;
 pub use rigid::{Motion, free_motions, minimal_pins};
 pub use signals::{Signals, TensionReading};
 pub use state::{Positions, State};
 pub use time_course::TimeCourse;
 pub use unreliable_results::Flagged;
 
-pub(crate) use meters::constraint_meter;
+pub(crate) use counters::constraint_meter;
 pub(crate) use signals::Derivatives;
 
 use std::borrow::Cow;
@@ -96,7 +96,7 @@ impl Model {
     pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
         let mut all: Option<Cow<'_, [f64]>> = None;
         for (k, growth) in self.growth.iter().enumerate() {
-            let _scope = meters::of_growth(self.tally(), k).giving(0);
+            let _scope = counters::of_growth(self.tally(), k).giving(0);
             let factor = growth.at(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),
@@ -118,7 +118,7 @@ impl Model {
 
     /// Names of all growth that is not a law's.
     pub fn growth_names(&self) -> impl Iterator<Item = String> {
-        (0..self.growth.len()).map(meters::growth_name)
+        (0..self.growth.len()).map(counters::growth_name)
     }
 
     /// The model at `state`.

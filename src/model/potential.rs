@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use super::anchor::Anchor;
 use super::constraint::Constraints;
+use super::counters::{self, energy};
 use super::error::ModelError;
 use super::mechanics::Mechanics;
-use super::meters::{self, energy};
+use super::proximal_term::Anchor;
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank, Pins, Work};
 use crate::geometry::{Conditions, RestMetric, Shape};
@@ -45,7 +45,7 @@ impl Potential {
     #[must_use]
     pub fn new(mechanics: &Arc<Mechanics>) -> Self {
         let work = mechanics.terms().iter().map(|term| term.work()).collect();
-        let lengths = meters::of_lengths(mechanics.tally());
+        let lengths = counters::of_lengths(mechanics.tally());
         let (metric, time) = (mechanics.reference().clone(), 0.0);
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
@@ -393,7 +393,7 @@ impl Potential {
 
     /// The same, but triangles of less than the quality `flat` may turn over.
     pub fn allows_turning(&mut self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
-        let _scope = meters::of_steps(self.mechanics.tally()).scope(0);
+        let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
         if !self.mechanics.keeps_triangles(from, to, share, flat) {
             return false;
         }

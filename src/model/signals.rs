@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::meters;
+use super::counters;
 use crate::Vec3;
 use crate::effects::Material;
 use crate::geometry::{Curvature, Shape, VertexArea};
@@ -95,8 +95,8 @@ impl Signals {
 
     /// Counts what they cost from now on.
     pub(super) fn count(&mut self, tally: &Tally) {
-        let each = self.wanted.iter().map(|signal| meters::of_signal(tally, signal.name()));
-        self.meters = std::iter::once(meters::of_curvature(tally)).chain(each).collect();
+        let each = self.wanted.iter().map(|signal| counters::of_signal(tally, signal.name()));
+        self.meters = std::iter::once(counters::of_curvature(tally)).chain(each).collect();
     }
 
     /// The scope of meter number k.
@@ -133,9 +133,9 @@ impl Signals {
     pub(super) fn update(&self, shape: &Shape<'_>, time: f64, columns: &mut Vec<Vec<f64>>) {
         let count = self.wanted.iter().map(|signal| signal.columns().len()).sum();
         let mut before = std::mem::replace(columns, Vec::with_capacity(count)).into_iter();
-        let curvature = self.curvature(shape, meters::signal::VALUES);
+        let curvature = self.curvature(shape, counters::signal::VALUES);
         for (k, signal) in self.wanted.iter().enumerate() {
-            let _scope = self.scope(k + 1, meters::signal::VALUES);
+            let _scope = self.scope(k + 1, counters::signal::VALUES);
             // Where they are counted they are freed.
             before.by_ref().take(signal.columns().len()).for_each(drop);
             match (signal, &curvature) {

@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use rumple::kinetics::{
-    Apart, Batch, Column, Isolation, Kinetics, KineticsError, Location, Outcome, field,
+    Batch, Column, IsolatedLibrary, Isolation, Kinetics, KineticsError, Location, Outcome, field,
 };
 
 use super::build::{SHIPPED, directory, library, map, misbehaving};
@@ -52,7 +52,7 @@ fn all(law: &dyn Kinetics, parameters: &[Column<'_>]) -> Vec<u64> {
 fn laws_give_the_same_bits_in_a_process_of_their_own() {
     for name in SHIPPED {
         let here = library(name);
-        let apart = Apart::load(here.path(), &isolation()).unwrap();
+        let apart = IsolatedLibrary::load(here.path(), &isolation()).unwrap();
         assert_eq!(here.descriptor(), apart.descriptor(), "{name}");
         let none = BTreeMap::new();
         let (here, apart) = (here.instantiate(&none).unwrap(), apart.instantiate(&none).unwrap());
@@ -88,7 +88,7 @@ fn evaluate(law: &dyn Kinetics) -> Outcome {
 #[test]
 fn what_a_law_reports_is_the_same() {
     let here = misbehaving();
-    let apart = Apart::load(here.path(), &isolation()).unwrap();
+    let apart = IsolatedLibrary::load(here.path(), &isolation()).unwrap();
     for fault in [10.0, 11.0, 13.0, 14.0, 15.0, 16.0, 17.0] {
         let given = map(&[("fault", fault)]);
         let here = evaluate(&here.instantiate(&given).unwrap());
@@ -108,14 +108,14 @@ fn what_is_no_plugin_is_refused_in_words() {
     let place = tempfile::tempdir().unwrap();
     let text = place.path().join("libtext.so");
     fs::write(&text, "not a library").unwrap();
-    let error = Apart::load(&text, &isolation()).unwrap_err().to_string();
+    let error = IsolatedLibrary::load(&text, &isolation()).unwrap_err().to_string();
     assert!(error.contains("cannot be loaded as a shared library"), "{error}");
     // A program that serves no plugins, and none at all.
     let curvature = library("curvature-feedback").path().to_owned();
     for (program, message) in [("/bin/true", "exits with status 0"), ("/none", "no process can be")]
     {
         let isolation = Isolation::by(program.into(), Duration::from_secs(5));
-        let error = Apart::load(&curvature, &isolation).unwrap_err();
+        let error = IsolatedLibrary::load(&curvature, &isolation).unwrap_err();
         assert!(matches!(error, KineticsError::Isolated(_)));
         assert!(error.to_string().contains(message), "{error}");
     }

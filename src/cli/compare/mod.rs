@@ -1,6 +1,6 @@
 //! `rumple compare SCENE`: the same scene under several policies and integrators.
 
-mod room;
+mod output_directory;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -60,7 +60,7 @@ fn run_here(args: &CompareArgs) -> Result<()> {
     let (scene, simulation) = start(args, &search)?;
     super::inputs(&scene, simulation.plugins()).outside(&root)?;
     let interrupt = Interrupt::install()?;
-    let claim = room::make(&root, args.force)?;
+    let claim = output_directory::make(&root, args.force)?;
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
     let (standing, reason) = match &outcome {
@@ -190,12 +190,12 @@ fn announce(mut simulation: Simulation, interrupt: Interrupt) -> Result<()> {
 fn write(root: &Path, members: &[Member]) -> Result<()> {
     let figure = figure(members);
     let mut files = vec![
-        (room::TABLE, csv(members).into_bytes()),
-        (room::PLOTS, figure.svg()?.into_bytes()),
-        (room::PLOT_PICTURE, figure.picture()?.png()?),
+        (output_directory::TABLE, csv(members).into_bytes()),
+        (output_directory::PLOTS, figure.svg()?.into_bytes()),
+        (output_directory::PLOT_PICTURE, figure.picture()?.png()?),
     ];
     if let Some(pictures) = contact_sheet(members)? {
-        files.push((room::PICTURES, pictures.png()?));
+        files.push((output_directory::PICTURES, pictures.png()?));
     }
     for (name, bytes) in files {
         atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::{HowArgs, PlanArgs, counts, outcome, report, room};
+use super::{HowArgs, PlanArgs, counts, outcome, output_directory, report};
 use crate::cli::{SceneArgs, warn};
 use crate::kinetics::Search;
 use crate::output::plot::label;
@@ -78,7 +78,7 @@ impl Runs<'_> {
         plan.seal()?;
         (self.check)(&plan)?;
         let interrupt = Interrupt::install()?;
-        let claim = room::make(&root, &plan, self.how.force)?;
+        let claim = output_directory::make(&root, &plan, self.how.force)?;
         let outcome = (self.prepare)(&root).and_then(|()| match self.how.slurm {
             true => self.submit(&plan, &root, program),
             false => self.here(&plan, &root, program, interrupt),

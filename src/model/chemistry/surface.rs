@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::meters::transport::SHAPE;
+use super::super::counters::transport::SHAPE;
 use super::Chemistry;
 use crate::Vec3;
 use crate::effects::{Operator, TransportTerm};

@@ -15,8 +15,8 @@
 
 use std::ops::Range;
 
-use super::super::meters;
-use super::super::meters::transport::{DERIVATIVES, MATRIX};
+use super::super::counters;
+use super::super::counters::transport::{DERIVATIVES, MATRIX};
 use super::Layout;
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -81,7 +81,7 @@ impl Jacobian {
         state: &State,
         inputs: Inputs<'_>,
     ) -> Result<(), ModelError> {
-        let _scope = meters::of_jacobian(model.tally()).scope(0);
+        let _scope = counters::of_jacobian(model.tally()).scope(0);
         let Inputs { mut potential, surface, signals } = inputs;
         if layout.mechanical() > 0
             && let Some(potential) = &mut potential

@@ -9,7 +9,7 @@
 //! ∂(A_T/Ā_T)/∂x_m = ½ n × e_m/Ā_T,   ∂(A_T/Ā_T)/∂l̄_e = -A_T/Ā_T² ∂Ā_T/∂l̄_e
 //! ```
 
-use super::super::meters;
+use super::super::counters;
 use super::{Signals, TensionReading};
 use crate::Vec3;
 use crate::geometry::{Curvature, Shape};
@@ -28,10 +28,10 @@ impl Signals {
     /// Hands all derivatives that can be different from zero to `into`, in an order that depends on
     /// the sheet alone; a pair may come more than once, and then counts as the sum.
     pub fn derivatives(&self, shape: &Shape<'_>, into: &mut impl Derivatives) {
-        let curvature = self.curvature(shape, meters::signal::DERIVATIVES);
+        let curvature = self.curvature(shape, counters::signal::DERIVATIVES);
         let mut column = 0;
         for (k, signal) in self.wanted.iter().enumerate() {
-            let _scope = self.scope(k + 1, meters::signal::DERIVATIVES);
+            let _scope = self.scope(k + 1, counters::signal::DERIVATIVES);
             match signal {
                 Signal::Time => {}
                 Signal::MeanCurvature | Signal::GaussianCurvature => {

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use super::full_rows::FullRows;
+use super::symmetric_rows::FullRows;
 use crate::num::index;
 
 /// Not in an aggregate yet.

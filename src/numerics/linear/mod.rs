@@ -9,8 +9,8 @@ mod cholesky;
 mod dense;
 mod dissection;
 mod factor;
+mod field_split;
 mod fronts;
-mod full_rows;
 mod gmres;
 mod ilu;
 mod incomplete;
@@ -27,7 +27,7 @@ mod stencils;
 mod strips;
 mod substitution;
 mod supernodes;
-mod two_fields;
+mod symmetric_rows;
 
 pub use analysis::Precision;
 pub use assembly::{Assembly, Entries, Part};
@@ -36,6 +36,7 @@ pub use block_pattern::{BlockPattern, Neighbours};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use dense::SmallLu;
 pub use factor::{Factor, LinearChoice};
+pub use field_split::{Displacements, TwoFields};
 pub use gmres::{dot, norm};
 pub use ilu::Ilu;
 pub use ldlt::BlockLdlt;
@@ -44,7 +45,6 @@ pub use multigrid::Multigrid;
 pub use shifted::{Difference, Shifted};
 pub use sparse::{Pattern, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
-pub use two_fields::{Displacements, TwoFields};
 
 /// Lets the library for matrix products reserve the room that it keeps for every thread: address space
 /// twice as large as the last cache, of which small products touch little. It would do so with the first

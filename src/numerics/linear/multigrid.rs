@@ -21,8 +21,8 @@
 use std::sync::Arc;
 
 use super::LinearError;
-use super::full_rows::{FullRows, SingleRows};
 use super::prolongator::{Motions, Prolongator};
+use super::symmetric_rows::{FullRows, SingleRows};
 use super::{Block, BlockCholesky, BlockMatrix, BlockPattern, NotPositive};
 use crate::Vec3;
 use crate::num::real;

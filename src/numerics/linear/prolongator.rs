@@ -16,7 +16,7 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::aggregates::Aggregates;
-use super::full_rows::{FullRows, split};
+use super::symmetric_rows::{FullRows, split};
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::Vec3;
 use crate::num::index;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::full_rows::split;
 use super::strips::{Block, Strips};
+use super::symmetric_rows::split;
 use crate::num::{index, single};
 use crate::parallel;
 

@@ -8,7 +8,7 @@ use diffsol::{
     OdeEquationsRef, OdeSolverProblem, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
 };
 
-use super::combination::Combination;
+use super::iteration_matrix::Combination;
 use super::{Failure, OdeError};
 use crate::linear::{Difference, Sparse};
 

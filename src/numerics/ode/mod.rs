@@ -16,10 +16,10 @@
 //! * it would keep three matrices, with 64-bit indices and a pattern each: it is given combinations of M
 //!   and ∂F/∂y without numbers, and the linear solver reads ∂F/∂y where it was evaluated.
 
-mod combination;
 mod consistent;
 mod equations;
 mod integration;
+mod iteration_matrix;
 mod newton;
 mod stepper;
 

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use diffsol::{FaerContext, FaerVec, LaError, LaLinearOp, Matrix, Vector};
 use diffsol_la::LinearSolver;
 
-use super::combination::Combination;
 use super::equations::Shared;
+use super::iteration_matrix::Combination;
 use super::{OdeError, Options, Result};
 use crate::linear::{Difference, Factor, LinearChoice};
 use crate::tally::{Meter, Tally};

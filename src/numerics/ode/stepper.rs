@@ -8,8 +8,8 @@ use diffsol::{
     Tableau, Vector, VectorCommon,
 };
 
-use super::combination::Combination;
 use super::equations::{Equations, tolerances};
+use super::iteration_matrix::Combination;
 use super::newton::{NewtonSolver, Spare};
 use super::{Accept, OdeError, OdeMethod, Rejected, Result};
 use crate::linear::{Displacements, LinearChoice};

@@ -20,7 +20,7 @@ const KEY: &str = "time.policy";
 const FULLEST: &str = "simultaneous";
 
 /// The distances of one policy from another.
-struct Apart {
+struct IsolatedLibrary {
     /// Which policy from which.
     name: String,
     rows: Vec<Row>,
@@ -42,7 +42,7 @@ struct Row {
 #[derive(Default)]
 pub(super) struct Policies {
     /// Distances of all policies from the fullest; none where policies are not varied.
-    all: Vec<Apart>,
+    all: Vec<IsolatedLibrary>,
     /// What their places are.
     across: String,
 }
@@ -87,7 +87,7 @@ pub(super) fn policies(plan: &Plan, cases: &[Case]) -> Policies {
         }
         rows.sort_by(|a, b| a.place.total_cmp(&b.place));
         let name = format!("{} from {}", plain(value), plain(&policies.values[full]));
-        all.push(Apart { name, rows });
+        all.push(IsolatedLibrary { name, rows });
     }
     all.retain(|apart| !apart.rows.is_empty());
     Policies { all, across }
@@ -175,8 +175,10 @@ impl Policies {
         let mut names: Vec<String> = all.iter().map(|apart| apart.name.clone()).collect();
         names.push("slope 1".to_owned());
         for (title, of) in PARTS {
-            let line =
-                |(name, apart): (usize, &Apart)| Curve { name, points: known(&apart.rows, of) };
+            let line = |(name, apart): (usize, &IsolatedLibrary)| Curve {
+                name,
+                points: known(&apart.rows, of),
+            };
             let mut curves: Vec<Curve> = all.iter().enumerate().map(line).collect();
             curves.extend(guide(&curves).map(|points| Curve { name: all.len(), points }));
             panels.extend(panel(title, across, curves));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::Apart;
+use super::IsolatedLibrary;
 use super::child::Asked;
 use super::columns::Columns;
 use super::told::{Told, Wanted};
@@ -14,15 +14,15 @@ use crate::{Batch, Kinetics, KineticsError, Outcome};
 
 /// The law of a plugin in a process of its own.
 #[derive(Debug)]
-pub struct ApartKinetics {
-    apart: Arc<Apart>,
+pub struct IsolatedKinetics {
+    apart: Arc<IsolatedLibrary>,
     takes_fields: bool,
     parameters: Vec<f64>,
     /// Its number in the child.
     number: u64,
 }
 
-impl Drop for ApartKinetics {
+impl Drop for IsolatedKinetics {
     fn drop(&mut self) {
         let outcome =
             self.apart.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
@@ -32,10 +32,10 @@ impl Drop for ApartKinetics {
     }
 }
 
-impl ApartKinetics {
+impl IsolatedKinetics {
     /// An instance with all its parameters; with or without parameters as columns.
     pub(super) fn new(
-        apart: &Arc<Apart>,
+        apart: &Arc<IsolatedLibrary>,
         parameters: Vec<f64>,
         takes_fields: bool,
     ) -> Result<Self, KineticsError> {
@@ -118,7 +118,7 @@ impl ApartKinetics {
     }
 }
 
-impl Kinetics for ApartKinetics {
+impl Kinetics for IsolatedKinetics {
     fn descriptor(&self) -> &Descriptor {
         self.apart.descriptor()
     }

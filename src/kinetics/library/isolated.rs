@@ -29,7 +29,7 @@ use crate::error::KineticsError;
 use crate::parameters;
 use crate::search::no_file;
 use child::Process;
-pub use law::ApartKinetics;
+pub use law::IsolatedKinetics;
 use told::About;
 
 /// First argument of a program that is to serve a plugin.
@@ -81,12 +81,12 @@ pub fn serve_if_asked() {
 
 /// A plugin in a process of its own.
 #[derive(Debug)]
-pub struct Apart {
+pub struct IsolatedLibrary {
     process: Process,
     about: About,
 }
 
-impl Apart {
+impl IsolatedLibrary {
     /// Loads the plugin at a path in a process of its own and checks its table and descriptor there.
     ///
     /// # Errors
@@ -121,8 +121,8 @@ impl Apart {
     pub fn instantiate(
         self: &Arc<Self>,
         given: &BTreeMap<String, f64>,
-    ) -> Result<ApartKinetics, KineticsError> {
+    ) -> Result<IsolatedKinetics, KineticsError> {
         let parameters = parameters::resolve(self.descriptor(), given)?;
-        ApartKinetics::new(self, parameters, self.descriptor().capabilities.parameter_fields)
+        IsolatedKinetics::new(self, parameters, self.descriptor().capabilities.parameter_fields)
     }
 }

@@ -37,12 +37,12 @@ pub fn serve_if_asked() {}
 
 /// A plugin in a process of its own.
 #[derive(Debug)]
-pub enum Apart {}
+pub enum IsolatedLibrary {}
 
 /// The law of a plugin in a process of its own.
-pub type ApartKinetics = PluginKinetics;
+pub type IsolatedKinetics = PluginKinetics;
 
-impl Apart {
+impl IsolatedLibrary {
     /// Never.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl Apart {
     pub fn instantiate(
         self: &Arc<Self>,
         _: &BTreeMap<String, f64>,
-    ) -> Result<ApartKinetics, KineticsError> {
+    ) -> Result<IsolatedKinetics, KineticsError> {
         Err(unknown())
     }
 }
