@@ -14,7 +14,7 @@
 //!
 //! # Step a scene
 //!
-//! A [`Simulation`] is a [`Scene`](scene::Scene) made ready, to be stepped and asked. The law here is two
+//! A [`Simulation`] is a [`Scene`](scene::Scene) that is set up, to be stepped and asked. The law here is two
 //! formulas: stretch makes c, and c makes the sheet grow.
 //!
 //! ```

@@ -44,7 +44,7 @@ pub(super) struct InspectArgs {
 
 pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
-    // Read before the scene is made ready: a plugin may change the working directory.
+    // Read before the scene is set up: a plugin may change the working directory.
     let given = args.state.as_ref().map(read::surface).transpose()?;
     let mut inputs = super::inputs(&scene, &[]);
     if let Some(path) = &args.state {

@@ -1,4 +1,4 @@
-//! `rumple resume DIR`: a run that goes on.
+//! `rumple resume DIR`: a resumed run.
 
 use std::path::PathBuf;
 

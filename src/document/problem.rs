@@ -113,7 +113,7 @@ impl Problem {
     }
 
     /// Adds words that are also allowed: keys that were taken out of a table before the rest of it
-    /// was read, or names that are told apart elsewhere.
+    /// was read, or names that are distinguished elsewhere.
     ///
     /// Only a problem with this very table or value is concerned, not one further inside.
     #[must_use]

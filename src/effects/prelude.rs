@@ -1,4 +1,4 @@
-//! All that an effect of one's own needs: `use rumple::effects::prelude::*;`.
+//! All that a user-defined effect needs: `use rumple::effects::prelude::*;`.
 //!
 //! `typetag` is part of it, so that its version is the one of the trait [`EffectSpec`]. The guide is
 //! `docs/effects.md`, a whole crate `examples/indenter`.

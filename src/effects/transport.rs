@@ -12,7 +12,7 @@ pub trait Transport: Send + Sync + 'static {
     /// The transport on one shape, and the memory for it.
     type Operator: Default + Send + Sync + 'static;
 
-    /// What it is called in results.
+    /// Its name in results.
     fn name(&self) -> &'static str {
         "transport"
     }

@@ -46,7 +46,7 @@ pub struct Species {
     pub name: String,
     /// Unit, in words.
     pub unit: String,
-    /// What it is.
+    /// Description.
     pub doc: String,
     /// Magnitude that matters, > 0.
     #[serde(with = "exact")]
@@ -71,7 +71,7 @@ pub struct Parameter {
     pub name: String,
     /// Unit, in words.
     pub unit: String,
-    /// What it is.
+    /// Description.
     pub doc: String,
     /// Value where the scene gives none.
     pub default: Default,
@@ -143,14 +143,14 @@ pub struct Capabilities {
     pub parameter_fields: bool,
 }
 
-/// A quantity to look at besides the species.
+/// An observable besides the species.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Observable {
     /// Name in scenes and results.
     pub name: String,
     /// Unit, in words.
     pub unit: String,
-    /// What it is.
+    /// Description.
     pub doc: String,
 }
 
@@ -175,7 +175,7 @@ pub struct Descriptor {
     pub parameters: Vec<Parameter>,
     /// Signals that the rates read.
     pub signals: Vec<SignalRead>,
-    /// Quantities to look at.
+    /// Observables.
     pub observables: Vec<Observable>,
     /// Signals that these read: computed for frames only.
     pub observed: Vec<SignalRead>,

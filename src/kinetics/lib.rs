@@ -1,11 +1,11 @@
-//! Reaction kinetics as the engine sees them: one trait, whoever wrote the law.
+//! Reaction kinetics as the engine sees them: one trait for built-in laws and plugins.
 //!
 //! With n_s species c and n_x signal columns x at every point where species live,
 //!
 //! ```text
 //! R_s(c, x)    rates                          ∂R_s/∂c_j, ∂R_s/∂x_k
 //! Φ(c) > 0     length factor of active strain ∂Φ/∂c_j
-//! o_k(c, y)    observables: to look at; y may be other signals
+//! o_k(c, y)    observables, for output; y may be other signals
 //! ```
 //!
 //! A law comes from a shared library ([`Library`], the only place with `unsafe`) or from Rust code

@@ -2,7 +2,7 @@
 //! only unsafe code of the engine.
 //!
 //! Everything that a library says is checked before it is believed, as far as it can be: a table
-//! or pointer that lies about its own length cannot be told from an honest one. A library is never
+//! or pointer that lies about its own length cannot be distinguished from an honest one. A library is never
 //! unloaded. A plugin in this process is trusted like any shared library: neither signal handlers nor exit hooks
 //! are installed, nor is global state checked. Plugins that may end, block or alter their process are
 //! [isolated](isolated).

@@ -1,6 +1,6 @@
 //! Tests for any effect: derivatives against differences, threads, and what it changes under.
 //!
-//! As `rumple plugin validate` does for laws. [`examine`] looks at the energies, constraints and transports of
+//! As `rumple plugin validate` does for laws. [`examine`] inspects the energies, constraints and transports of
 //! an effect on a sheet of yours, crumpled and unevenly grown; the report lists faults in words, and what
 //! the effect is invariant under or conserves, for you to compare with what it should. An effect that
 //! needs species is given some by [`examine_with`]:
@@ -67,7 +67,7 @@ const STEP: f64 = 1e-5;
 const WRONG: f64 = 1e-5;
 /// Relative size below which a change counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
-/// The times at which an effect is looked at.
+/// The times at which an effect is inspected.
 const TIMES: [f64; 2] = [0.0, 0.7];
 
 /// What [`examine`] found.
@@ -88,7 +88,7 @@ pub struct Report {
     pub keeps_constants: bool,
 }
 
-/// Why an effect could not be looked at.
+/// Why an effect could not be inspected.
 #[derive(Debug, thiserror::Error)]
 pub enum KitError {
     /// It cannot be built on that sheet.
@@ -103,7 +103,7 @@ pub enum KitError {
     Model(#[from] ModelError),
 }
 
-/// Looks at the energies, constraints and transports of `effect` on `sheet`, without species.
+/// Inspects the energies, constraints and transports of `effect` on `sheet`, without species.
 ///
 /// # Errors
 /// If the effect cannot be built there.
@@ -207,7 +207,7 @@ fn is_nothing(built: &Effect) -> bool {
     lists + transports.len() == 0 && !pinned
 }
 
-/// The fault of an effect that does in planar scenes what nobody sees.
+/// The fault of an effect that does in planar scenes what is never shown.
 const UNDECLARED: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
      Needs::out_of_plane";
 

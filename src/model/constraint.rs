@@ -29,7 +29,7 @@ use crate::tally::Meter;
 
 /// μ in units of the stiffness of the sheet at rest along ∂g.
 const STIFFER: f64 = 100.0;
-/// Corrections after which a projection has not come to its end.
+/// Corrections after which a projection has not converged.
 const CORRECTIONS: usize = 20;
 /// Below this g counts as zero in a projection: what round-off leaves of it.
 const ROUND_OFF: f64 = 1e-14;

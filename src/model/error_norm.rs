@@ -1,4 +1,4 @@
-//! How far two results of a step are apart, in units of a tolerance.
+//! Error norms: distance of two results of a step in units of a tolerance.
 //!
 //! ```text
 //! misfit = ‖b - a‖₂ / (unit √n),     unit = atol·typical + rtol·max|v|

@@ -16,7 +16,7 @@ use crate::Vec3;
 use crate::parallel;
 use crate::sheet::SheetError;
 
-/// Memory of evaluations, one after the other. Its values are those of the last one, and nobody reads
+/// Memory of evaluations, one after the other. Its values are those of the last one, and nothing reads
 /// them.
 #[derive(Default)]
 pub struct Memory {
@@ -160,7 +160,7 @@ impl<'a> Evaluation<'a> {
             let mut columns = std::mem::take(&mut self.memory.signals);
             match self.model.chemistry() {
                 None => columns.clear(),
-                // No shape is needed for what nobody reads.
+                // No shape is needed for what is not read.
                 Some(chemistry) if chemistry.signals().wanted().is_empty() => columns.clear(),
                 Some(chemistry) => {
                     let state = self.state;

@@ -148,7 +148,7 @@ impl Mechanics {
     /// The rest metric of the rest positions, Φ = 1.
     #[must_use]
     pub fn reference(&self) -> &RestMetric {
-        // Lengths and areas of this sheet were looked at when it was put in.
+        // Lengths and areas of this sheet were inspected when it was put in.
         self.reference.get_or_init(|| RestMetric::new(&self.sheet).unwrap_or_default())
     }
 

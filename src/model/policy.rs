@@ -38,7 +38,7 @@ impl Policy {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::QuasiStatic, Self::Simultaneous, Self::ChemistryFast];
 
-    /// What it is called in scenes and results.
+    /// Its name in scenes and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -58,7 +58,7 @@ pub struct Signals {
     reading: TensionReading,
     rest_area: Arc<[f64]>,
     planar: bool,
-    /// Of the geometry that curvatures share, then one for each signal; none of signals that nobody counts.
+    /// Of the geometry that curvatures share, then one for each signal; none of signals that are not counted.
     meters: Vec<Meter>,
 }
 

@@ -76,10 +76,10 @@ pub fn all_finite_from(values: &[f64], least: f64) -> bool {
     none(values, |value| value * 0.0 + if value < least { 1.0 } else { 0.0 })
 }
 
-/// Whether no value has a fault, which is zero or else positive or NaN. It looks at all of them
+/// Whether no value has a fault, which is zero or else positive or NaN. It inspects all of them
 /// without short cuts, so that the common case is a few vector instructions.
 fn none(values: &[f64], fault: impl Fn(f64) -> f64) -> bool {
-    // So few are looked at faster one by one.
+    // So few are inspected faster one by one.
     if values.len() < 8 {
         return values.iter().all(|value| fault(*value) == 0.0);
     }

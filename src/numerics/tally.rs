@@ -10,7 +10,7 @@
 //! ([`watch_memory`]). A scope costs two readings of the clock; where that is much beside the work
 //! ([`Meter::brief`]), one piece in so many is timed, for all. Counts are integers.
 //!
-//! A tally also keeps one account of [`Work`] for the whole model: what was done, whoever did it.
+//! A tally also keeps one account of [`Work`] for the whole model: what was done, wherever it was done.
 
 mod work;
 
@@ -137,7 +137,7 @@ impl Tally {
         add(&mut self.work.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
-    /// Does `what` and leaves it out of the account: what is only looked at for reports, while nothing else is done.
+    /// Does `what` and leaves it out of the account: what is only inspected for reports, while nothing else is done.
     pub fn uncounted<R>(&self, what: impl FnOnce() -> R) -> R {
         let before = self.work();
         let done = what();
@@ -206,7 +206,7 @@ impl Meter {
         }
     }
 
-    /// What it is called.
+    /// Its name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.0.name

@@ -5,7 +5,7 @@
 //!
 //! 64 bytes   a line of text: format and program, with their versions, filled up by spaces
 //!  8 bytes   length of the content
-//!            the content, little-endian; what it means is up to whoever writes it
+//!            the content, little-endian; what it means is up to its writer
 //! 32 bytes   SHA-256 of all that
 //! ```
 //!

@@ -25,7 +25,7 @@ use rumple_numerics::tally::{Spent, Work};
 pub enum RunStatus {
     /// It goes on.
     Running,
-    /// It came to its end.
+    /// It completed.
     Complete,
     /// The user ended it.
     Interrupted,

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 
 use super::{Claim, Format, OutputError, atomic, clock};
 
-/// A directory made ready for one run, and the names of everything in it.
+/// A directory set up for one run, and the names of everything in it.
 ///
 /// It is claimed for that run until the last copy is dropped.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl ResultDirectory {
         Ok(Self { root: full, claim })
     }
 
-    /// Removes frames and modes from these numbers on, and what says how the run ended: of a run that goes on
+    /// Removes frames and modes from these numbers on, and what says how the run ended: of a resumed run
     /// from before them.
     ///
     /// # Errors

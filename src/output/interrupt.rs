@@ -37,12 +37,12 @@ impl Interrupt {
             .map_err(OutputError::Interrupt)
     }
 
-    /// Asks to stop as SIGTERM does, if nobody has asked yet.
+    /// Asks to stop as SIGTERM does, unless that was requested before.
     pub fn request(self) {
         self.pass_on(Some(SIGTERM));
     }
 
-    /// Asks to stop, if nobody has asked yet, because the process that this one works for was given
+    /// Asks to stop, unless that was requested before, because the process that this one works for was given
     /// `signal`, or is gone without a word. A signal of its own may follow, as Ctrl-C goes to both, and is
     /// still the first.
     pub fn pass_on(self, signal: Option<i32>) {
@@ -123,7 +123,7 @@ mod system {
         if hangup_counts() {
             watched.push(SIGHUP);
         }
-        // A file beyond the limit of its size (`ulimit -f`) is then an error of writing, which is told.
+        // A file beyond the limit of its size (`ulimit -f`) is then an error of writing, which is reported.
         signal_hook::flag::register(SIGXFSZ, Arc::default())?;
         let mut signals = Signals::new(watched)?;
         thread::Builder::new().name("signals".into()).spawn(move || {

@@ -1,6 +1,6 @@
 //! The ledger: one row of numbers for every accepted step, as CSV.
 //!
-//! The first column is the number of the step; the others are named by whoever creates the
+//! The first column is the number of the step; the others are named by the creator of the
 //! ledger, with units in the names. Numbers are the shortest decimals that read back exactly.
 
 use std::fs::{self, File, OpenOptions};

@@ -8,7 +8,7 @@
 //! solvers    what they remember, where that can be stored
 //! ```
 //!
-//! The scene may have been changed since, to find out what helps. Solvers then begin anew; in the same scene
+//! The scene may have been changed since, to find out what helps. Solvers then restart; in the same scene
 //! they go on with the same bits.
 
 use std::path::Path;

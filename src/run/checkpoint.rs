@@ -9,7 +9,7 @@
 //!
 //! A run that is continued has the same bits as one that went on, whenever the clock asked for a checkpoint:
 //! writing one changes nothing. What a library remembers cannot be written; integrators by diffsol are
-//! therefore made anew after every so many steps ([`Integrator::renewed_after`](crate::solve::Integrator)),
+//! therefore rebuilt after every so many steps ([`Integrator::renewed_after`](crate::solve::Integrator)),
 //! in every run, and have their checkpoints there.
 //!
 //! A run that is interrupted in the middle of a step has left the solvers somewhere in between. For that a
@@ -264,7 +264,7 @@ impl Checkpoints {
         self.next > before
     }
 
-    /// After a step: makes the integrator anew where that is its turn; whether a checkpoint is due by the
+    /// After a step: rebuilds the integrator where that is its turn; whether a checkpoint is due by the
     /// scene's schedule. Depends on nothing but steps and times.
     pub(super) fn renew(&mut self, simulation: &mut Simulation) -> bool {
         let due = self.passes(simulation.state.time);
@@ -351,7 +351,7 @@ impl Checkpoints {
         self.held.as_ref().filter(|held| held.written).map(|held| held.state.step)
     }
 
-    /// Writes the last one of a run that has come to its end, from where it may be asked to go further;
+    /// Writes the last one of a run that has ended, from where it may be asked to go further;
     /// short ones are not, unless the scene asks for checkpoints.
     pub(super) fn ended(
         &mut self,

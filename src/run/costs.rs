@@ -20,7 +20,7 @@ use crate::tally::{Cost, Work, allocated};
 pub struct Costs {
     /// The scene's file.
     pub scene: String,
-    /// Wall time since the scene began to be made ready, s.
+    /// Wall time since the scene began to be set up, s.
     pub seconds: f64,
     /// Processor time of all threads of the process, s, where the system says it.
     #[serde(default)]
@@ -124,7 +124,7 @@ pub fn peak_resident(process: Option<u32>) -> Option<u64> {
 }
 
 impl Costs {
-    /// Of `simulation`, made ready from `scene`, up to now.
+    /// Of `simulation`, set up from `scene`, up to now.
     #[must_use]
     pub fn of(scene: &Scene, simulation: &Simulation) -> Self {
         let mut costs = simulation.model().tally().costs();

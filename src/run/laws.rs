@@ -120,7 +120,7 @@ fn vary(scene: &Scene) -> bool {
     parameters.any(|value| value.uniform().is_none())
 }
 
-/// Looks at the laws where a run begins: whether they are pure, and whether derivatives are right.
+/// Inspects the laws where a run begins: whether they are pure, and whether derivatives are right.
 ///
 /// # Errors
 /// A law that fails there, or gives different results for the same inputs.

@@ -1,10 +1,10 @@
 //! From a scene to a simulation, and from there to results.
 //!
-//! [`Simulation`] is a scene made ready: the sheet is read or generated, plugins are loaded, every listed
+//! [`Simulation`] is a scene that is set up: the sheet is read or generated, plugins are loaded, every listed
 //! effect is bound. It steps and can be asked for its state and energies. [`run`](run::run) steps it to
 //! the end of the scene and shows every accepted state to [`Observer`]s: frames, ledger, stop rules.
 //! [`forecast`] says
-//! how long that takes. [`inspect`] and [`stability`] look at one state without running.
+//! how long that takes. [`inspect`] and [`stability`] inspect one state without running.
 
 mod beginning;
 mod binding;

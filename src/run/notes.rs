@@ -31,7 +31,7 @@ const ROUND_OFF: f64 = 1e-9;
 /// The share of a start shape below which it has been relaxed away.
 const LEFT: f64 = 0.05;
 
-/// Looks at the scene and its sheet.
+/// Inspects the scene and its sheet.
 pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
     let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
     for (number, name) in names.iter().enumerate().filter(|(k, name)| !names[..*k].contains(name)) {
@@ -84,7 +84,7 @@ fn radius(sheet: &Sheet) -> f64 {
     (area / std::f64::consts::PI).sqrt().min(half)
 }
 
-/// Looks at the drag under which a shape moves.
+/// Inspects the drag under which a shape moves.
 pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
     if scene.written("material.drag").is_none() {
         notes.push(format!(
@@ -96,7 +96,7 @@ pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
     }
 }
 
-/// Looks at the pins and the loads on a sheet at rest.
+/// Inspects the pins and the loads on a sheet at rest.
 pub(super) fn on_loads(
     potential: &mut Potential,
     tolerance: f64,
@@ -134,7 +134,7 @@ pub(super) fn on_loads(
     }
 }
 
-/// Looks at what pins leave free.
+/// Inspects what pins leave free.
 fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
     // In a plane z is no unknown.
     let axes = if mechanics.is_planar() { 2 } else { 3 };
@@ -144,7 +144,7 @@ fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
     }
 }
 
-/// Looks at a rest shape that is read from a file: bending is at rest where it is flat, so that a curved one is
+/// Inspects a rest shape that is read from a file: bending is at rest where it is flat, so that a curved one is
 /// under stress from the start.
 pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mut Vec<String>) {
     if !matches!(scene.sheet.source, SheetSource::File { .. }) {
@@ -165,7 +165,7 @@ pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mu
     }
 }
 
-/// Looks at fixed explicit steps, which diffusion limits.
+/// Inspects fixed explicit steps, which diffusion limits.
 ///
 /// # Errors
 /// If the model has no value at the state of `simulation`.
@@ -179,7 +179,7 @@ pub(super) fn on_explicit_step(
     Ok(limit.map(|limit| format!("warning: {}", diagnosis::too_long(step, limit))))
 }
 
-/// Looks at what the first relaxation left of the shape that a scene starts from.
+/// Inspects what the first relaxation left of the shape that a scene starts from.
 ///
 /// What is asked for are displacements along a direction at every vertex; what is left is the root
 /// mean square of the displacements along these directions, whatever form they now have.

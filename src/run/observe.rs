@@ -27,7 +27,7 @@ pub struct StepInfo<'a> {
 
 /// Sees every accepted state; all share one evaluation, so that what several ask for is computed once.
 pub trait Observer {
-    /// Looks at a state.
+    /// Inspects a state.
     ///
     /// # Errors
     /// A result that cannot be written, or a law that fails; the run ends.

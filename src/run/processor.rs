@@ -41,7 +41,7 @@ impl Processor {
     }
 
     /// The piece ends: its wall time, and the processor time of it and of earlier ones that was not told yet,
-    /// s; 0 where that is told later.
+    /// s; 0 where that is reported later.
     pub(crate) fn end(&mut self) -> (f64, f64) {
         let now = Instant::now();
         let piece = self.ended.map_or(f64::INFINITY, |began| (now - began).as_secs_f64());

@@ -41,7 +41,7 @@ impl Session<'_> {
         }
         let error = super::located(error, simulation.sheet(), &simulation.state.x);
         let error = failure::diagnosed(self.scene, simulation, error);
-        // A first relaxation that failed leaves the shape where it stuck, which is looked at beside it.
+        // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
         if let Some(start) = start {
             simulation.state.clone_from(start);
         }
@@ -242,7 +242,7 @@ impl<'a> Recorder<'a> {
         if let Some(place) = place {
             schedule.resume(&simulation.state, place.frames.last().copied());
         }
-        // Not even the start, or the analysis of its stability, may have come to its end.
+        // Not even the start, or the analysis of its stability, may be complete.
         let complete = from.is_some() || !interrupt.requested();
         let clean = complete && !first.relaxation.residual.is_nan();
         Ok(Self {
@@ -314,7 +314,7 @@ impl<'a> Recorder<'a> {
             ending = ending.or(observer.stop(&mut at)?);
         }
         let negative = self.incidents.negative;
-        // A run that has come to its end cannot be interrupted, unless the analysis of its stability was.
+        // A run that has ended cannot be interrupted, unless the analysis of its stability was.
         let open = ending.is_none_or(|ending| ending == Ending::Steady)
             || negative.is_some_and(f64::is_nan);
         if open && self.session.interrupt.requested() {

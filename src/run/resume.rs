@@ -1,4 +1,4 @@
-//! A run that goes on from its last checkpoint.
+//! A run that is resumed from its last checkpoint.
 
 use std::fs;
 use std::io::{Read as _, Seek as _, SeekFrom};
@@ -12,7 +12,7 @@ use crate::output::provenance::digest_of;
 use crate::output::{ResultDirectory, RunStatus, Standing};
 use crate::scene::Scene;
 
-/// A run made ready to go on.
+/// A run set up to continue.
 pub struct Resumed {
     /// Its scene.
     pub scene: Scene,
@@ -137,7 +137,7 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
         .or_else(|| changed(directory, &checkpoint.place.digests))
 }
 
-/// The first frame whose bytes are not those that the run wrote: they are part of the results of a run that goes on.
+/// The first frame whose bytes are not those that the run wrote: they are part of the results of a resumed run.
 fn changed(directory: &ResultDirectory, digests: &[u64]) -> Option<String> {
     digests.iter().enumerate().find_map(|(k, digest)| {
         let frame = directory.frame(k);

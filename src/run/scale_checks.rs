@@ -16,7 +16,7 @@ fn representable(value: f64) -> bool {
     (SMALLEST..=LARGEST).contains(&value)
 }
 
-/// Looks at what the material makes of the sheet.
+/// Inspects what the material makes of the sheet.
 ///
 /// # Errors
 /// The key whose value is furthest from 1, where a modulus or a force is out of bounds.
@@ -59,7 +59,7 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
     Err(scene.error_at(key, &message, Some(&help)).into())
 }
 
-/// Looks at the force that the effect number `number` of the scene puts on vertices.
+/// Inspects the force that the effect number `number` of the scene puts on vertices.
 ///
 /// # Errors
 /// The effect, if the force is too large.
@@ -83,7 +83,7 @@ pub(super) fn check_load(
     Err(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
 }
 
-/// Looks at how fast the effect number `number` of the scene levels out a species at rest.
+/// Inspects how fast the effect number `number` of the scene levels out a species at rest.
 ///
 /// # Errors
 /// Its coefficient, if that is too fast.

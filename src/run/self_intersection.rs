@@ -24,7 +24,7 @@ pub(super) struct Intersections {
 }
 
 impl Intersections {
-    /// Of the last shape that was looked at; none where no shape moves.
+    /// Of the last shape that was inspected; none where no shape moves.
     pub(super) fn last(&self) -> Option<SelfIntersection> {
         self.last
     }
@@ -63,7 +63,7 @@ pub(super) fn of(simulation: &Simulation) -> Option<String> {
     found.words().map(|words| words + &place)
 }
 
-/// Looks at the shape `x`; also where the first pair of triangles crosses.
+/// Inspects the shape `x`; also where the first pair of triangles crosses.
 fn find(sheet: &Sheet, x: &[Vec3]) -> (SelfIntersection, String) {
     // Its boxes are not kept: frames are seldom, and memory is not.
     let found = Crossings::new(sheet).find(sheet, x);

@@ -1,4 +1,4 @@
-//! A scene made ready, to be stepped and asked.
+//! A scene set up, to be stepped and asked.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, Integrator, StepReport, Workspace};
 use crate::tally::Spent;
 
-/// A scene made ready: its model, its state, and how it advances.
+/// A scene set up: its model, its state, and how it advances.
 ///
 /// ```no_run
 /// # use std::path::Path;
@@ -152,7 +152,7 @@ impl Simulation {
     ///
     /// # Errors
     /// `until` is not after the time of the state. Whatever no smaller step cures: the state and what solvers
-    /// remember are as before then, bit for bit, but for what a library remembers: such an integrator begins anew
+    /// remember are as before then, bit for bit, but for what a library remembers: such an integrator restarts
     /// from the state.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         if !(until > self.state.time) {
@@ -179,14 +179,14 @@ impl Simulation {
     }
 
     /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,
-    /// and without whoever looks at states in between.
+    /// and without whoever inspects states in between.
     #[must_use]
     pub fn spent(&self) -> Spent {
         let cpu_seconds = self.spent.cpu_seconds + self.processor.untold();
         Spent { cpu_seconds, ..self.spent }
     }
 
-    /// Does `what`, and adds what it cost to what is spent. The processor time of short pieces is told with a
+    /// Does `what`, and adds what it cost to what is spent. The processor time of short pieces is reported with a
     /// later one.
     pub(crate) fn spend<R>(&mut self, what: impl FnOnce(&mut Self) -> R) -> (R, Spent) {
         let earlier = self.processor.begin();

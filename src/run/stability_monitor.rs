@@ -110,7 +110,7 @@ impl StabilityMonitor {
         }
     }
 
-    /// Looks at the accepted state of `simulation`; returns the directions down, for the ledger.
+    /// Inspects the accepted state of `simulation`; returns the negative-curvature directions, for the ledger.
     ///
     /// Where a second relaxation leads is added to `done`. A factor dominated by round-off is reported and
     /// gives NaN.
@@ -133,7 +133,7 @@ impl StabilityMonitor {
             (Some(true), false) => "stability regained",
             _ => "",
         };
-        // A shape that moves is asked once, when directions down appear: modes cost many solves.
+        // A shape that moves is asked once, when negative-curvature directions appear: modes cost many solves.
         let leaves = now && self.perturb.is_some() && !(self.moving && kind.is_empty());
         if kind.is_empty() && !leaves {
             return Ok(crate::num::real(inertia.negative));
@@ -198,7 +198,7 @@ impl StabilityMonitor {
         Ok(pull.abs() <= NO_PULL * (mode.eigenvalue * by).abs() * weight)
     }
 
-    /// Displaces the shape along `mode` and relaxes; returns the directions down there.
+    /// Displaces the shape along `mode` and relaxes; returns the negative-curvature directions there.
     fn leave(
         &mut self,
         simulation: &mut Simulation,

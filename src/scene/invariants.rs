@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 use crate::num::checked::{AtLeast, NonNegative};
 
-/// The table `[invariants]`; what it does not list is neither looked at nor paid for.
+/// The table `[invariants]`; what it does not list is neither inspected nor paid for.
 #[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct InvariantsSpec {

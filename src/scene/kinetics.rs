@@ -56,7 +56,7 @@ pub struct KineticsSpec {
     /// A law's length factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_factor: Option<String>,
-    /// A law's quantities to look at.
+    /// Observables of a law.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub observables: BTreeMap<String, String>,
     /// Start of every species that does not start at 0.

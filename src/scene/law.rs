@@ -17,7 +17,7 @@ use super::{KineticsSpec, ParameterSpec};
 pub struct SpeciesSpec {
     /// Unit, in words.
     pub unit: String,
-    /// What it is.
+    /// Description.
     pub doc: String,
     /// Magnitude that matters.
     pub typical: Positive,

@@ -32,7 +32,7 @@ pub struct OutputSpec {
 }
 
 impl OutputSpec {
-    /// Refuses more frames than a run can have, or closer ones than times can be told apart.
+    /// Refuses more frames than a run can have, or closer ones than times can be distinguished.
     pub(crate) fn check_frames(&self, span: &Span) -> Result<(), Problem> {
         let (Some(every), until) = (self.every, span.until.get()) else { return Ok(()) };
         let asked = until / every.get();

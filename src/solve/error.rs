@@ -11,7 +11,7 @@ pub type Result<T, E = SolveError> = std::result::Result<T, E>;
 /// Residual forces above this correspond to strains of a per cent: no tolerance to recommend.
 pub(super) const LOOSEST: f64 = 1e-2;
 
-/// What to try when a relaxation comes to no end: keys with values.
+/// What to try when a relaxation does not converge: keys with values.
 fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> String {
     let mut ways = Vec::new();
     if residual <= (1e3 * tolerance).min(0.5 * LOOSEST) {
@@ -158,7 +158,7 @@ pub enum SolveError {
         /// Time reached.
         time: f64,
     },
-    /// An integration within a coupling step does not come to its end.
+    /// An integration within a coupling step does not complete.
     #[error("the chemistry needs more than {steps} steps within one coupling step at time {time}")]
     TooManySteps {
         /// Time reached.

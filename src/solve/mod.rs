@@ -94,7 +94,7 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         matches!(self.rule(), StepRule::Fixed(_))
     }
 
-    /// The fixed step by which the rates of the chemistry are followed without any look at their change, if
+    /// The fixed step by which the rates of the chemistry are followed without any check of their change, if
     /// that is how it is done.
     fn explicit_step(&self) -> Option<f64> {
         None
@@ -107,7 +107,7 @@ pub(crate) trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError>;
 }
 
-/// What the lengths of steps follow from, for whoever forecasts how many there will be. Steps end at output
+/// What the lengths of steps follow from, to forecast their number. Steps end at output
 /// times whatever the rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StepRule {
@@ -260,7 +260,7 @@ pub struct StepReport {
     pub error: f64,
     /// The length that this estimate allows, whatever else limits steps; none where it is not known.
     pub allowed: Option<f64>,
-    /// Tries that came to no result, by their causes; integrators leave it to whoever asks for the step.
+    /// Rejected step attempts, by their causes; integrators leave it to the caller of the step.
     pub rejected: Causes,
     /// Values of laws and effects in the step that were not finite numbers; likewise.
     pub not_finite: u64,
@@ -268,7 +268,7 @@ pub struct StepReport {
     pub reason: Option<String>,
     /// Where the relaxations of the step led.
     pub relaxation: Relaxation,
-    /// All work of the step, rejected tries included; integrators leave it to whoever asks for the step.
+    /// All work of the step, rejected tries included; integrators leave it to the caller of the step.
     pub work: Work,
 }
 

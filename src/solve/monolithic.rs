@@ -25,7 +25,7 @@ use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected}
 use crate::record::{Malformed, Reading, Record};
 use crate::tally::Meter;
 
-/// Steps after which a run begins the integration anew, so that it can be continued from there: what diffsol
+/// Steps after which a run restarts the integration, so that it can be continued from there: what diffsol
 /// remembers cannot be stored. A new start of BDF costs some seven steps, seven factorisations and the analysis of
 /// the matrix, a hundredth of what so many steps cost; of the other methods less (docs/performance.md).
 const RENEWED_AFTER: u64 = 3000;
@@ -84,7 +84,7 @@ impl OdeProblem for Problem {
 struct Running {
     integration: Integration<Problem>,
     layout: Arc<Layout>,
-    /// Where it is; `None` after a failed step. From another state it starts anew.
+    /// Where it is; `None` after a failed step. From another state it restarts.
     at: Option<State>,
 }
 
@@ -143,7 +143,7 @@ impl Monolithic {
         }
     }
 
-    /// Starts anew from `state`; layout, patterns and analyses stay.
+    /// Restarts from `state`; layout, patterns and analyses stay.
     fn restart(&mut self, workspace: &Workspace, state: &State, until: f64) -> Result<()> {
         let span = until - state.time;
         let begin = |coupled: &mut Coupled| {

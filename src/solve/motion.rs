@@ -52,7 +52,7 @@ pub enum MotionMethod {
 }
 
 impl MotionMethod {
-    /// What it is called in results.
+    /// Its name in results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,7 +1,7 @@
-//! Tries that came to no result: why, how often, and the last of them.
+//! Rejected step attempts: why, how often, and the last of them.
 //!
 //! A step that is rejected is tried again, shorter. Nothing of the try is left but this: how many tries
-//! every cause has cost, which is work that a run counts, and the last few, for whoever wants to know why
+//! every cause has cost, which is work that a run counts, and the last few, to find out why
 //! a run failed.
 
 use std::collections::VecDeque;
@@ -22,7 +22,7 @@ pub enum Cause {
     Range,
     /// An energy, a force or an unknown is not a finite number.
     NotFinite,
-    /// A relaxation did not come to its end.
+    /// A relaxation did not complete.
     Relaxation,
     /// A triangle lost its area, or optimal lengths made none.
     Collapse,
@@ -48,7 +48,7 @@ impl Cause {
         Self::Invariant,
     ];
 
-    /// What it is called in tables.
+    /// Its name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -127,7 +127,7 @@ impl Try {
     }
 }
 
-/// Tries that came to no result, by [`Cause::ALL`].
+/// Rejected step attempts, by [`Cause::ALL`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Causes(pub [u64; Cause::ALL.len()]);
 

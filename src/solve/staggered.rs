@@ -93,7 +93,7 @@ const LOOSEST_INNER: f64 = 0.2;
 /// nor, relative to the solution, below this: rounding would not let a step meet them.
 const FINEST_INNER: f64 = 1e-13;
 
-/// Steps after which a run makes integrators of diffsol anew, to be continued from there. They begin anew in
+/// Steps after which a run rebuilds integrators of diffsol, to be continued from there. They restart in
 /// every step as it is; what is lost is the analysis of their matrices.
 const RENEWED_AFTER: u64 = 100;
 

@@ -19,7 +19,7 @@ use crate::model::{Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Reading, Record};
 
-/// Whoever asked for long work: it may be interrupted, and reports how far it is.
+/// The caller of long work, which may be interrupted and reports its progress.
 #[derive(Clone)]
 pub struct Control {
     interrupted: Arc<dyn Fn() -> bool + Send + Sync>,
@@ -30,7 +30,7 @@ pub struct Control {
 type Listener = dyn Fn(&dyn Fn() -> String) + Send + Sync;
 
 impl Default for Control {
-    /// Nobody: never interrupted.
+    /// No caller: never interrupted.
     fn default() -> Self {
         Self { interrupted: Arc::new(|| false), listener: Arc::new(|_| ()) }
     }
@@ -212,7 +212,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// Largest force on a vertex at `state`, for those who look at the run: no work of its method.
+    /// Largest force on a vertex at `state`, for those who inspect the run: no work of its method.
     ///
     /// # Errors
     /// If the model has no value there.

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// An integrator for a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Choice {
-    /// What it is called, with settings that its name does not say.
+    /// Its name, with settings that its name does not say.
     pub name: String,
     /// Its table.
     table: String,

@@ -1,4 +1,4 @@
-//! How far two states are apart.
+//! Distance of two states.
 
 use crate::Vec3;
 use crate::geometry::{Face, aligned, lumped_areas};

@@ -164,7 +164,7 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
     Ok(planned)
 }
 
-/// The scene made ready with a policy and an integrator that go with every sheet.
+/// The scene set up with a policy and an integrator that go with every sheet.
 fn start(args: &CompareArgs, search: &Search) -> Result<(Scene, Simulation)> {
     let mut overrides = args.scene.overrides.clone();
     let plain = [r#"time.policy="quasi-static""#, r#"time.integrator="staggered""#];

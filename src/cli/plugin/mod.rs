@@ -53,7 +53,7 @@ impl SearchArgs {
     }
 }
 
-/// A law to look at.
+/// A law to inspect.
 #[derive(Debug, Args)]
 struct LawArgs {
     /// Name of a plugin, path of its library, or a scene (.toml), whose laws are taken.

@@ -77,7 +77,7 @@ pub(super) struct Compared {
 }
 
 impl Compared {
-    /// Looks at the derivative of one output by one input at all points; `scale` is the output over
+    /// Inspects the derivative of one output by one input at all points; `scale` is the output over
     /// the input's typical magnitude.
     fn look(
         &mut self,
@@ -110,7 +110,7 @@ impl Compared {
 }
 
 enum Judgement {
-    /// As far as can be told.
+    /// As far as can be determined.
     Right,
     /// Infinite, and right.
     Unbounded,

@@ -2,7 +2,7 @@
 //!
 //! Random points miss what is narrow. Here one input at a time runs over its whole range, in steps so
 //! short that a range of a 30 000th of it is met, the others at random. The sharpest kinks of
-//! that line are then looked at ever more closely, by factors of 64: there a law changes its formula,
+//! that line are then inspected ever more closely, by factors of 64: there a law changes its formula,
 //! and may have a gap; and so are its ends.
 
 use std::time::{Duration, Instant};
@@ -22,14 +22,14 @@ use crate::{Batch, Column, Descriptor, Kinetics, KineticsError, Signal};
 const LINE: usize = 1 << 15;
 /// Lines along each input, with others half a step apart.
 const LINES: usize = 2;
-/// Kinks of a line that are looked at.
+/// Kinks of a line that are inspected.
 const KINKS: usize = 8;
-/// How often each is looked at more closely, and by how many points.
+/// How often each is inspected more closely, and by how many points.
 const DEPTH: usize = 7;
 const CLOSER: usize = 128;
 /// Sampled points, the last of which give the other inputs: the first lie at bounds.
 const OTHERS: usize = 1024;
-/// A law for which a line would take longer is looked at near edges only.
+/// A law for which a line would take longer is inspected near edges only.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What one input may be.

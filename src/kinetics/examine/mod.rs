@@ -1,6 +1,6 @@
 //! Whether a law keeps its promises: finite, pure, with the right derivatives, from any thread.
 //!
-//! [`trial`] looks at the state that a run starts from and costs a few evaluations; [`validate`]
+//! [`trial`] inspects the state that a run starts from and costs a few evaluations; [`validate`]
 //! looks everywhere in the declared ranges.
 
 mod derivatives;
@@ -21,7 +21,7 @@ use super::{Batch, Kinetics, KineticsError};
 /// Points at which a trial compares derivatives with differences.
 const TRIAL_POINTS: usize = 64;
 
-/// Looks at a law at given inputs: whether it gives the same result twice and from several threads,
+/// Inspects a law at given inputs: whether it gives the same result twice and from several threads,
 /// whether it writes what it must and reads parameters where they differ, and whether its derivatives
 /// are those of its rates. What a run can live with is returned as a note.
 ///

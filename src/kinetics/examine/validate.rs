@@ -23,7 +23,7 @@ pub struct Finding {
 /// How a check ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// Well, with what was looked at.
+    /// Well, with what was inspected.
     Good(String),
     /// There was nothing to check.
     Skipped(String),

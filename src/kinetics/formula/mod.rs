@@ -56,7 +56,7 @@ pub struct Law {
     pub rates: Vec<Formula>,
     /// The length factor.
     pub length_factor: Option<String>,
-    /// Quantities to look at.
+    /// Observables.
     pub observables: Vec<(Observable, String)>,
 }
 

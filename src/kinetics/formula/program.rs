@@ -110,7 +110,7 @@ impl Program {
         for &(row, value) in &self.constants {
             rows[row].fill(value);
         }
-        // Rows of inputs are used again for others: every block brings them anew.
+        // Rows of inputs are used again for others: every block brings them again.
         for start in (0..count).step_by(LANES) {
             let lanes = LANES.min(count - start);
             for &(number, row) in &self.inputs {

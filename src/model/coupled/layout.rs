@@ -19,7 +19,7 @@ pub struct Layout {
     mechanical: usize,
     points: usize,
     species: usize,
-    /// Whether the shape stays as it is given: it is not an unknown, and no position is prescribed.
+    /// Whether the shape is fixed: it is not an unknown, and no position is prescribed.
     still: bool,
 }
 
@@ -78,7 +78,7 @@ impl Layout {
         self.mechanical + self.points * self.species
     }
 
-    /// Whether the shape stays as it is given.
+    /// Whether the shape is fixed.
     #[must_use]
     pub fn is_still(&self) -> bool {
         self.still

@@ -33,7 +33,7 @@ pub enum Part {
     Whole,
     /// The shape; species go along a course.
     Shape,
-    /// The species, on a surface that stays as it is; signals go along a course.
+    /// The species, on a fixed surface; signals go along a course.
     Chemistry,
 }
 
@@ -140,7 +140,7 @@ impl Coupled {
     }
 
     /// Takes from `state` what no unknown stands for: before the first residual, and whenever it changed.
-    /// Where the shape stays as it is, transports are evaluated here, once.
+    /// Where the shape is fixed, transports are evaluated here, once.
     pub fn start(&mut self, state: &State) {
         let moved = self.state.x != state.x;
         self.state.clone_from(state);

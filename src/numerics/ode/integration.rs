@@ -56,7 +56,7 @@ impl<P: OdeProblem> Integration<P> {
         Ok(Self { running, options, stored, newton, kind: PhantomData })
     }
 
-    /// Starts anew from `start` at `time`, to be integrated over about `span`.
+    /// Restarts from `start` at `time`, to be integrated over about `span`.
     ///
     /// # Errors
     /// As for [`Integration::new`]; the integration can then be started again from elsewhere.
@@ -86,7 +86,7 @@ impl<P: OdeProblem> Integration<P> {
     /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
     /// it. `accept` may refuse the new solution (time, values): the step is then repeated with a smaller
     /// size; numbers that are not finite are never shown to it, nor are those from where
-    /// the next step would find no finite rates. Tries that come to no result are added to `rejected`.
+    /// the next step would find no finite rates. Rejected step attempts are added to `rejected`.
     ///
     /// # Errors
     /// An error of F or of `accept` that no smaller step cures, or the last one if none did.

@@ -3,7 +3,7 @@
 //! This is the one place that knows diffsol. What it asks for and what it lacks is handled here:
 //!
 //! * its right-hand side returns nothing: the first error of F waits in a side channel, NaN goes
-//!   to the solver, and the channel is looked at before a step counts;
+//!   to the solver, and the channel is inspected before a step counts;
 //! * its explicit methods' error norm drops NaN, so every accepted step is checked for numbers that
 //!   are not finite, and taken back;
 //! * its sparse LU panics where a matrix is singular: `NewtonSolver` returns errors instead;
@@ -47,7 +47,7 @@ pub enum OdeMethod {
 }
 
 impl OdeMethod {
-    /// What it is called in messages and results.
+    /// Its name in messages and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

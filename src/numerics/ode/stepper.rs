@@ -128,7 +128,7 @@ impl<'a> Stepper<'a> {
         Ok(Self { problem, options, method, shortest, spare, time, start: Vec::new() })
     }
 
-    /// Starts anew from `y` at `time`, with no memory of the way there but factors' patterns.
+    /// Restarts from `y` at `time`, with no memory of the way there but factors' patterns.
     ///
     /// # Errors
     /// If F cannot be evaluated there.
@@ -288,7 +288,7 @@ impl<'a> Stepper<'a> {
     /// One step that does not pass `until`, and ends at it exactly where it comes within round-off of
     /// it. `accept` may refuse the new solution (time, values): the step is then taken back and tried
     /// again, shorter; numbers that are not finite are never shown to it, nor are those from where
-    /// the next step would find no finite rates. Tries that come to no result are added to `rejected`.
+    /// the next step would find no finite rates. Rejected step attempts are added to `rejected`.
     ///
     /// # Errors
     /// An error of F or of `accept` that no shorter step cures, or the last one if none did.

@@ -41,7 +41,7 @@ pub struct Section {
 /// One thing that the scene calls for, or spares.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Line {
-    /// What it is.
+    /// Description.
     pub what: String,
     /// Why it is there, or not.
     pub because: String,
@@ -89,7 +89,7 @@ fn verb<'a, S>(names: &[S], one: &'a str, several: &'a str) -> &'a str {
 }
 
 impl Explanation {
-    /// Of `scene`, made ready as `simulation`, which is evaluated once: what that leaves in memory is counted.
+    /// Of `scene`, set up as `simulation`, which is evaluated once: what that leaves in memory is counted.
     ///
     /// # Errors
     /// If a law or an effect cannot be evaluated at the start.

@@ -1,4 +1,4 @@
-//! What a run leaves where it failed: a folder to look at, and a scene that fails again.
+//! What a run leaves where it failed: a folder to inspect, and a scene that fails again.
 //!
 //! | file | what is in it |
 //! | --- | --- |

@@ -8,11 +8,11 @@
 //! left = Σ n(h) c(h)
 //! ```
 //!
-//! That is done again and again. A forecast is told once it has settled: those made since `SINCE` of the
+//! That is done again and again. A forecast is announced once it has settled: those made since `SINCE` of the
 //! time reached say the same of the whole run within a factor of `AGREE` and what may be assumed within
 //! `WIDEST`, the steps no longer grow by as much as
 //! they may, and at least `BEHIND` of the way or of the cost is behind. Where the forecasts come to differ,
-//! as in a snap, nothing is told until they agree again.
+//! as in a snap, nothing is announced until they agree again.
 
 mod cost;
 mod lengths;
@@ -31,11 +31,11 @@ use crate::num::real;
 use crate::scene::Scene;
 pub use crate::solve::StepRule;
 
-/// Forecasts of the whole that are told differ by this factor at most.
+/// Forecasts of the whole that are announced differ by this factor at most.
 const AGREE: f64 = 2.0;
 /// Part of the time reached since which forecasts have to agree.
 const SINCE: f64 = 0.25;
-/// Part of the way, or of the forecast cost, that is behind when a forecast is told.
+/// Part of the way, or of the forecast cost, that is behind when a forecast is announced.
 const BEHIND: f64 = 0.1;
 /// What may be assumed gives wholes that differ by this factor at most.
 const WIDEST: f64 = 4.0;
@@ -49,7 +49,7 @@ const GROWN: f64 = 0.3;
 const FEWEST: usize = 3;
 /// Steps that are remembered at least.
 const KEPT: usize = 2048;
-/// A forecast is made anew when there are more steps by this share.
+/// A forecast is rebuilt when there are more steps by this share.
 const AGAIN: f64 = 1.0 / 32.0;
 
 /// Where a run goes.

@@ -26,7 +26,7 @@ pub struct Preview {
 /// then needs none.
 const SPENT: f64 = 0.25;
 
-/// How long `scene`, made ready as `simulation`, would take to run. Its start is relaxed and steps are made until
+/// How long `scene`, set up as `simulation`, would take to run. Its start is relaxed and steps are made until
 /// a forecast has settled, for as long as `budget` at most; the simulation is left where that has led to.
 #[must_use]
 pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> Preview {
@@ -72,7 +72,7 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
     }
 }
 
-/// What there is to say when a step, or the start, did not come to its end.
+/// What there is to say when a step, or the start, did not complete.
 fn gave_up(error: &Error, until: &str, budget: Duration) -> Preview {
     let (what, because) = match error {
         Error::Solve(SolveError::Interrupted) => {

@@ -37,7 +37,7 @@ struct Memory(Vec<u8>);
 impl Memory {
     fn of(integrator: &dyn Integrator) -> Self {
         let mut record = Record::default();
-        // What cannot be written begins anew.
+        // What cannot be written restarts.
         let _whole = integrator.store(&mut record);
         Self(record.into_bytes())
     }
@@ -167,7 +167,7 @@ impl Invariants {
         self.all.iter().map(words).collect()
     }
 
-    /// Looks at the state that a run begins with, once.
+    /// Inspects the state that a run begins with, once.
     ///
     /// # Errors
     /// [`Broken`] if that breaks a law.
@@ -190,7 +190,7 @@ impl Invariants {
     ///
     /// # Errors
     /// [`Broken`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
-    /// as before then, bit for bit, but for what a library remembers, which begins anew.
+    /// as before then, bit for bit, but for what a library remembers, which restarts.
     pub(crate) fn step(
         &mut self,
         integrator: &mut dyn Integrator,

@@ -1,6 +1,6 @@
 //! Laws of nature that a run is held to: what `[invariants]` lists.
 //!
-//! Each is a [`Law`]: it looks at a step, from one state to the next, and says what is in the ledger's row and how
+//! Each is a [`Law`]: it inspects a step, from one state to the next, and says what is in the ledger's row and how
 //! far the law is broken. Beyond the limit of the scene a step is refused and tried again shorter, from the same
 //! state to the bit; where no shorter step keeps the law the run fails with [`Broken`]. A law remembers nothing but
 //! numbers, which are part of a checkpoint.
@@ -20,7 +20,7 @@ use super::Result;
 use crate::model::{Evaluation, State};
 use crate::solve::Workspace;
 
-/// A step that laws look at.
+/// A step that laws inspect.
 pub(super) struct Step<'a> {
     workspace: &'a mut Workspace,
     /// Where it began.

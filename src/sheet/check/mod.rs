@@ -95,7 +95,7 @@ impl fmt::Display for Finding {
 /// neighbours agree (the majority of every piece keeps its side) and a closed surface has its normals
 /// outwards.
 ///
-/// Faults that hide others end the search: edges are not looked at while triangles name vertices
+/// Faults that hide others end the search: edges are not inspected while triangles name vertices
 /// that do not exist.
 #[must_use]
 pub fn examine(surface: &Surface) -> (Vec<Finding>, Vec<[u32; 3]>) {

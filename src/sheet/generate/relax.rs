@@ -7,7 +7,7 @@
 //! d_i  = α Σ_j f_ij + β d_i(before),                           x_i ← x_i + d_i
 //! ```
 //!
-//! and the points are triangulated anew after every move (Delaunay), so edges open and close and
+//! and the points are retriangulated after every move (Delaunay), so edges open and close and
 //! lattice defects can annihilate. P.-O. Persson and G. Strang, SIAM Review 46 (2004) 329,
 //! doi:10.1137/S0036144503429121; the inertia β is heavy-ball descent and halves the moves needed.
 //! Everything is serial and in index order, so results have the same bits always.

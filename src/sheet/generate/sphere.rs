@@ -91,7 +91,7 @@ impl Domain for Ball {
                 triangles.push([b, a, last]);
             }
         }
-        // The frame (e1, e2, axis) seen from the pole looks at the plane from behind.
+        // The frame (e1, e2, axis) seen from the pole shows the plane from behind.
         for t in &mut triangles {
             let [a, b, c] = t.map(|v| points[v as usize]);
             if a.dot(&b.cross(&c)) < 0.0 {

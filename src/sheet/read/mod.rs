@@ -54,7 +54,7 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
     Ok(surface)
 }
 
-/// Bytes at both ends of a file that are looked at before the rest of it is read.
+/// Bytes at both ends of a file that are inspected before the rest of it is read.
 const ENDS: u64 = 4096;
 
 /// The bytes of a file of `length` bytes. One that begins with zero bytes, or with `text_ends` ends with a page of them,

@@ -230,7 +230,7 @@ impl File<'_> {
     /// `connectivity` and `offsets` of cells that must all be triangles.
     fn triangles(&self, section: &str, count: usize) -> Result<Vec<[u32; 3]>, String> {
         let offsets = self.positions(section, "offsets", count)?;
-        // The offsets are looked at first: of cells that are not triangles there are other numbers
+        // The offsets are inspected first: of cells that are not triangles there are other numbers
         // of vertices.
         model::triples(&offsets)?;
         let connectivity = self.positions(section, "connectivity", 3 * offsets.len())?;

@@ -28,7 +28,7 @@ const MOST_STAGES: f64 = 250.0;
 const SAFETY: f64 = 0.8;
 /// Steps after which an interval counts as hopeless.
 const MOST_STEPS: usize = 100_000;
-/// Steps of an interval from which on rejections are looked at, and the share of them at which rates are taken
+/// Steps of an interval from which on rejections are inspected, and the share of them at which rates are taken
 /// to jump without end: one for so many accepted. A law that switches sides all the time needs some ten
 /// thousand steps in `models/hard/cases.toml`, with as many rejections, and goes on.
 const MANY: u64 = 30_000;

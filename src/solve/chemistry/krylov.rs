@@ -7,7 +7,7 @@ use crate::num::real;
 
 /// Largest Krylov space.
 const LARGEST: usize = 60;
-/// The space is looked at whenever it has grown by this.
+/// The space is inspected whenever it has grown by this.
 const STRIDE: usize = 4;
 /// Chain of polynomial terms: 1, τ, τ²/2.
 const TERMS: usize = 3;

@@ -58,7 +58,7 @@ pub enum ChemistryMethod {
 }
 
 impl ChemistryMethod {
-    /// What it is called in results.
+    /// Its name in results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -9,11 +9,11 @@ use crate::solve::{Result, Workspace};
 
 /// Change of a species by which its growth is judged, relative to its size.
 const CHANGE: f64 = 1e-4;
-/// A species runs away that is so many times its typical magnitude, and would be infinite within this share of
+/// A species blows up that is so many times its typical magnitude, and would be infinite within this share of
 /// the time until now.
 const LARGE: f64 = 100.0;
 const SOON: f64 = 1e-2;
-/// One that would be infinite within this share of the time runs away whatever its size: `exp(c)` does so at c = 30.
+/// One that would be infinite within this share of the time blows up whatever its size: `exp(c)` does so at c = 30.
 const AT_ONCE: f64 = 1e-9;
 
 /// A species that grows ever faster at `state`, so that it would be infinite in no time:

@@ -1,6 +1,6 @@
-//! Why work came to no end, and what to try: looks at the state where it stuck.
+//! Why a computation failed, and what to try: inspects the state where it stuck.
 //!
-//! | cause | what is looked at |
+//! | cause | what is inspected |
 //! | --- | --- |
 //! | mesh | the triangle at rest that is longest for its height |
 //! | load | the force on the whole sheet along motions that nothing holds; forces of effects on the sheet at rest |
@@ -8,7 +8,7 @@
 //! | tolerance | how much of the force is round-off: what a change of all positions in their last digit makes of it; triangles that are held |
 //! | unresolved chemistry | a species that grows ever faster, or chatters; a fixed step beyond the limit of stability |
 //!
-//! What is cheap is looked at wherever a relaxation fails ([`relaxation`]); the rest where a run does.
+//! What is cheap is inspected wherever a relaxation fails ([`relaxation`]); the rest where a run does.
 
 mod chemistry;
 mod shape;

@@ -181,7 +181,7 @@ impl Method {
         Self(spec)
     }
 
-    /// What it is called in results.
+    /// Its name in results.
     #[must_use]
     pub fn name(&self) -> String {
         self.0.name()

@@ -26,7 +26,7 @@ const TOLERANCE: f64 = 1e-9;
 const LONGEST: usize = 100;
 /// Starts before giving up.
 const STARTS: usize = 40;
-/// Steps between two looks at convergence.
+/// Steps between two tests of convergence.
 const LOOK: usize = 5;
 /// Relative length below which the Krylov space is exhausted.
 const EXHAUSTED: f64 = 1e-13;

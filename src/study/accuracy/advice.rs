@@ -180,7 +180,7 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     text
 }
 
-/// How much longer the other one takes, if that can be told.
+/// How much longer the other one takes, if that can be determined.
 fn longer(best: &Point, other: &Point, ratio: f64) -> String {
     let spread = |p: &Point| p.found.timing.as_ref().map(Timing::spread);
     let told = match (spread(best), spread(other)) {

@@ -15,7 +15,7 @@ use crate::scene::Scene;
 const LARGEST: usize = 20_000;
 
 /// What references of a scene of so many vertices set to be watched; nothing where shapes are not in equilibrium:
-/// one that moves falls along directions down all the time.
+/// one that moves falls along negative-curvature directions all the time.
 pub(super) fn watched(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
     let still = moves && scene.time.policy == Policy::QuasiStatic;
     (still && vertices <= LARGEST).then(|| "stability.watch=true".to_owned())

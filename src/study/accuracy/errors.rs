@@ -69,7 +69,7 @@ pub struct Reference {
 /// One integrator at one tolerance.
 #[derive(Debug, Clone)]
 pub struct Point {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// What it sets in the scene, as options of the command line.
     pub settings: String,
@@ -81,7 +81,7 @@ pub struct Point {
     pub force: Option<f64>,
     /// What is known of the run.
     pub found: Found,
-    /// Its errors; none if it did not come to its end or there is no reference.
+    /// Its errors; none if it did not complete or there is no reference.
     pub errors: Option<Errors>,
 }
 
@@ -94,7 +94,7 @@ pub struct Errors {
     pub course: Vec<Distance>,
 }
 
-/// How far two runs are apart at an output time.
+/// Distance of two runs at an output time.
 #[derive(Debug, Clone, Copy)]
 pub struct Distance {
     /// The time.
@@ -244,7 +244,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: Vec<usize>) -> Case {
             (name.clone(), yardstick.errors(second, &references[first].2, parted))
         });
         let (name, _, first) = references.swap_remove(first);
-        // Under drag shapes fall along directions down all the time.
+        // Under drag shapes fall along negative-curvature directions all the time.
         let policy = plan.scene(first.member).map(|scene| scene.time.policy);
         let resting = matches!(policy, Ok(Policy::QuasiStatic));
         let unstable = resting.then(|| branch::unstable_from(&plan.directory(root, first.member)));

@@ -60,7 +60,7 @@ pub struct Study {
 /// An integrator that is studied.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// Whether tolerances are steps, as a share of the whole time.
     pub fixed_steps: bool,

@@ -18,7 +18,7 @@ pub(super) struct Yardstick {
 }
 
 impl Yardstick {
-    /// That of a member; none if its scene cannot be made ready any more.
+    /// That of a member; none if its scene can no longer be set up.
     pub(super) fn of(plan: &Plan, number: usize) -> Option<Self> {
         let scene = plan.scene(number).ok()?;
         let simulation = Simulation::new(&scene, &plan.search()).ok()?;

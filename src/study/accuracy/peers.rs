@@ -45,7 +45,7 @@ struct Said {
 
 /// One run of another program.
 pub(super) struct Peer {
-    /// What it is called.
+    /// Its name.
     pub(super) integrator: String,
     /// Its tolerance, or its step as a share of the whole time.
     pub(super) tolerance: f64,

@@ -19,7 +19,7 @@ const LEAST: f64 = 1e-15;
 const FARTHEST: f64 = 100.0;
 /// What the plot of policies is called.
 const POLICIES: &str = "policies";
-/// How the line is called that tells how far the references are apart.
+/// Label of the line of the references' uncertainty.
 const APART: &str = "references, apart";
 
 /// How the line is called at the error that is wanted.
@@ -163,7 +163,7 @@ fn diverged(point: &Point) -> bool {
     Quantity::ALL.iter().any(far)
 }
 
-/// Error of `quantity` against `cost`, with how far the references are apart, as curves; what failed.
+/// Error of `quantity` against `cost`, with the uncertainty of the references, as curves; what failed.
 fn against(
     study: &Study,
     case: &Case,
@@ -218,7 +218,7 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
     Figure { names: names(study, &more), guides: more.len(), panels, columns }
 }
 
-/// Processor time of the steps, or all that a run took which did not come to its end.
+/// Processor time of the steps, or all that a run took which did not complete.
 fn seconds(point: &Point) -> Option<f64> {
     point.seconds().or(point.found.seconds).filter(|seconds| *seconds > 0.0)
 }

@@ -1,4 +1,4 @@
-//! How far policies are apart: the references of each against those of the fullest one, along another key.
+//! Distance between policies: the references of each against those of the fullest one, along another key.
 //!
 //! Where the shape relaxes fast, simultaneous tends to quasi-static, with a distance that goes with the ratio of
 //! the rates of chemistry and shape: a slope of 1. What it tends to says whether a policy may be used.
@@ -32,13 +32,13 @@ struct Row {
     case: String,
     /// Its place.
     place: f64,
-    /// How far the policies are apart.
+    /// Distance between the policies.
     apart: Distance,
-    /// How far the references of each are apart: less than this is not known.
+    /// Uncertainty of the references of each: smaller distances are not resolved.
     floor: Distance,
 }
 
-/// How far policies are apart.
+/// Distance between policies.
 #[derive(Default)]
 pub(super) struct Policies {
     /// Distances of all policies from the fullest; none where policies are not varied.
@@ -47,7 +47,7 @@ pub(super) struct Policies {
     across: String,
 }
 
-/// Measures how far the policies of a study are apart.
+/// Measures the distance between the policies of a study.
 pub(super) fn policies(plan: &Plan, cases: &[Case]) -> Policies {
     let axes = || plan.axes.iter().enumerate().skip(1);
     let found = axes().find(|(_, axis)| axis.key == KEY);

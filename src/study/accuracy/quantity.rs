@@ -39,7 +39,7 @@ impl Quantity {
         Self::Buckling,
     ];
 
-    /// What it is called.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -216,7 +216,7 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
 /// The counts that every program tells.
 const COUNTS: [&str; 3] = ["steps", "evaluations", "factorisations"];
 
-/// All others of the account of work: which, and what it is called.
+/// All others of the account of work: which, and its name.
 fn other_counts() -> impl Iterator<Item = (usize, String)> {
     let all = Work::NAMES.iter().enumerate().filter(|(_, (name, _))| !COUNTS.contains(name));
     all.map(|(k, (name, _))| (k, name.replace('_', " ")))

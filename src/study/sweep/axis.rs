@@ -22,7 +22,7 @@ pub const MOST: usize = 10_000;
 /// A key with the values that it takes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Axis {
-    /// What it is called in tables and pictures: the path of the key, or `seed`.
+    /// Its name in tables and pictures: the path of the key, or `seed`.
     pub key: String,
     /// The keys that are set; several for the seeds of a scene.
     pub paths: Vec<String>,

@@ -1,4 +1,4 @@
-//! One member of a sweep: run in a process of its own, and read back by whoever gathers.
+//! One member of a sweep: run in a process of its own, and read back when results are gathered.
 
 mod continued;
 mod limited;
@@ -35,7 +35,7 @@ pub enum MemberStatus {
     NotBegun,
     /// A process works on it.
     Running,
-    /// It came to its end.
+    /// It completed.
     Complete,
     /// It was asked to end before.
     Interrupted,
@@ -43,7 +43,7 @@ pub enum MemberStatus {
     Killed,
     /// It could not go on.
     Failed,
-    /// It came to its end, and a file of its results is missing or cut short since: it is to be made again.
+    /// It completed, and a file of its results is missing or cut short since: it is to be made again.
     Damaged,
 }
 

@@ -1,7 +1,7 @@
 //! Which members a sweep has, written down as `sweep.json`.
 //!
 //! Every member has a fingerprint: the hash of its scene with all defaults, of the files that this names
-//! and of its plugins. A sweep that goes on finds its members again by their values, and refuses to where
+//! and of its plugins. A resumed sweep finds its members again by their values, and refuses to where
 //! a fingerprint is another one.
 
 use std::collections::BTreeMap;

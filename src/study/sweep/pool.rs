@@ -87,7 +87,7 @@ struct Running {
     relaxed: bool,
 }
 
-/// Between two looks at the children.
+/// Interval between two checks of the children.
 const PAUSE: Duration = Duration::from_millis(20);
 /// Between two reports of how far members are.
 const REPORT: Duration = Duration::from_secs(30);

@@ -105,7 +105,7 @@ fn values<'a>(plan: &'a Plan, found: &'a Found) -> impl Iterator<Item = &'a str>
     plan.axes.iter().zip(&found.at).map(value)
 }
 
-/// Why a member did not come to its end; that it did says the status.
+/// Why a member did not complete; that it did says the status.
 fn said(found: &Found) -> &str {
     if found.status == MemberStatus::Complete { "" } else { &found.reason }
 }

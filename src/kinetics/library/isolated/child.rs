@@ -90,7 +90,7 @@ impl Process {
         self.name.get().unwrap_or(&self.path)
     }
 
-    /// A lane that nobody uses; this thread's own, if it waits.
+    /// An unused lane; this thread's own, if it waits.
     pub(super) fn lane(&self) -> MutexGuard<'_, Lane> {
         let own = rayon::current_thread_index().unwrap_or(0);
         for k in 0..self.lanes.len() {

@@ -63,7 +63,7 @@ impl Lane {
     /// Numbers of the data, to be written.
     ///
     /// # Safety
-    /// There is [room](Lane::room) for them, the offset is that of a word, and nobody else uses them meanwhile.
+    /// There is [room](Lane::room) for them, the offset is that of a word, and no other thread uses them meanwhile.
     #[allow(clippy::mut_from_ref)]
     pub(super) unsafe fn values_mut(&self, (offset, values): (usize, usize)) -> &mut [f64] {
         // SAFETY: as promised; the data begin on a page boundary.

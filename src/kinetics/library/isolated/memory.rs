@@ -26,7 +26,7 @@ const SMALL: usize = 1 << 16;
 const LOOKS: u32 = 200;
 const OFFERS: u32 = 20;
 
-/// Nobody has asked for anything, or the answer was taken.
+/// No request is pending, or the answer was taken.
 pub(super) const IDLE: u32 = 0;
 /// The child is to work.
 pub(super) const ASKED: u32 = 1;
@@ -89,7 +89,7 @@ impl Memory {
         if file < 0 {
             return Err(io::Error::last_os_error());
         }
-        // SAFETY: just opened, and of nobody else.
+        // SAFETY: just opened, and not shared.
         let file = unsafe { File::from_raw_fd(file) };
         file.set_len(u64::try_from(lanes * LANE).unwrap_or(u64::MAX))?;
         let seals = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;

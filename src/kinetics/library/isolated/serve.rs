@@ -35,7 +35,7 @@ struct Served {
 pub(super) fn serve(lanes: usize) -> ! {
     match begin(lanes) {
         Ok(line) => stay(line),
-        // Nobody can be told but by a status.
+        // Only the exit status can report it.
         Err(_) => leave(),
     }
 }
@@ -88,7 +88,7 @@ fn aside(file: RawFd) -> io::Result<OwnedFd> {
     if new < 0 {
         return Err(io::Error::last_os_error());
     }
-    // SAFETY: just made, and of nobody else.
+    // SAFETY: just made, and not shared.
     Ok(unsafe { OwnedFd::from_raw_fd(new) })
 }
 
@@ -246,7 +246,7 @@ impl Served {
             _ => return Err(nonsense()),
         };
         for k in 0..columns.outputs.len() {
-            // SAFETY: as above; nobody holds these.
+            // SAFETY: as above; there is no other reference to these.
             let behind = unsafe { lane.values(columns.behind(k)) };
             if outcome.is_ok() && behind.iter().any(|value| value.to_bits() != UNTOUCHED) {
                 let (output, law) = (k + 1, law.descriptor().title());

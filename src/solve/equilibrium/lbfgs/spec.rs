@@ -51,7 +51,7 @@ pub enum Collapse {
     Stop,
     /// Hold its vertices for the rest of the relaxation, and count it in the ledger.
     Hold,
-    /// Let it turn over, as codes do that do not look at triangles: the energy jumps there. Where no step
+    /// Let it turn over, as codes do that do not inspect triangles: the energy jumps there. Where no step
     /// lowers it all the same, `Hold`.
     Turn,
 }

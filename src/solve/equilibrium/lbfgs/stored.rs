@@ -1,7 +1,7 @@
 //! What L-BFGS keeps from one relaxation to the next, in a checkpoint.
 //!
 //! Of the factor the matrix is written that it was made of, and it is made again: the same bits. The
-//! memory of steps begins anew with every relaxation.
+//! memory of steps restarts with every relaxation.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A member that goes on from its checkpoint.
+//! A member that is resumed from its checkpoint.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::output::{Ledger, ResultDirectory};
 use crate::run::Result;
 use crate::run::resume::{Resumed, resume};
 
-/// The member in `path` made ready to go on, if it was interrupted or killed and has a checkpoint that serves.
+/// The member in `path` set up to continue, if it was interrupted or killed and has a checkpoint that serves.
 pub(super) fn continued(
     plan: &Plan,
     path: &Path,
