@@ -13,13 +13,14 @@ mod accuracy;
 mod check;
 mod compare;
 mod explain;
+#[cfg(unix)]
+mod fatal_signal;
 mod inspect;
 pub mod mesh;
 mod plugin;
 mod resume;
 mod run;
 mod sweep;
-mod watchdog;
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::kinetics::{Isolation, KineticsError, Search, late_fault};
+use crate::kinetics::{Isolation, KineticsError, Search, take_destroy_error};
 use crate::output::provenance::{FileRecord, MeshRecord};
 use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, atomic, interrupt};
 use crate::run::{Checkpoint, Simulation};
@@ -92,10 +93,10 @@ struct SceneArgs {
     /// it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Seconds that one call of a plugin (for at most 4096 points) may take.
-    #[arg(long, value_name = "S", default_value_t = PLUGIN_LIMIT)]
+    /// With `--isolate`: seconds that one call of a plugin (for at most 4096 points) may take.
+    #[arg(long, value_name = "S", default_value_t = PLUGIN_LIMIT, requires = "isolate")]
     plugin_limit: f64,
-    /// Give every plugin a process of its own: whatever it does there, the run can say so.
+    /// Isolate every plugin in a process of its own: one that crashes, exits or hangs ends the run with an error.
     #[arg(long)]
     isolate: bool,
 }
@@ -116,7 +117,6 @@ impl SceneArgs {
     /// Sets up the threads and reads the scene.
     fn load(&self) -> Result<(Scene, Search)> {
         self.set_threads();
-        watchdog::start(self.plugin_limit);
         let scene = Scene::load(&self.scene, &self.overrides)?;
         let search = Search::from_environment(&self.plugin_path);
         Ok((scene, search.isolated(isolation(self.isolate, self.plugin_limit)?)))
@@ -137,7 +137,7 @@ fn set_threads(threads: Option<u16>) {
     let _ = pool.build_global();
 }
 
-/// A path that stays the same when a plugin changes the working directory.
+/// A path that does not depend on the working directory.
 fn absolute(path: &Path) -> Result<PathBuf> {
     std::path::absolute(path)
         .map_err(|source| OutputError::Read { path: path.to_owned(), source }.into())
@@ -197,6 +197,8 @@ fn record_again(scene: &Scene, from: &Checkpoint, directory: &ResultDirectory) -
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
+    #[cfg(unix)]
+    fatal_signal::install();
     let result = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Resume(args) => resume::run(args),
@@ -209,17 +211,9 @@ pub fn main() -> ExitCode {
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
     };
-    // A plugin may do wrong where no call can say so.
-    let late = |text: String| Err(Error::Incomplete(text));
-    let result = match result {
-        Ok(()) => late_fault().map_or(Ok(()), late),
-        // As where it has closed what is to be written.
-        Err(Error::Output(error)) => match late_fault() {
-            Some(fault) => late(format!("{fault}: {error}")),
-            None => Err(Error::Output(error)),
-        },
-        result => result,
-    };
+    // No call of an instance that is dropped can return its error.
+    let result =
+        result.and_then(|()| take_destroy_error().map_or(Ok(()), |error| Err(error.into())));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // The command has reported it.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{run, watchdog};
+use super::run;
 use crate::kinetics::Search;
 use crate::num::Short;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
@@ -27,10 +27,10 @@ pub(super) struct ResumeArgs {
     /// Threads to compute with; all cores by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Seconds that one call of a plugin (for at most 4096 points) may take.
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    /// With `--isolate`: seconds that one call of a plugin (for at most 4096 points) may take.
+    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "isolate")]
     plugin_limit: f64,
-    /// Give every plugin a process of its own: whatever it does there, the run can say so.
+    /// Isolate every plugin in a process of its own: one that crashes, exits or hangs ends the run with an error.
     #[arg(long)]
     isolate: bool,
     /// Print nothing but errors, and what a law does wrong.
@@ -44,7 +44,6 @@ pub(super) fn run(args: &ResumeArgs) -> Result<()> {
 }
 
 fn go_on(args: &ResumeArgs) -> Result<()> {
-    watchdog::start(args.plugin_limit);
     let root = super::absolute(&args.directory)?;
     if !root.is_dir() {
         return Err(Error::Refused(format!("{}: no such directory", root.display())));

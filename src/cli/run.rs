@@ -43,7 +43,6 @@ fn run_here(args: &RunArgs) -> Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| ResultDirectory::default_path(&args.scene.scene, SystemTime::now()));
-    // A plugin may change the working directory.
     let root = super::absolute(&root)?;
     let from = args.from.as_deref().map(super::absolute).transpose()?;
     let given = from.as_ref().map(read::surface).transpose()?;

@@ -38,9 +38,10 @@ pub use descriptor::{
 pub use error::KineticsError;
 pub use joint::{JointError, JointKinetics, Member};
 pub use library::apart::{Apart, ApartKinetics, Isolation, serve_if_asked};
+#[cfg(unix)]
+pub use library::signal_meaning;
 pub use library::{
-    Ended, Library, Overdue, PluginKinetics, ended, guard, late_fault, leave, overdue,
-    watch_closely,
+    Library, PluginKinetics, call_under_way, check_global_state, take_destroy_error,
 };
 pub use plugin::Plugin;
 pub use search::Search;

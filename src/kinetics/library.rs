@@ -3,20 +3,20 @@
 //!
 //! Everything that a library says is checked before it is believed, as far as it can be: a table
 //! or pointer that lies about its own length cannot be told from an honest one. A library is never
-//! unloaded.
+//! unloaded. A plugin in this process is trusted like any shared library: neither signal handlers nor exit hooks
+//! are installed, nor is global state checked. Plugins that may end, block or alter their process are
+//! [isolated](apart).
 #![allow(unsafe_code)]
 
 #[cfg_attr(not(target_os = "linux"), path = "library/not_apart.rs")]
 pub(super) mod apart;
 mod call;
-mod end;
+mod global_state;
 mod inputs;
 mod instance;
-mod intact;
-mod late;
 mod read;
 mod shape;
-mod watch;
+mod under_way;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,18 +24,17 @@ use std::sync::Arc;
 
 use rumple_plugin_abi as abi;
 
-use super::descriptor::{Descriptor, Location};
+use super::descriptor::Descriptor;
 use super::error::KineticsError;
 use super::parameters;
 use super::search::no_file;
 use call::Call;
-pub use end::{Ended, ended, guard, leave};
-pub use instance::PluginKinetics;
-use intact::Intact;
-pub(crate) use intact::alone;
-pub use intact::watch_closely;
-pub use late::late_fault;
-pub use watch::{Overdue, overdue};
+pub use global_state::check_global_state;
+pub(crate) use global_state::is_checked;
+pub use instance::{PluginKinetics, take_destroy_error};
+pub use under_way::call_under_way;
+#[cfg(unix)]
+pub use under_way::signal_meaning;
 
 /// A loaded plugin: its description and its functions.
 #[derive(Debug)]
@@ -49,8 +48,6 @@ pub struct Library {
     length_factor: abi::Evaluate,
     length_factor_partials: abi::EvaluatePartials,
     observe: abi::Evaluate,
-    /// Its number among all that were ever loaded, for [`watch`].
-    number: usize,
 }
 
 impl Library {
@@ -66,27 +63,13 @@ impl Library {
             return Err(no_file(path));
         }
         let name = path.display().to_string();
-        let loading = Call {
-            plugin: &name,
-            name: "loading",
-            location: Location::Vertex,
-            first: 0,
-            count: 0,
-            library: watch::enter(&name),
-        };
-        intact::begin_to_look();
-        let intact = Intact::before(true);
-        let watched = watch::begin(&loading);
         // SAFETY: runs the initialisers of the library: the user chose to trust it.
-        let library = unsafe { libloading::Library::new(&path) }.map_err(|error| {
+        let load = || unsafe { libloading::Library::new(&path) };
+        let library = Call::without_points(&name, "loading").enter(load)?.map_err(|error| {
             let source = std::error::Error::source(&error).map(ToString::to_string);
             let reason = source.unwrap_or_else(|| error.to_string());
             KineticsError::NotALibrary { path: path.clone(), reason }
         })?;
-        drop(watched);
-        if let Some(what) = intact.after() {
-            return Err(loading.fault(what));
-        }
         // SAFETY: an address is only taken here; what it points to is read below.
         let entry = unsafe { library.get::<*const abi::PluginTable>(abi::ENTRY_SYMBOL) }
             .map(|symbol| *symbol)
@@ -127,7 +110,6 @@ impl Library {
             );
             return Err(bad((format!("function `{name}`"), problem)));
         }
-        late::loaded(&descriptor.name);
         Ok(Arc::new(Self {
             create: table.create,
             destroy: table.destroy,
@@ -136,7 +118,6 @@ impl Library {
             length_factor: table.length_factor,
             length_factor_partials: table.length_factor_partials,
             observe,
-            number: watch::enter(&descriptor.name),
             path,
             descriptor,
         }))

@@ -11,14 +11,13 @@ use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, from_value, json, to_value};
 
 use super::{OutputError, atomic, clock};
-use rumple_growing::Growing;
 use rumple_numerics::tally::{Spent, Work};
 
 /// How a run stands.
@@ -123,7 +122,7 @@ pub struct Took {
 #[derive(Debug)]
 pub struct Claim {
     root: PathBuf,
-    status: OnceLock<&'static Status>,
+    status: OnceLock<Arc<Status>>,
     /// Locked as long as it is open; none where the file system has no locks.
     _lock: Option<File>,
 }
@@ -178,13 +177,14 @@ impl Claim {
     pub fn begin(&self) -> Result<(), OutputError> {
         let status = self.status.get_or_init(|| {
             let path = self.root.join(Self::STATUS);
-            ALL.push(Status {
+            let status = Arc::new(Status {
                 path,
                 started: clock::iso(SystemTime::now()),
                 reached: Mutex::default(),
                 open: AtomicBool::new(true),
-            })
-            .1
+            });
+            ALL.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&status));
+            status
         });
         status.write(RunStatus::Running, "")
     }
@@ -275,7 +275,7 @@ struct Status {
     open: AtomicBool,
 }
 
-static ALL: Growing<Status> = Growing::new();
+static ALL: Mutex<Vec<Arc<Status>>> = Mutex::new(Vec::new());
 
 impl Status {
     fn text(&self, standing: RunStatus, reason: &str) -> String {
@@ -309,7 +309,7 @@ impl Status {
 
 /// Says how all runs of this process end that still go on: for those who end the program at once.
 pub fn end_all(standing: RunStatus, reason: &str) {
-    for status in ALL.iter() {
+    for status in ALL.lock().unwrap_or_else(PoisonError::into_inner).iter() {
         if status.open.swap(false, Ordering::AcqRel) {
             status.write_at_once(standing, reason);
         }

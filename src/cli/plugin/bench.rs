@@ -8,7 +8,6 @@ use clap::Args;
 
 use super::{Found, LawArgs};
 use crate::Result;
-use crate::cli::watchdog;
 use crate::kinetics::examine::Samples;
 use crate::kinetics::field::{self, Columns};
 use crate::kinetics::{Kinetics, KineticsError};
@@ -30,7 +29,6 @@ pub(super) struct BenchArgs {
 const TIME: Duration = Duration::from_millis(700);
 
 pub(super) fn run(args: &BenchArgs) -> Result<()> {
-    watchdog::start(f64::INFINITY);
     if let Some(threads) = args.threads {
         // Only fails if a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();

@@ -4,7 +4,6 @@ use clap::Args;
 
 use super::{Found, LawArgs};
 use crate::Result;
-use crate::cli::watchdog;
 use crate::kinetics::descriptor::Default;
 use crate::kinetics::{Descriptor, Library, Search, SignalRead};
 
@@ -37,7 +36,6 @@ pub(super) fn list(search: &Search) -> Result<()> {
 }
 
 pub(super) fn run(args: &DescribeArgs) -> Result<()> {
-    watchdog::start(f64::INFINITY);
     match args.law.find()? {
         Found::Library(library) => {
             say!("file        {}", library.path().display());

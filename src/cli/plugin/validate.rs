@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Found, LawArgs};
 use crate::kinetics::examine::{self, Finding, Made, Make, Verdict};
-use crate::kinetics::{Kinetics, watch_closely};
+use crate::kinetics::{Kinetics, check_global_state};
 use crate::{Error, Result};
 
 /// Arguments of `plugin validate`.
@@ -57,37 +57,11 @@ enum Message {
 /// Before every line of the child: a plugin may print what it likes.
 const MARK: &str = "\u{1}rumple ";
 
-/// Number of the error that a file is not open.
-const BAD_FILE: i32 = 9;
-/// How often a line is tried again, and after which pause.
-const TRIES: usize = 400;
-const PAUSE: Duration = Duration::from_millis(5);
-
 fn emit(message: &Message) {
     let text = serde_json::to_string(message).unwrap_or_default();
-    let line = format!("\n{MARK}{text}\n");
-    for _ in 0..TRIES {
-        match written(line.as_bytes()) {
-            // A law may have closed all files on another thread, which is put right after its call.
-            Err(error) if error.raw_os_error() == Some(BAD_FILE) => thread::sleep(PAUSE),
-            // A broken pipe cannot be reported to anybody.
-            _ => return,
-        }
-    }
-}
-
-/// Writes to standard output; unlike the standard library's own way it says so where that is closed.
-#[cfg(unix)]
-fn written(line: &[u8]) -> std::io::Result<()> {
-    use std::os::fd::AsFd;
-    let mut out = std::fs::File::from(std::io::stdout().as_fd().try_clone_to_owned()?);
-    out.write_all(line)
-}
-
-#[cfg(not(unix))]
-fn written(line: &[u8]) -> std::io::Result<()> {
+    // In one piece; a broken pipe cannot be reported to anybody.
     let mut out = std::io::stdout().lock();
-    out.write_all(line).and_then(|()| out.flush())
+    let _ = out.write_all(format!("\n{MARK}{text}\n").as_bytes()).and_then(|()| out.flush());
 }
 
 pub(super) fn run(args: &ValidateArgs) -> Result<()> {
@@ -95,7 +69,7 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 }
 
 fn child(args: &ValidateArgs) -> Result<()> {
-    watch_closely();
+    check_global_state();
     emit(&Message::Begin(LOADING.to_owned()));
     let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {
@@ -299,19 +273,8 @@ fn no_child(error: &std::io::Error) -> Error {
 #[cfg(unix)]
 fn ending(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
-    const KNOWN: [(i32, &str); 6] = [
-        (4, "an illegal instruction"),
-        (6, "abort: a failed assertion, or a panic where it cannot be caught"),
-        (7, "a bus error"),
-        (8, "an arithmetic exception"),
-        (9, "killed, perhaps for memory"),
-        (11, "a segmentation fault: it reads or writes an invalid address"),
-    ];
     match status.signal() {
-        Some(signal) => match KNOWN.iter().find(|(known, _)| *known == signal) {
-            Some((_, text)) => format!("{text} (signal {signal})"),
-            None => format!("signal {signal}"),
-        },
+        Some(signal) => format!("{} (signal {signal})", crate::kinetics::signal_meaning(signal)),
         None => format!("it exits by itself, {status}"),
     }
 }

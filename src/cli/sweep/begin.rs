@@ -28,11 +28,9 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
 
 /// Gives members what the command line says of threads and plugins.
 pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
-    if scene.isolate {
-        let message = "--isolate is for one run: members are processes of their own already";
-        return Err(Error::Refused(message.into()));
-    }
-    crate::cli::watchdog::start(scene.plugin_limit);
+    // Refused here where plugins cannot be isolated.
+    crate::cli::isolation(scene.isolate, scene.plugin_limit)?;
+    plan.isolate = scene.isolate;
     let directories = Search::from_environment(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);
     plan.plugin_limit = scene.plugin_limit;
@@ -64,7 +62,6 @@ impl Runs<'_> {
             let stem = plan.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
             PathBuf::from(format!("{stem}-{}", self.command))
         });
-        // A plugin may change the working directory.
         let root = crate::cli::absolute(&root)?;
         let program = std::env::current_exe().map_err(|error| {
             Error::Refused(format!("the program does not find itself: {error}"))

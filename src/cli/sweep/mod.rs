@@ -179,7 +179,6 @@ fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
     let threads = plan.threads.max(1).into();
     // Only fails if a pool exists already, which then serves as well.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    super::watchdog::start(plan.plugin_limit);
     let interrupt = Interrupt::install()?;
     if leash {
         // Whoever started this member holds the other end: before it is closed comes the number of a signal,

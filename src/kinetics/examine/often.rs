@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::validate::{Check, Verdict};
 use crate::field::Columns;
-use crate::library::alone;
+use crate::library::is_checked;
 use crate::memory::own_bytes;
 use crate::{Batch, Kinetics, KineticsError};
 
@@ -38,7 +38,7 @@ pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
                 .with_part(0, 1, |b| super::repeat::compare(kinetics, b, &first, &again, 0, how))?;
         }
         // Of a process that others use as well it says nothing.
-        memory.extend(own_bytes().filter(|_| alone()));
+        memory.extend(own_bytes().filter(|_| is_checked()));
     }
     let grows = |pair: &[u64]| pair[1].saturating_sub(pair[0]) >= LOST;
     if memory.len() == ROUNDS && memory.windows(2).all(grows) {

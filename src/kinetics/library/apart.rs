@@ -1,4 +1,4 @@
-//! Plugins in processes of their own, which they may end, hang or spoil: the run goes on to say so.
+//! Isolated plugins: each in a child process, which it may end, block or alter; the parent reports that.
 //!
 //! A library is loaded and called by a child: this very program, or another that begins with
 //! [`serve_if_asked`]. Calls are batches as they are in one process. Their columns are copied to

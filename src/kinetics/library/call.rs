@@ -2,8 +2,8 @@
 
 use rumple_plugin_abi as abi;
 
-use super::intact::Intact;
-use super::watch;
+use super::global_state::GlobalState;
+use super::under_way;
 use crate::descriptor::Location;
 use crate::{KineticsError, Outcome, Site, Unreliable};
 
@@ -17,26 +17,32 @@ pub(super) struct Call<'a> {
     pub(super) location: Location,
     /// Number of the first point of the batch.
     pub(super) first: usize,
-    /// How many points.
-    pub(super) count: usize,
-    /// Number of the library.
-    pub(super) library: usize,
 }
 
-impl Call<'_> {
-    /// What the plugin does in this call that it must not.
-    pub(super) fn fault(&self, what: String) -> KineticsError {
-        let (plugin, call) = (self.plugin.to_owned(), self.name);
-        KineticsError::Misbehaves { plugin, call, what }
+impl<'a> Call<'a> {
+    /// A call that has no points.
+    pub(super) fn without_points(plugin: &'a str, name: &'static str) -> Self {
+        Self { plugin, name, location: Location::Vertex, first: 0 }
     }
 
-    /// Gives the function a report to write to and turns its status into an outcome. What a plugin must
-    /// leave as it is is looked at, closely or not.
-    pub(super) fn run(
-        &self,
-        closely: bool,
-        function: impl FnOnce(*mut abi::Report) -> abi::Status,
-    ) -> Outcome {
+    /// Calls the plugin.
+    ///
+    /// # Errors
+    /// [`KineticsError::Misbehaves`] if it changes [global state](GlobalState), where that is checked.
+    pub(super) fn enter<R>(&self, function: impl FnOnce() -> R) -> Result<R, KineticsError> {
+        let before = GlobalState::record();
+        let result = under_way::recorded(self.plugin, self.name, function);
+        match before.and_then(GlobalState::restore) {
+            None => Ok(result),
+            Some(what) => {
+                let (plugin, call) = (self.plugin.to_owned(), self.name);
+                Err(KineticsError::Misbehaves { plugin, call, what })
+            }
+        }
+    }
+
+    /// Gives the function a report to write to and turns its status into an outcome.
+    pub(super) fn run(&self, function: impl FnOnce(*mut abi::Report) -> abi::Status) -> Outcome {
         // Without an answer to a retry, halve the step: what adaptive integrators do as well.
         const DEFAULT_FACTOR: f64 = 0.5;
         let mut buffer = [0_u8; MESSAGE_CAPACITY];
@@ -48,14 +54,7 @@ impl Call<'_> {
             point: abi::NO_POINT,
             factor: DEFAULT_FACTOR,
         };
-        let intact = Intact::before(closely);
-        let status = {
-            let _watched = watch::begin(self);
-            function(&raw mut report)
-        };
-        if let Some(what) = intact.after() {
-            return Err(self.fault(what));
-        }
+        let status = self.enter(|| function(&raw mut report))?;
         let (length, point, factor) = (report.length, report.point, report.factor);
         if status == abi::Status::OK {
             return Ok(None);

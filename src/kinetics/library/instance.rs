@@ -6,8 +6,8 @@
 
 use std::ffi::c_void;
 use std::ptr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rumple_plugin_abi as abi;
 use smallvec::SmallVec;
@@ -15,11 +15,9 @@ use smallvec::SmallVec;
 use super::Library;
 use super::call::Call;
 use super::inputs::Inputs;
-use super::intact::Intact;
 use super::shape::{Shape, check};
-use super::{late, watch};
 use crate::batch::{Batch, Column, UNTOUCHED};
-use crate::descriptor::{Descriptor, Location};
+use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
 use crate::{Kinetics, Outcome, Site, differences};
 
@@ -37,11 +35,6 @@ pub struct PluginKinetics {
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
 const WATCHED: usize = 64;
 const EVERY: usize = 64;
-/// What costs system calls is looked at in fewer of them where points are so few: a hundred times as much as
-/// a law at one point.
-const FEW: usize = 8;
-const CLOSELY: usize = 8;
-const CLOSELY_EVERY: usize = 256;
 
 // SAFETY: the boundary demands that instances may be used from any number of threads at once.
 unsafe impl Send for PluginKinetics {}
@@ -51,30 +44,27 @@ unsafe impl Sync for PluginKinetics {}
 impl Drop for PluginKinetics {
     fn drop(&mut self) {
         if let Some(destroy) = self.library.destroy {
-            let call = of_instance(&self.library, "destroy");
-            let intact = Intact::before(true);
-            {
-                let _watched = watch::begin(&call);
-                // SAFETY: made by `create` of the same library, and never used again.
-                unsafe { destroy(self.instance) };
-            }
-            if let Some(what) = intact.after() {
-                late::tell(&call.fault(what));
+            let call = Call::without_points(&self.library.descriptor.name, "destroy");
+            // SAFETY: made by `create` of the same library, and never used again.
+            if let Err(error) = call.enter(|| unsafe { destroy(self.instance) }) {
+                keep_destroy_error(error);
             }
         }
     }
 }
 
-/// A call that has no points.
-fn of_instance<'a>(library: &'a Library, name: &'static str) -> Call<'a> {
-    Call {
-        plugin: &library.descriptor.name,
-        name,
-        location: Location::Vertex,
-        first: 0,
-        count: 0,
-        library: library.number,
-    }
+/// The first error of `destroy`, which a drop cannot return; only isolated plugins have any.
+static DESTROY_ERROR: Mutex<Option<KineticsError>> = Mutex::new(None);
+
+/// Keeps an error of `destroy`.
+pub(super) fn keep_destroy_error(error: KineticsError) {
+    DESTROY_ERROR.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+}
+
+/// Takes the first error that an isolated plugin had in `destroy`: to be asked for at the end of a program.
+#[must_use]
+pub fn take_destroy_error() -> Option<KineticsError> {
+    DESTROY_ERROR.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
 /// A function of the plugin's table that is called at points.
@@ -82,17 +72,6 @@ fn of_instance<'a>(library: &'a Library, name: &'static str) -> Call<'a> {
 enum Function {
     Values(abi::Evaluate),
     Partials(abi::EvaluatePartials),
-}
-
-/// How much of what a call must not do is looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Look {
-    /// What costs nothing.
-    Hardly,
-    /// Changed inputs as well.
-    AtInputs,
-    /// And what belongs to the whole process.
-    Closely,
 }
 
 /// One call as the caller wants it: its name, function and numbers of columns.
@@ -106,7 +85,7 @@ impl PluginKinetics {
     /// An instance with all its parameters, in the order of the descriptor.
     pub(super) fn new(library: &Arc<Library>, parameters: Vec<f64>) -> Result<Self, KineticsError> {
         let mut instance = ptr::null_mut();
-        of_instance(library, "create").run(true, |report| {
+        Call::without_points(&library.descriptor.name, "create").run(|report| {
             // SAFETY: as many parameters as the descriptor has; `instance` is ours to be written.
             library.create.map_or(abi::Status::FATAL, |create| unsafe {
                 create(parameters.as_ptr(), parameters.len(), &raw mut instance, report)
@@ -180,19 +159,17 @@ impl PluginKinetics {
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
         if calls >= WATCHED && !calls.is_multiple_of(EVERY) {
-            return self.call_once(wanted, batch, values, partials, Look::Hardly);
+            return self.call_once(wanted, batch, values, partials, false);
         }
-        let closely = batch.count > FEW || calls < CLOSELY || calls.is_multiple_of(CLOSELY_EVERY);
-        let look = if closely { Look::Closely } else { Look::AtInputs };
         let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
             columns.iter().map(|column| column[..batch.count].to_vec()).collect()
         };
         let (mut values_again, mut partials_again) = (copies(values), copies(partials));
-        let warning = self.call_once(wanted, batch, values, partials, look)?;
+        let warning = self.call_once(wanted, batch, values, partials, true)?;
         {
             let mut values: Vec<_> = values_again.iter_mut().map(|c| &mut c[..]).collect();
             let mut partials: Vec<_> = partials_again.iter_mut().map(|c| &mut c[..]).collect();
-            self.call_once(wanted, batch, &mut values, &mut partials, look)?;
+            self.call_once(wanted, batch, &mut values, &mut partials, true)?;
         }
         let first = values.iter().chain(partials.iter());
         for (output, (first, second)) in
@@ -229,9 +206,8 @@ impl PluginKinetics {
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
-        look: Look,
+        watched: bool,
     ) -> Outcome {
-        let watched = look != Look::Hardly;
         let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
         // What it leaves unwritten must not pass for a result: numbers of an earlier call would.
         let clear = |column: &mut &mut [f64]| column[..batch.count].fill(f64::from_bits(UNTOUCHED));
@@ -247,10 +223,8 @@ impl PluginKinetics {
             name: wanted.name,
             location: batch.location,
             first: batch.first,
-            count: batch.count,
-            library: self.library.number,
         };
-        let outcome = call.run(look == Look::Closely, |report| {
+        let outcome = call.run(|report| {
             let (batch, values) = (inputs.raw(), values.as_ptr());
             // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
             unsafe {

@@ -13,7 +13,6 @@ use self::limited::Limited;
 pub use self::limited::limit_of;
 use super::plan::Plan;
 use super::timing::Timing;
-use crate::kinetics::Search;
 use crate::model::Evaluation;
 use crate::num::real;
 use crate::output::{
@@ -321,7 +320,7 @@ pub fn run(
         return Err(Error::Refused(message));
     }
     let scene = plan.scene(number)?;
-    let search = Search::in_directories(plan.plugin_path.clone());
+    let search = plan.search();
     let earlier = continued(plan, &path, &search);
     let directory = match &earlier {
         Some((directory, _)) => directory.clone(),

@@ -7,12 +7,13 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, MOST, plain};
 use super::keys::{check_keys, tell_titles_apart};
-use crate::kinetics::Search;
+use crate::kinetics::{Isolation, Search};
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
@@ -35,8 +36,11 @@ pub struct Plan {
     pub threads: u16,
     /// Where plugins are looked for.
     pub plugin_path: Vec<PathBuf>,
-    /// Seconds that one call of a plugin may take.
+    /// Seconds that one call of an isolated plugin may take.
     pub plugin_limit: f64,
+    /// Whether plugins are isolated in processes of their own.
+    #[serde(default)]
+    pub isolate: bool,
     /// Whether members keep their states at output times.
     #[serde(default)]
     pub states: bool,
@@ -102,6 +106,7 @@ impl Plan {
             threads: 1,
             plugin_path: Vec::new(),
             plugin_limit: f64::INFINITY,
+            isolate: false,
             states: false,
             repeats: 1,
             files: BTreeMap::new(),
@@ -157,10 +162,12 @@ impl Plan {
         Ok(self.scene(number)?.time.span.until.get())
     }
 
-    /// Where its plugins are.
+    /// Where its plugins are, and whether they are isolated; [`Isolation::here`] says whether that is possible.
     #[must_use]
     pub fn search(&self) -> Search {
-        Search::in_directories(self.plugin_path.clone())
+        let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
+        let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
+        Search::in_directories(self.plugin_path.clone()).isolated(isolation)
     }
 
     /// What a member is called: its keys and values.

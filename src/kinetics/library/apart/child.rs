@@ -1,18 +1,18 @@
 //! A child as its parent sees it: started, asked, waited for, ended.
 
+use std::fmt;
 use std::io;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
-use super::super::end::meaning;
-use super::super::watch::{CALLS, LOCATIONS, UnderWay};
-use super::memory::{ANSWERED, ASKED, IDLE, Lane, Memory, Part};
+use super::super::signal_meaning;
+use super::memory::{ANSWERED, ASKED, CALLS, IDLE, LOCATIONS, Lane, Memory};
 use super::told::Told;
 use super::{Isolation, WORD};
 use crate::KineticsError;
@@ -30,7 +30,8 @@ pub(super) struct Process {
     child: Mutex<Child>,
     /// Open for as long as the child is to live.
     _line: UnixStream,
-    words: Part,
+    /// Number of calls under way.
+    under_way: AtomicUsize,
     lanes: Vec<Mutex<Lane>>,
     /// Why there is no child any more.
     end: OnceLock<String>,
@@ -72,7 +73,7 @@ impl Process {
             path: path.display().to_string(),
             name: OnceLock::new(),
             limit: isolation.limit,
-            words: memory.words()?,
+            under_way: AtomicUsize::new(0),
             lanes: (0..lanes).map(|k| memory.lane(k).map(Mutex::new)).collect::<io::Result<_>>()?,
             child: Mutex::new(command.stderr(Stdio::inherit()).spawn()?),
             _line: line,
@@ -114,7 +115,17 @@ impl Process {
         head.law.store(asked.law, Ordering::Relaxed);
         head.first.store(asked.first as u64, Ordering::Relaxed);
         head.count.store(asked.count as u64, Ordering::Relaxed);
+        self.under_way.fetch_add(1, Ordering::Relaxed);
         lane.hand_over(ASKED);
+        let answered = self.wait(lane, asked);
+        self.under_way.fetch_sub(1, Ordering::Relaxed);
+        answered?;
+        lane.hand_over(IDLE);
+        Ok(())
+    }
+
+    /// Waits for the answer to a call; ends the child if it does not come in time.
+    fn wait(&self, lane: &Lane, asked: &Asked) -> Result<(), KineticsError> {
         let begin = Instant::now();
         while !lane.wait_for(ANSWERED, PAUSE) {
             let mut child = lock(&self.child);
@@ -124,7 +135,7 @@ impl Process {
                     self.ended(asked, status);
                 }
             } else if begin.elapsed() > self.limit {
-                let (plugin, call) = (self.title(), asked.under_way());
+                let (plugin, call) = (self.title(), asked);
                 let limit = self.limit.as_secs_f64();
                 let text = format!(
                     "plugin `{plugin}` does not return from {call}: it has been there for {limit} s \
@@ -136,7 +147,6 @@ impl Process {
             drop(child);
             self.alive()?;
         }
-        lane.hand_over(IDLE);
         Ok(())
     }
 
@@ -167,23 +177,19 @@ impl Process {
         }
     }
 
-    /// Notes why the child has ended: what it has said itself, or what can be told from outside.
+    /// Notes that the child has ended, how, and in which call.
     fn ended(&self, asked: &Asked, status: ExitStatus) {
-        let mut text = self.words.read();
-        if text.is_empty() {
-            let how = match (status.signal(), status.code()) {
-                (Some(libc::SIGKILL), _) => {
-                    "it is killed (signal 9), perhaps for memory".to_owned()
-                }
-                (Some(signal), _) => format!("{} (signal {signal})", meaning(signal)),
-                (_, code) => format!("it exits with status {}", code.unwrap_or_default()),
-            };
-            text = format!(
-                "plugin `{}` ends its process in {}: {how}",
-                self.title(),
-                asked.under_way()
-            );
-        }
+        let how = match (status.signal(), status.code()) {
+            (Some(signal), _) => format!("{} (signal {signal})", signal_meaning(signal)),
+            (_, code) => format!("it exits with status {}", code.unwrap_or_default()),
+        };
+        // The system does not say which thread has ended the process.
+        let others = match self.under_way.load(Ordering::Relaxed) {
+            0 | 1 => String::new(),
+            calls => format!(", or in another of {calls} calls under way"),
+        };
+        let plugin = self.title();
+        let text = format!("plugin `{plugin}` ends its process in {asked}{others}: {how}");
         let _ = self.end.set(text);
     }
 
@@ -219,14 +225,14 @@ impl Process {
     }
 }
 
-impl Asked {
-    fn under_way(&self) -> UnderWay {
-        UnderWay {
-            plugin: "",
-            call: self.call,
-            location: self.location,
-            first: self.first,
-            count: self.count,
+impl fmt::Display for Asked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { call, location, first, count, .. } = self;
+        f.write_str(call)?;
+        match count.checked_sub(1) {
+            None => Ok(()),
+            Some(0) => write!(f, " at {} {first}", location.noun()),
+            Some(more) => write!(f, " at {} {first} to {}", location.nouns(), first + more),
         }
     }
 }

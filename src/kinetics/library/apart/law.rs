@@ -8,6 +8,7 @@ use super::child::Asked;
 use super::columns::Columns;
 use super::told::{Told, Wanted};
 use crate::descriptor::{Capabilities, Descriptor};
+use crate::library::instance::keep_destroy_error;
 use crate::library::shape::{Shape, check};
 use crate::{Batch, Kinetics, KineticsError, Outcome};
 
@@ -26,7 +27,7 @@ impl Drop for ApartKinetics {
         let outcome =
             self.apart.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
         if let Err(error) = outcome {
-            crate::library::late::tell(&error);
+            keep_destroy_error(error);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Memory that two processes share, and how one hands a part of it over to the other.
 //!
-//! It has a page for last words and, after it, lanes: each is used by one thread on either side at
+//! It consists of lanes: each is used by one thread on either side at
 //! a time, and grows as its calls need it. A lane begins with a [`Head`]; whose turn it is stands
 //! there. Who waits for its turn looks again and again for as long as a short call takes, then
 //! offers the core to others, and then sleeps until it is woken.
@@ -13,9 +13,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::descriptor::Location;
+
 /// Bytes of the address space of a lane; what is not written to needs no memory.
 const LANE: usize = 1 << 34;
-/// Bytes before the data of a lane, and of last words.
+/// Bytes before the data of a lane.
 pub(super) const PAGE: usize = 4096;
 /// Bytes of a lane at the start.
 const SMALL: usize = 1 << 16;
@@ -38,6 +40,20 @@ const PARENT: usize = 1;
 fn waiter(turn: u32) -> usize {
     if turn == ASKED { CHILD } else { PARENT }
 }
+
+/// Calls by their numbers in a [`Head`].
+pub(super) const CALLS: [&str; 8] = [
+    "loading",
+    "create",
+    "rates",
+    "rate_partials",
+    "length_factor",
+    "length_factor_partials",
+    "observe",
+    "destroy",
+];
+/// Locations by their numbers in a [`Head`].
+pub(super) const LOCATIONS: [Location; 3] = [Location::Vertex, Location::Face, Location::Edge];
 
 /// What both sides know of a call.
 #[repr(C)]
@@ -75,7 +91,7 @@ impl Memory {
         }
         // SAFETY: just opened, and of nobody else.
         let file = unsafe { File::from_raw_fd(file) };
-        file.set_len(u64::try_from(PAGE + lanes * LANE).unwrap_or(u64::MAX))?;
+        file.set_len(u64::try_from(lanes * LANE).unwrap_or(u64::MAX))?;
         let seals = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
         // SAFETY: the file is open. Without its end no access can fail that was possible before.
         if unsafe { libc::fcntl(file.as_raw_fd(), libc::F_ADD_SEALS, seals) } < 0 {
@@ -93,20 +109,15 @@ impl Memory {
         &self.0
     }
 
-    /// The page for last words.
-    pub(super) fn words(&self) -> io::Result<Part> {
-        Part::new(self, 0, PAGE)
-    }
-
     /// The lane of this number.
     pub(super) fn lane(&self, number: usize) -> io::Result<Lane> {
-        Ok(Lane(Part::new(self, PAGE + number * LANE, SMALL)?))
+        Lane::new(self, number * LANE, SMALL)
     }
 }
 
-/// A mapped part of the memory.
+/// One lane, mapped, as one of the two processes sees it.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct Lane {
     memory: Memory,
     offset: usize,
     bytes: usize,
@@ -114,18 +125,18 @@ pub(super) struct Part {
 }
 
 // SAFETY: whose turn it is, and the lock of each lane, say who may use it.
-unsafe impl Send for Part {}
+unsafe impl Send for Lane {}
 // SAFETY: shared by reference only its length is read, or atomics.
-unsafe impl Sync for Part {}
+unsafe impl Sync for Lane {}
 
-impl Drop for Part {
+impl Drop for Lane {
     fn drop(&mut self) {
         // SAFETY: mapped by `new` with this length, and used no more.
         unsafe { libc::munmap(self.base.cast(), self.bytes) };
     }
 }
 
-impl Part {
+impl Lane {
     fn new(memory: &Memory, offset: usize, bytes: usize) -> io::Result<Self> {
         let far = |_| io::Error::from(io::ErrorKind::OutOfMemory);
         let at = libc::off_t::try_from(offset).map_err(far)?;
@@ -141,48 +152,9 @@ impl Part {
         Ok(Self { memory: memory.clone(), offset, bytes, base: base.cast() })
     }
 
-    /// Writes a text, cut to the room there is.
-    pub(super) fn write(&self, text: &str) {
-        let length = text.len().min(self.bytes - size_of::<u64>());
-        // SAFETY: the length and the text behind it lie within the part.
-        unsafe {
-            let data = self.base.add(size_of::<u64>());
-            ptr::copy_nonoverlapping(text.as_ptr(), data, length);
-            (*self.base.cast::<AtomicU64>()).store(length as u64, Ordering::Release);
-        }
-    }
-
-    /// The text that was written; empty if none was.
-    pub(super) fn read(&self) -> String {
-        // SAFETY: aligned, and within the part, as the text is whatever its length is said to be.
-        let bytes = unsafe {
-            let length = (*self.base.cast::<AtomicU64>()).load(Ordering::Acquire);
-            let length = usize::try_from(length).unwrap_or(0).min(self.bytes - size_of::<u64>());
-            copied(self.base.add(size_of::<u64>()), length)
-        };
-        String::from_utf8_lossy(&bytes).into_owned()
-    }
-}
-
-/// A copy of bytes that others may write to.
-///
-/// # Safety
-/// So many bytes can be read there.
-unsafe fn copied(from: *const u8, length: usize) -> Vec<u8> {
-    let mut bytes = vec![0; length];
-    // SAFETY: as promised; the vector is of this length.
-    unsafe { ptr::copy_nonoverlapping(from, bytes.as_mut_ptr(), length) };
-    bytes
-}
-
-/// One lane, as one of the two processes sees it.
-#[derive(Debug)]
-pub(super) struct Lane(Part);
-
-impl Lane {
     pub(super) fn head(&self) -> &Head {
         // SAFETY: a lane begins with it, on a page boundary, and all its bits are valid.
-        unsafe { &*self.0.base.cast::<Head>() }
+        unsafe { &*self.base.cast::<Head>() }
     }
 
     /// Makes room for so many bytes of data.
@@ -191,21 +163,20 @@ impl Lane {
     /// If the system has no room.
     pub(super) fn room(&mut self, bytes: usize) -> io::Result<()> {
         let wanted = bytes.saturating_add(PAGE).next_multiple_of(PAGE);
-        if wanted <= self.0.bytes {
+        if wanted <= self.bytes {
             return Ok(());
         }
         if wanted > LANE {
             return Err(io::ErrorKind::OutOfMemory.into());
         }
-        let Part { memory, offset, .. } = &self.0;
-        self.0 = Part::new(memory, *offset, wanted.max(2 * self.0.bytes).min(LANE))?;
+        *self = Self::new(&self.memory, self.offset, wanted.max(2 * self.bytes).min(LANE))?;
         Ok(())
     }
 
     /// The data, of as many bytes as there was [`Lane::room`] made for.
     pub(super) fn data(&self) -> *mut u8 {
-        // SAFETY: every part is longer than a page.
-        unsafe { self.0.base.add(PAGE) }
+        // SAFETY: every lane is longer than a page.
+        unsafe { self.base.add(PAGE) }
     }
 
     /// Puts a text at the start of the data.
@@ -244,8 +215,9 @@ impl Lane {
         let length =
             usize::try_from(self.head().text.load(Ordering::Relaxed)).unwrap_or(usize::MAX);
         self.room(start.saturating_add(length))?;
-        // SAFETY: there is room.
-        let bytes = unsafe { copied(self.data().add(start), length) };
+        let mut bytes = vec![0; length];
+        // SAFETY: there is room, and the vector is of this length. A copy, as others may write there.
+        unsafe { ptr::copy_nonoverlapping(self.data().add(start), bytes.as_mut_ptr(), length) };
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 

@@ -9,19 +9,17 @@ use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 use std::thread;
 use std::time::Duration;
 
-use super::super::watch::{CALLS, LOCATIONS};
-use super::super::{Library, PluginKinetics, end, intact, late};
+use super::super::global_state::{check_global_state, keep_open};
+use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::columns::Columns;
 use super::grown::Grown;
-use super::memory::{ANSWERED, ASKED, Lane, Memory, Part};
+use super::memory::{ANSWERED, ASKED, CALLS, LOCATIONS, Lane, Memory};
 use super::told::{About, Told, Wanted};
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::{Kinetics, KineticsError, Outcome};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK: usize = 8 << 20;
-/// Milliseconds between two looks whether a plugin ends the process.
-const PAUSE: libc::c_int = 20;
 /// Between two looks whether there is something to do.
 const LONG: Duration = Duration::from_secs(3600);
 
@@ -36,14 +34,14 @@ struct Served {
 /// Serves one plugin until the parent ends.
 pub(super) fn serve(lanes: usize) -> ! {
     match begin(lanes) {
-        Ok(line) => stay(line.0, &line.1),
+        Ok(line) => stay(line),
         // Nobody can be told but by a status.
-        Err(_) => end::leave(1),
+        Err(_) => leave(),
     }
 }
 
 /// Takes the two files that the parent gives, and starts a thread for each lane.
-fn begin(lanes: usize) -> io::Result<(RawFd, Part)> {
+fn begin(lanes: usize) -> io::Result<RawFd> {
     let memory = aside(libc::STDIN_FILENO)?;
     let line = aside(libc::STDOUT_FILENO)?;
     let nothing = File::open("/dev/null")?;
@@ -52,16 +50,17 @@ fn begin(lanes: usize) -> io::Result<(RawFd, Part)> {
         libc::dup2(nothing.as_raw_fd(), libc::STDIN_FILENO);
         libc::dup2(libc::STDERR_FILENO, libc::STDOUT_FILENO);
     }
-    // The parent says when the run ends, also where a signal is sent to all.
-    for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
-        // SAFETY: a signal that is ignored calls nobody.
-        unsafe { libc::signal(signal, libc::SIG_IGN) };
+    // The parent says when the run ends, also where a signal is sent to all. It sees a stack overflow as what it is, where
+    // the standard library's handler would abort.
+    let ignored = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP].map(|signal| (signal, libc::SIG_IGN));
+    let default = [libc::SIGSEGV, libc::SIGBUS].map(|signal| (signal, libc::SIG_DFL));
+    for (signal, action) in ignored.into_iter().chain(default) {
+        // SAFETY: neither action calls a handler.
+        unsafe { libc::signal(signal, action) };
     }
-    end::guard();
-    intact::begin_to_look();
-    intact::watch_closely();
-    intact::keep(memory.as_raw_fd());
-    intact::keep(line.as_raw_fd());
+    check_global_state();
+    keep_open(memory.as_raw_fd());
+    keep_open(line.as_raw_fd());
     let memory = Memory::of(memory);
     let served = Arc::new(Served::default());
     for number in 0..lanes {
@@ -77,10 +76,9 @@ fn begin(lanes: usize) -> io::Result<(RawFd, Part)> {
         };
         thread::Builder::new().stack_size(STACK).spawn(work)?;
     }
-    let words = memory.words()?;
     // Both stay open for good.
     std::mem::forget(memory);
-    Ok((std::os::fd::IntoRawFd::into_raw_fd(line), words))
+    Ok(std::os::fd::IntoRawFd::into_raw_fd(line))
 }
 
 /// A file under a number that is not one of the standard ones.
@@ -94,26 +92,28 @@ fn aside(file: RawFd) -> io::Result<OwnedFd> {
     Ok(unsafe { OwnedFd::from_raw_fd(new) })
 }
 
-/// Waits for the parent to end, or for a plugin that ends this process, and names that.
-fn stay(line: RawFd, words: &Part) -> ! {
+/// Waits for the parent to end.
+fn stay(line: RawFd) -> ! {
     loop {
-        let mut look = libc::pollfd { fd: line, events: libc::POLLIN, revents: 0 };
+        let mut poll = libc::pollfd { fd: line, events: libc::POLLIN, revents: 0 };
         // SAFETY: one entry.
-        unsafe { libc::poll(&raw mut look, 1, PAUSE) };
-        if let Some(ended) = end::ended() {
-            words.write(&ended.to_string());
-            end::leave(1);
-        }
-        if look.revents & (libc::POLLHUP | libc::POLLERR) != 0 {
+        unsafe { libc::poll(&raw mut poll, 1, -1) };
+        if poll.revents & (libc::POLLHUP | libc::POLLERR) != 0 {
             // SAFETY: this group consists of this process and of what the plugin has started.
             unsafe { libc::kill(0, libc::SIGKILL) };
         }
-        if look.revents & libc::POLLNVAL != 0 {
-            // A call under way will say so.
+        if poll.revents & libc::POLLNVAL != 0 {
+            // A plugin has closed it; the call under way says so.
             thread::sleep(Duration::from_millis(100));
-            end::leave(1);
+            leave();
         }
     }
+}
+
+/// Ends this process without exit hooks, which may be the plugin's.
+fn leave() -> ! {
+    // SAFETY: ends the process and cannot fail.
+    unsafe { libc::_exit(1) }
 }
 
 impl Served {
@@ -179,7 +179,7 @@ impl Served {
             usize::try_from(number).ok().and_then(|k| laws.get_mut(k)?.take())
         };
         drop(law);
-        late::take().map_or_else(|| Ok(String::new()), |text| Err(KineticsError::Isolated(text)))
+        take_destroy_error().map_or_else(|| Ok(String::new()), Err)
     }
 
     /// Calls the law at the points of the lane; the outcome, and where the columns end.

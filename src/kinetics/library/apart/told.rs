@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::watch::CALLS;
+use super::memory::CALLS;
 use crate::descriptor::Descriptor;
 use crate::{Batch, KineticsError, Outcome, Site, Unreliable, exact};
 

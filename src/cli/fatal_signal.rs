@@ -1,0 +1,71 @@
+//! Names the plugin call under way when a signal ends the program, and leaves the end to the default action.
+//!
+//! The only signal handlers for faults: they belong to the program, not to the library crates.
+#![allow(unsafe_code)]
+
+use std::io::Write;
+use std::mem::MaybeUninit;
+use std::ptr;
+use std::sync::OnceLock;
+
+use crate::kinetics::{call_under_way, signal_meaning};
+
+const FATAL: [libc::c_int; 5] =
+    [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT];
+
+/// Earlier actions, in the order of [`FATAL`]: the standard library reports stack overflows.
+static EARLIER: [OnceLock<libc::sigaction>; FATAL.len()] = [const { OnceLock::new() }; FATAL.len()];
+
+/// Bytes of a message.
+const LONGEST: usize = 512;
+
+/// Installs the handler of fatal signals.
+pub(super) fn install() {
+    for (signal, earlier) in FATAL.iter().zip(&EARLIER) {
+        let handler: extern "C" fn(libc::c_int, *mut libc::siginfo_t, *mut libc::c_void) = report;
+        let mut old = MaybeUninit::<libc::sigaction>::uninit();
+        // SAFETY: the structure is valid when all of it is zero, and every field that matters is set; the handler
+        // calls only what a handler may. `old` is written if the call succeeds.
+        unsafe {
+            let mut new: libc::sigaction = std::mem::zeroed();
+            new.sa_sigaction = handler as libc::sighandler_t;
+            // On the alternate stack that the standard library gives every thread: the stack may have overflowed.
+            new.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
+            libc::sigemptyset(&raw mut new.sa_mask);
+            if libc::sigaction(*signal, &raw const new, old.as_mut_ptr()) == 0 {
+                let _ = earlier.set(old.assume_init());
+            }
+        }
+    }
+}
+
+/// Formats on the stack: a handler may neither allocate nor lock.
+fn print(signal: libc::c_int, plugin: &str, call: &str) {
+    let mut line = [0_u8; LONGEST];
+    let mut rest = &mut line[..];
+    // A line that is too long is cut.
+    let _ = writeln!(
+        rest,
+        "\nerror: plugin `{plugin}` crashes in {call}: {} (signal {signal}); with --isolate the run \
+         ends with an error",
+        signal_meaning(signal)
+    );
+    let length = LONGEST - rest.len();
+    // SAFETY: as many bytes as were written.
+    let _ = unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), length) };
+}
+
+extern "C" fn report(signal: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
+    let in_plugin = call_under_way(|plugin, call| print(signal, plugin, call)).is_some();
+    let position = FATAL.iter().position(|fatal| *fatal == signal);
+    let earlier = position.and_then(|k| EARLIER[k].get()).filter(|_| !in_plugin);
+    // SAFETY: an action that was valid, or the default one, all of which is zero; `info` is given by the system. A
+    // fault comes again when the handler returns; a signal that was sent is sent again.
+    unsafe {
+        let default: libc::sigaction = std::mem::zeroed();
+        libc::sigaction(signal, ptr::from_ref(earlier.unwrap_or(&default)), ptr::null_mut());
+        if info.is_null() || (*info).si_code <= 0 {
+            libc::raise(signal);
+        }
+    }
+}
