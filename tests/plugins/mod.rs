@@ -2,6 +2,8 @@
 
 pub mod build;
 mod correct;
+#[cfg(target_os = "linux")]
+mod embedding;
 mod faults;
 mod fields;
 mod isolated;

@@ -179,35 +179,22 @@ fn planted(fault: &str) -> String {
 
 #[cfg(unix)]
 #[test]
-fn a_plugin_that_ends_the_program_is_named() {
-    let cases = [
-        ("EXITS", "in rates at vertices", "exit"),
-        ("EXITS_LATE", "at vertices", "exit"),
-        ("ABORTS", "in rates at vertices", "abort"),
-        ("SEGFAULT", "in rates at vertices", "segmentation fault"),
-        ("SEGFAULT_LATE", "at vertices", "segmentation fault"),
-        ("DEEP", "in rates at vertices", "segmentation fault"),
-        ("RAISES_FPE", "in rates at vertices", "arithmetic"),
-        ("THREAD_FAULT", "on a thread of its own", "segmentation fault"),
-        ("EXITS_IN_CREATE", "in create", "exit"),
-    ];
-    for (fault, call, how) in cases {
+fn a_crash_of_a_plugin_in_the_process_names_plugin_and_call_and_ends_by_the_signal() {
+    use std::os::unix::process::ExitStatusExt;
+
+    let cases = [("ABORTS", 6), ("SEGFAULT", 11), ("SEGFAULT_LATE", 11), ("DEEP", 11)];
+    for (fault, signal) in cases.into_iter().chain([("RAISES_FPE", 8)]) {
         let folder = folder(&planted(fault));
         let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
         let message = text(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{fault}: {:?} {message}", out.status);
-        for part in ["plugin `planted`", call, how] {
+        assert_eq!(out.status.signal(), Some(signal), "{fault}: {:?} {message}", out.status);
+        for part in ["plugin `planted` crashes in rate", &format!("(signal {signal})")] {
             assert!(message.contains(part), "{fault}: no {part} in {message}");
         }
-        if fault == "EXITS_IN_CREATE" {
-            continue;
-        }
+        // As a run that is killed: the lock is free, and frames are complete.
         let result = folder.path().join("result");
-        let status = status(&result);
-        assert_eq!(status["status"], "failed", "{fault}");
-        assert!(status["reason"].as_str().unwrap().contains(how), "{fault}: {status}");
+        assert_eq!(status(&result)["status"], "running", "{fault}");
         if fault.ends_with("LATE") {
-            assert!(status["time"].as_f64().unwrap() > 0.0, "{fault}: {status}");
             let pvd = fs::read_to_string(result.join("sheet.pvd")).unwrap();
             let frames = fs::read_dir(result.join("frames")).unwrap().count();
             assert_eq!(pvd.matches("<DataSet").count(), frames, "{fault}");
@@ -215,29 +202,56 @@ fn a_plugin_that_ends_the_program_is_named() {
     }
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
-fn a_plugin_that_ends_the_program_on_loading_is_named() {
-    let folder = folder(&planted("EXITS_ON_LOAD"));
-    for command in ["check", "run", "inspect", "compare"] {
-        let out = rumple(folder.path(), &[command, "scene.toml"]);
-        let message = text(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{command}: {message}");
-        assert!(message.contains("planted_EXITS_ON_LOAD"), "{command}: {message}");
-        assert!(message.contains("loading"), "{command}: {message}");
+fn an_isolated_plugin_that_ends_its_process_leaves_a_failed_status() {
+    let cases = [("EXITS_LATE", "exits with status 0"), ("SEGFAULT_LATE", "segmentation fault")];
+    for (fault, how) in cases.into_iter().chain([("ENDLESS", "does not return")]) {
+        let folder = folder(&planted(fault));
+        let args = ["run", "scene.toml", "--out", "result", "--isolate", "--plugin-limit", "1"];
+        let out = rumple(folder.path(), &args);
+        assert_eq!(out.status.code(), Some(1), "{fault}: {}", text(&out.stderr));
+        let result = folder.path().join("result");
+        let status = status(&result);
+        assert_eq!(status["status"], "failed", "{fault}");
+        assert!(status["reason"].as_str().unwrap().contains(how), "{fault}: {status}");
+        if fault.ends_with("LATE") {
+            assert!(status["time"].as_f64().unwrap() > 0.0, "{fault}: {status}");
+        }
     }
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
-fn a_plugin_that_hangs_leaves_a_failed_status() {
+fn an_isolated_plugin_that_exits_on_loading_is_named() {
+    let folder = folder(&planted("EXITS_ON_LOAD"));
+    for command in ["check", "run", "inspect", "compare"] {
+        let out = rumple(folder.path(), &[command, "scene.toml", "--isolate"]);
+        let message = text(&out.stderr).replace(['│', '\n', ' '], "");
+        assert!(matches!(out.status.code(), Some(1 | 2)), "{command}: {message}");
+        assert!(message.contains("planted_EXITS_ON_LOAD"), "{command}: {message}");
+        assert!(message.contains("endsitsprocessinloading"), "{command}: {message}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sweep_ends_isolated_plugins_that_hang() {
     let folder = folder(&planted("ENDLESS"));
-    let args = ["run", "scene.toml", "--out", "result", "--plugin-limit", "1"];
-    let out = rumple(folder.path(), &args);
+    let args = ["sweep", "scene.toml", "--over", "time.until=0.3,0.5", "--out", "sweep"];
+    let more = ["--isolate", "--plugin-limit", "1"];
+    let out = rumple(folder.path(), &[&args[..], &more].concat());
     assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
-    let status = status(&folder.path().join("result"));
-    assert_eq!(status["status"], "failed");
-    assert!(status["reason"].as_str().unwrap().contains("does not return"), "{status}");
+    let all = text(&out.stderr) + &text(&out.stdout);
+    assert!(all.contains("does not return from rates"), "{all}");
+}
+
+#[test]
+fn a_time_limit_of_plugin_calls_without_isolation_is_refused() {
+    let folder = folder(SMALL);
+    let out = rumple(folder.path(), &["run", "scene.toml", "--plugin-limit", "1"]);
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("--isolate"), "{}", text(&out.stderr));
 }
 
 #[test]
@@ -248,24 +262,6 @@ fn a_run_that_cannot_go_on_leaves_a_failed_status() {
     let status = status(&folder.path().join("result"));
     assert_eq!(status["status"], "failed");
     assert!(status["reason"].as_str().unwrap().contains("returned NaN"), "{status}");
-}
-
-/// In `destroy`, when the run is done: nothing before it could tell.
-#[cfg(unix)]
-#[test]
-fn a_plugin_that_changes_the_folder_does_not_move_the_output() {
-    let folder = folder(&planted("FOLDER_IN_DESTROY"));
-    for command in ["run", "compare"] {
-        let out = rumple(folder.path(), &[command, "scene.toml", "--out", command]);
-        assert_eq!(out.status.code(), Some(1), "{command}: {}", text(&out.stderr));
-        assert!(text(&out.stderr).contains("plugin `planted` changes the working directory"));
-    }
-    assert!(folder.path().join("run/sheet.pvd").is_file());
-    assert!(folder.path().join("compare/compare.csv").is_file());
-    let args = ["inspect", "scene.toml", "--state", "run/frames/frame_000001.vtu"];
-    let out = rumple(folder.path(), &[&args[..], &["--json", "o.json"]].concat());
-    assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
-    assert!(folder.path().join("o.json").is_file());
 }
 
 /// Only one call of hundreds gives it, in a step that is rejected.

@@ -45,6 +45,7 @@ fn plan(axes: &[&str]) -> Plan {
         threads: 1,
         plugin_path: Vec::new(),
         plugin_limit: 1.0,
+        isolate: false,
         states: false,
         repeats: 0,
         files: BTreeMap::new(),
