@@ -50,7 +50,7 @@ fn begin(lanes: usize) -> io::Result<RawFd> {
         libc::dup2(nothing.as_raw_fd(), libc::STDIN_FILENO);
         libc::dup2(libc::STDERR_FILENO, libc::STDOUT_FILENO);
     }
-    // The parent says when the run ends, also where a signal is sent to all. It sees a stack overflow as what it is, where
+    // The parent says when the run ends, also where a signal is sent to all. It sees a stack overflow as a fault:
     // the standard library's handler would abort.
     let ignored = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP].map(|signal| (signal, libc::SIG_IGN));
     let default = [libc::SIGSEGV, libc::SIGBUS].map(|signal| (signal, libc::SIG_DFL));
