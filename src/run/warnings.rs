@@ -26,7 +26,7 @@ impl Warnings {
         report: &mut StepReport,
         cut: bool,
     ) -> Vec<String> {
-        let mut new = self.faults.new(simulation);
+        let mut new = self.faults.unreported(simulation);
         simulation.faults.extend_from_slice(&new);
         new.extend(self.shrinking.after(report, simulation.state.time, cut));
         if let Some(reason) = report.reason.take() {
@@ -49,7 +49,7 @@ struct Faults {
 
 impl Faults {
     /// Those that are new after an accepted step.
-    fn new(&mut self, simulation: &Simulation) -> Vec<String> {
+    fn unreported(&mut self, simulation: &Simulation) -> Vec<String> {
         let mut news = Vec::new();
         if !self.energy
             && let (_, Some((effect, time))) = simulation.model().mechanics().not_finite()
