@@ -20,9 +20,17 @@ fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
     if volume.abs() <= FLAT * size { 0.0 } else { volume.signum() }
 }
 
-/// Whether a closed sheet is turned inside out between the shapes `before` and `after`.
+/// Whether a closed sheet is turned inside out between the shapes `before` and `after`; one that is flat before is on the
+/// side of its rest shape.
 #[must_use]
 pub fn is_turned(sheet: &Sheet, before: &[Vec3], after: &[Vec3]) -> bool {
     let closed = !sheet.boundary().contains(&true);
-    closed && side(sheet, before) * side(sheet, after) < 0.0
+    if !closed {
+        return false;
+    }
+    let before = match side(sheet, before) {
+        0.0 => side(sheet, sheet.rest()),
+        side => side,
+    };
+    before * side(sheet, after) < 0.0
 }

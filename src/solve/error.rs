@@ -261,7 +261,8 @@ pub enum SolveError {
         /// When.
         time: f64,
     },
-    /// The volume that a closed sheet encloses changes its sign in a jump, or while a start is released.
+    /// The volume that a closed sheet encloses changes its sign in a quasi-static step, without pins that lead it there, or while a
+    /// start is released.
     #[error(
         "the closed sheet jumps inside out, through itself, and there is no contact of a sheet with itself; try a \
          smaller load, or an effect that holds the volume"

@@ -30,12 +30,13 @@ impl Workspace {
     /// The path passes `to` after `from`, along a branch of equilibria or by a jump.
     ///
     /// # Errors
-    /// [`SolveError::InsideOut`] if a jump turns it over.
+    /// [`SolveError::InsideOut`] if it is turned over, unless moving pins lead it there.
     pub(in crate::solve) fn pass(&mut self, from: &[Vec3], to: &[Vec3], jumps: bool) -> Result<()> {
         if let Some(observer) = &mut self.path_observer {
             observer.see(to);
         }
-        match jumps && is_turned(self.model.sheet(), from, to) {
+        let led = !jumps && self.model.mechanics().has_prescribed();
+        match !led && is_turned(self.model.sheet(), from, to) {
             true => Err(SolveError::InsideOut),
             false => Ok(()),
         }
