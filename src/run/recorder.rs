@@ -3,60 +3,19 @@
 use std::time::{Duration, Instant};
 
 use super::checkpoint::{Checkpoint, Checkpoints, Place};
-use super::failure;
 use super::forecast::{Clock, Prediction};
+use super::incidents::Incidents;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::schedule::OutputSchedule;
 use super::self_intersection::Intersections;
+use super::session::Session;
 use super::stability_monitor::StabilityMonitor;
-use super::summary::{Ending, Failure, Summary};
+use super::summary::{Ending, Summary};
 use super::warnings::Warnings;
 use super::{Error, Result, Simulation, report};
-use crate::model::State;
-use crate::output::events::{Event, Events};
-use crate::output::{Interrupt, Progress, ProgressLine, ResultDirectory};
-use crate::scene::Scene;
+use crate::output::ProgressLine;
 use crate::solve::StepReport;
-
-/// Where a run comes from and whom it reports to.
-pub(super) struct Session<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) directory: &'a ResultDirectory,
-    pub(super) progress: &'a mut Progress,
-    pub(super) interrupt: Interrupt,
-}
-
-impl Session<'_> {
-    /// Writes the failure report of a run that stopped with `error`, in the first relaxation of `start` if that is given; an
-    /// error of output stays as it is.
-    pub(super) fn stopped(
-        &self,
-        simulation: &mut Simulation,
-        error: Error,
-        start: Option<&State>,
-    ) -> Error {
-        if matches!(error, Error::Output(_)) {
-            return error;
-        }
-        let error = super::located(error, simulation.sheet(), &simulation.state.x);
-        let error = failure::diagnosed(self.scene, simulation, error);
-        // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
-        if let Some(start) = start {
-            simulation.state.clone_from(start);
-        }
-        match failure::write(self.scene, simulation, self.directory, (&error, start)) {
-            // The first failure is the one to report.
-            Err(_) => error,
-            Ok(folder) => Error::Stopped(Failure {
-                error: Box::new(error),
-                time: simulation.state.time,
-                step: simulation.state.step,
-                folder,
-            }),
-        }
-    }
-}
 
 /// The observers that every run has.
 pub(super) struct Outputs {
@@ -117,75 +76,6 @@ impl Outputs {
         self.frames.as_ref().map_or_else(Default::default, |frames| {
             (frames.times()[..count].to_vec(), frames.digests()[..count].to_vec())
         })
-    }
-}
-
-/// Events of a run, and its stability where the scene asks for it.
-pub(super) struct Incidents {
-    pub(super) events: Events,
-    pub(super) monitor: Option<StabilityMonitor>,
-    /// Negative-curvature directions of the last state; NaN where they are not known.
-    pub(super) negative: Option<f64>,
-}
-
-impl Incidents {
-    /// Opens the list of events, after those at `place`.
-    ///
-    /// # Errors
-    /// A sheet too large for a factor, or files that cannot be made.
-    pub(super) fn open(
-        session: &Session<'_>,
-        simulation: &mut Simulation,
-        place: Option<&Place>,
-    ) -> Result<Self> {
-        let Session { scene, directory, .. } = session;
-        let from = place.and_then(|place| place.watch);
-        let monitor = StabilityMonitor::of(scene, simulation, directory, from)?;
-        let mut events = match place {
-            None => Events::new(directory.events()),
-            Some(place) => Events::reopen(directory.events(), place.events)?,
-        };
-        if monitor.is_some() {
-            events.begin()?;
-        }
-        Ok(Self { events, monitor, negative: None })
-    }
-
-    /// Writes an event for a step in which the shape jumped from one branch of equilibria to another.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub(super) fn note_snap(&mut self, simulation: &Simulation, report: &StepReport) -> Result<()> {
-        let done = &report.relaxation;
-        if done.jumps > 0 {
-            let (time, step) = (simulation.state.time, simulation.state.step);
-            let released = Some(done.released);
-            self.events.append(&Event {
-                time,
-                step,
-                kind: "snap",
-                released,
-                ..Event::default()
-            })?;
-        }
-        Ok(())
-    }
-
-    /// Analyses the stability of the state that was just accepted, if that is asked for.
-    ///
-    /// # Errors
-    /// As [`StabilityMonitor::look`].
-    pub(super) fn analyse(
-        &mut self,
-        simulation: &mut Simulation,
-        report: &mut StepReport,
-        progress: &mut Progress,
-    ) -> Result<()> {
-        if let Some(monitor) = &mut self.monitor {
-            let to = (&mut self.events, progress);
-            self.negative = Some(monitor.analyse(simulation, report, to)?);
-        }
-        Ok(())
     }
 }
 

@@ -4,8 +4,10 @@
 use super::checkpoint::Checkpoint;
 use super::costs::{Costs, peak_resident};
 use super::forecast::Clock;
+use super::incidents::Incidents;
 use super::observe::Observer;
-use super::recorder::{Incidents, Outputs, Recorder, RunClock, Session};
+use super::recorder::{Outputs, Recorder, RunClock};
+use super::session::Session;
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::{Error, Result, Simulation, laws, notes, stability_monitor};
 use crate::output::{Interrupt, Progress, ResultDirectory};

@@ -1,4 +1,4 @@
-//! A scene set up, to be stepped and asked.
+//! A scene that is set up, to be stepped and evaluated.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, Integrator, StepReport, Workspace};
 use crate::tally::Spent;
 
-/// A scene set up: its model, its state, and how it advances.
+/// A scene that is set up: its model, its state, and how it advances.
 ///
 /// ```no_run
 /// # use std::path::Path;
@@ -179,7 +179,7 @@ impl Simulation {
     }
 
     /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,
-    /// and without whoever inspects states in between.
+    /// and without observers of states in between.
     #[must_use]
     pub fn spent(&self) -> Spent {
         let cpu_seconds = self.spent.cpu_seconds + self.processor.untold();

@@ -1,0 +1,78 @@
+//! Events of a run: snaps, and changes of stability where the scene asks for them.
+
+use super::checkpoint::Place;
+use super::session::Session;
+use super::stability_monitor::StabilityMonitor;
+use super::{Result, Simulation};
+use crate::output::Progress;
+use crate::output::events::{Event, Events};
+use crate::solve::StepReport;
+
+/// Events of a run, and its stability where the scene asks for it.
+pub(super) struct Incidents {
+    pub(super) events: Events,
+    pub(super) monitor: Option<StabilityMonitor>,
+    /// Negative-curvature directions of the last state; NaN where they are not known.
+    pub(super) negative: Option<f64>,
+}
+
+impl Incidents {
+    /// Opens the list of events, after those at `place`.
+    ///
+    /// # Errors
+    /// A sheet too large for a factor, or files that cannot be made.
+    pub(super) fn open(
+        session: &Session<'_>,
+        simulation: &mut Simulation,
+        place: Option<&Place>,
+    ) -> Result<Self> {
+        let Session { scene, directory, .. } = session;
+        let from = place.and_then(|place| place.watch);
+        let monitor = StabilityMonitor::of(scene, simulation, directory, from)?;
+        let mut events = match place {
+            None => Events::new(directory.events()),
+            Some(place) => Events::reopen(directory.events(), place.events)?,
+        };
+        if monitor.is_some() {
+            events.begin()?;
+        }
+        Ok(Self { events, monitor, negative: None })
+    }
+
+    /// Writes an event for a step in which the shape jumped from one branch of equilibria to another.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn note_snap(&mut self, simulation: &Simulation, report: &StepReport) -> Result<()> {
+        let done = &report.relaxation;
+        if done.jumps > 0 {
+            let (time, step) = (simulation.state.time, simulation.state.step);
+            let released = Some(done.released);
+            self.events.append(&Event {
+                time,
+                step,
+                kind: "snap",
+                released,
+                ..Event::default()
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Analyses the stability of the state that was just accepted, if that is asked for.
+    ///
+    /// # Errors
+    /// As [`StabilityMonitor::look`].
+    pub(super) fn analyse(
+        &mut self,
+        simulation: &mut Simulation,
+        report: &mut StepReport,
+        progress: &mut Progress,
+    ) -> Result<()> {
+        if let Some(monitor) = &mut self.monitor {
+            let to = (&mut self.events, progress);
+            self.negative = Some(monitor.analyse(simulation, report, to)?);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,46 @@
+//! A run that is under way: its scene, directory and progress, and the failure report that it leaves.
+
+use super::summary::Failure;
+use super::{Error, Simulation, failure};
+use crate::model::State;
+use crate::output::{Interrupt, Progress, ResultDirectory};
+use crate::scene::Scene;
+
+/// What all stages of a run share.
+pub(super) struct Session<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) directory: &'a ResultDirectory,
+    pub(super) progress: &'a mut Progress,
+    pub(super) interrupt: Interrupt,
+}
+
+impl Session<'_> {
+    /// Writes the failure report of a run that stopped with `error`, in the first relaxation of `start` if that is given; an
+    /// error of output is returned unchanged.
+    pub(super) fn stopped(
+        &self,
+        simulation: &mut Simulation,
+        error: Error,
+        start: Option<&State>,
+    ) -> Error {
+        if matches!(error, Error::Output(_)) {
+            return error;
+        }
+        let error = super::located(error, simulation.sheet(), &simulation.state.x);
+        let error = failure::diagnosed(self.scene, simulation, error);
+        // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
+        if let Some(start) = start {
+            simulation.state.clone_from(start);
+        }
+        match failure::write(self.scene, simulation, self.directory, (&error, start)) {
+            // The first failure is the one to report.
+            Err(_) => error,
+            Ok(folder) => Error::Stopped(Failure {
+                error: Box::new(error),
+                time: simulation.state.time,
+                step: simulation.state.step,
+                folder,
+            }),
+        }
+    }
+}
