@@ -240,6 +240,7 @@ impl<T: Precision> pulp::NullaryFnOnce for Replace<'_, T> {
     fn call(self) {
         let Self { panel, own, rest } = self;
         let (columns, height) = (own.len(), own.len() + rest.len());
+        // Four columns at a time read `own` and `rest` once, and their sums are reduced once.
         let mut j = columns;
         while j >= 4 {
             j -= 4;

@@ -122,7 +122,7 @@ fn overloaded(potential: &mut Potential) -> Option<Diagnosis> {
     })
 }
 
-/// The effect that stretches edges of the shape `x` far beyond what they want to be.
+/// The effect that stretches edges of the shape `x` far beyond their optimal lengths.
 pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
     let optimal = potential.metric().length();
     let stretch = potential.sheet().edges().iter().zip(optimal).map(|(edge, optimal)| {
@@ -143,8 +143,7 @@ pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
     Some(Diagnosis {
         reason: Reason::Load,
         text: format!(
-            "the effect {name} stretches edges to {most:.1} times their optimal length, and they hold it no more: it is \
-             beyond a limit load"
+            "the effect {name} stretches edges to {most:.1} times their optimal length, beyond a limit load"
         ),
         advice: format!(
             "a smaller value of {name}, an effect that holds the volume, or time.policy = \"simultaneous\", which \

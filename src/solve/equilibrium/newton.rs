@@ -97,7 +97,7 @@ const FIRST: f64 = 1e-3;
 const LEAST: f64 = 1e-10;
 /// Above this no step is short enough.
 const LARGEST: f64 = 1e12;
-/// Iterations after which there is no minimum within a trust region: convergence near one is quadratic.
+/// Most iterations within a trust region: convergence near a minimum is quadratic.
 const NEAR: usize = 100;
 
 /// Linearly implicit steps for one sheet.

@@ -35,8 +35,8 @@ impl Workspace {
         if let Some(observer) = &mut self.path_observer {
             observer.see(to);
         }
-        let led = !jumps && self.model.mechanics().has_prescribed();
-        match !led && is_turned(self.model.sheet(), from, to) {
+        let prescribed = !jumps && self.model.mechanics().has_prescribed();
+        match !prescribed && is_turned(self.model.sheet(), from, to) {
             true => Err(SolveError::InsideOut),
             false => Ok(()),
         }

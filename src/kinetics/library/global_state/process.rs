@@ -6,7 +6,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 use std::sync::{OnceLock, RwLock};
 
-/// State that every call must leave as it is.
+/// State that no call may modify.
 #[derive(Debug)]
 struct Reference {
     process: u32,
@@ -25,7 +25,7 @@ static KEPT: RwLock<Vec<RawFd>> = RwLock::new(Vec::new());
 /// Descriptor from which duplicates are numbered: beyond what a loop over all files would close.
 const BEYOND: libc::c_int = 1000;
 
-/// Records the state that every call must leave as it is.
+/// Records the state that no call may modify.
 pub(super) fn record_reference() {
     REFERENCE.get_or_init(|| {
         let duplicate = |file: RawFd| {
