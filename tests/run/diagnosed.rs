@@ -120,6 +120,42 @@ time = { until = 1.0 }
     assert_says(&message, &["jumps inside out, through itself", "a smaller load", "step 0"]);
 }
 
+/// A closed shell of E = 1e4 and h = 0.1 under a pressure that grows to `pressure`.
+fn shell(sheet: &str, pressure: f64) -> String {
+    format!(
+        r#"
+time = {{ until = 1.0, integrator = {{ kind = "staggered", longest_step = 0.05 }} }}
+effect = [{{ kind = "stretching" }}, {{ kind = "bending" }}, {{ kind = "pressure", value = {pressure}, ramp = {{ formula = "t" }} }}]
+
+[sheet]
+shape = "sphere"
+radius = 5.0
+{sheet}
+
+[material]
+young = 1e4
+poisson = 0.3333333333333333
+thickness = 0.1
+"#
+    )
+}
+
+#[test]
+fn a_balloon_beyond_what_it_holds_ends_at_its_limit_load() {
+    let folder = folder(&shell("vertices = 200", 500.0));
+    let message = failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
+    // The tension of bonds grows to a bound, at 168.75 of 500.
+    assert_says(&message, &["limit load", "simultaneous", "stopped at time 0.33"]);
+}
+
+/// It folds flat in one step and is turned over in another one.
+#[test]
+fn a_shell_that_is_turned_over_in_parts_is_no_result() {
+    let folder = folder(&shell("irregular = true\nvertices = 400", -10.0));
+    let message = failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
+    assert_says(&message, &["inside out, through itself"]);
+}
+
 #[test]
 fn a_species_that_runs_away_is_named_with_the_time() {
     let folder = folder("");
