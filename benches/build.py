@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How long the compiler takes: after a change of one line of an effect, and from nothing.
 
-    python3 benches/build.py [--rounds 3] [--file src/effects/load.rs] [--flag='--config=…']...
+    python3 benches/build.py [--rounds 3] [--file src/core/effects/load.rs] [--flag='--config=…']...
     python3 benches/build.py --clean [--least 3]
 
 The first form builds the program, then adds a line to the file, builds again and prints processor and
@@ -136,7 +136,7 @@ def from_nothing(least, flags, environment):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--file", type=Path, default=ROOT / "src/effects/load.rs")
+    parser.add_argument("--file", type=Path, default=ROOT / "src/core/effects/load.rs")
     parser.add_argument("--clean", action="store_true")
     parser.add_argument("--least", type=float, default=3.0)
     parser.add_argument("--flag", action="append", default=[], help="handed on to cargo build")

@@ -144,15 +144,12 @@
 //! [`geometry`], comparisons of policies in [`study`].
 
 pub mod cli;
-mod document;
-pub mod effects;
-pub mod kit;
-pub mod model;
-pub mod registry;
 pub mod run;
 pub mod scene;
-pub mod solve;
 pub mod study;
+
+#[doc(inline)]
+pub use rumple_core::{effects, kit, model, registry, solve};
 
 #[doc(inline)]
 pub use rumple_geometry as geometry;
@@ -163,10 +160,12 @@ pub use rumple_output as output;
 #[doc(inline)]
 pub use rumple_sheet as sheet;
 
+pub use rumple_core::register_kind;
 pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 pub use run::{Error, Result, Simulation};
 
-pub(crate) use rumple_numerics::{linear, ode, parallel};
+pub(crate) use rumple_core::document;
+pub(crate) use rumple_numerics::parallel;
 
 /// Compiles the code of the guide to effects.
 #[cfg(doctest)]

@@ -12,7 +12,7 @@ use crate::model::constraint_meter;
 use crate::num::real;
 use crate::output::{OutputError, ResultDirectory, atomic};
 use crate::scene::Scene;
-use crate::solve::part;
+use crate::solve::counters;
 use crate::tally::{Cost, Work, allocated};
 
 /// What a run cost, as `costs.json` has it.
@@ -163,7 +163,7 @@ impl Costs {
 
     /// Bytes that are reserved and hardly used.
     pub(super) fn reserved(&self) -> i64 {
-        let room = self.parts.iter().filter(|part| part.name == part::RESERVED);
+        let room = self.parts.iter().filter(|part| part.name == counters::RESERVED);
         room.map(|part| part.bytes).sum()
     }
 

@@ -22,6 +22,7 @@ mod sheet;
 mod source;
 mod stability;
 mod time;
+mod toml_tree;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

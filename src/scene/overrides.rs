@@ -1,5 +1,6 @@
 //! `--set key.path=value`: changes to a scene's document before it is checked.
 
+use super::toml_tree;
 use crate::document::Problem;
 use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 
@@ -80,7 +81,7 @@ fn parse_value(raw: &str, source: usize, offset: usize, path: &[Segment]) -> Res
             |home| format!("did you mean {home}?"),
         )));
     }
-    Node::value(text, source, offset).or_else(|problem| {
+    toml_tree::value(text, source, offset).or_else(|problem| {
         if !problem.is_syntax() || text.starts_with(['[', '{', '"', '\'']) {
             return Err(problem.placed(&place));
         }

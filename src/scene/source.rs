@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::error::{Origin, SceneError};
-use super::overrides;
+use super::{overrides, toml_tree};
 use crate::document::{Index, Node, Place, Problem};
 
 /// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
@@ -87,7 +87,7 @@ pub(super) fn document(
         other,
         index: Index::default(),
     };
-    let mut root = Node::document(text).map_err(|problem| origin.error(&problem))?;
+    let mut root = toml_tree::document(text).map_err(|problem| origin.error(&problem))?;
     let (mut problems, mut targets) = (Vec::new(), Vec::new());
     for (k, change) in origin.overrides.iter().enumerate() {
         match overrides::apply(&mut root, change, k + 1) {

@@ -24,6 +24,9 @@ pub struct Use {
     pub external: bool,
 }
 
+/// The folder of the crate that effects, model and solvers share.
+const CORE: &str = "core";
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
@@ -51,6 +54,10 @@ fn files() -> Vec<(String, Vec<String>, syn::File)> {
             name.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
         if module.last().is_some_and(|last| last == "mod" || last == "lib" || last == "main") {
             module.pop();
+        }
+        // This crate holds several rooms.
+        if module.first().is_some_and(|first| first == CORE) {
+            module.remove(0);
         }
         let file = syn::parse_file(&fs::read_to_string(&path).unwrap());
         (name.clone(), module, file.unwrap_or_else(|e| panic!("{name}: {e}")))
@@ -92,6 +99,7 @@ impl Finder<'_> {
             }
             "std" | "core" | "alloc" => return,
             name => match room_of(name) {
+                Some(CORE) => Vec::new(),
                 Some(room) => vec![room.to_owned()],
                 None => {
                     self.push(first.clone(), segments.join("::"), true);
@@ -213,8 +221,10 @@ fn roots(lib: &syn::File) -> BTreeMap<String, Vec<String>> {
         }
     }
     for path in all.values_mut() {
-        if let Some(room) = room_of(&path[0]) {
-            path[0] = room.to_owned();
+        match room_of(&path[0]) {
+            Some(CORE) => drop(path.remove(0)),
+            Some(room) => path[0] = room.to_owned(),
+            None => {}
         }
     }
     all
@@ -223,8 +233,10 @@ fn roots(lib: &syn::File) -> BTreeMap<String, Vec<String>> {
 /// All paths of all sources.
 pub fn uses() -> Vec<Use> {
     let files = files();
-    let lib = files.iter().find(|f| f.0 == "lib.rs").unwrap();
-    let roots = roots(&lib.2);
+    let mut roots = BTreeMap::new();
+    for lib in files.iter().filter(|f| f.0 == "lib.rs" || f.0 == "core/lib.rs") {
+        roots.extend(self::roots(&lib.2));
+    }
     let mut all = Vec::new();
     for (name, module, file) in &files {
         let mut finder =

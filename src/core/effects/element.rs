@@ -1,0 +1,274 @@
+//! Energies that are sums over small elements: triangles, hinges.
+//!
+//! ```text
+//! U = Σ_e u_e(x_{e,0}, …, x_{e,K-1})
+//! ```
+//!
+//! An element is pure: from the positions of its K corners it returns its energy and derivatives.
+//! The loops over the elements of a sheet are here, once for all of them.
+
+use super::{Coupling, Energy, HessianPart};
+use crate::Vec3;
+use crate::geometry::{Conditions, Shape};
+use crate::linear::{Block, BlockMatrix, LazyStencils};
+use crate::num::index;
+use crate::parallel;
+use crate::sheet::{Incidence, Sheet};
+
+/// A term of an energy that depends on K vertices.
+pub trait Element<const K: usize>: Send + Sync {
+    /// The energy, and its derivative by every corner.
+    fn gradient(&self, x: &[Vec3; K]) -> (f64, [Vec3; K]);
+
+    /// Second derivatives: block `[k][m]` is `∂²u/∂x_k∂x_m`; the positive part may leave out what
+    /// makes them indefinite.
+    fn hessian(&self, x: &[Vec3; K], part: HessianPart) -> [[Block; K]; K];
+}
+
+/// Which vertices are the corners of which element.
+pub(super) struct Mesh<'a, const K: usize> {
+    /// Vertices of every element.
+    pub(super) corners: &'a [[u32; K]],
+    /// `(element, corner)` pairs of every vertex.
+    pub(super) incident: &'a Incidence,
+}
+
+impl<'a> Mesh<'a, 3> {
+    /// The triangles of `sheet`.
+    pub(super) fn triangles(sheet: &'a Sheet) -> Self {
+        Self { corners: sheet.triangles(), incident: sheet.vertex_triangles() }
+    }
+}
+
+impl<const K: usize> Mesh<'_, K> {
+    fn positions(&self, e: usize, x: &[Vec3]) -> [Vec3; K] {
+        self.corners[e].map(|v| x[v as usize])
+    }
+}
+
+/// The energy of all elements at `x`; with `gradient` given, its derivatives are added there.
+/// `pull` is memory for the derivatives by corner.
+pub(super) fn evaluate<'e, const K: usize, E: Element<K> + 'e>(
+    mesh: &Mesh<'_, K>,
+    element: impl Fn(usize) -> &'e E + Sync,
+    x: &[Vec3],
+    pull: &mut Vec<[Vec3; K]>,
+    gradient: Option<&mut [Vec3]>,
+) -> f64 {
+    pull.resize(mesh.corners.len(), [Vec3::zeros(); K]);
+    let energy = parallel::fill_and_sum(pull, |e| {
+        let (energy, pull) = element(e).gradient(&mesh.positions(e, x));
+        (pull, energy)
+    });
+    if let Some(gradient) = gradient {
+        parallel::update(gradient, |i, g| {
+            for &(e, k) in mesh.incident.of(i) {
+                *g += pull[e as usize][k as usize];
+            }
+        });
+    }
+    energy
+}
+
+/// Adds the second derivatives of all elements at `x`; `places` belong to the mesh.
+pub(super) fn add_hessian<'e, const K: usize, E: Element<K> + 'e>(
+    mesh: &Mesh<'_, K>,
+    element: impl Fn(usize) -> &'e E + Sync,
+    x: &[Vec3],
+    part: HessianPart,
+    places: &mut LazyStencils,
+    into: &mut BlockMatrix,
+) {
+    let blocks = |e| element(e).hessian(&mesh.positions(e, x), part);
+    add_blocks(mesh.corners, blocks, places, into);
+}
+
+/// Adds the symmetric `blocks` of every element between its corners; `places` belong to these.
+pub(super) fn add_blocks<const K: usize>(
+    corners: &[[u32; K]],
+    blocks: impl Fn(usize) -> [[Block; K]; K] + Sync,
+    places: &mut LazyStencils,
+    into: &mut BlockMatrix,
+) {
+    let sorted = |corners: &[u32; K]| {
+        let mut corners = *corners;
+        corners.sort_unstable();
+        corners
+    };
+    let stencils = places.for_pattern(into.pattern(), || corners.iter().map(sorted));
+    stencils.assemble(into, |e, sink| {
+        let corners = &corners[e];
+        // Position of every corner in the ascending order of the sink.
+        let rank = corners.map(|v| corners.iter().filter(|other| **other < v).count());
+        for (row, &p) in blocks(e).iter().zip(&rank) {
+            for (block, &q) in row.iter().zip(&rank) {
+                if p <= q {
+                    sink.add(p, q, block);
+                }
+            }
+        }
+    });
+}
+
+/// The energy `Σ_e u_e` of elements of one kind, ready to be an effect: the easy way to write one.
+///
+/// ```
+/// # use rumple_core as rumple;
+/// use rumple::effects::{Block, Element, Elements, HessianPart};
+/// # use rumple::{Vec3, sheet::{Shape, generate}};
+///
+/// /// A spring of length 0: `u = k/2 |x_1 - x_0|²`.
+/// struct Spring {
+///     stiffness: f64,
+/// }
+///
+/// impl Element<2> for Spring {
+///     fn gradient(&self, [a, b]: &[Vec3; 2]) -> (f64, [Vec3; 2]) {
+///         let pull = self.stiffness * (b - a);
+///         (0.5 * pull.dot(&(b - a)), [-pull, pull])
+///     }
+///
+///     fn hessian(&self, _: &[Vec3; 2], _: HessianPart) -> [[Block; 2]; 2] {
+///         let k = Block::from_diagonal_element(self.stiffness);
+///         [[k, -k], [-k, k]]
+///     }
+/// }
+///
+/// # let sheet = generate(&Shape::Disc { radius: 1.0 }, 100, 1)?;
+/// let edges = sheet.edges().iter().map(|edge| edge.vertices).collect();
+/// let springs = Elements::new("springs", &sheet, edges, |_, _| Spring { stiffness: 2.0 });
+/// # Ok::<(), rumple::sheet::SheetError>(())
+/// ```
+pub struct Elements<const K: usize, E> {
+    name: String,
+    corners: Vec<[u32; K]>,
+    incident: Incidence,
+    make: Box<Make<E>>,
+    timed: bool,
+    coupling: Coupling,
+    force_scale: f64,
+    applied_force: f64,
+}
+
+/// Makes element number e under given optimal lengths and at a given time.
+type Make<E> = dyn Fn(&Conditions<'_>, usize) -> E + Send + Sync;
+
+impl<const K: usize, E: Element<K>> Elements<K, E> {
+    /// Elements between the vertices `corners` of `sheet`, which must be neighbours of one another or
+    /// neighbours of neighbours; `make` gives the parameters of each for the optimal lengths in force.
+    #[must_use]
+    pub fn new(
+        name: &str,
+        sheet: &Sheet,
+        corners: Vec<[u32; K]>,
+        make: impl Fn(&Conditions<'_>, usize) -> E + Send + Sync + 'static,
+    ) -> Self {
+        let triples = corners.iter().enumerate().flat_map(|(e, corner)| {
+            corner.iter().enumerate().map(move |(k, v)| (*v, index(e), index(k)))
+        });
+        let incident = Incidence::new(sheet.vertex_count(), triples);
+        let near = |a: u32, b: u32| {
+            a == b || sheet.vertex_edges().of(a as usize).iter().any(|&(_, j)| j == b)
+        };
+        let adjacent = |c: &[u32; K]| c.iter().all(|a| c.iter().all(|b| near(*a, *b)));
+        let coupling = if K < 2 {
+            Coupling::NONE
+        } else if corners.iter().all(adjacent) {
+            Coupling::ONE_RING
+        } else {
+            Coupling::TWO_RINGS
+        };
+        let make = Box::new(make);
+        let name = name.to_owned();
+        let (timed, force_scale, applied_force) = (false, 0.0, 0.0);
+        Self { name, corners, incident, make, timed, coupling, force_scale, applied_force }
+    }
+
+    /// The same, with parameters that depend on time.
+    #[must_use]
+    pub fn depending_on_time(mut self) -> Self {
+        self.timed = true;
+        self
+    }
+
+    /// The same, with a size of the force on a vertex at unit strain ([`Energy::force_scale`]): for
+    /// elements that resist stretching, as a scene without the effect `stretching` needs one that does.
+    #[must_use]
+    pub fn with_force_scale(mut self, force: f64) -> Self {
+        self.force_scale = force;
+        self
+    }
+
+    /// The same, with the largest force that is applied to a vertex of the sheet at rest
+    /// ([`Energy::applied_force`]): for loads, so that a tolerance above it is reported.
+    #[must_use]
+    pub fn with_applied_force(mut self, force: f64) -> Self {
+        self.applied_force = force;
+        self
+    }
+}
+
+/// Memory of [`Elements`].
+pub struct ElementWork<const K: usize, E> {
+    element: Vec<E>,
+    pull: Vec<[Vec3; K]>,
+    places: LazyStencils,
+}
+
+impl<const K: usize, E> Default for ElementWork<K, E> {
+    fn default() -> Self {
+        Self { element: Vec::new(), pull: Vec::new(), places: LazyStencils::default() }
+    }
+}
+
+impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
+    type Work = ElementWork<K, E>;
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn coupling(&self) -> Coupling {
+        self.coupling
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.timed
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
+        work.element.clear();
+        work.element.extend((0..self.corners.len()).map(|e| (self.make)(conditions, e)));
+    }
+
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let element = &work.element;
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        evaluate(&mesh, |e| &element[e], shape.x, &mut work.pull, gradient)
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let element = &work.element;
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        add_hessian(&mesh, |e| &element[e], shape.x, part, &mut work.places, into);
+    }
+
+    fn force_scale(&self, _: &Conditions<'_>) -> f64 {
+        self.force_scale
+    }
+
+    fn applied_force(&self) -> f64 {
+        self.applied_force
+    }
+}

@@ -1,0 +1,233 @@
+//! What is simulated: a model, immutable, and its states.
+//!
+//! ```text
+//! w_x · drag · dx/dt = -∂U/∂x (x; c)              mechanics
+//! w_c ·        dc/dt = D Δ_x c + R(c, signals, t) chemistry
+//! ```
+//!
+//! A [`Model`] is the sheet with the effects, laws and weights w that a scene lists; a [`State`] is
+//! time, positions and species, and nothing else; an [`Evaluation`] is the model at a state. Solvers ask
+//! for its pieces: energies at fixed optimal lengths ([`Potential`]), rates, or both at once with their
+//! derivatives (`Coupled`).
+
+mod chemistry;
+mod constraint;
+mod counters;
+mod coupled;
+mod drag;
+mod error;
+mod error_norm;
+mod evaluation;
+mod mechanics;
+mod parameters;
+mod policy;
+mod potential;
+mod proximal_term;
+mod rigid;
+mod signals;
+mod state;
+mod time_course;
+mod unreliable_results;
+
+pub use chemistry::{Chemistry, SignalColumns, Surface};
+pub use coupled::{Coupled, Layout, Part};
+pub use drag::{Drag, Weights};
+pub use error::ModelError;
+pub use evaluation::{Evaluation, Memory};
+pub use mechanics::{Mechanics, MechanicsParts};
+pub use parameters::ParameterFields;
+pub use policy::{Policy, Storage};
+pub use potential::Potential;
+pub use proximal_term::Anchor;
+pub use rigid::{Motion, free_motions, minimal_pins};
+pub use signals::{Signals, TensionReading};
+pub use state::{Positions, State};
+pub use time_course::TimeCourse;
+pub use unreliable_results::Flagged;
+
+pub use counters::constraint_meter;
+pub(crate) use signals::Derivatives;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use crate::effects::LengthFactor;
+use crate::kinetics::Location;
+use crate::sheet::Sheet;
+use crate::tally::Tally;
+
+/// A sheet with its mechanics, its chemistry if the scene has kinetics, and the weights of both.
+pub struct Model {
+    mechanics: Arc<Mechanics>,
+    chemistry: Option<Chemistry>,
+    growth: Vec<LengthFactor>,
+    storage: Storage,
+    drag: Drag,
+}
+
+impl Model {
+    /// Puts the pieces together; without energies the shape never moves. `drag` resists
+    /// the motion of vertices.
+    #[must_use]
+    pub fn new(
+        mechanics: Arc<Mechanics>,
+        chemistry: Option<Chemistry>,
+        storage: Storage,
+        drag: Drag,
+    ) -> Self {
+        let mut chemistry = chemistry;
+        if let Some(chemistry) = &mut chemistry {
+            chemistry.count(mechanics.tally());
+        }
+        Self { mechanics, chemistry, growth: Vec::new(), storage, drag }
+    }
+
+    /// The same with length factors that multiply those of the laws.
+    #[must_use]
+    pub fn growing(mut self, growth: Vec<LengthFactor>) -> Self {
+        self.growth = growth;
+        self
+    }
+
+    /// The length factor Φ at every edge of all growth that is not a law's; `None` without any.
+    ///
+    /// # Errors
+    /// [`ModelError::Growth`] where it is not a positive number.
+    pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
+        let mut all: Option<Cow<'_, [f64]>> = None;
+        for (k, growth) in self.growth.iter().enumerate() {
+            let _scope = counters::of_growth(self.tally(), k).giving(0);
+            let factor = growth.at(self.sheet(), time);
+            match &mut all {
+                None => all = Some(factor),
+                Some(all) => {
+                    let all = all.to_mut().iter_mut();
+                    all.zip(factor.iter()).for_each(|(all, f)| *all *= f);
+                }
+            }
+        }
+        let wrong = |f: &f64| !(*f > 0.0 && f.is_finite());
+        if let Some(factor) = &all
+            && let Some(e) = factor.iter().position(wrong)
+        {
+            let vertices = self.sheet().edges()[e].vertices;
+            return Err(ModelError::Growth { vertices, value: factor[e], time });
+        }
+        Ok(all)
+    }
+
+    /// Names of all growth that is not a law's.
+    pub fn growth_names(&self) -> impl Iterator<Item = String> {
+        (0..self.growth.len()).map(counters::growth_name)
+    }
+
+    /// The model at `state`.
+    pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
+        Evaluation::new(self, state, memory, false)
+    }
+
+    /// What the work on it costs.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        self.mechanics.tally()
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        self.mechanics.sheet()
+    }
+
+    /// The mechanical half.
+    #[must_use]
+    pub fn mechanics(&self) -> &Arc<Mechanics> {
+        &self.mechanics
+    }
+
+    /// The chemical half, if there is kinetics.
+    #[must_use]
+    pub fn chemistry(&self) -> Option<&Chemistry> {
+        self.chemistry.as_ref()
+    }
+
+    /// Weights of the two rows.
+    #[must_use]
+    pub fn storage(&self) -> Storage {
+        self.storage
+    }
+
+    /// What resists the motion of vertices.
+    #[must_use]
+    pub fn drag(&self) -> &Drag {
+        &self.drag
+    }
+
+    /// How many values of laws and effects were not finite numbers, in tries that were given up.
+    #[must_use]
+    pub fn not_finite(&self) -> u64 {
+        let of_laws = self.chemistry.as_ref().map_or(0, |chemistry| chemistry.flagged().count());
+        of_laws + self.mechanics.not_finite().0
+    }
+
+    /// Whether the shape can move.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        !self.mechanics.is_empty()
+    }
+
+    /// Whether lengths and energies say nothing: no effect has an energy, and nothing changes optimal lengths.
+    #[must_use]
+    pub fn is_chemistry_alone(&self) -> bool {
+        let factor = |c: &Chemistry| c.descriptor().capabilities.length_factor;
+        !self.moves() && self.growth.is_empty() && !self.chemistry.as_ref().is_some_and(factor)
+    }
+
+    /// Whether optimal lengths depend on the shape: species on faces that set them are carried to vertices with
+    /// weights of the current shape.
+    #[must_use]
+    pub fn lengths_follow_shape(&self) -> bool {
+        self.chemistry.as_ref().is_some_and(|chemistry| {
+            let on_faces = chemistry.location() == Location::Face;
+            on_faces && chemistry.descriptor().capabilities.length_factor
+        })
+    }
+
+    /// Whether any species diffuses.
+    #[must_use]
+    pub fn diffuses(&self) -> bool {
+        self.chemistry.as_ref().is_some_and(|chemistry| !chemistry.transports().is_empty())
+    }
+
+    /// Brings values that left a species' valid range by less than the tolerance
+    /// `atol·typical + rtol·max|c|` back to its edge.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] for a value further out, or none at all (NaN).
+    pub fn keep_in_range(
+        &self,
+        values: &mut [Vec<f64>],
+        time: f64,
+        (rtol, atol): (f64, f64),
+    ) -> Result<(), ModelError> {
+        let Some(chemistry) = &self.chemistry else { return Ok(()) };
+        for (species, c) in chemistry.descriptor().species.iter().zip(values) {
+            let largest = c.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+            let slack = atol * species.typical + rtol * largest;
+            let (least, greatest) = (species.lower - slack, species.upper + slack);
+            for (point, c) in c.iter_mut().enumerate() {
+                if !(*c >= least && *c <= greatest) {
+                    return Err(ModelError::OutOfRange {
+                        species: species.name.clone(),
+                        location: chemistry.location(),
+                        point,
+                        value: *c,
+                        range: (species.lower, species.upper),
+                        time,
+                    });
+                }
+                *c = c.clamp(species.lower, species.upper);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,185 @@
+//! The chemistry that is steady at a given shape: `0 = D Δc + R(c, signals(x, c), t)`.
+//!
+//! Linearly implicit steps `(1/Δτ - ∂F/∂c) δ = F` from the chemistry there is, with Δτ growing as F
+//! falls: they follow dc/dτ = F to the steady state it leads to, and end as Newton's method
+//! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
+//! doi:10.1137/S0036142996304796).
+
+use crate::linear::{LinearChoice, Shifted};
+use crate::model::{Coupled, Part, State};
+use crate::solve::{Result, SolveError, Workspace, counters};
+
+/// Change in a step, in units of `rtol |c| + atol`, that counts as none.
+const STILL: f64 = 1e-2;
+/// A step so long, in units of the fastest entry of ∂F/∂c, is long by any measure: what starts at rest but
+/// for round-off moves at no speed that others could be compared with.
+const LONG: f64 = 1e12;
+/// Error of a step on the way, relative to a species' size and typical magnitude. What the chemistry
+/// runs into hangs on the way where it has several steady states.
+const ERROR: f64 = 0.05;
+/// A step counts as one along dc/dτ = F if it meets the equation of implicit Euler, `δ = Δτ F(c + δ)`, but for this share
+/// of δ. Where a disturbance grows faster than 1/Δτ, as beyond a fold, the linear system turns the direction of the step
+/// round, against F: without the test steps go back and forth there without end.
+const ALONG: f64 = 0.5;
+/// Steps after which there is no steady state to be found.
+const MOST: usize = 5000;
+/// The same of a steady state near by, which takes some twenty.
+const MOST_NEAR: usize = 200;
+/// Linear systems in a row that may fail.
+const MOST_FAILURES: usize = 30;
+/// How far a step on the way may leave a species' valid range, relative to its size and typical
+/// magnitude.
+const SLACK: f64 = 0.1;
+/// A species that changes by more than this share of its size and typical magnitude leaves its steady state for another
+/// one: the branch of steady states that it was on has ended (a fold), or moves too far in one step of the coupling.
+const LEAP: f64 = 0.2;
+
+/// Whether the chemistry may go to another steady state than the one it is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::solve) enum Leap {
+    /// However far it is.
+    Allowed,
+    /// What leads away ends the search: a shorter step may stay near by.
+    Refused,
+}
+
+/// Solves for the steady state of the chemistry, with what it keeps from one time to the next.
+#[derive(Default)]
+pub(in crate::solve) struct SteadyChemistry {
+    alone: Option<Coupled>,
+    newton: Option<Shifted>,
+}
+
+impl SteadyChemistry {
+    /// Brings the chemistry of `state` to the steady state that it runs into while the shape rests.
+    ///
+    /// # Errors
+    /// [`SolveError::NotSteady`] if it comes to no rest; [`SolveError::Leap`] where that is refused; errors of the
+    /// plugin.
+    pub(in crate::solve) fn solve(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &mut State,
+        (rtol, atol): (f64, f64),
+        leap: Leap,
+    ) -> Result<()> {
+        let Workspace { model, control, .. } = workspace;
+        let _scope = counters::part(model.tally(), counters::SETTLING);
+        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
+        let newton = &mut self.newton;
+        coupled.start(state);
+        let n = coupled.layout().unknowns();
+        let tolerance = coupled.tolerances(atol);
+        let (mut y, mut rate) = (coupled.pack(state), vec![0.0; n]);
+        let start = y.clone();
+        coupled.residual(state.time, &y, &mut rate)?;
+        // The first step changes nothing by more than its own size.
+        let relative = |y: &[f64], rate: &[f64]| {
+            let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
+            (0..n).map(of).fold(0.0, f64::max)
+        };
+        let first = relative(&y, &rate);
+        let mut speed = first;
+        let mut inverse_step = first;
+        let mut rejected = 0;
+        let most = if leap == Leap::Refused { MOST_NEAR } else { MOST };
+        for step in 0..most {
+            if first == 0.0 {
+                return Ok(());
+            }
+            control.check()?;
+            control.report(|| {
+                format!(
+                    "relaxing the chemistry to steady state, step {step} of at most {most}; it still \
+                     changes by {speed:.1e} of its size per unit of time"
+                )
+            });
+            let jacobian = coupled.jacobian(state.time, &y)?;
+            let fastest = jacobian.largest();
+            let newton = match &mut *newton {
+                Some(newton) => newton,
+                None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
+            };
+            let mut change = rate.clone();
+            if let Err(failure) =
+                newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change, model.tally())
+            {
+                // A shorter step makes the matrix easier; with no step to speak of it is the identity.
+                inverse_step = 4.0 * inverse_step.max(1e-9 * first);
+                rejected += 1;
+                if rejected > MOST_FAILURES {
+                    return Err(failure.into());
+                }
+                continue;
+            }
+            rejected = 0;
+            let mut tried = y.clone();
+            let before = rate.clone();
+            let mut largest: f64 = 0.0;
+            for i in 0..n {
+                tried[i] += change[i];
+                largest = largest.max(change[i].abs() / (rtol * tried[i].abs() + tolerance[i]));
+            }
+            // Where the kinetics have no value, or one far out of their range, the step was too long.
+            let mut shown = state.clone();
+            coupled.layout().unpack(model.mechanics(), state.time, &tried, &mut shown);
+            let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
+            let done = sensible.and_then(|()| coupled.residual(state.time, &tried, &mut rate));
+            let error = match done {
+                Ok(()) if strays(&rate, &change, (&tolerance, rtol, &tried), inverse_step) => {
+                    f64::INFINITY
+                }
+                Ok(()) => {
+                    let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
+                    0.5 / inverse_step * relative(&tried, &differ)
+                }
+                Err(failure) if failure.is_recoverable() => f64::INFINITY,
+                Err(failure) => return Err(failure.into()),
+            };
+            if !(error <= 4.0 * ERROR && largest.is_finite()) {
+                let shorter =
+                    if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
+                inverse_step = shorter * inverse_step.max(1e-9 * first);
+                rate = before;
+                continue;
+            }
+            y = tried;
+            let left =
+                |i: usize| (y[i] - start[i]).abs() > LEAP * (tolerance[i] / atol + start[i].abs());
+            if leap == Leap::Refused && (0..n).any(left) {
+                return Err(SolveError::Leap { time: state.time });
+            }
+            speed = relative(&y, &rate);
+            if !speed.is_finite() {
+                break;
+            }
+            let long = inverse_step < 1e-3 * first || LONG * inverse_step < fastest;
+            if largest < STILL && long {
+                let mut next = state.clone();
+                let time = state.time;
+                coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
+                model.keep_in_range(&mut next.species, time, (rtol, atol))?;
+                *state = next;
+                return Ok(());
+            }
+            let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
+            inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
+        }
+        Err(SolveError::NotSteady { time: state.time, rate: speed })
+    }
+}
+
+/// Whether a change that counts does not lead along the rates at its end.
+fn strays(
+    rate: &[f64],
+    change: &[f64],
+    (tolerance, rtol, y): (&[f64], f64, &[f64]),
+    inverse_step: f64,
+) -> bool {
+    let largest = |of: &dyn Fn(usize) -> f64| {
+        let unit = |i: usize| rtol * y[i].abs() + tolerance[i];
+        (0..y.len()).map(|i| of(i).abs() / unit(i)).fold(0.0, f64::max)
+    };
+    let moved = largest(&|i| change[i]);
+    moved > 1.0 && largest(&|i| rate[i] / inverse_step - change[i]) > ALONG * moved
+}

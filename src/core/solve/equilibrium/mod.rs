@@ -1,0 +1,211 @@
+//! Mechanical equilibrium: `0 = -∂U/∂x` at fixed chemistry.
+//!
+//! Which of several minima is found is physics, so every method goes downhill from the shape it is
+//! given by limited steps.
+
+mod constrained;
+mod descent;
+mod diagonal;
+mod displacement_loading;
+mod fire;
+mod gauge;
+mod history;
+mod lbfgs;
+mod newton;
+mod preconditioner;
+mod stop;
+
+pub use constrained::{MET, relax};
+pub use descent::{Descent, DescentSpec};
+pub(super) use displacement_loading::{AREA_SHARE, lead};
+pub use fire::{Fire, FireSpec};
+pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
+pub use newton::{Newton, NewtonSpec};
+pub use preconditioner::{FactorPrecision, Preconditioner};
+pub(super) use stop::COLLAPSED;
+pub use stop::explained;
+
+use super::EquilibriumSpec;
+use crate::Vec3;
+use crate::model::{Mechanics, Potential};
+use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
+use crate::solve::SolveError;
+
+/// When a relaxation may stop.
+#[derive(Clone, Copy)]
+pub struct Goal<'a> {
+    /// Largest force on a vertex, in units of [`Potential::force_scale`].
+    pub tolerance: f64,
+    /// Most iterations before it counts as failed.
+    pub max_iterations: usize,
+    /// Asked now and then; `true` gives up with [`SolveError::Interrupted`].
+    pub interrupted: &'a (dyn Fn() -> bool + Sync),
+    /// Told in every iteration how far it is.
+    pub report: &'a (dyn Fn(&Relaxation) + Sync),
+    /// Largest distance to the equilibrium, as the metric estimates it, that counts as rest: a small force may
+    /// leave a soft mode far from it. Infinite where forces alone decide.
+    pub displacement: f64,
+    /// The trust region, if there is one: leaving it gives up with [`SolveError::Departed`].
+    pub trust: Option<Trust<'a>>,
+}
+
+impl Default for Goal<'_> {
+    /// The defaults of `lbfgs`; neither interrupted nor reported.
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_iterations: 3000,
+            interrupted: &|| false,
+            report: &|_| (),
+            displacement: f64::INFINITY,
+            trust: None,
+        }
+    }
+}
+
+/// A ball about a shape: every vertex within the same distance of where it is there.
+#[derive(Clone, Copy)]
+pub struct Trust<'a> {
+    /// The shape.
+    pub centre: &'a [Vec3],
+    /// The distance.
+    pub radius: f64,
+}
+
+impl Trust<'_> {
+    /// Whether `x` lies within.
+    fn contains(&self, x: &[Vec3]) -> bool {
+        !(distance(self.centre, x) > self.radius)
+    }
+
+    /// The largest t up to `most` for which `x + t d` lies within, if `x` does.
+    fn longest(&self, x: &[Vec3], d: &[Vec3], most: f64) -> f64 {
+        // |p + t d|² = r² of every vertex, with p = x - c.
+        let of = |i: usize| {
+            let (p, d) = (x[i] - self.centre[i], d[i]);
+            let (a, b) = (d.norm_squared(), p.dot(&d));
+            let c = (self.radius * self.radius - p.norm_squared()).max(0.0);
+            // Its inverse: a maximum is what there is.
+            a / ((b * b + a * c).sqrt() - b).max(f64::MIN_POSITIVE)
+        };
+        (1.0 / parallel::max(x.len(), of)).min(most)
+    }
+}
+
+/// `max_i |b_i - a_i|`.
+pub(in crate::solve) fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
+    parallel::max(a.len(), |i| (b[i] - a[i]).norm_squared()).sqrt()
+}
+
+/// What a relaxation did.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Relaxation {
+    /// Steps taken.
+    pub iterations: usize,
+    /// Largest force left, in units of the force scale.
+    pub residual: f64,
+    /// Energy reached.
+    pub energy: f64,
+    /// Triangles that collapsed and were fixed.
+    pub collapsed: usize,
+    /// Jumps from one branch of equilibria to another.
+    pub jumps: usize,
+    /// Energy that they released.
+    pub released: f64,
+}
+
+impl Relaxation {
+    /// Adds the steps of a later relaxation, and takes over what it reached.
+    pub fn add(&mut self, later: &Self) {
+        self.iterations += later.iterations;
+        self.residual = later.residual;
+        self.energy = later.energy;
+        self.collapsed = later.collapsed;
+        self.jumps += later.jumps;
+        self.released += later.released;
+    }
+}
+
+/// A method that finds the equilibrium nearest downhill.
+pub trait Equilibrium: Send {
+    /// Relaxes `x` in place; on an error `x` is the last good shape.
+    ///
+    /// # Errors
+    /// [`SolveError`] if the goal is not reached.
+    fn relax(
+        &mut self,
+        potential: &mut Potential,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+    ) -> Result<Relaxation, SolveError>;
+
+    /// Whether it ends at rest, rather than after so many steps.
+    fn reaches_rest(&self) -> bool {
+        true
+    }
+
+    /// Whether `x`, an equilibrium, is a minimum, where the method can tell at little expense.
+    fn is_minimum(&mut self, _potential: &mut Potential, _x: &[Vec3]) -> Option<bool> {
+        None
+    }
+
+    /// A step begins.
+    fn mark(&mut self) {}
+
+    /// That step has failed: later relaxations have the bits of one that was never made.
+    fn roll_back(&mut self, _mechanics: &Mechanics) {}
+
+    /// Writes all that a later relaxation depends on besides its arguments.
+    fn store(&self, _record: &mut Record) {}
+
+    /// Takes over what one of the same kind, for the same `mechanics`, has written: later relaxations have
+    /// the same bits.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    fn restore(
+        &mut self,
+        _reading: &mut Reading<'_>,
+        _mechanics: &Mechanics,
+    ) -> Result<(), Malformed> {
+        Ok(())
+    }
+}
+
+/// A method with its settings, as `[equilibrium]` of a scene has it.
+pub struct Method(Box<dyn EquilibriumSpec>);
+
+impl Method {
+    /// The method of these settings.
+    #[must_use]
+    pub fn new(spec: Box<dyn EquilibriumSpec>) -> Self {
+        Self(spec)
+    }
+
+    /// Its name in results.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.0.name()
+    }
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    #[must_use]
+    pub fn tolerance(&self) -> f64 {
+        self.0.tolerance()
+    }
+
+    /// Iterations after which a relaxation has failed.
+    #[must_use]
+    pub fn max_iterations(&self) -> usize {
+        self.0.max_iterations()
+    }
+
+    /// Makes it ready for the effects of a sheet.
+    ///
+    /// # Errors
+    /// If the sheet is too large for it.
+    pub fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        self.0.build(mechanics)
+    }
+}

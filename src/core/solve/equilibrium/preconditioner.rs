@@ -1,0 +1,360 @@
+//! The metric that L-BFGS starts from: a Cholesky factor, or multigrid where that is too large; or a plain
+//! one, as other codes have it.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::super::counters::Linear;
+use super::super::low_rank::LowRankUpdate;
+use super::diagonal::Diagonal;
+use crate::Vec3;
+use crate::effects::LowRank;
+use crate::linear::{Block, BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
+use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
+use crate::solve::SolveError;
+use crate::tally::Tally;
+
+/// How the Hessian's positive part is inverted: `equilibrium.preconditioner` in a scene.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preconditioner {
+    /// Exactly, by a sparse Cholesky factor, whose size grows faster than the sheet.
+    Factor,
+    /// Approximately, by one multigrid cycle, in memory that grows as the sheet does.
+    Multigrid,
+    /// Its 3 × 3 blocks on the diagonal, every vertex for itself.
+    Blocks,
+    /// Not at all: one number for every unknown, learnt from steps. Short waves are relaxed first, as drag
+    /// does, and long ones hardly where tolerances are loose: the paper's scheme.
+    None,
+    /// The factor up to 50 000 vertices, multigrid beyond; under drag multigrid beyond 1000.
+    #[default]
+    Auto,
+}
+
+impl Preconditioner {
+    /// What it is on a sheet of that many vertices, which moves under drag or not, and why, in words.
+    pub(super) fn chosen(
+        self,
+        precision: FactorPrecision,
+        vertices: usize,
+        moving: bool,
+    ) -> Vec<String> {
+        let why = |auto: String| match self {
+            Self::Auto => auto,
+            _ => "equilibrium.preconditioner says so".to_owned(),
+        };
+        let mut all = self.of_one(precision, vertices, false, &why);
+        if moving && self.on(vertices, true) != self.on(vertices, false) {
+            let later = self.of_one(precision, vertices, true, &why);
+            all = all.into_iter().map(|line| format!("for the start, {line}")).collect();
+            all.extend(later.into_iter().map(|line| format!("under drag, {line}")));
+        }
+        all
+    }
+
+    fn of_one(
+        self,
+        precision: FactorPrecision,
+        vertices: usize,
+        moving: bool,
+        why: &dyn Fn(String) -> String,
+    ) -> Vec<String> {
+        if let Self::Blocks | Self::None = self {
+            let what = match self {
+                Self::Blocks => {
+                    "blocks of the vertices on the diagonal of the Hessian's positive part"
+                }
+                _ => {
+                    "no linear system, a stiffness of every unknown that is learnt from steps instead"
+                }
+            };
+            return vec![format!("{what}, as {}", why(String::new()))];
+        }
+        let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
+        if self.on(vertices, moving) == Self::Multigrid {
+            let why = why(format!("the sheet has more than {most} vertices"));
+            return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
+        }
+        let why = why(format!("the sheet has at most {most} vertices"));
+        let double = precision.is_double(vertices);
+        let digits = if double { "double" } else { "single" };
+        let because = match precision {
+            FactorPrecision::Auto if double => format!("up to {SMALL} vertices it costs little"),
+            FactorPrecision::Auto => format!("the sheet has more than {SMALL} vertices"),
+            _ => "equilibrium.precision says so".to_owned(),
+        };
+        vec![
+            format!(
+                "Cholesky factor of the positive part of the Hessian, of the whole near rest, as {why}"
+            ),
+            format!("factor in {digits} precision, as {because}"),
+        ]
+    }
+
+    /// What it is on a sheet of that many vertices, which moves under drag or is to come to rest.
+    pub(super) fn on(self, vertices: usize, moving: bool) -> Self {
+        let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
+        match self {
+            Self::Auto if vertices <= most => Self::Factor,
+            Self::Auto => Self::Multigrid,
+            chosen => chosen,
+        }
+    }
+
+    /// In words, for reports.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::Factor => "a Cholesky factor",
+            Self::Multigrid => "multigrid",
+            Self::Blocks => "blocks on the diagonal",
+            Self::None => "nothing",
+            Self::Auto => "a Cholesky factor or, for large sheets, multigrid",
+        }
+    }
+}
+
+/// Precision of the factor: `equilibrium.precision` in a scene. Multigrid is not concerned.
+///
+/// Single precision does not resolve the softest bending waves, which are 10⁻⁸ times as stiff as the
+/// sheet is against stretching: there the factor is round-off, and a snap that goes by these waves can
+/// end in another minimum when a number of the scene changes in its seventh digit. In double precision it
+/// changes as smoothly as the forces do, for twice the memory and half as much time again.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FactorPrecision {
+    /// Single, until a matrix is not positive in it.
+    Single,
+    /// Double.
+    Double,
+    /// Double up to 6000 vertices, where a factor costs little; single beyond.
+    #[default]
+    Auto,
+}
+
+impl FactorPrecision {
+    fn is_double(self, vertices: usize) -> bool {
+        match self {
+            Self::Single => false,
+            Self::Double => true,
+            Self::Auto => vertices <= SMALL,
+        }
+    }
+}
+
+/// Vertices up to which a factor costs little: [`FactorPrecision::Auto`] is double precision, and it is
+/// renewed often.
+pub(super) const SMALL: usize = 6000;
+
+/// Vertices beyond which [`Preconditioner::Auto`] is multigrid. On the smoothly grown disc of the
+/// scaling bench it is faster at every size, by a third at 30 000; on a sheet that crumples (race A, noise 1)
+/// the factor is faster, and finds a lower minimum. It is kept where it is affordable.
+pub(super) const LARGE: usize = 50_000;
+
+/// The same under drag, where minima are near and their softest waves supported: multigrid takes as many iterations
+/// as the factor there, at less cost (`docs/performance.md`).
+const LARGE_UNDER_DRAG: usize = 1000;
+
+/// The preconditioner of one relaxation.
+pub(super) struct Inverse {
+    sparse: Sparse,
+    low_rank: LowRankUpdate,
+    meters: Linear,
+}
+
+enum Sparse {
+    Factor(Box<FrugalCholesky>),
+    Multigrid(Box<Multigrid>),
+    /// Inverses of the blocks on the diagonal, and a number for all that is learnt from steps.
+    Blocks(Vec<Block>, f64),
+    Learnt(Diagonal),
+}
+
+impl Sparse {
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        match self {
+            Self::Factor(cholesky) => cholesky.solve(rhs),
+            Self::Multigrid(multigrid) => multigrid.solve(rhs),
+            Self::Blocks(inverses, scale) => {
+                parallel::update(rhs, |i, v| *v = *scale * (inverses[i] * *v));
+            }
+            Self::Learnt(diagonal) => diagonal.solve(rhs),
+        }
+    }
+}
+
+impl Inverse {
+    /// Prepares what depends on the pattern only.
+    pub(super) fn new(
+        kind: Preconditioner,
+        precision: FactorPrecision,
+        pattern: &Arc<BlockPattern>,
+        tally: &Tally,
+    ) -> Result<Self, SolveError> {
+        let meters = Linear::of(tally);
+        let _scope = meters.factors.kept();
+        let rows = pattern.rows();
+        let sparse = match kind.on(rows, false) {
+            Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows], 1.0),
+            Preconditioner::None => Sparse::Learnt(Diagonal::new(rows, 1.0)),
+            Preconditioner::Multigrid => Sparse::Multigrid(Box::new(Multigrid::new(pattern)?)),
+            Preconditioner::Factor | Preconditioner::Auto => {
+                let double = precision.is_double(rows);
+                let new =
+                    if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
+                Sparse::Factor(Box::new(new(Arc::clone(pattern))?))
+            }
+        };
+        Ok(Self { sparse, low_rank: LowRankUpdate::default(), meters })
+    }
+
+    /// Takes over `matrix` and the `terms` of low rank, the Hessian or its positive part at `x`; with
+    /// `insist` at some expense rather than fail.
+    pub(super) fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        terms: Vec<LowRank>,
+        x: &[Vec3],
+        insist: bool,
+    ) -> Result<(), NotPositive> {
+        let Self { sparse, low_rank, meters } = self;
+        let _scope = meters.factorise();
+        match sparse {
+            Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
+            Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
+            Sparse::Blocks(inverses, scale) => {
+                *scale = 1.0;
+                let unit = matrix.mean_diagonal();
+                parallel::update(inverses, |i, inverse| *inverse = inverted(matrix, i, unit));
+            }
+            // It has no use for a matrix.
+            Sparse::Learnt(_) => {}
+        }
+        *low_rank = LowRankUpdate::new(terms, |rhs| sparse.solve(rhs));
+        if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
+    }
+
+    /// Whether vertices are taken for themselves, which makes the whole Hessian no better than its positive
+    /// part, and stiffnesses are learnt from steps.
+    pub(super) fn is_plain(&self) -> bool {
+        matches!(self.sparse, Sparse::Blocks(..) | Sparse::Learnt(_))
+    }
+
+    /// Whether it has no use for a matrix.
+    pub(super) fn is_learnt(&self) -> bool {
+        matches!(self.sparse, Sparse::Learnt(_))
+    }
+
+    /// Forgets what was learnt where [`Self::is_learnt`], which it says: the same stiffness `unit` everywhere.
+    pub(super) fn begins_with(&mut self, unit: f64) -> bool {
+        let Sparse::Learnt(diagonal) = &mut self.sparse else { return false };
+        diagonal.reset(unit);
+        true
+    }
+
+    /// Learns from the step from one shape to the next and the change of its gradient, each as (before,
+    /// after). Of blocks M it is their size, `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
+    pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
+        match &mut self.sparse {
+            Sparse::Factor(_) | Sparse::Multigrid(_) => {}
+            Sparse::Learnt(diagonal) => diagonal.learn(x, gradient),
+            Sparse::Blocks(inverses, scale) => {
+                let change = |i: usize| gradient.1[i] - gradient.0[i];
+                let all = inverses.len();
+                let along = parallel::sum(all, |i| (x.1[i] - x.0[i]).dot(&change(i)));
+                let through = parallel::sum(all, |i| change(i).dot(&(inverses[i] * change(i))));
+                let size = along / through;
+                if size > 0.0 && size.is_finite() {
+                    *scale = size;
+                }
+            }
+        }
+    }
+
+    /// Replaces `rhs` by the solution, or nearly.
+    pub(super) fn solve(&mut self, rhs: &mut [Vec3]) {
+        let _scope = self.meters.solve();
+        self.sparse.solve(rhs);
+        self.low_rank.correct(rhs);
+    }
+}
+
+/// What an [`Inverse`] has learnt besides the matrix that it is made of.
+pub(super) enum Learnt {
+    /// Whether a factor is in double precision.
+    Double(bool),
+    /// The size of blocks.
+    Scale(f64),
+    Diagonal(Diagonal),
+    Nothing,
+}
+
+impl Inverse {
+    /// Writes what it has learnt.
+    pub(super) fn store(&self, record: &mut Record) {
+        match &self.sparse {
+            Sparse::Factor(cholesky) => record.flag(cholesky.is_double()),
+            Sparse::Multigrid(_) => {}
+            Sparse::Blocks(_, scale) => record.number(*scale),
+            Sparse::Learnt(diagonal) => diagonal.store(record),
+        }
+    }
+
+    /// Writes the terms of low rank.
+    pub(super) fn store_terms(&self, record: &mut Record) {
+        let terms = self.low_rank.terms();
+        record.count(terms.len() as u64);
+        for term in terms {
+            record.number(term.stiffness);
+            record.points(&term.direction);
+        }
+    }
+
+    /// Reads what one of this kind, for as many vertices, has written of what it has learnt.
+    pub(super) fn read(
+        reading: &mut Reading<'_>,
+        kind: Preconditioner,
+        vertices: usize,
+    ) -> Result<Learnt, Malformed> {
+        Ok(match kind {
+            Preconditioner::Factor => Learnt::Double(reading.flag()?),
+            Preconditioner::Blocks => Learnt::Scale(reading.number()?),
+            Preconditioner::None => Learnt::Diagonal(Diagonal::restore(reading, vertices)?),
+            Preconditioner::Multigrid | Preconditioner::Auto => Learnt::Nothing,
+        })
+    }
+
+    /// Reads terms of low rank.
+    pub(super) fn read_terms(
+        reading: &mut Reading<'_>,
+        vertices: usize,
+    ) -> Result<Vec<LowRank>, Malformed> {
+        let term = |reading: &mut Reading<'_>| -> Result<LowRank, Malformed> {
+            let stiffness = reading.number()?;
+            Ok(LowRank { stiffness, direction: reading.points(vertices)? })
+        };
+        let count = reading.size()?;
+        (0..count).map(|_| term(reading)).collect()
+    }
+
+    /// Takes over what one of the same kind has learnt, after the matrix.
+    pub(super) fn take(&mut self, learnt: Learnt) {
+        match (&mut self.sparse, learnt) {
+            (Sparse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
+            (Sparse::Learnt(own), Learnt::Diagonal(diagonal)) => *own = diagonal,
+            _ => {}
+        }
+    }
+}
+
+/// The inverse of block `i` on the diagonal of `matrix`; that of `unit` where it is not positive.
+fn inverted(matrix: &BlockMatrix, i: usize, unit: f64) -> Block {
+    let mut block = matrix.diagonal(i);
+    if matrix.pattern().is_planar() {
+        block[(2, 2)] = unit;
+    }
+    let inverse = block.cholesky().map(|factor| factor.inverse());
+    inverse.unwrap_or_else(|| Block::from_diagonal_element(1.0 / unit))
+}

@@ -1,0 +1,293 @@
+//! The shape under drag, `γ dx/dt = -∂U/∂x`, by stages that are minimisations.
+//!
+//! ```text
+//! x_k = argmin U(x; c(t_k)) + 1/(2 a Δt) (x - a_k)·γ (x - a_k)
+//!
+//! euler    a = 1, order 1:           x_1 around x_n
+//! sdirk2   a = 1 - 1/√2, order 2:    x_1 around x_n,   at t_n + a Δt
+//!                                    x_2 around x_n + (1-a)/a (x_1 - x_n),   at t_n + Δt
+//! ```
+//!
+//! Both are L-stable, so that stiff waves are at rest at the end of every step, and a step is as long as
+//! the chemistry allows: it goes through buckling and snaps without a regular Jacobian. In a stage U falls
+//! by at least what the drag takes up. As γ/Δt → 0 a stage is a relaxation.
+//!
+//! What the second stage changes estimates the error, `(x_2 - a_2) - (x_1 - a_1) ≈ a (1-a) Δt² x''`: that of
+//! a method of first order, so that the second-order result errs in proportion to the tolerance. A stage
+//! is solved to a share of that tolerance. Where sdirk2 ends with more energy than it started from under
+//! the same conditions, its stages say nothing about a motion so rough, and Euler's single stage is taken.
+//!
+//! References: Alexander, SIAM J. Numer. Anal. 14 (1977), doi:10.1137/0714068 (the method); Jordan,
+//! Kinderlehrer & Otto, SIAM J. Math. Anal. 29 (1998), doi:10.1137/S0036141096303359 (steps as minimisations).
+
+use serde::{Deserialize, Serialize};
+
+use super::equilibrium::Relaxation;
+use super::route::Route;
+use super::workspace::Search;
+use super::{Result, Workspace, counters};
+use crate::Vec3;
+use crate::model::{Anchor, State};
+use crate::parallel;
+use crate::record::{Malformed, Reading, Record};
+
+/// a of sdirk2, `1 - 1/√2`.
+const A: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+/// Stages are solved to this share of the tolerance of a step.
+const SLACK: f64 = 0.05;
+/// Rises of the energy below this share of it are round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// How the shape moves under drag.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionMethod {
+    /// One minimisation a step, of first order.
+    Euler,
+    /// Two minimisations a step, of second order.
+    #[default]
+    Sdirk2,
+    /// Trapezoidal rule and second backward difference of diffsol, with steps of its own.
+    TrBdf2,
+}
+
+impl MotionMethod {
+    /// Its name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Euler => "implicit Euler, a minimisation a step",
+            Self::Sdirk2 => "SDIRK2, two minimisations a step",
+            Self::TrBdf2 => "TR-BDF2",
+        }
+    }
+}
+
+/// How a step is made.
+pub(super) struct Stepping {
+    /// Factor on the drag of the scene.
+    pub(super) drag: f64,
+    /// Two stages rather than one.
+    pub(super) second_order: bool,
+    /// Lengths below this do not matter.
+    pub(super) tolerance: f64,
+    /// Radius of the trust region of a stage about its prediction, in mean edges.
+    pub(super) trust: Option<f64>,
+    /// Factor on the force tolerance.
+    pub(super) looser: f64,
+    /// Largest distance of a stage to its minimum, in mean edges.
+    pub(super) displacement: f64,
+}
+
+/// Where a step led.
+pub(super) struct Moved {
+    /// The shape at its end.
+    pub(super) x: Vec<Vec3>,
+    /// The same by a method of lower order.
+    pub(super) coarse: Vec<Vec3>,
+    pub(super) done: Relaxation,
+}
+
+/// A shape that moves by minimisations, with what it keeps from step to step.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Motion {
+    last: Option<Last>,
+    /// When the step before the last ended, and the velocities there: a step may be tried again.
+    start: Option<(f64, Vec<Vec3>)>,
+}
+
+/// The last stage of a step.
+#[derive(Debug, Clone)]
+struct Last {
+    /// When it ended.
+    time: f64,
+    /// Its length.
+    span: f64,
+    anchor: Anchor,
+    /// Velocities at its end.
+    velocity: Vec<Vec3>,
+}
+
+impl Last {
+    fn new(time: f64, span: f64, anchor: Anchor, x: &[Vec3]) -> Self {
+        let mut velocity = vec![Vec3::zeros(); x.len()];
+        parallel::fill(&mut velocity, |i| (x[i] - anchor.x[i]) / span);
+        Self { time, span, anchor, velocity }
+    }
+}
+
+impl Motion {
+    /// Writes it.
+    pub(super) fn store(&self, record: &mut Record) {
+        // Of the last stage no more is used in later steps.
+        let last = self.last.as_ref().map(|last| (last.time, &last.velocity));
+        let last = last.or(self.start.as_ref().map(|(time, velocity)| (*time, velocity)));
+        record.option(last, |record, (time, velocity)| {
+            record.number(time);
+            record.points(velocity);
+        });
+    }
+
+    /// Reads what one for as many `vertices` has written.
+    pub(super) fn restore(
+        &mut self,
+        reading: &mut Reading<'_>,
+        vertices: usize,
+    ) -> Result<(), Malformed> {
+        self.last = None;
+        self.start =
+            reading.option(|reading| Ok((reading.number()?, reading.points(vertices)?)))?;
+        Ok(())
+    }
+
+    /// The shape of `from` moved on while the clock of `route` goes from one value to a later one.
+    ///
+    /// # Errors
+    /// If a stage fails.
+    pub(super) fn advance(
+        &mut self,
+        workspace: &mut Workspace,
+        from: &State,
+        (start, until): (f64, f64),
+        route: &Route<'_>,
+        by: &Stepping,
+    ) -> Result<Moved> {
+        let _scope = counters::part(workspace.model.tally(), counters::MOTION);
+        let step = until - start;
+        if let Some(last) = self.last.take().filter(|last| last.time == start) {
+            self.start = Some((last.time, last.velocity));
+        }
+        let velocity = self.start.as_ref().filter(|(time, _)| *time == start);
+        let velocity = velocity.map(|(_, velocity)| velocity.as_slice());
+        let stage = Stage { from, start, route, velocity, step, by };
+        let mut done = Relaxation::default();
+        let mut rough = None;
+        if by.second_order {
+            let pull = stage.pull(workspace, from.x.to_vec(), A);
+            let (first, half) = stage.solve(workspace, pull.clone(), A, None)?;
+            done.add(&half);
+            let anchor = extrapolated(&from.x, &first.x, (1.0 - A) / A);
+            // The smaller of the two results is the anchor moved on by the increment of the first stage.
+            let mut coarse = anchor.clone();
+            parallel::update(&mut coarse, |i, x| *x += first.x[i] - from.x[i]);
+            let pull = Anchor { x: anchor, ..pull };
+            let guess = extrapolated(&from.x, &first.x, 1.0 / A);
+            let (next, half) =
+                stage.solve(workspace, pull.clone(), 1.0, Some((&first.x, guess)))?;
+            done.add(&half);
+            if !stage.rises(workspace, &next)? {
+                self.last = Some(Last::new(until, A * step, pull, &next.x));
+                return Ok(Moved { x: next.x.into(), coarse, done });
+            }
+            rough = Some(next.x.into());
+        }
+        let pull = stage.pull(workspace, from.x.to_vec(), 1.0);
+        let (next, half) = stage.solve(workspace, pull.clone(), 1.0, None)?;
+        done.add(&half);
+        // Of Euler's error ½ Δt² x'' twice as much is the difference to where the first velocity leads.
+        let coarse = rough.unwrap_or_else(|| match velocity {
+            Some(velocity) => extrapolated(&next.x, &along(&from.x, velocity, step), 0.5),
+            None => next.x.to_vec(),
+        });
+        self.last = Some(Last::new(until, step, pull, &next.x));
+        Ok(Moved { x: next.x.into(), coarse, done })
+    }
+
+    /// Solves the last stage once more for `next`, whose species are no longer those that it was solved
+    /// with: stiff waves follow them at once, and would be a sudden start of the next step.
+    ///
+    /// # Errors
+    /// If the stage fails.
+    pub(super) fn correct(
+        &mut self,
+        workspace: &mut Workspace,
+        next: &mut State,
+    ) -> Result<Relaxation> {
+        let Some(last) = self.last.take().filter(|last| last.time == next.time) else {
+            return Ok(Relaxation::default());
+        };
+        let _scope = counters::part(workspace.model.tally(), counters::MOTION);
+        let done = workspace.minimise(next, last.anchor.clone(), None)?;
+        self.last = Some(Last::new(last.time, last.span, last.anchor, &next.x));
+        Ok(done)
+    }
+}
+
+/// What the stages of one step share.
+struct Stage<'a> {
+    from: &'a State,
+    /// What the clock shows there.
+    start: f64,
+    route: &'a Route<'a>,
+    /// Velocities at the start, if known.
+    velocity: Option<&'a [Vec3]>,
+    step: f64,
+    by: &'a Stepping,
+}
+
+impl Stage<'_> {
+    /// The pull of a stage whose Δt is `share` of the step.
+    fn pull(&self, workspace: &Workspace, x: Vec<Vec3>, share: f64) -> Anchor {
+        let model = &workspace.model;
+        // Half way, so that a drag that goes by normals is of second order.
+        let half = if model.drag().is_isotropic() { None } else { self.moved(0.5) };
+        let about = half.as_deref().unwrap_or(&self.from.x);
+        let weights =
+            model.drag().weights(model.sheet(), about, self.by.drag / (share * self.step));
+        Anchor { x, weights, slack: SLACK * self.by.tolerance }
+    }
+
+    /// Where the velocities at the start lead in a share of the step.
+    fn moved(&self, share: f64) -> Option<Vec<Vec3>> {
+        self.velocity.map(|v| along(&self.from.x, v, share * self.step))
+    }
+
+    /// The least energy with `pull` under the conditions after the share `at` of the step; looked for from
+    /// the guess, or the good shape before that if it is better.
+    fn solve(
+        &self,
+        workspace: &mut Workspace,
+        pull: Anchor,
+        at: f64,
+        guess: Option<(&[Vec3], Vec<Vec3>)>,
+    ) -> Result<(State, Relaxation)> {
+        let (good, guess) = match guess {
+            Some((good, guess)) => (good, Some(guess)),
+            None => (self.from.x.as_slice(), self.moved(at)),
+        };
+        let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
+        let (mut state, held) = self.route.at(self.start + at * self.step, &start);
+        let Stepping { trust, looser, displacement, .. } = *self.by;
+        let anchor = Some(pull);
+        let search = Search { anchor, guess, trust, looser, displacement, held };
+        let (done, _) = workspace.search(&mut state, search)?;
+        Ok((state, done))
+    }
+
+    /// Whether the energy at `next` is higher than where the step started, both under the conditions at
+    /// its end.
+    fn rises(&self, workspace: &mut Workspace, next: &State) -> Result<bool> {
+        if workspace.model.mechanics().has_prescribed() {
+            // Pins that move do work.
+            return Ok(false);
+        }
+        let mut at = workspace.at(next);
+        let potential = at.potential()?;
+        let (before, after) = (potential.energy(&self.from.x), potential.energy(&next.x));
+        Ok(after > before + ROUND_OFF * before.abs())
+    }
+}
+
+/// `from + share (to - from)`.
+fn extrapolated(from: &[Vec3], to: &[Vec3], share: f64) -> Vec<Vec3> {
+    let mut out = to.to_vec();
+    parallel::update(&mut out, |i, x| *x = from[i] + share * (*x - from[i]));
+    out
+}
+
+/// `x + step v`.
+fn along(x: &[Vec3], velocity: &[Vec3], step: f64) -> Vec<Vec3> {
+    let mut out = x.to_vec();
+    parallel::update(&mut out, |i, x| *x += step * velocity[i]);
+    out
+}

@@ -1,0 +1,252 @@
+//! What solvers work with: the model, memory to evaluate it, and how a shape is relaxed.
+
+mod path_observer;
+mod saddle;
+mod search;
+
+use std::sync::Arc;
+
+pub use path_observer::PathObserver;
+pub(super) use search::{Held, Search};
+
+use super::diagnosis::Diagnosis;
+use super::equilibrium::{self, Equilibrium};
+use super::rejections::{Cause, Tries, Try};
+use super::stability::Stability;
+use super::{Result, SolveError};
+use crate::Vec3;
+use crate::model::{Evaluation, Memory, Model, Potential, State};
+use crate::ode::Rejected;
+use crate::record::{Malformed, Reading, Record};
+
+/// The caller of long work, which may be interrupted and reports its progress.
+#[derive(Clone)]
+pub struct Control {
+    interrupted: Arc<dyn Fn() -> bool + Send + Sync>,
+    listener: Arc<Listener>,
+}
+
+/// Takes reports; asks for the text only where it shows it.
+type Listener = dyn Fn(&dyn Fn() -> String) + Send + Sync;
+
+impl Default for Control {
+    /// No caller: never interrupted.
+    fn default() -> Self {
+        Self { interrupted: Arc::new(|| false), listener: Arc::new(|_| ()) }
+    }
+}
+
+impl Control {
+    /// `interrupted` is asked now and then, and `true` gives up; `listener` is given reports.
+    #[must_use]
+    pub fn new(
+        interrupted: impl Fn() -> bool + Send + Sync + 'static,
+        listener: impl Fn(&dyn Fn() -> String) + Send + Sync + 'static,
+    ) -> Self {
+        Self { interrupted: Arc::new(interrupted), listener: Arc::new(listener) }
+    }
+
+    /// Whether the work is to be given up.
+    #[must_use]
+    pub fn interrupted(&self) -> bool {
+        (self.interrupted)()
+    }
+
+    /// Whether to go on.
+    ///
+    /// # Errors
+    /// [`SolveError::Interrupted`].
+    pub fn check(&self) -> Result<()> {
+        if self.interrupted() { Err(SolveError::Interrupted) } else { Ok(()) }
+    }
+
+    /// Reports what is being done, and how far it is.
+    pub fn report(&self, text: impl Fn() -> String) {
+        (self.listener)(&text);
+    }
+}
+
+/// How a shape is relaxed.
+pub struct Relaxer {
+    /// The method.
+    pub equilibrium: Box<dyn Equilibrium>,
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    pub tolerance: f64,
+    /// Iterations after which a relaxation has failed.
+    pub max_iterations: usize,
+}
+
+/// A model with what is needed to work on it.
+pub struct Workspace {
+    /// The model.
+    pub model: Arc<Model>,
+    /// Who asked for the work.
+    pub control: Control,
+    memory: Memory,
+    relaxer: Option<Relaxer>,
+    tries: Tries,
+    stuck: Option<State>,
+    stability: Option<Stability>,
+    path_observer: Option<Box<dyn PathObserver>>,
+}
+
+impl Workspace {
+    /// For `model`; without a relaxer its shape never moves.
+    pub fn new(model: Arc<Model>, relaxer: Option<Relaxer>) -> Self {
+        let (control, memory) = (Control::default(), Memory::default());
+        Self {
+            model,
+            control,
+            memory,
+            relaxer,
+            tries: Tries::default(),
+            stuck: None,
+            stability: None,
+            path_observer: None,
+        }
+    }
+
+    /// The last tries that came to no result.
+    #[must_use]
+    pub fn tries(&self) -> &Tries {
+        &self.tries
+    }
+
+    /// Counts a try that came to no result.
+    pub fn reject(&mut self, rejected: Try) {
+        self.model.tally().count(|work| work.rejected += 1);
+        self.tries.note(rejected);
+    }
+
+    /// The same of those of a library at a step from `state`.
+    pub(super) fn reject_all(&mut self, state: &State, rejected: Rejected) {
+        let mut reject = |cause, message| {
+            self.reject(Try { message, ..Try::of(state, f64::NAN, cause) });
+        };
+        (0..rejected.error).for_each(|_| reject(Cause::Error, String::new()));
+        (0..rejected.newton).for_each(|_| reject(Cause::Solver, String::new()));
+        for error in rejected.refused {
+            let error = SolveError::from(error);
+            reject(error.cause(), error.to_string());
+        }
+    }
+
+    /// The state at which the last relaxation that came to no end has stuck.
+    #[must_use]
+    pub fn stuck(&self) -> Option<&State> {
+        self.stuck.as_ref()
+    }
+
+    /// The model at `state`.
+    pub fn at<'a>(&'a mut self, state: &'a State) -> Evaluation<'a> {
+        self.model.at(state, &mut self.memory)
+    }
+
+    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    #[must_use]
+    pub fn force_tolerance(&self) -> f64 {
+        self.relaxer.as_ref().map_or(0.0, |relaxer| relaxer.tolerance)
+    }
+
+    /// Iterations so far, those of rejected searches included.
+    pub(super) fn iterations(&self) -> u64 {
+        self.model.tally().work().iterations
+    }
+
+    /// Iterations after which a relaxation has failed.
+    pub(super) fn most_iterations(&self) -> u64 {
+        self.relaxer.as_ref().map_or(0, |relaxer| relaxer.max_iterations as u64)
+    }
+
+    /// Whether shapes are brought to rest, rather than some way towards it.
+    pub(super) fn reaches_rest(&self) -> bool {
+        self.relaxer.as_ref().is_some_and(|relaxer| relaxer.equilibrium.reaches_rest())
+    }
+
+    /// Writes what later relaxations depend on besides their states.
+    pub fn store(&self, record: &mut Record) {
+        if let Some(relaxer) = &self.relaxer {
+            relaxer.equilibrium.store(record);
+        }
+    }
+
+    /// Takes over what one for the same model has written.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    pub fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
+        match &mut self.relaxer {
+            Some(relaxer) => relaxer.equilibrium.restore(reading, self.model.mechanics()),
+            None => Ok(()),
+        }
+    }
+
+    /// A step begins.
+    pub fn mark(&mut self) {
+        if let Some(relaxer) = &mut self.relaxer {
+            relaxer.equilibrium.mark();
+        }
+    }
+
+    /// That step has failed, and nothing of it stays but the account of its work.
+    pub fn roll_back(&mut self) {
+        if let Some(relaxer) = &mut self.relaxer {
+            relaxer.equilibrium.roll_back(self.model.mechanics());
+        }
+    }
+
+    /// Moves the shape of `state` to where the constraints of the model are met; nothing without any.
+    ///
+    /// # Errors
+    /// If the model has no value there, or no such shape is near.
+    pub fn project(&mut self, state: &mut State) -> Result<()> {
+        if !self.model.mechanics().is_constrained() {
+            return Ok(());
+        }
+        let mut x = state.x.to_vec();
+        let left = self.at(state).potential()?.project(&mut x);
+        if !(left <= equilibrium::MET) {
+            let names = self.model.mechanics().constraint_names();
+            let constraint = names.collect::<Vec<_>>().join(", ");
+            return Err(SolveError::Constraint { constraint, value: left, rounds: 1 });
+        }
+        state.x = x.into();
+        Ok(())
+    }
+
+    /// Largest force on a vertex at `state`, for those who inspect the run: no work of its method.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn residual_to_tell(&mut self, state: &State) -> Result<f64> {
+        let model = Arc::clone(&self.model);
+        model.tally().uncounted(|| Ok(self.at(state).residual()?))
+    }
+
+    /// Keeps `state` as that at which a search has stuck.
+    pub(super) fn set_stuck(&mut self, state: State) {
+        self.stuck = Some(state);
+    }
+
+    /// The error that a diagnosis at `state` comes to, if it finds a cause: `find` is given the tolerance of forces too.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn diagnosed(
+        &mut self,
+        state: &State,
+        find: impl FnOnce(&mut Potential, &[Vec3], f64) -> Option<Diagnosis>,
+    ) -> Result<Option<SolveError>> {
+        let tolerance = self.force_tolerance();
+        let mut at = self.at(state);
+        let residual = at.residual()?;
+        let diagnosis = find(at.potential()?, &state.x, tolerance).map(Box::new);
+        let iterations = 0;
+        Ok(diagnosis.map(|diagnosis| SolveError::NotAtRest {
+            iterations,
+            residual,
+            tolerance,
+            diagnosis,
+        }))
+    }
+}

@@ -1,0 +1,196 @@
+//! Minimisations of the energy: under a proximal term, within a trust region, from a guess.
+
+use super::super::equilibrium::{self, Goal, Relaxation, Trust, explained};
+use super::super::{Result, SolveError, counters};
+use super::Workspace;
+use crate::Vec3;
+use crate::model::{Anchor, Potential, State};
+
+/// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
+const ROUNDS: usize = 30;
+
+/// How a minimum is looked for.
+pub(in crate::solve) struct Search {
+    /// The proximal term, if there is one.
+    pub(in crate::solve) anchor: Option<Anchor>,
+    /// Where it begins, if that is a better start than the shape there is.
+    pub(in crate::solve) guess: Option<Vec<Vec3>>,
+    /// Radius of the trust region about the start, in mean edges.
+    pub(in crate::solve) trust: Option<f64>,
+    /// Factor on the force tolerance.
+    pub(in crate::solve) looser: f64,
+    /// Largest distance to the equilibrium that counts as rest, in mean edges.
+    pub(in crate::solve) displacement: f64,
+    /// What holds the sheet while its start is released.
+    pub(in crate::solve) held: Option<Held>,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            anchor: None,
+            guess: None,
+            trust: None,
+            looser: 1.0,
+            displacement: f64::INFINITY,
+            held: None,
+        }
+    }
+}
+
+/// Length factors in place of those of the species, and forces that hold the vertices.
+pub(in crate::solve) struct Held {
+    /// Φ of every edge.
+    pub(in crate::solve) factor: Vec<f64>,
+    /// Force on every vertex.
+    pub(in crate::solve) force: Vec<Vec3>,
+}
+
+impl Held {
+    /// Brings `potential` under it.
+    pub(in crate::solve) fn act_on(self, potential: &mut Potential) {
+        potential.set_length_factor(&self.factor);
+        potential.set_hold(Some(self.force));
+    }
+}
+
+impl Workspace {
+    /// Brings the shape of `state` into equilibrium with its species. On an error the shape is the last
+    /// good one.
+    ///
+    /// Where species live on faces the optimal lengths depend on the shape as well, by the weights that carry
+    /// species to vertices: each relaxation is at the lengths of the shape that it begins with, and is
+    /// followed by another one until forces vanish at the lengths of its own shape.
+    ///
+    /// # Errors
+    /// If the model has no value there, or the relaxation fails.
+    pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
+        let mut done = self.relax_once(state)?;
+        if !self.model.lengths_follow_shape() {
+            return Ok(done);
+        }
+        let tolerance = self.force_tolerance();
+        for _ in 1..ROUNDS {
+            let residual = self.at(state).residual()?;
+            if !(residual > tolerance) {
+                done.residual = residual;
+                break;
+            }
+            done.add(&self.relax_once(state)?);
+        }
+        Ok(done)
+    }
+
+    /// The same at the lengths of the shape that it begins with. In a step from an equilibrium these lag by less
+    /// than a thousandth of what changes, and so than the error that the step is allowed.
+    ///
+    /// # Errors
+    /// As for [`Workspace::relax`].
+    pub fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
+        Ok(self.search(state, Search::default())?.0)
+    }
+
+    /// Brings the shape of `state` to the least energy with `anchor`, at most its slack from there; from
+    /// `guess`, if that is a better start. On an error the shape is the last good one.
+    ///
+    /// # Errors
+    /// As for [`Workspace::relax`].
+    pub fn minimise(
+        &mut self,
+        state: &mut State,
+        anchor: Anchor,
+        guess: Option<Vec<Vec3>>,
+    ) -> Result<Relaxation> {
+        let search = Search { anchor: Some(anchor), guess, ..Search::default() };
+        Ok(self.search(state, search)?.0)
+    }
+
+    /// Brings the shape of `state` to a minimum as `search` says; with how far the vertex that moved most is
+    /// from where the search began, in mean edges. On an error the shape is the last good one.
+    ///
+    /// # Errors
+    /// As for [`Workspace::relax`]; [`SolveError::Departed`] where the trust region was left.
+    pub(in crate::solve) fn search(
+        &mut self,
+        state: &mut State,
+        search: Search,
+    ) -> Result<(Relaxation, f64)> {
+        let Self { model, control, memory, relaxer, stuck, .. } = self;
+        if model.is_chemistry_alone() {
+            return Ok((Relaxation::default(), 0.0));
+        }
+        let Search { anchor, guess, trust, looser, displacement, held } = search;
+        let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
+        let mut x = state.x.to_vec();
+        model.mechanics().set_prescribed(state.time, &mut state.x);
+        let prescribed = state.x.to_vec();
+        // Under drag steps are short.
+        if anchor.is_some() {
+            x.clone_from(&prescribed);
+        }
+        let mut at = model.at(state, memory);
+        let potential = at.potential()?;
+        let Some(relaxer) = relaxer else { return Ok((Relaxation::default(), 0.0)) };
+        let mut tolerance = relaxer.tolerance * looser;
+        if let Some(held) = held {
+            held.act_on(potential);
+        }
+        if let Some(mut anchor) = anchor {
+            anchor.follow_pins(model.mechanics(), &x);
+            tolerance = tolerance.max(anchor.force() / potential.force_scale());
+            potential.set_anchor(Some(anchor));
+        }
+        start_from(guess, potential, &mut x, &prescribed);
+        let start = x.clone();
+        let mut led = x.clone();
+        potential.mechanics().keep_pins(&prescribed, &mut led);
+        let edge = potential.metric().mean_edge();
+        let goal = Goal {
+            displacement: displacement * edge,
+            trust: trust.map(|radius| Trust { centre: &start, radius: radius * edge }),
+            tolerance,
+            max_iterations: relaxer.max_iterations,
+            interrupted: &|| control.interrupted(),
+            report: &|done| control.report(|| relaxing(done)),
+        };
+        let method = &mut *relaxer.equilibrium;
+        let mut relax = || {
+            let mut done = equilibrium::lead(method, potential, &mut x, &led, &goal)?;
+            done.add(&equilibrium::relax(method, potential, &mut x, &goal)?);
+            Ok(done)
+        };
+        let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
+        potential.set_anchor(None);
+        potential.set_hold(None);
+        let moved = equilibrium::distance(&start, &x) / edge;
+        state.x = x.into();
+        let quiet =
+            |error: &SolveError| matches!(error, SolveError::Interrupted | SolveError::Departed);
+        if done.as_ref().is_err_and(|error| !quiet(error)) {
+            *stuck = Some(state.clone());
+        }
+        Ok((done?, moved))
+    }
+}
+
+/// How far a relaxation is, in words.
+fn relaxing(done: &Relaxation) -> String {
+    let Relaxation { iterations, residual, .. } = done;
+    format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
+}
+
+/// Puts `guess` in place of `x`, with the fixed directions of `pinned`, if it is allowed and has less energy.
+fn start_from(
+    guess: Option<Vec<Vec3>>,
+    potential: &mut Potential,
+    x: &mut Vec<Vec3>,
+    pinned: &[Vec3],
+) {
+    let Some(mut guess) = guess else { return };
+    potential.mechanics().keep_pins(pinned, &mut guess);
+    if potential.allows(x, &guess, equilibrium::AREA_SHARE)
+        && potential.energy(&guess) < potential.energy(x)
+    {
+        *x = guess;
+    }
+}
