@@ -149,7 +149,7 @@ pub mod scene;
 pub mod study;
 
 #[doc(inline)]
-pub use rumple_core::{effects, kit, model, registry, solve};
+pub use rumple_core::{Problem, effects, kit, model, problem, registry, solve};
 
 #[doc(inline)]
 pub use rumple_geometry as geometry;
@@ -164,6 +164,7 @@ pub use rumple_core::register_kind;
 pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 pub use run::{Error, Result, Simulation};
 
+pub use rumple_core::Stepper;
 pub(crate) use rumple_core::document;
 pub(crate) use rumple_numerics::parallel;
 

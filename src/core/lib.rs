@@ -9,8 +9,10 @@ pub mod document;
 pub mod effects;
 pub mod kit;
 pub mod model;
+pub mod problem;
 pub mod registry;
 pub mod solve;
+mod stepper;
 
 #[doc(inline)]
 pub use rumple_geometry as geometry;
@@ -18,6 +20,9 @@ pub use rumple_geometry as geometry;
 pub use rumple_kinetics as kinetics;
 #[doc(inline)]
 pub use rumple_sheet as sheet;
+
+pub use problem::Problem;
+pub use stepper::Stepper;
 
 pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 

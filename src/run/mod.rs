@@ -55,4 +55,5 @@ pub use observe::{Observer, StepInfo};
 pub use prepare::material;
 pub use simulation::Simulation;
 
-pub(crate) use prepare::{located, location, read_sheet, rest_areas};
+pub(crate) use crate::problem::rest_areas;
+pub(crate) use prepare::{located, location, read_sheet};

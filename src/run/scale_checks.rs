@@ -4,6 +4,7 @@
 use super::Result;
 use crate::effects::{EnergyTerm, Material, TransportTerm};
 use crate::num::{Short, real};
+use crate::problem::{Part, ProblemError};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 
@@ -64,11 +65,10 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
 /// # Errors
 /// The effect, if the force is too large.
 pub(super) fn check_load(
-    scene: &Scene,
     number: usize,
     energy: &EnergyTerm,
     material: Option<&Material>,
-) -> Result<()> {
+) -> Result<(), ProblemError> {
     let force = energy.applied_force();
     let modulus = material.map_or(1.0, Material::stretching_modulus);
     if force == 0.0 || (force / modulus).abs() <= LARGEST && force <= LARGEST {
@@ -80,7 +80,7 @@ pub(super) fn check_load(
         short(force)
     );
     let help = format!("at most {LARGEST:e}: choose other units");
-    Err(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
+    Err(ProblemError::new(Part::Effect(number, String::new()), message, Some(&help)))
 }
 
 /// Inspects how fast the effect number `number` of the scene levels out a species at rest.
@@ -88,11 +88,10 @@ pub(super) fn check_load(
 /// # Errors
 /// Its coefficient, if that is too fast.
 pub(super) fn check_transport(
-    scene: &Scene,
     number: usize,
     transport: &TransportTerm,
     sheet: &Sheet,
-) -> Result<()> {
+) -> Result<(), ProblemError> {
     let rate = transport.spectral_bound(&transport.at(sheet, sheet.rest()));
     // No number is no rate below the bound either.
     if rate <= LARGEST {
@@ -104,7 +103,7 @@ pub(super) fn check_transport(
         short(rate)
     );
     let help = format!("at most {LARGEST:e}: choose other units");
-    Err(scene.error_at(&format!("effect[{number}].coefficient"), &message, Some(&help)).into())
+    Err(ProblemError::new(Part::Effect(number, "coefficient".into()), message, Some(&help)))
 }
 
 /// In a few digits.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::drag::DragSpec;
+use super::DragSpec;
 use crate::checked_number;
 use crate::num::checked::Positive;
 

@@ -5,7 +5,6 @@
 //! What a scene does not list does not exist.
 
 mod checkpoint;
-mod drag;
 mod error;
 mod excerpt;
 mod files;
@@ -34,7 +33,6 @@ use crate::solve::EquilibriumSpec;
 use crate::solve::equilibrium::Method;
 
 pub use self::checkpoint::CheckpointSpec;
-pub use self::drag::{Coefficient, Directions, DragSpec};
 pub use self::error::SceneError;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
 pub use self::invariants::{Bound, InvariantsSpec};
@@ -49,6 +47,7 @@ pub use self::sheet::{
 pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
 pub use crate::document::{Node, Place, Problem};
+pub use crate::model::{Coefficient, Directions, DragSpec};
 
 use self::error::Origin;
 use self::sections::Sections;

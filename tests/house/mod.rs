@@ -7,11 +7,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use paths::{Use, uses};
 
 /// Every room with those that it may know. Rooms further down know nobody further up.
-const PLAN: [(&str, &[&str]); 15] = [
+const PLAN: [(&str, &[&str]); 17] = [
     ("cli", &["study", "run", "scene", "output", "solve", "kinetics", "sheet"]),
     ("study", &["run", "scene", "output", "solve", "model", "kinetics", "geometry", "sheet"]),
-    ("run", &["scene", "output", "solve", "model", "effects", "kinetics", "geometry", "sheet"]),
+    (
+        "run",
+        &[
+            "problem", "stepper", "scene", "output", "solve", "model", "effects", "kinetics",
+            "geometry", "sheet",
+        ],
+    ),
     ("scene", &["document", "registry", "output", "solve", "model", "effects", "kinetics"]),
+    ("problem", &["stepper", "solve", "model", "effects", "kinetics", "geometry", "sheet"]),
+    ("stepper", &["solve", "model", "geometry"]),
     ("kit", &["model", "effects", "kinetics", "sheet"]),
     ("solve", &["model", "effects", "registry", "sheet"]),
     ("model", &["effects", "kinetics", "geometry", "sheet"]),

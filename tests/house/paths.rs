@@ -234,7 +234,8 @@ fn roots(lib: &syn::File) -> BTreeMap<String, Vec<String>> {
 pub fn uses() -> Vec<Use> {
     let files = files();
     let mut roots = BTreeMap::new();
-    for lib in files.iter().filter(|f| f.0 == "lib.rs" || f.0 == "core/lib.rs") {
+    for name in ["lib.rs", "core/lib.rs"] {
+        let lib = files.iter().find(|f| f.0 == name).unwrap();
         roots.extend(self::roots(&lib.2));
     }
     let mut all = Vec::new();

@@ -39,6 +39,21 @@ pub struct StaggeredSpec {
     pub atol: Positive,
 }
 
+impl Default for StaggeredSpec {
+    /// Heun's method with the default tolerance.
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            chemistry: None,
+            shape: None,
+            step: None,
+            longest_step: None,
+            rtol: default_tolerance(),
+            atol: default_tolerance(),
+        }
+    }
+}
+
 /// Fixed step of Euler's method in a scene that gives none.
 const STEP: f64 = 0.01;
 

@@ -13,7 +13,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Drag, Mechanics};
+use super::{Drag, Mechanics};
 use crate::num::checked::Positive;
 
 /// What resists the motion of the sheet.

@@ -1,0 +1,254 @@
+//! A problem: what is simulated and how, put together in Rust.
+//!
+//! ```
+//! # use rumple_core as rumple;
+//! use rumple::effects::{Bending, Load, Material, Stretching};
+//! use rumple::problem::Problem;
+//! use rumple::sheet::{Shape, generate};
+//!
+//! let sheet = generate(&Shape::Sphere { radius: 10.0, irregular: false }, 200, 1)?;
+//! let problem = Problem::on(sheet)
+//!     .material(Material { young: 1e5, poisson: 0.3, thickness: 0.1 })
+//!     .effect(Stretching::default())
+//!     .effect(Bending::default());
+//! let mut stepper = problem.stepper()?;
+//! stepper.prepare()?;
+//! while stepper.state.time < 1.0 {
+//!     stepper.step(1.0)?;
+//! }
+//! assert!(stepper.energies()?.iter().all(|(_, energy)| energy.is_finite()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A scene is translated into one; a program of its own, or another language, needs no scene.
+
+mod error;
+mod setup;
+
+use std::ops::Deref;
+use std::sync::Arc;
+
+use crate::effects::{Effect, EffectContext, EffectSpec, Material, Measure};
+use crate::geometry::{Faces, VertexArea};
+use crate::kinetics::{Kinetics, Location};
+use crate::model::{
+    Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions, State,
+    TensionReading,
+};
+use crate::sheet::Sheet;
+use crate::solve::equilibrium::LbfgsSpec;
+use crate::solve::staggered::StaggeredSpec;
+use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
+use crate::stepper::Stepper;
+pub use error::{Part, ProblemError};
+use setup::Bound;
+
+/// A law on a sheet.
+#[derive(Clone)]
+pub struct Law {
+    /// Rates of species, and what these do to lengths.
+    pub kinetics: Arc<dyn Kinetics>,
+    /// Parameters that differ from place to place.
+    pub parameters: ParameterFields,
+    /// Where species live; where the law says if not given.
+    pub location: Option<Location>,
+    /// Whether species are amounts per current or per rest area.
+    pub measure: Measure,
+    /// How the signal tension is read.
+    pub tension: TensionReading,
+}
+
+impl Law {
+    /// `kinetics` as it describes itself.
+    #[must_use]
+    pub fn new(kinetics: Arc<dyn Kinetics>) -> Self {
+        Self {
+            kinetics,
+            parameters: ParameterFields::default(),
+            location: None,
+            measure: Measure::default(),
+            tension: TensionReading::default(),
+        }
+    }
+
+    /// Where its species live.
+    #[must_use]
+    pub fn location(&self) -> Location {
+        let first = || self.kinetics.descriptor().species.first().map(|s| s.location);
+        self.location.or_else(first).unwrap_or(Location::Vertex)
+    }
+}
+
+/// Settings that are owned, or borrowed from a scene.
+enum Given<'a, T: ?Sized> {
+    Own(Box<T>),
+    Lent(&'a T),
+}
+
+impl<T: ?Sized> Deref for Given<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        match self {
+            Self::Own(own) => own,
+            Self::Lent(lent) => lent,
+        }
+    }
+}
+
+/// Called with the number of an effect, its settings, what it is bound to and what it brings, once it is bound.
+pub type OnEffect<'a> =
+    dyn FnMut(usize, &dyn EffectSpec, &EffectContext<'_>, &Effect) -> Result<(), ProblemError> + 'a;
+
+/// A sheet, what acts on it, and how that is solved; see the [module](self).
+pub struct Problem<'a> {
+    sheet: Arc<Sheet>,
+    planar: bool,
+    material: Option<Material>,
+    effects: Vec<Given<'a, dyn EffectSpec>>,
+    law: Option<Law>,
+    policy: Policy,
+    drag: DragSpec,
+    until: f64,
+    integrator: Given<'a, dyn IntegratorSpec>,
+    equilibrium: Given<'a, dyn EquilibriumSpec>,
+}
+
+impl<'a> Problem<'a> {
+    /// A sheet on which nothing acts yet; quasi-static, with the integrator and the equilibrium method that scenes have
+    /// by default.
+    pub fn on(sheet: impl Into<Arc<Sheet>>) -> Self {
+        Self {
+            sheet: sheet.into(),
+            planar: false,
+            material: None,
+            effects: Vec::new(),
+            law: None,
+            policy: Policy::default(),
+            drag: DragSpec::default(),
+            until: 1.0,
+            integrator: Given::Own(Box::new(StaggeredSpec::default())),
+            equilibrium: Given::Own(Box::new(LbfgsSpec::default())),
+        }
+    }
+
+    /// The sheet moves in its plane z = const only.
+    #[must_use]
+    pub fn planar(self, planar: bool) -> Self {
+        Self { planar, ..self }
+    }
+
+    /// The material.
+    #[must_use]
+    pub fn material(self, material: impl Into<Option<Material>>) -> Self {
+        Self { material: material.into(), ..self }
+    }
+
+    /// One more effect.
+    #[must_use]
+    pub fn effect(mut self, effect: impl EffectSpec + 'static) -> Self {
+        self.effects.push(Given::Own(Box::new(effect)));
+        self
+    }
+
+    /// More effects, which a scene lists.
+    #[must_use]
+    pub fn effects(mut self, effects: &'a [Box<dyn EffectSpec>]) -> Self {
+        self.effects.extend(effects.iter().map(|effect| Given::Lent(&**effect)));
+        self
+    }
+
+    /// The law of the species.
+    #[must_use]
+    pub fn law(self, law: impl Into<Option<Law>>) -> Self {
+        Self { law: law.into(), ..self }
+    }
+
+    /// The timescale policy.
+    #[must_use]
+    pub fn policy(self, policy: Policy) -> Self {
+        Self { policy, ..self }
+    }
+
+    /// What resists the motion of vertices.
+    #[must_use]
+    pub fn drag(self, drag: DragSpec) -> Self {
+        Self { drag, ..self }
+    }
+
+    /// The end of the span at whose times ramps are compared.
+    #[must_use]
+    pub fn until(self, until: f64) -> Self {
+        Self { until, ..self }
+    }
+
+    /// How it advances in time.
+    #[must_use]
+    pub fn integrator(self, integrator: impl IntegratorSpec + 'static) -> Self {
+        Self { integrator: Given::Own(Box::new(integrator)), ..self }
+    }
+
+    /// How equilibria are found.
+    #[must_use]
+    pub fn equilibrium(self, method: impl EquilibriumSpec + 'static) -> Self {
+        Self { equilibrium: Given::Own(Box::new(method)), ..self }
+    }
+
+    /// Both as a scene has them.
+    #[must_use]
+    pub fn solved_by(
+        self,
+        integrator: &'a (dyn IntegratorSpec + 'static),
+        equilibrium: &'a (dyn EquilibriumSpec + 'static),
+    ) -> Self {
+        let (integrator, equilibrium) = (Given::Lent(integrator), Given::Lent(equilibrium));
+        Self { integrator, equilibrium, ..self }
+    }
+
+    /// Makes it ready to be stepped, from the rest shape without any species.
+    ///
+    /// # Errors
+    /// The part that does not fit the others.
+    pub fn stepper(&self) -> Result<Stepper, ProblemError> {
+        self.stepper_with(&mut |_, _, _, _| Ok(()))
+    }
+
+    /// The same; `on_effect` may refuse what an effect brings.
+    ///
+    /// # Errors
+    /// As for [`Problem::stepper`], and those of `on_effect`.
+    pub fn stepper_with(&self, on_effect: &mut OnEffect<'_>) -> Result<Stepper, ProblemError> {
+        self.check()?;
+        let Bound { mechanics, transports, growth } = self.bind(on_effect)?;
+        let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
+            .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
+        let relaxer = self.relaxer(&mechanics)?;
+        let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
+        let area = VertexArea::when_asked(rule.unwrap_or_default());
+        let chemistry = self.law.clone().map(|law| self.chemistry(law, &area, transports));
+        let species = chemistry.as_ref().map_or(0, |c| c.descriptor().species.len());
+        let points = match chemistry.as_ref().map(Chemistry::location) {
+            Some(Location::Face) => self.sheet.triangle_count(),
+            _ => self.sheet.vertex_count(),
+        };
+        let state = State {
+            time: 0.0,
+            step: 0,
+            x: Positions::from(&*self.sheet),
+            species: vec![vec![0.0; points]; species],
+        };
+        let integrator = self.built_integrator(&mechanics)?;
+        let drag = self.built_drag(&mechanics)?;
+        let storage = self.policy.storage();
+        let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
+        Ok(Stepper { workspace: Workspace::new(model, relaxer), state, integrator, area })
+    }
+}
+
+/// Rest areas of the triangles.
+#[must_use]
+pub fn rest_areas(sheet: &Sheet) -> Vec<f64> {
+    let mut faces = Faces::default();
+    faces.update(sheet, sheet.rest());
+    faces.all().iter().map(|f| f.area).collect()
+}

@@ -1,0 +1,204 @@
+//! The steps from a problem to a stepper: checks, effects bound to the sheet, the species, solvers.
+
+use std::sync::Arc;
+
+use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
+use crate::effects::{Effect, EffectContext, LengthFactor, Prescribed, TransportTerm};
+use crate::geometry::VertexArea;
+use crate::kinetics::{Signal, SignalRead};
+use crate::model::{Chemistry, Drag, Mechanics, MechanicsParts, Potential, Signals};
+use crate::solve::{Integrator, Relaxer};
+
+/// What all effects bring.
+#[derive(Default)]
+pub(super) struct Bound {
+    pub(super) mechanics: MechanicsParts,
+    pub(super) transports: Vec<TransportTerm>,
+    pub(super) growth: Vec<LengthFactor>,
+}
+
+impl Problem<'_> {
+    /// Refuses what a problem without species or material cannot have.
+    pub(super) fn check(&self) -> Result<(), ProblemError> {
+        let kinetics = self.law.as_ref().map(|law| law.kinetics.descriptor());
+        let signals: Vec<SignalRead> = kinetics
+            .map(|d| d.signals.iter().chain(&d.observed).copied().collect())
+            .unwrap_or_default();
+        let chemical = self.effects.iter().position(|e| e.needs().species);
+        if let (None, Some(number)) = (kinetics, chemical) {
+            let message = format!(
+                "{} needs species, and the scene has no kinetics",
+                self.effects[number].name()
+            );
+            let part = Part::Effect(number, "kind".into());
+            return Err(ProblemError::new(part, message, Some("add a [kinetics] table")));
+        }
+        let needing = self.effects.iter().find(|e| e.needs().material).map(|e| e.name());
+        let tension = signals.iter().any(|read| read.signal == Signal::Tension);
+        if self.material.is_none() && (needing.is_some() || tension) {
+            let what = needing.unwrap_or_else(|| "the signal tension".into());
+            let message = format!("{what} needs young, poisson and thickness");
+            return Err(ProblemError::new(Part::Material, message, None));
+        }
+        Ok(())
+    }
+
+    /// Binds the effects to the sheet.
+    pub(super) fn bind(&self, on_effect: &mut OnEffect<'_>) -> Result<Bound, ProblemError> {
+        let law = self.law.as_ref();
+        let context = EffectContext {
+            sheet: &self.sheet,
+            material: self.material.as_ref(),
+            kinetics: law.map(|law| (law.kinetics.descriptor(), law.location())),
+            measure: law.map(|law| law.measure).unwrap_or_default(),
+        };
+        let mut all = Bound::default();
+        all.mechanics.planar = self.planar;
+        all.mechanics.pins = vec![[false; 3]; self.sheet.vertex_count()];
+        for (number, spec) in self.effects.iter().enumerate() {
+            let effect = spec.build(&context).map_err(|e| ProblemError {
+                part: Part::Effect(number, e.key.to_string()),
+                message: e.message,
+                help: e.help,
+            })?;
+            on_effect(number, &**spec, &context, &effect)?;
+            self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
+            all.add(effect);
+        }
+        Ok(all)
+    }
+
+    /// Refuses prescribed positions of effect `number` that contradict those of an `earlier` one.
+    fn check_prescribed(
+        &self,
+        number: usize,
+        earlier: &[Prescribed],
+        new: &[Prescribed],
+    ) -> Result<(), ProblemError> {
+        let times = [0.0, 0.31, 0.62, 1.0].map(|share| share * self.until);
+        for new in new {
+            let contradiction = earlier.iter().find_map(|old| new.contradicts(old, &times));
+            if let Some((vertex, axis)) = contradiction {
+                let axis = ["x", "y", "z"][axis];
+                let message =
+                    format!("an earlier pin moves vertex {vertex} along {axis} to another place");
+                let help = "let the regions or the axes of the two differ";
+                let part = Part::Effect(number, "displacement".into());
+                return Err(ProblemError::new(part, message, Some(help)));
+            }
+        }
+        Ok(())
+    }
+
+    /// How the shape is relaxed; `None` where it does not move.
+    pub(super) fn relaxer(
+        &self,
+        mechanics: &Arc<Mechanics>,
+    ) -> Result<Option<Relaxer>, ProblemError> {
+        let help = "add [[effect]] kind = \"stretching\"";
+        if mechanics.is_empty() {
+            if let Some(name) = mechanics.constraint_names().next() {
+                let message =
+                    format!("{name} is a constraint, but the scene lists no effect with an energy");
+                return Err(ProblemError::new(Part::Effects, message, Some(help)));
+            }
+            return Ok(None);
+        }
+        let mut potential = Potential::new(mechanics);
+        if !(potential.force_scale() > 0.0) {
+            let message = "no effect of the scene resists stretching";
+            return Err(ProblemError::new(Part::Effects, message, Some(help)));
+        }
+        if potential.constraints_depend() {
+            let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+            let message =
+                format!("the constraints {names} act along the same force and cannot all be met");
+            let help = "leave out all but one of them";
+            return Err(ProblemError::new(Part::Effects, message, Some(help)));
+        }
+        let method = &self.equilibrium;
+        let equilibrium = method
+            .build(mechanics)
+            .map_err(|e| ProblemError::new(Part::Equilibrium, e.to_string(), None))?;
+        let (tolerance, max_iterations) = (method.tolerance(), method.max_iterations());
+        Ok(Some(Relaxer { equilibrium, tolerance, max_iterations }))
+    }
+
+    /// The species on the sheet.
+    pub(super) fn chemistry(
+        &self,
+        law: Law,
+        area: &VertexArea,
+        transports: Vec<TransportTerm>,
+    ) -> Chemistry {
+        let location = law.location();
+        let wanted = law.kinetics.descriptor().signals.iter().map(|read| read.signal);
+        let wanted: Vec<Signal> = wanted.collect();
+        let rest_area: Arc<[f64]> = match wanted.contains(&Signal::AreaRatio) {
+            true => rest_areas(&self.sheet).into(),
+            false => Arc::default(),
+        };
+        let of = self.material.as_ref();
+        let signals = Signals::new(wanted, location, area.clone(), of, law.tension, rest_area)
+            .in_plane(self.planar);
+        let Law { kinetics, parameters, measure, .. } = law;
+        Chemistry::new(&self.sheet, kinetics, parameters, location, signals, transports, measure)
+    }
+
+    /// The integrator, if it can do with what effects ask for.
+    pub(super) fn built_integrator(
+        &self,
+        mechanics: &Mechanics,
+    ) -> Result<Box<dyn Integrator>, ProblemError> {
+        let storage = self.policy.storage();
+        let refused = |message: String, help| ProblemError::new(Part::Integrator, message, help);
+        let integrator =
+            self.integrator.build(storage).map_err(|e| refused(e.to_string(), None))?;
+        if (mechanics.has_low_rank() || mechanics.couples_pairs())
+            && self.integrator.needs_sparse_motion(storage)
+        {
+            let message = "this integrator needs derivatives that couple neighbours only, but an \
+                effect of the scene (such as volume) couples all vertices";
+            let help = "integrator = \"staggered\" supports all effects under every policy";
+            return Err(refused(message.into(), Some(help)));
+        }
+        if mechanics.is_constrained() && !self.integrator.keeps_constraints(storage) {
+            let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+            let message = format!(
+                "this integrator does not keep constraints, and the scene has some ({names})"
+            );
+            let help = "integrator = \"staggered\" keeps them under every policy, and so does \
+                        integrator = { kind = \"explicit\", method = \"euler\" }";
+            return Err(refused(message, Some(help)));
+        }
+        Ok(integrator)
+    }
+
+    /// The drag, if the integrator knows it.
+    pub(super) fn built_drag(&self, mechanics: &Mechanics) -> Result<Drag, ProblemError> {
+        let drag = self.drag.on(mechanics);
+        let moves = self.policy.storage().mechanics > 0.0;
+        if moves && !drag.is_isotropic() && !self.integrator.knows_directions_of_drag() {
+            let message = "this integrator takes drag to be the same in all directions";
+            let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \
+                \"euler\" knows drag along the normal and in the plane";
+            return Err(ProblemError::new(Part::Drag, message, Some(help)));
+        }
+        Ok(drag)
+    }
+}
+
+impl Bound {
+    fn add(&mut self, effect: Effect) {
+        self.mechanics.terms.extend(effect.energies);
+        self.transports.extend(effect.transports);
+        self.mechanics.prescribed.extend(effect.prescribed);
+        self.mechanics.constraints.extend(effect.constraints);
+        self.growth.extend(effect.growth);
+        for (all, more) in self.mechanics.pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
+            for a in 0..3 {
+                all[a] |= more[a];
+            }
+        }
+    }
+}
