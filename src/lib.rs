@@ -87,8 +87,8 @@
 //!
 //! # An effect of your own
 //!
-//! A struct that a scene can list, and an energy: here a weight. The guide is `docs/effects.md`, a crate with
-//! a program `examples/indenter`; [`kit::examine`] tests derivatives and invariances. (Rates of species are
+//! A struct that a scene can list, and an energy: here a weight. The guide is `docs/book/manual/effects.md`, a
+//! crate with a program `examples/indenter`; [`kit::examine`] tests derivatives and invariances. (Rates of species are
 //! no effects but [`kinetics`]: formulas as above, or a plugin.)
 //!
 //! ```
@@ -170,5 +170,10 @@ pub(crate) use rumple_numerics::{linear, ode, parallel};
 
 /// Compiles the code of the guide to effects.
 #[cfg(doctest)]
-#[doc = include_str!("../docs/effects.md")]
+#[doc = include_str!("../docs/book/manual/effects.md")]
 struct Effects;
+
+/// Compiles the code of the page on what effects are made of.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/book/manual/effect-contracts.md")]
+struct EffectContracts;
