@@ -2,7 +2,7 @@
 
 Pages are read on GitHub as well, so their links are paths in the repository. A link out of docs/book leads to a
 page of docs/notebook, or to a file that is copied to the site; one to a file that does not exist is a warning,
-which --strict makes an error.
+which --strict makes an error. Links of pages outside of both books are checked as well.
 """
 
 import logging
@@ -12,10 +12,14 @@ import re
 from pathlib import Path
 
 from mkdocs.structure.files import File
+from pymdownx.slugs import slugify
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 log = logging.getLogger("mkdocs.hooks.links")
+
+# Pages that only GitHub shows.
+OUTSIDE = ["README.md", "CHANGELOG.md", "docs/README.md", "models/README.md", "plugins/README.md"]
 
 FENCE = re.compile(r"^ *(```|~~~)")
 LINK = re.compile(r"(\]\()([^()\s]+)(\))")
@@ -23,7 +27,9 @@ CODE = re.compile(r"`[^`\n]+`")
 
 
 def on_files(files, config):
-    """Adds the pages and pictures of the notebook as notebook/…."""
+    """Adds the pages and pictures of the notebook as notebook/…; checks the pages that are not in the site."""
+    for name in OUTSIDE:
+        check(ROOT / name)
     for path in sorted((HERE / "notebook").iterdir()):
         add(files, config, f"notebook/{path.name}", path)
     return files
@@ -32,6 +38,36 @@ def on_files(files, config):
 def add(files, config, uri, path):
     if files.get_file_from_path(uri) is None:
         files.append(File.generated(config, uri, abs_src_path=str(path)))
+
+
+def plain(text):
+    """The lines of a page that are no code."""
+    fenced = False
+    for line in text.split("\n"):
+        fence = FENCE.match(line)
+        fenced ^= bool(fence)
+        if not fenced and not fence:
+            yield line
+
+
+def anchors(page):
+    slug = slugify(case="lower")
+    titles = (line.lstrip("#").strip() for line in plain(page.read_text()) if line.startswith("#"))
+    return {slug(re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", title).replace("`", ""), "-") for title in titles}
+
+
+def check(page):
+    """Warns of links to files and headings that do not exist."""
+    for line in plain(page.read_text()):
+        for link in LINK.finditer(line):
+            path, _, anchor = link[2].partition("#")
+            if re.match(r"[a-z]+:", link[2]):
+                continue
+            target = page.parent / path if path else page
+            if not target.exists():
+                log.warning("%s links to %s, which does not exist", page.relative_to(ROOT), link[2])
+            elif anchor and anchor not in anchors(target):
+                log.warning("%s links to %s, which has no such heading", page.relative_to(ROOT), link[2])
 
 
 def on_page_markdown(markdown, page, config, files):

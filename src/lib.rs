@@ -177,3 +177,8 @@ struct Effects;
 #[cfg(doctest)]
 #[doc = include_str!("../docs/book/manual/effect-contracts.md")]
 struct EffectContracts;
+
+/// Compiles the code of the page on observers.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/book/developers/observer.md")]
+struct Observers;
