@@ -71,14 +71,15 @@ def check(page):
 
 
 def on_page_markdown(markdown, page, config, files):
-    """Rewrites links out of the book, and pipes in code of tables, which GitHub wants escaped."""
+    """Rewrites links out of the book, languages of code, and pipes in code of tables, which GitHub wants escaped."""
     source = Path(page.file.abs_src_path).parent
     folder = posixpath.dirname(page.file.src_uri)
     lines, fenced = [], False
     for line in markdown.split("\n"):
         if FENCE.match(line):
             fenced = not fenced
-        if not fenced:
+            line = line.split(",")[0]  # rust,no_run is rust
+        elif not fenced:
             line = LINK.sub(lambda link: relinked(link, source, folder, page, config, files), line)
             if line.lstrip().startswith("|"):
                 line = CODE.sub(lambda code: code[0].replace(r"\|", "|"), line)
