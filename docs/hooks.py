@@ -2,7 +2,8 @@
 
 Pages are read on GitHub as well, so their links are paths in the repository. A link out of docs/book leads to a
 page of docs/notebook, or to a file that is copied to the site; one to a file that does not exist is a warning,
-which --strict makes an error. Links of pages outside of both books are checked as well.
+which --strict makes an error. So is the name of a file as code. Links of pages outside of both books are checked as
+well.
 """
 
 import logging
@@ -24,6 +25,7 @@ OUTSIDE = ["README.md", "CHANGELOG.md", "docs/README.md", "models/README.md", "p
 FENCE = re.compile(r"^ *(```|~~~)")
 LINK = re.compile(r"(\]\()([^()\s]+)(\))")
 CODE = re.compile(r"`[^`\n]+`")
+PATH = re.compile(r"`((?:src|tests|examples|benches|plugins|models|docs)/[\w./-]+)`")
 
 
 def on_files(files, config):
@@ -81,6 +83,10 @@ def on_page_markdown(markdown, page, config, files):
             line = line.split(",")[0]  # rust,no_run is rust
         elif not fenced:
             line = LINK.sub(lambda link: relinked(link, source, folder, page, config, files), line)
+            # The notebook may name what is gone.
+            for path in PATH.findall(line) if source.is_relative_to(HERE / "book") else []:
+                if "NAME" not in path and not (ROOT / path).exists():
+                    log.warning("%s names %s, which does not exist", page.file.src_uri, path)
             if line.lstrip().startswith("|"):
                 line = CODE.sub(lambda code: code[0].replace(r"\|", "|"), line)
         lines.append(line)

@@ -10,7 +10,7 @@
 //!
 //! where the energy `U` is the sum of the effects that a scene lists and the kinetics `R` come from a law, as
 //! text or as a plugin. The command line is `rumple` ([`cli`]); below is the same from Rust. Files, keys
-//! and commands are described in `docs/`.
+//! and commands are described in `docs/book`.
 //!
 //! # Step a scene
 //!

@@ -67,7 +67,7 @@ heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
 
 heading "the book, with its links"
-NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --quiet --strict --config-file docs/mkdocs.yml
+NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdocs.yml
 
 heading "tests"
 # Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.
