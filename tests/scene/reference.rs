@@ -1,8 +1,10 @@
-//! The reference has a row for every key and name that a scene accepts, and no row for anything else.
+//! The reference has a row for every key and name that a scene accepts, and no row for anything else; it names every
+//! command and option.
 //!
 //! What is accepted is what the error about an unknown key lists, which follows from the types.
 
 use std::collections::BTreeSet;
+use std::process::Command;
 
 use super::refused;
 
@@ -246,4 +248,35 @@ fn every_effect_and_table_is_in_the_reference() {
         let heading = format!("`[{table}]`");
         assert!(TABLES.iter().any(|(_, known, _)| *known == heading), "{heading} is not checked");
     }
+}
+
+#[test]
+fn every_command_and_option_is_in_the_reference() {
+    let page = |name: &str| std::fs::read_to_string(format!("docs/book/{name}.md")).unwrap();
+    let rows = page("reference/command-line");
+    // Options of the two commands with pages of their own stand there.
+    let pages = [rows.clone(), page("manual/accuracy"), page("manual/sweeps")].concat();
+    let mut left = vec![Vec::<String>::new()];
+    let mut missing = Vec::new();
+    while let Some(path) = left.pop() {
+        let program = env!("CARGO_BIN_EXE_rumple");
+        let help = Command::new(program).args(&path).arg("--help").output().unwrap();
+        let help = String::from_utf8(help.stdout).unwrap();
+        let commands = help.split_once("\nCommands:\n").map_or("", |(_, list)| list);
+        let names = commands.lines().take_while(|line| !line.is_empty());
+        let names = names.filter_map(|line| line.split_whitespace().next());
+        let names: Vec<&str> = names.filter(|name| *name != "help").collect();
+        left.extend(names.iter().map(|name| [&path[..], &[(*name).to_owned()]].concat()));
+        let command = format!("rumple {}", path.join(" "));
+        if names.is_empty() && !rows.contains(&command) {
+            missing.push(command.clone());
+        }
+        let options = help.lines().map(str::trim).filter(|line| line.starts_with('-'));
+        let options = options.flat_map(|line| line.split([' ', ',', '=']));
+        let options = options.filter(|word| word.starts_with("--") && word.len() > 2);
+        let unknown = options.filter(|word| !["--help", "--version"].contains(word));
+        let unknown = unknown.filter(|word| !pages.contains(*word));
+        missing.extend(unknown.map(|option| format!("{command} {option}")));
+    }
+    assert!(missing.is_empty(), "not in the reference:\n{}", missing.join("\n"));
 }
