@@ -272,7 +272,9 @@ fn every_command_and_option_is_in_the_reference() {
             missing.push(command.clone());
         }
         let options = help.lines().map(str::trim).filter(|line| line.starts_with('-'));
-        let options = options.flat_map(|line| line.split([' ', ',', '=']));
+        // Two spaces before what they are for.
+        let options = options.filter_map(|line| line.split("  ").next());
+        let options = options.flat_map(|line| line.split([' ', ',']));
         let options = options.filter(|word| word.starts_with("--") && word.len() > 2);
         let unknown = options.filter(|word| !["--help", "--version"].contains(word));
         let unknown = unknown.filter(|word| !pages.contains(*word));
