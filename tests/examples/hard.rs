@@ -51,6 +51,9 @@ fn the_table_of_the_documentation_leaves_no_case_out() {
     let names: Vec<&str> = names.map(|name| name.trim_end_matches('"')).collect();
     assert!(names.len() > 40, "{names:?}");
     for name in names {
-        assert!(page.contains(&format!("`{name}`")), "{name} is not in docs/notebook/hard-cases.md");
+        assert!(
+            page.contains(&format!("`{name}`")),
+            "{name} is not in docs/notebook/hard-cases.md"
+        );
     }
 }
