@@ -48,7 +48,7 @@ const SHIFT: f64 = 1e-9;
 const NEARLY_AT_REST: f64 = 1e-2;
 /// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
 /// iterations with one factor far from rest, differences in the last digit grow to other minima
-/// (`docs/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
+/// (`docs/notebook/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
 /// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
 const REFRESH: (usize, usize) = (5, 15);
 /// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
