@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What --isolate costs: scenes run with and without it in turn; a table of ratios for plugins/README.md.
+"""What --isolate costs: scenes run with and without it in turn; a table of ratios for docs/notebook/isolation.md.
 
     benches/isolation.py [TIMES]      pairs of runs of each scene (5)
 

@@ -1,4 +1,4 @@
-//! Tables of problems whose answers are known, as they stand in `docs/validation.md`:
+//! Tables of problems whose answers are known, as they stand in `docs/book/verification/`:
 //!
 //! `cargo run --release --example 03_known_answers`
 //!

@@ -1,4 +1,4 @@
-//! The table of hard cases, as it stands in `docs/hard-cases.md`: every case of `models/hard/cases.toml` is run
+//! The table of hard cases, as it stands in `docs/notebook/hard-cases.md`: every case of `models/hard/cases.toml` is run
 //! and held against what is expected of it.
 //!
 //! ```sh

@@ -1,4 +1,4 @@
-//! Hostile inputs for everything that reads: the table of `docs/validation.md`.
+//! Hostile inputs for everything that reads: the table of `docs/notebook/hostile-files.md`.
 //!
 //! ```sh
 //! cargo run --release --example 05_fuzz                            # 10 000 inputs for every reader

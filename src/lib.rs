@@ -10,7 +10,7 @@
 //!
 //! where the energy `U` is the sum of the effects that a scene lists and the kinetics `R` come from a law, as
 //! text or as a plugin. The command line is `rumple` ([`cli`]); below is the same from Rust. Files, keys
-//! and commands are described in `docs/`.
+//! and commands are described in `docs/book`.
 //!
 //! # Step a scene
 //!
@@ -87,8 +87,8 @@
 //!
 //! # An effect of your own
 //!
-//! A struct that a scene can list, and an energy: here a weight. The guide is `docs/effects.md`, a crate with
-//! a program `examples/indenter`; [`kit::examine`] tests derivatives and invariances. (Rates of species are
+//! A struct that a scene can list, and an energy: here a weight. The guide is `docs/book/manual/effects.md`, a
+//! crate with a program `examples/indenter`; [`kit::examine`] tests derivatives and invariances. (Rates of species are
 //! no effects but [`kinetics`]: formulas as above, or a plugin.)
 //!
 //! ```
@@ -170,5 +170,15 @@ pub(crate) use rumple_numerics::parallel;
 
 /// Compiles the code of the guide to effects.
 #[cfg(doctest)]
-#[doc = include_str!("../docs/effects.md")]
+#[doc = include_str!("../docs/book/manual/effects.md")]
 struct Effects;
+
+/// Compiles the code of the page on what effects are made of.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/book/manual/effect-contracts.md")]
+struct EffectContracts;
+
+/// Compiles the code of the page on observers.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/book/developers/observer.md")]
+struct Observers;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Passes everything: format, lints, documentation, tests, and a small run that the real VTK and
+# Passes everything: format, lints, documentation, the book, tests, and a small run that the real VTK and
 # ParaView must read. Installs what is missing first (Debian packages only as root or with sudo).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -46,11 +46,11 @@ if ((${#packages[@]})); then
     "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
-if ! "$venv/bin/python" -c 'import vtk, numpy' 2>/dev/null; then
-    echo "making $venv with vtk and numpy"
+if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material' 2>/dev/null; then
+    echo "making $venv with vtk, numpy and mkdocs-material"
     rm -rf "$venv"
     python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --disable-pip-version-check vtk numpy
+    "$venv/bin/pip" install --quiet --disable-pip-version-check vtk numpy 'mkdocs-material==9.*'
 fi
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 
@@ -65,6 +65,9 @@ cargo clippy --release --workspace --all-targets -- -D warnings
 
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
+
+heading "the book, with its links"
+NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdocs.yml
 
 heading "tests"
 # Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.

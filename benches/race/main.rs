@@ -2,7 +2,7 @@
 //! in one run, in CPU seconds of one core.
 //!
 //! `benches/race.sh --bench DIR` installs and builds what is needed and calls this;
-//! `docs/performance.md` says more.
+//! `docs/notebook/performance.md` says more.
 
 #![allow(missing_docs)]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What accuracy costs, a study a command, beside docs/accuracy.md:
+# What accuracy costs, a study a command, beside docs/notebook/accuracy.md:
 #
 #     models/accuracy/studies.sh before        makes the study, prints its advice
 #     models/accuracy/studies.sh               lists the studies

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The figures of Zakharov & Dasbiswas (2021), a command each, beside docs/figures.md:
+# The figures of Zakharov & Dasbiswas (2021), a command each, beside docs/book/verification/figures.md:
 #
 #     models/paper/figures.sh evolution        runs it, prints its numbers, draws its picture
 #     models/paper/figures.sh                  lists the figures

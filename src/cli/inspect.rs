@@ -63,6 +63,8 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     }
     if let Some(surface) = &given {
         inspect::take_state(&mut simulation, surface)?;
+        // Ramps, growth and laws are evaluated at the time of the frame.
+        simulation.state.time = surface.time.unwrap_or(simulation.state.time);
     }
     // Standard output is for the numbers.
     simulation.notes.iter().for_each(|note| super::warn(note));

@@ -30,6 +30,8 @@ pub struct Surface {
     pub point_arrays: Vec<Array>,
     /// Arrays with one entry per triangle.
     pub cell_arrays: Vec<Array>,
+    /// The time that a VTK file of the XML format gives (field array `TimeValue`).
+    pub time: Option<f64>,
     /// Line of every point in a text file; empty where lines mean nothing.
     pub point_lines: Vec<u32>,
     /// Line of every triangle in a text file; empty where lines mean nothing.

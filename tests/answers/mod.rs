@@ -1,5 +1,5 @@
 //! Problems of plate, membrane and shell theory with known answers, on meshes small enough for
-//! seconds; `docs/validation.md` has the tables of larger ones.
+//! seconds; `docs/book/verification/` has the tables of larger ones.
 
 #[path = "../../examples/known_answers/mod.rs"]
 mod known_answers;

@@ -144,3 +144,52 @@ fn a_run_is_the_same_after_a_rejected_step() {
         assert!(plain.state() == interrupted.state(), "step {step}");
     }
 }
+
+/// A strip whose ends move towards each other: Newton's method stayed on the second mode, whose forces are small.
+#[test]
+fn a_strip_buckles_into_the_first_mode_by_newton_too() {
+    let text = r#"
+sheet = { shape = "rectangle", width = 20.0, height = 4.0, vertices = 300, imperfection = { amplitude = 1e-2, seed = 3 } }
+material = { young = 1e5, poisson = 0.3333333333333333, thickness = 0.2, drag = 0.01 }
+effect = [
+    { kind = "stretching" },
+    { kind = "bending" },
+    { kind = "pin", where = { half-space = { point = [-9.99, 0, 0], normal = [-1, 0, 0] } }, axes = "xyz" },
+    { kind = "pin", where = { half-space = { point = [9.99, 0, 0], normal = [1, 0, 0] } }, axes = "xyz", displacement = [-6.0, 0, 0], ramp = { formula = "t" } },
+]
+time = { until = 0.1, integrator = { kind = "staggered", longest_step = 0.05 } }
+"#;
+    let of = |keys: &[&str]| energy(&mut run(text, keys).0);
+    let expected = of(&[]);
+    let by_newton = of(&["equilibrium.method=\"newton\""]);
+    assert!((by_newton / expected - 1.0).abs() < 1e-5, "{by_newton}, {expected}");
+}
+
+/// Dimples of a shell that loses volume snap within one sub-step; the energy fell and no event told.
+#[test]
+fn a_snap_within_a_sub_step_is_recorded() {
+    let text = r#"
+sheet = { shape = "sphere", radius = 5.0, irregular = true, vertices = 500 }
+material = { young = 1e4, poisson = 0.3333333333333333, thickness = 0.1, drag = 0.001 }
+effect = [
+    { kind = "stretching" },
+    { kind = "bending" },
+    { kind = "volume", stiffness = 1e4, ramp = { formula = "1 - 0.6*t" } },
+]
+time = { until = 0.042, integrator = { kind = "staggered", longest_step = 0.001 } }
+"#;
+    let (_, mut simulation) = prepare(text, &[]);
+    simulation.prepare().unwrap();
+    let (mut falls, mut before) = (0, energy(&mut simulation));
+    while simulation.state().time < 0.042 {
+        let report = simulation.step(0.042).unwrap();
+        let after = energy(&mut simulation);
+        if after < 0.99 * before {
+            falls += 1;
+            let done = report.relaxation;
+            assert!(done.jumps > 0 && done.released > before - after, "{done:?}, {before} {after}");
+        }
+        before = after;
+    }
+    assert!(falls >= 2, "{falls} falls of the energy");
+}

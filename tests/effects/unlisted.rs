@@ -58,11 +58,12 @@ impl Energy for Upwards {
     fn add_hessian(&self, _: &At<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
 }
 
-/// The counts of a run, by group and name.
+/// The counts of a run, by group and name; without checkpoints, which follow the clock.
 fn counts(directory: &Path) -> Vec<(String, Vec<(String, u64)>)> {
     let costs = Costs::read(directory).unwrap();
     let named = |group: &str, name: &str| format!("{group} {name}");
-    costs.parts.into_iter().map(|part| (named(&part.group, &part.name), part.counts)).collect()
+    let all = costs.parts.into_iter().map(|part| (named(&part.group, &part.name), part.counts));
+    all.filter(|(name, _)| name != "output checkpoints").collect()
 }
 
 /// This program registers one effect more than `rumple` does; a run of a scene that does not list it is the

@@ -46,11 +46,14 @@ fn units_do_not_matter() {
 #[test]
 fn the_table_of_the_documentation_leaves_no_case_out() {
     let cases = std::fs::read_to_string("models/hard/cases.toml").unwrap();
-    let page = std::fs::read_to_string("docs/hard-cases.md").unwrap();
+    let page = std::fs::read_to_string("docs/notebook/hard-cases.md").unwrap();
     let names = cases.lines().filter_map(|line| line.strip_prefix("name = \""));
     let names: Vec<&str> = names.map(|name| name.trim_end_matches('"')).collect();
     assert!(names.len() > 40, "{names:?}");
     for name in names {
-        assert!(page.contains(&format!("`{name}`")), "{name} is not in docs/hard-cases.md");
+        assert!(
+            page.contains(&format!("`{name}`")),
+            "{name} is not in docs/notebook/hard-cases.md"
+        );
     }
 }

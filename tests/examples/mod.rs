@@ -74,7 +74,7 @@ fn its_parameters_are_checked_where_they_are_written() {
 /// The guide shows the example as it is, and both promise that it is short.
 #[test]
 fn the_guide_shows_the_example() {
-    let guide = include_str!("../../docs/effects.md");
+    let guide = include_str!("../../docs/book/manual/effects.md");
     let code = &INDENTER[INDENTER.find("use rumple::effects").unwrap()..];
     let (effect, test) = code.split_at(code.find("#[test]").unwrap());
     assert!(guide.contains(effect.trim_end()) && guide.contains(test.trim_end()));

@@ -78,6 +78,16 @@ fn the_plan_has_no_cycle() {
 }
 
 #[test]
+fn the_book_shows_the_plan() {
+    let page = std::fs::read_to_string("docs/book/developers/house.md").unwrap();
+    for (room, may) in PLAN.iter().filter(|(_, may)| !may.is_empty()) {
+        let may: Vec<String> = may.iter().map(|room| format!("`{room}`")).collect();
+        let row = format!("| `{room}` | {} |", may.join(", "));
+        assert!(page.contains(&row), "developers/house.md lacks {row}");
+    }
+}
+
+#[test]
 fn an_effect_knows_no_other_effect() {
     let all = uses();
     // Whatever is registered in a file or folder of its own.

@@ -275,3 +275,27 @@ fn a_state_with_a_species_out_of_its_range_is_refused() {
     }
     assert!(!path.join("out").exists());
 }
+
+/// A ramped load was that of time 0, whatever the time of the frame.
+#[test]
+fn a_frame_is_inspected_at_its_time() {
+    let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 5.0] }\n\
+                ramp = { formula = \"t\" }";
+    let folder = folder(&SMALL.replace("# more effects", load));
+    let path = folder.path();
+    let out = rumple(path, &["run", "scene.toml", "--out", "out", "--set", "time.until=0.02"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let mut frames: Vec<_> =
+        path.join("out/frames").read_dir().unwrap().map(|f| f.unwrap().path()).collect();
+    frames.sort();
+    let last = frames.last().unwrap();
+    let args = ["inspect", "scene.toml", "--json", "-", "--state", last.to_str().unwrap()];
+    let out = rumple(path, &args);
+    let all: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let ledger = std::fs::read_to_string(path.join("out/ledger.csv")).unwrap();
+    let mut rows = ledger.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let column = rows.next().unwrap().iter().position(|name| *name == "energy of load [energy]");
+    let expected: f64 = rows.next_back().unwrap()[column.unwrap()].parse().unwrap();
+    let load = all["energy"]["load"].as_f64().unwrap();
+    assert!(expected < -1e-6 && (load / expected - 1.0).abs() < 1e-9, "{load}, {expected}");
+}

@@ -7,6 +7,7 @@ mod hostile;
 mod kinds;
 mod later;
 mod overrides;
+mod reference;
 mod unknown;
 
 /// A scene that uses every table; the places of its parts are what the tests check.

@@ -5,7 +5,7 @@
  *
  *     RUMPLE_PLUGIN = { RUMPLE_HEADER, .descriptor = &descriptor, .create = create, ... };
  *
- * `rumple plugin new NAME --lang c` writes a whole one; plugins/README.md in its source is the guide.
+ * `rumple plugin new NAME --lang c` writes a whole one; docs/book/manual/plugins.md in its source is the guide.
  */
 #ifndef RUMPLE_PLUGIN_H
 #define RUMPLE_PLUGIN_H

@@ -83,5 +83,5 @@ struct Readme;
 
 /// Compiles the plugin of the guide.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
+#[doc = include_str!("../../../docs/book/manual/plugins.md")]
 struct Guide;

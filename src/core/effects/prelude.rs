@@ -1,7 +1,7 @@
 //! All that a user-defined effect needs: `use rumple::effects::prelude::*;`.
 //!
 //! `typetag` is part of it, so that its version is the one of the trait [`EffectSpec`]. The guide is
-//! `docs/effects.md`, a whole crate `examples/indenter`.
+//! `docs/book/manual/effects.md`, a whole crate `examples/indenter`.
 
 pub use nalgebra;
 pub use typetag;

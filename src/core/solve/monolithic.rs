@@ -27,7 +27,7 @@ use crate::tally::Meter;
 
 /// Steps after which a run restarts the integration, so that it can be continued from there: what diffsol
 /// remembers cannot be stored. A new start of BDF costs some seven steps, seven factorisations and the analysis of
-/// the matrix, a hundredth of what so many steps cost; of the other methods less (docs/performance.md).
+/// the matrix, a hundredth of what so many steps cost; of the other methods less (docs/notebook/performance.md).
 const RENEWED_AFTER: u64 = 3000;
 
 /// Steps of a method of diffsol: how long the next one may be is not told.

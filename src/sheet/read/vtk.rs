@@ -49,6 +49,7 @@ pub(super) fn parse(bytes: &[u8], kind: Kind) -> Result<Surface, String> {
     };
     surface.point_arrays = file.attributes("PointData", points)?;
     surface.cell_arrays = file.attributes("CellData", surface.triangles.len())?;
+    surface.time = file.time()?;
     Ok(surface)
 }
 
@@ -241,6 +242,15 @@ impl File<'_> {
     fn positions(&self, section: &str, name: &str, count: usize) -> Result<Vec<u64>, String> {
         let (_, values) = self.decode(self.array(section, Some(name))?, count)?;
         model::positions(values, name)
+    }
+
+    /// The field array `TimeValue`, if there is one.
+    fn time(&self) -> Result<Option<f64>, String> {
+        let is_time =
+            |raw: &&Raw<'_>| raw.section == "FieldData" && raw.tag.get("Name") == Some("TimeValue");
+        let Some(raw) = self.arrays.iter().find(is_time) else { return Ok(None) };
+        let (_, values) = self.decode(raw, 1)?;
+        Ok(model::reals(values).first().copied())
     }
 
     /// The arrays of a section, in the file's order.

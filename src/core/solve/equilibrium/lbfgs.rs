@@ -30,7 +30,7 @@ use super::super::counters::Linear;
 use super::gauge::Gauge;
 use super::history::History;
 use super::preconditioner::{Inverse, LARGE, Preconditioner, SMALL};
-use super::stop::{COLLAPSED, dot, iterated, largest, level, reached};
+use super::stop::{COLLAPSED, FLOOR, dot, iterated, largest, level, reached};
 use super::{Goal, Relaxation};
 use crate::Vec3;
 use crate::effects::HessianPart;
@@ -48,7 +48,7 @@ const SHIFT: f64 = 1e-9;
 const NEARLY_AT_REST: f64 = 1e-2;
 /// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
 /// iterations with one factor far from rest, differences in the last digit grow to other minima
-/// (`docs/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
+/// (`docs/notebook/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
 /// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
 const REFRESH: (usize, usize) = (5, 15);
 /// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
@@ -73,8 +73,6 @@ const NO_WEIGHT: f64 = 1e-5;
 /// Most iterations at forces below the tolerance, where displacements are bounded as well: a floppy sheet has modes
 /// without stiffness.
 const AT_REST: usize = 50;
-/// Forces below this share of the tolerance are as good as none, whatever they leave of soft modes.
-const FLOOR: f64 = 1e-4;
 /// A relaxation leaves its trust region where this allows less than such a share of a step.
 const LEAVES: f64 = 0.02;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.

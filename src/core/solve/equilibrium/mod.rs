@@ -98,6 +98,11 @@ pub(in crate::solve) fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
     parallel::max(a.len(), |i| (b[i] - a[i]).norm_squared()).sqrt()
 }
 
+/// Whether a sheet lies in a plane z = const: no motion leads out of it, and the scene says how symmetry is broken.
+pub(in crate::solve) fn is_flat(x: &[Vec3]) -> bool {
+    x.iter().all(|point| point.z == x[0].z)
+}
+
 /// What a relaxation did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Relaxation {

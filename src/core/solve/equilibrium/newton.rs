@@ -21,13 +21,15 @@ use serde::{Deserialize, Serialize};
 use super::super::counters::Linear;
 use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
-use super::stop::{iterated, largest, level, reached, stalled};
-use super::{Equilibrium, Goal, Relaxation};
+use super::stop::{FLOOR, dot, iterated, largest, level, reached, stalled};
+use super::{Equilibrium, Goal, Relaxation, is_flat};
 use crate::Vec3;
-use crate::effects::HessianPart;
+use crate::effects::{HessianPart, LowRank};
 use crate::linear::{BlockCholesky, BlockMatrix};
 use crate::model::{Mechanics, Potential};
+
 use crate::num::checked::{AtLeast, Fraction, Positive};
+use crate::num::real;
 use crate::parallel;
 use crate::solve::{EquilibriumSpec, SolveError};
 
@@ -99,6 +101,12 @@ const LEAST: f64 = 1e-10;
 const LARGEST: f64 = 1e12;
 /// Most iterations within a trust region: convergence near a minimum is quadratic.
 const NEAR: usize = 100;
+/// Most iterations at forces below the tolerance where displacements are bounded as well.
+const AT_REST: usize = 20;
+/// Iterations for the soft modes of a saddle.
+const INVERSE_ITERATIONS: usize = 12;
+/// A share of a step as small as this leaves the trust region.
+const LEAVES: f64 = 0.02;
 
 /// Linearly implicit steps for one sheet.
 pub struct Newton {
@@ -140,6 +148,25 @@ impl Newton {
         update.correct(rhs);
     }
 
+    /// The whole Hessian at `x` and its terms of low rank; returns the mean diagonal.
+    fn set_hessian(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+    ) -> Result<(f64, Vec<LowRank>), SolveError> {
+        self.fit(potential, x)?;
+        potential.hessian(x, HessianPart::Full, &mut self.matrix)?;
+        Ok((self.matrix.mean_diagonal(), potential.low_rank(x, HessianPart::Full)))
+    }
+
+    /// The factor of the matrix with `terms`, if it is positive.
+    fn factorise(&mut self, terms: &[LowRank]) -> Option<LowRankUpdate> {
+        let _scope = self.meters.factorise();
+        self.cholesky.factorise(&self.matrix).ok()?;
+        let update = LowRankUpdate::new(terms.to_vec(), |rhs| self.cholesky.solve(rhs));
+        update.is_positive().then_some(update)
+    }
+
     /// Makes room for what is coupled at `x`.
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
@@ -151,6 +178,167 @@ impl Newton {
     }
 }
 
+/// The shape of a relaxation and its gradient, with room for a trial step.
+struct Iterate<'a> {
+    x: &'a mut [Vec3],
+    energy: f64,
+    gradient: Vec<Vec3>,
+    step: Vec<Vec3>,
+    trial: Vec<Vec3>,
+    after: Vec<Vec3>,
+    defect: Vec<Vec3>,
+}
+
+/// What became of one linearly implicit step.
+enum Tried {
+    /// It is taken.
+    Taken,
+    /// It is taken, and leads to a minimum.
+    Last,
+    /// The shape is at rest already.
+    AtRest,
+}
+
+impl<'a> Iterate<'a> {
+    fn new(potential: &mut Potential, x: &'a mut [Vec3]) -> Self {
+        let none = vec![Vec3::zeros(); x.len()];
+        let mut gradient = none.clone();
+        let energy = potential.energy_gradient(x, &mut gradient);
+        let [step, trial, after, defect] = [none.clone(), none.clone(), none.clone(), none];
+        Self { x, energy, gradient, step, trial, after, defect }
+    }
+
+    /// Takes over the trial shape, of energy `energy`.
+    fn accept(&mut self, energy: f64) {
+        self.x.copy_from_slice(&self.trial);
+        std::mem::swap(&mut self.gradient, &mut self.after);
+        self.energy = energy;
+    }
+}
+
+impl Newton {
+    /// One step from `at`, with σ as large as it needs. Where forces are `balanced` it may find that the shape is at a
+    /// minimum.
+    fn step(
+        &mut self,
+        potential: &mut Potential,
+        at: &mut Iterate<'_>,
+        (goal, done): (&Goal<'_>, &Relaxation),
+        sigma: &mut f64,
+        balanced: bool,
+    ) -> Result<Tried, SolveError> {
+        let gauge = Gauge::new(potential, at.x, &at.gradient, goal.tolerance);
+        let (unit, terms) = self.set_hessian(potential, at.x)?;
+        let allowed = self.options.path_error.get() * potential.metric().mean_edge();
+        let (mut shifted, mut saddle) = (0.0, false);
+        loop {
+            if (goal.interrupted)() {
+                return Err(SolveError::Interrupted);
+            }
+            if !(*sigma < LARGEST) {
+                return Err(stalled(done, goal));
+            }
+            self.matrix.add_diagonal((*sigma - shifted) * unit);
+            shifted = *sigma;
+            let Some(update) = self.factorise(&terms) else {
+                saddle = balanced && *sigma <= LEAST;
+                *sigma = (8.0 * *sigma).max(1e-6);
+                continue;
+            };
+            if saddle && self.leave_saddle(potential, at, goal, (&gauge, &update)) {
+                return Ok(Tried::Taken);
+            }
+            parallel::fill(&mut at.step, |i| -at.gradient[i]);
+            gauge.project(&mut at.step);
+            self.solve(&mut at.step, &update);
+            gauge.project(&mut at.step);
+            // The last step is taken all the same: what is left then is far less.
+            let last = balanced && *sigma <= LEAST && largest(&at.step) <= goal.displacement;
+            let mut length = 1.0;
+            if let Some(trust) = goal.trust.filter(|_| balanced) {
+                length = trust.longest(at.x, &at.step, length);
+                // Forces as small as this tell no direction.
+                if length < LEAVES {
+                    return Ok(Tried::AtRest);
+                }
+            }
+            parallel::fill(&mut at.trial, |i| at.x[i] + length * at.step[i]);
+            if !potential.allows(at.x, &at.trial, self.options.area_share.get()) {
+                *sigma *= 8.0;
+                continue;
+            }
+            let e = potential.energy_gradient(&at.trial, &mut at.after);
+            // Since H δ = -∂U - σ D δ, the defect of a share s of δ is ∂U(x + sδ) + s σ D δ - (1 - s) ∂U.
+            let drag = length * *sigma * unit;
+            let (step, after, gradient) = (&at.step, &at.after, &at.gradient);
+            parallel::fill(&mut at.defect, |i| {
+                after[i] + drag * step[i] - (1.0 - length) * gradient[i]
+            });
+            gauge.project(&mut at.defect);
+            self.solve(&mut at.defect, &update);
+            gauge.project(&mut at.defect);
+            let error = 0.5 * largest(&at.defect) / allowed;
+            let descends = e <= at.energy || level(potential, at.energy, e);
+            if !(e.is_finite() && descends && error <= 1.0) {
+                if last {
+                    return Ok(Tried::AtRest);
+                }
+                *sigma *= (2.0 * error).clamp(4.0, 64.0);
+                continue;
+            }
+            at.accept(e);
+            // The error of a step grows with its square; near rest with the defect itself.
+            *sigma = (*sigma * (1.2 * error.sqrt()).clamp(0.02, 1.5)).max(LEAST);
+            return Ok(if last { Tried::Last } else { Tried::Taken });
+        }
+    }
+}
+
+impl Newton {
+    /// Moves `at`, a saddle, along soft modes to a lower energy, by the displacement that no longer counts as rest; by
+    /// inverse iteration with the factor of H + σ D. On a path only; a perfectly flat sheet stays flat.
+    fn leave_saddle(
+        &mut self,
+        potential: &mut Potential,
+        at: &mut Iterate<'_>,
+        goal: &Goal<'_>,
+        (gauge, update): (&Gauge, &LowRankUpdate),
+    ) -> bool {
+        if goal.trust.is_none() || is_flat(at.x) {
+            return false;
+        }
+        let mode = &mut at.step;
+        parallel::fill(mode, |i| noise(i));
+        for _ in 0..INVERSE_ITERATIONS {
+            gauge.project(mode);
+            self.solve(mode, update);
+            let scale = 1.0 / largest(mode);
+            parallel::update(mode, |_, v| *v *= scale);
+        }
+        gauge.project(mode);
+        let downhill = if dot(&at.gradient, mode) > 0.0 { -1.0 } else { 1.0 };
+        for sign in [downhill, -downhill] {
+            let far = sign * goal.displacement;
+            parallel::fill(&mut at.trial, |i| at.x[i] + far * at.step[i]);
+            if potential.allows(at.x, &at.trial, self.options.area_share.get()) {
+                let e = potential.energy_gradient(&at.trial, &mut at.after);
+                if e < at.energy && !level(potential, at.energy, e) {
+                    at.accept(e);
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
+
+/// A vector with no symmetry of any sheet, the same for the same vertex: fractional parts of multiples of
+/// irrational numbers.
+fn noise(i: usize) -> Vec3 {
+    let i = real(i + 1);
+    Vec3::new(i * 2.0_f64.sqrt(), i * 3.0_f64.sqrt(), i * 5.0_f64.sqrt()).map(|v| v.fract() - 0.5)
+}
+
 impl Equilibrium for Newton {
     fn relax(
         &mut self,
@@ -158,82 +346,52 @@ impl Equilibrium for Newton {
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
-        let n = x.len();
         let most = if goal.trust.is_some() { NEAR } else { usize::MAX };
         let goal = &Goal { max_iterations: goal.max_iterations.min(most), ..*goal };
         let mut done = Relaxation::default();
-        let mut gradient = vec![Vec3::zeros(); n];
-        let (mut step, mut trial) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-        let (mut after, mut defect) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-        let mut energy = potential.energy_gradient(x, &mut gradient);
-        let allowed = self.options.path_error.get() * potential.metric().mean_edge();
+        let mut at = Iterate::new(potential, x);
         let mut sigma = FIRST;
+        // Iterations with forces below the tolerance.
+        let mut rested = 0;
         loop {
-            done.residual = potential.residual(&gradient);
-            done.energy = energy;
-            if reached(&done, goal, x)? {
+            done.residual = potential.residual(&at.gradient);
+            done.energy = at.energy;
+            let balanced = reached(&done, goal, at.x)?;
+            // Forces as small as none tell nothing about a saddle.
+            let exact = rested >= AT_REST
+                || rested > 0 && done.residual <= FLOOR * goal.tolerance
+                || done.iterations >= goal.max_iterations;
+            if balanced && (exact || goal.displacement == f64::INFINITY) {
                 return Ok(done);
             }
-            let gauge = Gauge::new(potential, x, &gradient, goal.tolerance);
-            self.fit(potential, x)?;
-            potential.hessian(x, HessianPart::Full, &mut self.matrix)?;
-            let terms = potential.low_rank(x, HessianPart::Full);
-            let unit = self.matrix.mean_diagonal();
-            let mut shifted = 0.0;
-            loop {
-                if (goal.interrupted)() {
-                    return Err(SolveError::Interrupted);
-                }
-                if !(sigma < LARGEST) {
-                    return Err(stalled(&done, goal));
-                }
-                self.matrix.add_diagonal((sigma - shifted) * unit);
-                shifted = sigma;
-                let scope = self.meters.factorise();
-                let update = self
-                    .cholesky
-                    .factorise(&self.matrix)
-                    .map(|()| LowRankUpdate::new(terms.clone(), |rhs| self.cholesky.solve(rhs)))
-                    .ok()
-                    .filter(LowRankUpdate::is_positive);
-                drop(scope);
-                let Some(update) = update else {
-                    sigma = (8.0 * sigma).max(1e-6);
-                    continue;
-                };
-                parallel::fill(&mut step, |i| -gradient[i]);
-                gauge.project(&mut step);
-                self.solve(&mut step, &update);
-                gauge.project(&mut step);
-                parallel::fill(&mut trial, |i| x[i] + step[i]);
-                if !potential.allows(x, &trial, self.options.area_share.get()) {
-                    sigma *= 8.0;
-                    continue;
-                }
-                let e = potential.energy_gradient(&trial, &mut after);
-                // Since H δ = -∂U - σ D δ, the defect is ∂U(x+δ) + σ D δ.
-                let drag = sigma * unit;
-                parallel::fill(&mut defect, |i| after[i] + drag * step[i]);
-                gauge.project(&mut defect);
-                self.solve(&mut defect, &update);
-                gauge.project(&mut defect);
-                let error = 0.5 * largest(&defect) / allowed;
-                let descends = e <= energy || level(potential, energy, e);
-                if !(e.is_finite() && descends && error <= 1.0) {
-                    sigma *= (2.0 * error).clamp(4.0, 64.0);
-                    continue;
-                }
-                x.copy_from_slice(&trial);
-                std::mem::swap(&mut gradient, &mut after);
-                energy = e;
-                // The error of a step grows with its square; near rest with the defect itself.
-                sigma *= (1.2 * error.sqrt()).clamp(0.02, 1.5);
-                if sigma < LEAST {
-                    sigma = LEAST;
-                }
-                break;
+            if balanced && rested == 0 {
+                // Whether it is a minimum, and how far that is, the Hessian alone says.
+                sigma = LEAST;
             }
-            iterated(&mut done, potential);
+            rested += usize::from(balanced);
+            match self.step(potential, &mut at, (goal, &done), &mut sigma, balanced) {
+                Ok(Tried::AtRest) => return Ok(done),
+                Ok(Tried::Taken) => iterated(&mut done, potential),
+                Ok(Tried::Last) => {
+                    iterated(&mut done, potential);
+                    done.residual = potential.residual(&at.gradient);
+                    done.energy = at.energy;
+                    return Ok(done);
+                }
+                // The forces are below the tolerance.
+                Err(SolveError::Stalled { .. }) if balanced => return Ok(done),
+                Err(error) => return Err(error),
+            }
         }
+    }
+
+    fn is_minimum(&mut self, potential: &mut Potential, x: &[Vec3]) -> Option<bool> {
+        let (unit, terms) = self.set_hessian(potential, x).ok()?;
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        potential.energy_gradient(x, &mut gradient);
+        let gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
+        gauge.support(&mut self.matrix, unit);
+        self.matrix.add_diagonal(LEAST * unit);
+        Some(self.factorise(&terms).is_some())
     }
 }

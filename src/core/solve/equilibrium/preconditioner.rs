@@ -154,7 +154,7 @@ pub(super) const SMALL: usize = 6000;
 pub(super) const LARGE: usize = 50_000;
 
 /// The same under drag, where minima are near and their softest waves supported: multigrid takes as many iterations
-/// as the factor there, at less cost (`docs/performance.md`).
+/// as the factor there, at less cost (`docs/notebook/performance.md`).
 const LARGE_UNDER_DRAG: usize = 1000;
 
 /// The preconditioner of one relaxation.

@@ -1,9 +1,16 @@
 //! Jumps from one branch of equilibria to another: when they begin and end, and the energy that they release.
 //!
-//! A sub-step loses energy under the conditions at its end. Along a branch next to nothing of it is dissipated, in a
-//! jump all. A minimisation without viscosity that follows sub-steps makes up for what these lag behind, which is no more
-//! than the viscosity can hold back; one that loses far more has jumped. What a jump releases is
-//! what its sub-steps and the minimisation lose.
+//! A sub-step from x to x' while conditions change from q to q' loses, less the work of these on it (trapezoidal rule),
+//!
+//! ```text
+//! D = ½ [U(x; q) - U(x'; q)] + ½ [U(x; q') - U(x'; q')]
+//! ```
+//!
+//! Along a branch the two brackets cancel up to the third order, however stiff the load; in a jump neither does. Positions
+//! that are prescribed and constraints do work that this does not see: there the share that the viscosity dissipates
+//! tells, next to nothing along a branch and all in a jump. A minimisation without viscosity at fixed conditions that
+//! follows sub-steps makes up for what these lag behind, which is no more than the viscosity can hold back; one that
+//! loses far more has jumped. What a jump releases is what its sub-steps and the minimisation lose.
 
 use super::super::equilibrium::distance;
 use super::super::route::Route;
@@ -12,7 +19,11 @@ use super::rest::energy;
 use crate::model::State;
 use crate::parallel;
 
-/// A jump dissipates at least this share of what it loses; some 1e-3 and 1 were seen along branches and in jumps.
+/// In a jump D is at least this share of U(x; q') - U(x'; q'); below 0.05 was seen along branches, 0.28 and more in jumps
+/// of a single sub-step.
+const NET: f64 = 0.2;
+/// Where D is unknown: a jump dissipates at least this share of what it loses; some 1e-3 and 1 were seen along branches
+/// and in jumps.
 const SHARE: f64 = 0.3;
 /// And without viscosity it loses so many times what that would dissipate.
 const BEYOND: f64 = 30.0;
@@ -20,7 +31,7 @@ const BEYOND: f64 = 30.0;
 const STILL: f64 = 0.1;
 
 /// The jumps of a step.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub(super) struct Jumps {
     /// Whether one is under way.
     open: bool,
@@ -36,6 +47,11 @@ impl Jumps {
         self.released += released;
     }
 
+    /// Whether a jump is under way.
+    pub(super) fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// The shape is on a branch.
     pub(super) fn end(&mut self) {
         self.open = false;
@@ -46,24 +62,27 @@ impl Jumps {
 pub(super) struct Loss {
     /// What it loses under the conditions at its end.
     pub(super) lost: f64,
+    /// D, where it is known.
+    net: Option<f64>,
     /// What the viscosity dissipates.
     dissipated: f64,
 }
 
 impl Loss {
-    /// Of the motion between two shapes at a time `t` of the clock of `route`, with a viscosity of `drag` times that of
-    /// the scene; none where it is too short to be a jump.
+    /// Of the motion between two shapes from one time of the clock of `route` to another, with a viscosity of `drag` times
+    /// that of the scene; none where it is too short to be a jump.
     ///
     /// # Errors
     /// If the model has no value at one of its ends.
     pub(super) fn of(
         workspace: &mut Workspace,
         route: &Route<'_>,
-        (t, drag): (f64, f64),
+        ((start, end), drag): ((f64, f64), f64),
         (before, after): (&State, &State),
     ) -> Result<Option<Self>> {
         let model = workspace.model.clone();
-        if distance(&before.x, &after.x) < STILL * model.mechanics().reference().mean_edge() {
+        let mechanics = model.mechanics();
+        if distance(&before.x, &after.x) < STILL * mechanics.reference().mean_edge() {
             return Ok(None);
         }
         let weights = model.drag().weights(model.sheet(), &before.x, drag);
@@ -71,13 +90,25 @@ impl Loss {
             let moved = after.x[i] - before.x[i];
             moved.dot(&weights.apply(i, moved))
         });
-        let lost = energy(workspace, route, t, before)? - energy(workspace, route, t, after)?;
-        Ok(Some(Self { lost, dissipated }))
+        let mut lost_at = |t| -> Result<f64> {
+            Ok(energy(workspace, route, t, before)? - energy(workspace, route, t, after)?)
+        };
+        let lost = lost_at(end)?;
+        let net = match start == end {
+            true => Some(lost),
+            false if mechanics.has_prescribed() || mechanics.is_constrained() => None,
+            false => Some(0.5 * (lost + lost_at(start)?)),
+        };
+        Ok(Some(Self { lost, net, dissipated }))
     }
 
-    /// Whether a sub-step with this viscosity is a part of a jump.
-    pub(super) fn is_part_of_jump(&self) -> bool {
-        self.lost > 0.0 && self.dissipated > SHARE * self.lost
+    /// What is released if this sub-step is a part of a jump.
+    pub(super) fn in_jump(&self) -> Option<f64> {
+        let jumps = match self.net {
+            Some(net) => net > NET * self.lost,
+            None => self.dissipated > SHARE * self.lost,
+        };
+        (self.lost > 0.0 && jumps).then_some(self.net.unwrap_or(self.lost))
     }
 
     /// Whether a minimisation without viscosity, where there was one before, has jumped.

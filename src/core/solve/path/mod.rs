@@ -65,7 +65,6 @@ const SHRINK: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
 /// or after so many times the iterations after which a single relaxation has.
 const MOST: u64 = 3;
-
 /// A shape that follows its equilibrium, with what it keeps from step to step.
 #[derive(Debug, Default, Clone)]
 pub(super) struct EquilibriumPath {
@@ -138,57 +137,114 @@ impl EquilibriumPath {
     ) -> Result<Relaxation> {
         let (start, end) = route.clock();
         let viscosity = viscosity(workspace, route, state)?;
-        let mut done = Relaxation::default();
-        let mut jumps = Jumps::default();
-        let mut t = start;
-        let mut step = self.step.unwrap_or(end - start);
+        let step = self.step.unwrap_or(end - start);
         let most = workspace.iterations() + MOST * workspace.most_iterations();
-        while t < end {
-            let until = end_of_step(t, step, end);
-            let length = until - t;
-            if workspace.iterations() > most {
+        let mut course = Course { viscosity, most, t: start, step, ..Course::default() };
+        let drag = viscosity / (end - start);
+        for attempt in 0.. {
+            self.take_sub_steps(workspace, route, state, &mut course)?;
+            let last = state.clone();
+            let may_reject = attempt == 0 && course.before.is_some();
+            let rest = come_to_rest(workspace, route, drag, state, (&course.jumps, may_reject))?;
+            let Some(rest) = rest else {
+                self.reject_last(state, &mut course);
+                continue;
+            };
+            self.step = Some(course.step);
+            course.done.add(&rest);
+            course.done.add(&rest::stabilise(workspace, route, state)?);
+            workspace.pass(&last.x, &state.x, route.is_held())?;
+            break;
+        }
+        Ok(course.done)
+    }
+
+    /// Takes sub-steps to the end of `route`.
+    fn take_sub_steps(
+        &mut self,
+        workspace: &mut Workspace,
+        route: &Route<'_>,
+        state: &mut State,
+        course: &mut Course,
+    ) -> Result<()> {
+        let (start, end) = route.clock();
+        let shortest = SHORTEST * (end - start);
+        while course.t < end {
+            let until = end_of_step(course.t, course.step, end);
+            let length = until - course.t;
+            if workspace.iterations() > course.most {
                 return Err(rest::reason(workspace, route, state));
             }
-            match sub_step(
-                &mut self.motion,
-                workspace,
-                route,
-                (t, until),
-                state,
-                (viscosity, LOOSER),
-            ) {
+            let before = self.motion.clone();
+            let clock = (course.t, until);
+            let by = (course.viscosity, LOOSER);
+            match sub_step(&mut self.motion, workspace, route, clock, state, by) {
                 Ok(next) if next.error <= 1.0 => {
-                    done.add(&next.done);
+                    course.done.add(&next.done);
                     let jumps_on = next.released.is_some();
                     workspace.pass(&state.x, &next.x, jumps_on || route.is_held())?;
+                    course.before = Some(Before {
+                        t: course.t,
+                        x: std::mem::replace(&mut state.x, next.x),
+                        motion: before,
+                        jumps: course.jumps.clone(),
+                    });
                     match next.released {
-                        Some(released) => jumps.go_on(released),
-                        None => jumps.end(),
+                        Some(released) => course.jumps.go_on(released),
+                        None => course.jumps.end(),
                     }
-                    (state.x, t) = (next.x, until);
+                    course.t = until;
                     let factor = factor(next.error, FACTORS.1);
                     // One that is cut short by the end says nothing against longer ones.
-                    step = (length * factor).max(if factor >= 1.0 { step } else { 0.0 });
+                    let least = if factor >= 1.0 { course.step } else { 0.0 };
+                    course.step = (length * factor).max(least);
                 }
-                Ok(next) if length > SHORTEST * (end - start) => {
-                    done.add(&next.done);
-                    step = length * factor(next.error, SAFETY);
+                Ok(next) if length > shortest => {
+                    course.done.add(&next.done);
+                    course.step = length * factor(next.error, SAFETY);
                 }
-                Err(error) if error.is_without_rest() && length > SHORTEST * (end - start) => {
-                    step = SHRINK * length;
+                Err(error) if error.is_without_rest() && length > shortest => {
+                    course.step = SHRINK * length;
                 }
                 Err(error) if !error.is_without_rest() => return Err(error),
                 _ => return Err(rest::reason(workspace, route, state)),
             }
         }
-        self.step = Some(step);
-        let last = state.clone();
-        let drag = viscosity / (end - start);
-        done.add(&come_to_rest(workspace, route, drag, state, jumps)?);
-        done.add(&rest::stabilise(workspace, route, state)?);
-        workspace.pass(&last.x, &state.x, route.is_held())?;
-        Ok(done)
+        Ok(())
     }
+
+    /// Goes back to before the last sub-step, for shorter ones.
+    fn reject_last(&mut self, state: &mut State, course: &mut Course) {
+        let Some(before) = course.before.take() else { return };
+        course.step = SHRINK * (course.t - before.t);
+        (course.t, state.x) = (before.t, before.x);
+        (self.motion, course.jumps) = (before.motion, before.jumps);
+    }
+}
+
+/// How far the sub-steps of a step have come.
+#[derive(Default)]
+struct Course {
+    /// In units of the scene's drag.
+    viscosity: f64,
+    /// Count of iterations at which the step has failed.
+    most: u64,
+    /// What the clock of the route shows.
+    t: f64,
+    /// Length of the next sub-step.
+    step: f64,
+    jumps: Jumps,
+    done: Relaxation,
+    /// The start of the last sub-step.
+    before: Option<Before>,
+}
+
+/// What the rejection of a sub-step returns to.
+struct Before {
+    t: f64,
+    x: Positions,
+    motion: Motion,
+    jumps: Jumps,
 }
 
 /// Lets the shape of `state` follow a correction, which is mostly too small for sub-steps.
@@ -203,25 +259,32 @@ fn correct(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> R
 }
 
 /// Brings the shape of `state` to rest at the end of `route`, after sub-steps with `jumps` whose viscosity was `drag` times
-/// that of the scene.
+/// that of the scene. `None` where no equilibrium is near although there was no jump, and the last sub-step may be
+/// rejected: shorter ones tell whether the branch ends there.
 fn come_to_rest(
     workspace: &mut Workspace,
     route: &Route<'_>,
     drag: f64,
     state: &mut State,
-    mut jumps: Jumps,
-) -> Result<Relaxation> {
+    (jumps, may_reject): (&Jumps, bool),
+) -> Result<Option<Relaxation>> {
     let (_, end) = route.clock();
     let last = state.clone();
-    let mut done = rest::rest(workspace, route, state)?;
-    let loss = Loss::of(workspace, route, (end, drag), (&last, state))?;
+    let mut jumps = jumps.clone();
+    let rejects = may_reject && !jumps.is_open();
+    let mut done = match rest::minimum(workspace, route, state) {
+        Err(error) if error.is_without_rest() && rejects => return Ok(None),
+        Err(error) if error.is_without_rest() => rest::flow(workspace, route, state)?,
+        done => done?,
+    };
+    let loss = Loss::of(workspace, route, ((end, end), drag), (&last, state))?;
     if let Some(loss) = loss.filter(|loss| done.jumps > 0 || loss.is_jump()) {
         jumps.go_on(loss.lost);
     } else if done.jumps > 0 {
         jumps.go_on(0.0);
     }
     (done.jumps, done.released) = (jumps.count, jumps.released);
-    Ok(done)
+    Ok(Some(done))
 }
 
 /// One minimisation with the `viscosity`, from the shape of `state` while the clock goes from `t` to `until`, to a force
@@ -246,8 +309,9 @@ fn sub_step(
     let moved = motion.advance(workspace, &at, (t, until), route, &by)?;
     let fine = State { x: moved.x.into(), ..at.clone() };
     let coarse = State { x: moved.coarse.into(), ..at.clone() };
-    let loss = Loss::of(workspace, route, (until, viscosity / (until - t)), (&at, &fine))?;
-    let released = loss.filter(Loss::is_part_of_jump).map(|loss| loss.lost);
+    let by = viscosity / (until - t);
+    let loss = Loss::of(workspace, route, ((t, until), by), (&at, &fine))?;
+    let released = loss.and_then(|loss| loss.in_jump());
     let looser = if released.is_some() { IN_JUMPS } else { 1.0 };
     let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / looser;
     Ok(SubStep { x: fine.x, done: moved.done, released, error })

@@ -9,7 +9,7 @@
 //! stays near. An equilibrium with a direction of negative stiffness is none that a sheet rests in: it is left along
 //! that direction.
 
-use super::super::equilibrium::{Relaxation, distance};
+use super::super::equilibrium::{Relaxation, distance, is_flat};
 use super::super::motion::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
@@ -67,7 +67,7 @@ pub(super) fn stabilise(
     let before = energy(workspace, route, end, state)?;
     let mut left = 0;
     for _ in 0..SADDLES {
-        if state.x.iter().all(|x| x.z == state.x[0].z) {
+        if is_flat(&state.x) {
             break;
         }
         let (at, held) = route.at(end, state);
@@ -109,7 +109,11 @@ pub(super) fn minimum(
 }
 
 /// Follows the gradient flow from the shape of `state` to the minimum that it leads to: a jump.
-fn flow(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
+pub(super) fn flow(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    state: &mut State,
+) -> Result<Relaxation> {
     let (start, end) = route.clock();
     // A load that nothing holds would move the sheet for ever.
     if let Some(error) = workspace.diagnosed(&route.at(end, state).0, diagnosis::unheld)? {
