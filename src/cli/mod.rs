@@ -33,7 +33,9 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::{Isolation, KineticsError, Search, take_destroy_error};
 use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, atomic, interrupt};
+use crate::output::{
+    Claim, Inputs, OutputError, Provenance, ResultDirectory, RunStatus, atomic, interrupt,
+};
 use crate::run::{Checkpoint, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
@@ -154,6 +156,20 @@ fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
         inputs.add("a plugin", plugin);
     }
     inputs
+}
+
+/// Records in a claimed directory how a command ended there.
+fn end(claim: &Claim, outcome: Result<String>) -> Result<()> {
+    let (standing, reason) = match &outcome {
+        Ok(reason) => (RunStatus::Complete, reason.clone()),
+        Err(Error::Solve(SolveError::Interrupted)) => {
+            (RunStatus::Interrupted, interrupt::reason().to_owned())
+        }
+        Err(error) => (RunStatus::Failed, error.to_string()),
+    };
+    let ended = claim.end(standing, &reason);
+    outcome?;
+    Ok(ended?)
 }
 
 /// Removes what a run wrote into the directory `path`; a folder that holds anything else stays.

@@ -1,22 +1,21 @@
 //! `rumple compare SCENE`: the same scene under several policies and integrators.
 
 mod output_directory;
-mod table;
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
 
-use self::table::{csv, table};
-use super::SceneArgs;
+use super::{SceneArgs, end};
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory, RunStatus, atomic, interrupt};
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
-use crate::study::choice::{quoted, settings, table_of};
-use crate::study::compare::{Member, Timescales, contact_sheet, figure, member};
+use crate::study::compare::{Member, Timescales, contact_sheet, csv, figure, member, table};
+use crate::study::plan::integrator::{quoted, settings, table_of};
+use crate::study::{draw, write_files};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -63,16 +62,7 @@ fn run_here(args: &CompareArgs) -> Result<()> {
     let claim = output_directory::make(&root, args.force)?;
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
-    let (standing, reason) = match &outcome {
-        Ok(reason) => (RunStatus::Complete, reason.clone()),
-        Err(Error::Solve(SolveError::Interrupted)) => {
-            (RunStatus::Interrupted, interrupt::reason().to_owned())
-        }
-        Err(error) => (RunStatus::Failed, error.to_string()),
-    };
-    let ended = claim.end(standing, &reason);
-    outcome?;
-    Ok(ended?)
+    end(&claim, outcome)
 }
 
 /// Runs all members; says how many came to their end.
@@ -136,29 +126,26 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
     let one = |list: &[String]| -> Vec<Option<String>> {
         if list.is_empty() { vec![None] } else { list.iter().cloned().map(Some).collect() }
     };
+    let integrators = one(&args.integrators);
+    let pairs = one(&args.policies)
+        .into_iter()
+        .flat_map(|policy| integrators.iter().map(move |integrator| (policy.clone(), integrator)));
     let mut planned: Vec<Planned> = Vec::new();
-    for policy in one(&args.policies) {
-        for integrator in one(&args.integrators) {
-            let mut overrides = Vec::new();
-            if let Some(policy) = &policy {
-                overrides.push(format!("time.policy={}", quoted(policy)));
-            }
-            if let Some(integrator) = &integrator {
-                overrides.push(format!("time.integrator={}", table_of(integrator)));
-            }
-            // Those of the user hold for all members.
-            overrides.extend_from_slice(&args.scene.overrides);
-            let scene = Scene::load(&args.scene.scene, &overrides)?;
-            let mut name =
-                format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
-            if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
-                name += &settings(table, &[]);
-            }
-            if planned.iter().any(|p| p.name == name) {
-                say!("{name}: listed twice, run once");
-            } else {
-                planned.push(Planned { name, scene });
-            }
+    for (policy, integrator) in pairs {
+        let policy = policy.map(|policy| format!("time.policy={}", quoted(&policy)));
+        let table = integrator.as_ref().map(|i| format!("time.integrator={}", table_of(i)));
+        // Those of the user hold for all members.
+        let users = args.scene.overrides.iter().cloned();
+        let overrides: Vec<String> = policy.into_iter().chain(table).chain(users).collect();
+        let scene = Scene::load(&args.scene.scene, &overrides)?;
+        let mut name = format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
+        if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
+            name += &settings(table, &[]);
+        }
+        if planned.iter().any(|p| p.name == name) {
+            say!("{name}: listed twice, run once");
+        } else {
+            planned.push(Planned { name, scene });
         }
     }
     Ok(planned)
@@ -188,19 +175,12 @@ fn announce(mut simulation: Simulation, interrupt: Interrupt) -> Result<()> {
 
 /// Writes numbers, plots and pictures.
 fn write(root: &Path, members: &[Member]) -> Result<()> {
-    let figure = figure(members);
-    let mut files = vec![
-        (output_directory::TABLE, csv(members).into_bytes()),
-        (output_directory::PLOTS, figure.svg()?.into_bytes()),
-        (output_directory::PLOT_PICTURE, figure.picture()?.png()?),
-    ];
+    let mut files = draw::files(output_directory::PLOTS, &figure(members))?.to_vec();
+    files.push((output_directory::TABLE.to_owned(), csv(members).into_bytes()));
     if let Some(pictures) = contact_sheet(members)? {
-        files.push((output_directory::PICTURES, pictures.png()?));
+        files.push((output_directory::PICTURES.to_owned(), pictures.png()?));
     }
-    for (name, bytes) in files {
-        atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
-    }
-    Ok(())
+    write_files(root, files)
 }
 
 fn folder(name: &str, number: usize) -> String {

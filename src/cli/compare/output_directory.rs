@@ -7,24 +7,23 @@ use crate::cli::remove_run;
 use crate::output::{Claim, OutputError};
 
 pub(super) const TABLE: &str = "compare.csv";
-pub(super) const PLOTS: &str = "compare.svg";
-pub(super) const PLOT_PICTURE: &str = "compare.png";
+/// Name of the plots, as SVG and as PNG.
+pub(super) const PLOTS: &str = "compare";
 pub(super) const PICTURES: &str = "pictures.png";
 
 /// Makes room in `root`, and the directory where there is none: what a comparison would write over
 /// is refused, or removed with `force`. Whatever else is there stays.
 pub(super) fn make(root: &Path, force: bool) -> Result<Claim, OutputError> {
     check(root, force)?;
-    fs::create_dir_all(root).map_err(|e| failed(root, e))?;
+    fs::create_dir_all(root).map_err(OutputError::write(root))?;
     let claim = Claim::take(root)?;
     // Another comparison may have been there until just now.
     for name in check(root, force)? {
         let path = root.join(&name);
-        if !is_member(&path) {
-            fs::remove_file(&path).map_err(|e| failed(&path, e))?;
-            continue;
+        match is_member(&path) {
+            true => remove_run(&path)?,
+            false => fs::remove_file(&path).map_err(OutputError::write(&path))?,
         }
-        remove_run(&path)?;
     }
     claim.begin()?;
     Ok(claim)
@@ -37,15 +36,12 @@ fn check(root: &Path, force: bool) -> Result<Vec<String>, OutputError> {
     if !root.is_dir() {
         return refuse("is a file, expected a directory or an unused name".into());
     }
-    let read = |source| OutputError::Read { path: root.to_owned(), source };
-    let mut ours = Vec::new();
-    for entry in fs::read_dir(root).map_err(read)? {
-        let name = entry.map_err(read)?.file_name().to_string_lossy().into_owned();
-        let written = [TABLE, PLOTS, PLOT_PICTURE, PICTURES, Claim::STATUS];
-        if written.contains(&name.as_str()) || is_member(&root.join(&name)) {
-            ours.push(name);
-        }
-    }
+    let entries = fs::read_dir(root).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+    let names = entries.map_err(OutputError::read(root))?.into_iter().map(|e| e.file_name());
+    let names = names.map(|name| name.to_string_lossy().into_owned());
+    let written = [TABLE, "compare.svg", "compare.png", PICTURES, Claim::STATUS];
+    let ours = |name: &String| written.contains(&name.as_str()) || is_member(&root.join(name));
+    let mut ours: Vec<String> = names.filter(ours).collect();
     // Members first.
     ours.sort();
     let Some(first) = ours.first() else { return Ok(ours) };
@@ -76,8 +72,4 @@ fn is_member(path: &Path) -> bool {
         && number.chars().all(|c| c.is_ascii_digit())
         && name.contains('-')
         && ["ledger.csv", Claim::STATUS].iter().any(|file| path.join(file).is_file())
-}
-
-fn failed(path: &Path, source: std::io::Error) -> OutputError {
-    OutputError::Write { path: path.to_owned(), source }
 }

@@ -1,21 +1,20 @@
-//! Begins a sweep, or goes on with it: here, or through Slurm.
+//! Begins a study or resumes it: here, or through Slurm.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::{HowArgs, PlanArgs, counts, outcome, output_directory, report};
-use crate::cli::{SceneArgs, warn};
+use crate::cli::{SceneArgs, end, warn};
 use crate::kinetics::Search;
-use crate::output::plot::label;
-use crate::output::{Claim, Interrupt, RunStatus, interrupt};
+use crate::output::Interrupt;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
-use crate::study::sweep::slurm::Array;
-use crate::study::sweep::{
-    Axis, Event, MemberStatus, Plan, Pool, available, gather, limit_of, seeds, status, write,
-    write_tables,
-};
+use crate::study::gather::{MemberStatus, gather, status};
+use crate::study::plan::{Axis, Plan, seeds};
+use crate::study::run::slurm::Array;
+use crate::study::run::{Pool, available, limit_of};
+use crate::study::sweep::{write, write_tables};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
@@ -83,16 +82,7 @@ impl Runs<'_> {
             true => self.submit(&plan, &root, program),
             false => self.here(&plan, &root, program, interrupt),
         });
-        let (standing, reason) = match &outcome {
-            Ok(reason) => (RunStatus::Complete, reason.clone()),
-            Err(Error::Solve(SolveError::Interrupted)) => {
-                (RunStatus::Interrupted, interrupt::reason().to_owned())
-            }
-            Err(error) => (RunStatus::Failed, error.to_string()),
-        };
-        let ended = Claim::end(&claim, standing, &reason);
-        outcome?;
-        Ok(ended?)
+        end(&claim, outcome)
     }
 
     /// The members that are to be run: those that are not complete; those that failed only if asked for, or
@@ -119,26 +109,21 @@ impl Runs<'_> {
         let options = &self.how.slurm_option;
         let array = Array { plan, root, program, jobs: self.how.jobs.map(usize::from), options };
         let script = array.write(&members)?;
-        let tell = |text: &str| {
-            if !self.how.quiet {
-                say!("{text}");
-            }
+        let command = if self.command == "sweep" { "sweep collect" } else { self.command };
+        let (collect, tasks) = (format!("rumple {command} {}", root.display()), members.len());
+        let (text, done) = if self.how.no_submit {
+            let script = script.display();
+            let text = format!("{script}: {tasks} tasks; submit it with sbatch, then {collect}");
+            (text, "the job script is written".to_owned())
+        } else {
+            let job = array.submit(&script)?;
+            let text = format!("job {job}: {tasks} tasks; gather what there is with {collect}");
+            (text, format!("submitted to Slurm as job {job}"))
         };
-        let collect = match self.command {
-            "sweep" => format!("rumple sweep collect {}", root.display()),
-            other => format!("rumple {other} {}", root.display()),
-        };
-        if self.how.no_submit {
-            tell(&format!(
-                "{}: {} tasks; submit it with sbatch, then {collect}",
-                script.display(),
-                members.len(),
-            ));
-            return Ok("the job script is written".into());
+        if !self.how.quiet {
+            say!("{text}");
         }
-        let job = array.submit(&script)?;
-        tell(&format!("job {job}: {} tasks; gather what there is with {collect}", members.len(),));
-        Ok(format!("submitted to Slurm as job {job}"))
+        Ok(done)
     }
 
     /// Runs the members as child processes; says how many came to their end.
@@ -154,7 +139,6 @@ impl Runs<'_> {
         let usual = self.jobs.unwrap_or((cores / usize::from(plan.threads)).max(1));
         let jobs = self.how.jobs.map_or(usual, usize::from);
         let memory = self.how.memory.or_else(available);
-        let pool = Pool { plan, root, program, jobs, memory };
         if !self.how.quiet && !members.is_empty() {
             let all = gather(plan, root, false);
             // Of those that have not begun it says nothing more.
@@ -167,25 +151,22 @@ impl Runs<'_> {
                 (members.len(), if members.len() == 1 { "member" } else { "members" });
             warn(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
         }
-        let (mut ended, mut broken) = (0, None);
-        let (mut written, mut took) = (Instant::now(), Duration::ZERO);
-        let mut happens = |event: &Event| {
-            if matches!(event, Event::Ended { .. }) {
-                ended += 1;
-                // The tables of thousands of members take a while.
-                if written.elapsed() >= SELDOM * took {
-                    let began = Instant::now();
-                    let outcome = write_tables(plan, &gather(plan, root, false), root);
-                    // The first failure to write is the one to report, when all has ended.
-                    broken = broken.take().or(outcome.err());
-                    (written, took) = (Instant::now(), began.elapsed());
-                }
+        let (mut written, mut took, mut broken) = (Instant::now(), Duration::ZERO, None);
+        let mut happens = |text: String, ended: bool| {
+            // The tables of thousands of members take a while.
+            if ended && written.elapsed() >= SELDOM * took {
+                let began = Instant::now();
+                let outcome = write_tables(plan, &gather(plan, root, false), root);
+                // The first failure to write is the one to report, when all has ended.
+                broken = broken.take().or(outcome.err());
+                (written, took) = (Instant::now(), began.elapsed());
             }
             if !self.how.quiet {
-                warn(&said(plan, event, ended, members.len()));
+                warn(&text);
             }
         };
-        pool.run(&members, interrupt, &mut happens)?;
+        let mut pool = Pool { plan, root, program, jobs, memory, happens: &mut happens };
+        pool.run(&members, interrupt)?;
         match broken {
             Some(error) => Err(error),
             None if interrupt.requested() => {
@@ -199,10 +180,8 @@ impl Runs<'_> {
 
 /// The keys that are varied; seeds last.
 fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
-    let mut axes: Vec<Axis> = Vec::new();
-    for text in &args.over {
-        axes.push(Axis::parse(text).map_err(Error::Refused)?);
-    }
+    let axes = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
+    let mut axes = axes.collect::<Result<Vec<_>>>()?;
     if let Some(count) = args.seeds {
         let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
         let scene = Scene::varied(&args.scene.scene, &args.scene.overrides, &first)?;
@@ -227,41 +206,4 @@ fn gathered(plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
     report(plan, &found, root, quiet);
     outcome(&found, true)?;
     Ok(counts(&found))
-}
-
-/// What happens, in a line.
-fn said(plan: &Plan, event: &Event, ended: usize, all_members: usize) -> String {
-    let megabytes = |bytes: &u64| bytes.div_ceil(1_000_000);
-    match event {
-        Event::Begun { member, running } => {
-            format!("{}: begun, {running} at once", plan.name(*member))
-        }
-        Event::Ended { member, status, reason, seconds } => {
-            let first = reason.lines().next().unwrap_or_default();
-            let name = plan.name(*member);
-            format!("[{ended}/{all_members}] {name}: {status} after {seconds:.1} s: {first}")
-        }
-        Event::Waits { member, needs, left } => format!(
-            "{}: waits for memory: it needs about {} MB, {} MB are left",
-            plan.name(*member),
-            megabytes(needs),
-            megabytes(left)
-        ),
-        Event::Going { running } => {
-            let time = |(member, time): &(usize, Option<f64>)| {
-                let until =
-                    plan.until(*member).map_or(String::new(), |t| format!(" of {}", label(t)));
-                let time =
-                    time.map_or("at its start".into(), |t| format!("t = {}{until}", label(t)));
-                format!("{}: {time}", plan.name(*member))
-            };
-            let all: Vec<String> = running.iter().map(time).collect();
-            format!("[{ended}/{all_members}] {}", all.join("; "))
-        }
-        Event::Large { member, needs } => format!(
-            "{}: needs about {} MB, more than there is; it runs alone",
-            plan.name(*member),
-            megabytes(needs)
-        ),
-    }
 }

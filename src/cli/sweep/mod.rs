@@ -13,7 +13,9 @@ use crate::output::{Interrupt, Mode, Progress};
 use crate::run::run::Ending;
 use crate::run::{Error, Result};
 use crate::solve::SolveError;
-use crate::study::sweep::{self, Found, MemberStatus, Plan};
+use crate::study::gather::{Found, MemberStatus, gather};
+use crate::study::plan::Plan;
+use crate::study::{run, sweep};
 
 /// Arguments of `sweep`: those of a sweep, or a command for one that there is.
 #[derive(Debug)]
@@ -152,22 +154,17 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
 /// The plan of the sweep in `directory`.
 pub(super) fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
     let root = super::absolute(directory)?;
-    match Plan::read(&root)? {
-        Some(plan) => Ok((root, plan)),
-        None => {
-            let message = format!(
-                "{}: no {}: expected the directory of a sweep",
-                directory.display(),
-                Plan::FILE
-            );
-            Err(Error::Refused(message))
-        }
-    }
+    let Some(plan) = Plan::read(&root)? else {
+        let (path, file) = (directory.display(), Plan::FILE);
+        let message = format!("{path}: no {file}: expected the directory of a sweep");
+        return Err(Error::Refused(message));
+    };
+    Ok((root, plan))
 }
 
 fn collect(directory: &Path, quiet: bool) -> Result<()> {
     let (root, plan) = planned(directory)?;
-    let members = sweep::gather(&plan, &root, true);
+    let members = gather(&plan, &root, true);
     sweep::write(&plan, &members, &root)?;
     report(&plan, &members, &root, quiet);
     outcome(&members, false)
@@ -189,7 +186,7 @@ fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
         });
     }
     let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);
-    let done = sweep::run(
+    let done = run::run(
         &plan,
         &root,
         number,
@@ -217,62 +214,47 @@ fn report(plan: &Plan, members: &[Found], root: &Path, quiet: bool) {
 
 /// `3 complete, 1 failed`.
 pub(super) fn counts(members: &[Found]) -> String {
-    let all = [
-        MemberStatus::Complete,
-        MemberStatus::Failed,
-        MemberStatus::Killed,
-        MemberStatus::Damaged,
-        MemberStatus::Interrupted,
-        MemberStatus::Running,
-        MemberStatus::NotBegun,
-    ];
-    let count = |status: MemberStatus| members.iter().filter(|f| f.status == status).count();
-    let some = all.into_iter().map(|s| (count(s), s)).filter(|(n, _)| *n > 0);
-    let texts: Vec<String> = some.map(|(n, status)| format!("{n} {status}")).collect();
+    let count = |status| members.iter().filter(|f| f.status == status).count();
+    let all = MemberStatus::ALL.into_iter().map(|(status, name)| (count(status), name));
+    let texts: Vec<String> =
+        all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
     format!("{} members: {}", members.len(), texts.join(", "))
 }
 
 /// Members that failed or were killed make the command fail; with `all` also those that are not complete.
 fn outcome(members: &[Found], all: bool) -> Result<()> {
-    let lost = |found: &&Found| match found.status {
-        MemberStatus::Complete => false,
-        MemberStatus::Failed | MemberStatus::Killed | MemberStatus::Damaged => true,
-        MemberStatus::NotBegun | MemberStatus::Running | MemberStatus::Interrupted => all,
+    let lost = |found: &&Found| match all {
+        true => found.status != MemberStatus::Complete,
+        false => found.status.is_lost(),
     };
-    match members.iter().find(lost) {
-        None => Ok(()),
-        Some(first) => {
-            let message = format!(
-                "{} of {} members did not come to their end; the first: {}: {}: {}",
-                members.iter().filter(lost).count(),
-                members.len(),
-                first.name,
-                first.status,
-                first.reason
-            );
-            Err(Error::Incomplete(message))
-        }
-    }
+    let Some(first) = members.iter().find(lost) else { return Ok(()) };
+    Err(Error::Incomplete(format!(
+        "{} of {} members did not come to their end; the first: {}: {}: {}",
+        members.iter().filter(lost).count(),
+        members.len(),
+        first.name,
+        first.status,
+        first.reason
+    )))
 }
 
 /// `8GB`, `500 MB`, `2GiB`, or a number of bytes.
 fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).trim_end();
-    let unit = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
+    let unit: f64 = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
         "" | "b" => 1.0,
         "k" | "kb" => 1e3,
         "m" | "mb" => 1e6,
         "g" | "gb" => 1e9,
         "kib" => 1024.0,
-        "mib" => 1024.0 * 1024.0,
-        "gib" => 1024.0 * 1024.0 * 1024.0,
+        "mib" => 1_048_576.0,
+        "gib" => 1_073_741_824.0,
         other => return Err(format!("unknown unit {other:?}; expected a size as 8GB or 500MB")),
     };
-    let number: f64 = digits
-        .parse()
-        .map_err(|_| format!("{digits:?} is not a number; expected a size as 8GB"))?;
-    let size = number * unit;
+    let number = digits.parse::<f64>();
+    let wrong = |_| format!("{digits:?} is not a number; expected a size as 8GB");
+    let size = number.map_err(wrong)? * unit;
     if !(1.0..1e18).contains(&size) {
         return Err("expected a size above 0, as 8GB".into());
     }

@@ -7,13 +7,15 @@ use crate::cli::remove_run;
 use crate::output::{Claim, OutputError};
 use crate::run::Result;
 use crate::study::accuracy::Study;
-use crate::study::sweep::{PAGE, PICTURES, PLOT, Plan, TABLE, slurm};
+use crate::study::plan::Plan;
+use crate::study::run::slurm;
+use crate::study::sweep::{PAGE, PICTURES, PLOT, TABLE};
 
 /// Makes room in `root` for `plan`, and the directory where there is none. A sweep that is there goes on if
 /// it is the same, and is removed with `force`; anything else that is there is refused.
 pub(super) fn make(root: &Path, plan: &Plan, force: bool) -> Result<Claim> {
     check(root, plan, force)?;
-    fs::create_dir_all(root).map_err(|e| failed(root, e))?;
+    fs::create_dir_all(root).map_err(OutputError::write(root))?;
     let claim = Claim::take(root)?;
     // Another sweep may have been there until just now.
     if check(root, plan, force)? && force {
@@ -36,7 +38,7 @@ fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {
     }
     if let Some(earlier) = Plan::read(root)? {
         if !force {
-            plan.goes_on_from(&earlier, root)?;
+            plan.check_resumable(&earlier, root)?;
         } else if found.is_symlink() || root.join(Plan::MEMBERS).is_symlink() {
             return refuse(
                 "is a link, or has one in it, and nothing is removed through a link; give the \
@@ -50,14 +52,12 @@ fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {
         }
         return Ok(true);
     }
-    let unknown = |name: &std::ffi::OsString| name != Claim::LOCK && name != Claim::STATUS;
-    let read = |source| OutputError::Read { path: root.to_owned(), source };
-    for entry in fs::read_dir(root).map_err(read)? {
-        if unknown(&entry.map_err(read)?.file_name()) {
-            return refuse("is not empty and holds no sweep; choose another with --out");
-        }
+    let entries = fs::read_dir(root).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+    let names = entries.map_err(OutputError::read(root))?.into_iter().map(|e| e.file_name());
+    match names.into_iter().all(|name| name == Claim::LOCK || name == Claim::STATUS) {
+        true => Ok(false),
+        false => refuse("is not empty and holds no sweep; choose another with --out"),
     }
-    Ok(false)
 }
 
 /// Removes what a sweep wrote; whatever else is there stays.
@@ -83,7 +83,7 @@ fn clear(root: &Path) -> Result<()> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));
         if plot || ours.contains(&name.as_str()) {
-            fs::remove_file(&path).map_err(|e| failed(&path, e))?;
+            fs::remove_file(&path).map_err(OutputError::write(&path))?;
         }
     }
     Ok(())
@@ -91,8 +91,4 @@ fn clear(root: &Path) -> Result<()> {
 
 fn entries(folder: &Path) -> Vec<std::path::PathBuf> {
     fs::read_dir(folder).map_or(Vec::new(), |all| all.flatten().map(|e| e.path()).collect())
-}
-
-fn failed(path: &Path, source: std::io::Error) -> OutputError {
-    OutputError::Write { path: path.to_owned(), source }
 }

@@ -16,30 +16,31 @@
 mod advice;
 mod branch;
 mod errors;
-mod norms;
 mod page;
 mod peers;
 mod plan;
 mod plots;
 mod policies;
 mod quantity;
+mod reference;
 mod report;
 mod request;
 mod results;
 mod richardson;
 
-pub use errors::{Case, Distance, Point, Reference, cases};
 pub use plan::Options;
 pub use quantity::Quantity;
 pub use results::Gathered;
 
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::sweep::{Found, MemberStatus, Plan};
-use crate::output::{OutputError, atomic};
+use self::advice::Power;
+use self::errors::{Case, Point};
+use super::gather::{Found, MemberStatus};
+use super::plan::Plan;
+use super::{read_document, write_document};
 use crate::run::{Error, Result};
 
 /// What is studied.
@@ -102,20 +103,13 @@ impl Study {
     pub const FILES: [&'static str; 4] =
         [Self::FILE, "accuracy.csv", "accuracy.md", "accuracy.html"];
 
-    /// Reads that in `root`; none where there is none.
+    /// Reads that in `root` with its members; none where there is none.
     ///
     /// # Errors
-    /// If its file cannot be read.
-    pub fn read(root: &Path) -> Result<Option<Self>> {
-        let path = root.join(Self::FILE);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(OutputError::Read { path, source }.into()),
-        };
-        serde_json::from_str(&text).map(Some).map_err(|error| {
-            Error::Refused(format!("{}: is not what a study writes: {error}", path.display()))
-        })
+    /// If its files cannot be read.
+    pub fn read(root: &Path) -> Result<Option<(Self, Plan)>> {
+        let study = read_document(&root.join(Self::FILE), "study")?;
+        Ok(study.zip(Plan::read(root)?))
     }
 
     /// Writes it into `root`.
@@ -123,45 +117,37 @@ impl Study {
     /// # Errors
     /// From the operating system.
     pub fn write(&self, root: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        Ok(atomic::replace(&root.join(Self::FILE), |writer| writeln!(writer, "{text}"))?)
+        write_document(&root.join(Self::FILE), self)
     }
 
-    /// Whether every case has a reference that came to its end, or may still.
+    /// Whether the run with the values `at` of the keys is a reference.
+    fn is_reference(&self, at: &[usize]) -> bool {
+        let role = at.first().and_then(|k| self.runs.get(*k));
+        matches!(role, Some(Role::Reference { .. }))
+    }
+
+    /// Whether every case has a reference that completed, or may still.
     #[must_use]
     pub fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
-        let reference = |f: &&Found| {
-            let role = f.at.first().and_then(|k| self.runs.get(*k));
-            let lost = matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
-            matches!(role, Some(Role::Reference { .. })) && !lost
-        };
-        let case = |f: &Found| f.at.get(1..).map(<[usize]>::to_vec);
-        let cases: Vec<_> = found.iter().filter(reference).map(case).collect();
-        plan.members.iter().all(|m| cases.contains(&m.at.get(1..).map(<[usize]>::to_vec)))
+        let lost = |f: &Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
+        let references = || found.iter().filter(|f| self.is_reference(&f.at) && !lost(f));
+        plan.members.iter().all(|m| references().any(|f| f.at.get(1..) == m.at.get(1..)))
     }
 
-    /// The runs that are references.
+    /// The members that are references.
     fn references(&self, plan: &Plan) -> impl Iterator<Item = usize> {
-        let reference = |at: &[usize]| {
-            let role = at.first().and_then(|k| self.runs.get(*k));
-            matches!(role, Some(Role::Reference { .. }))
-        };
-        let members = plan.members.iter().enumerate();
-        let found: Vec<usize> = members.filter(|(_, m)| reference(&m.at)).map(|(k, _)| k).collect();
-        found.into_iter()
+        (0..plan.members.len()).filter(|number| self.is_reference(&plan.members[*number].at))
     }
 
-    /// Refuses the study in `other` if no reference of every case can be taken from it.
+    /// Refuses the study in `other` if no reference of every case can be imported from it.
     ///
     /// # Errors
     /// A reference of another scene, mesh or law; none that is complete.
-    pub fn can_adopt(&self, plan: &Plan, other: &Path) -> Result<()> {
-        let case = |number: usize| plan.members[number].at.get(1..).map(<[usize]>::to_vec);
+    pub fn can_import(&self, plan: &Plan, other: &Path) -> Result<()> {
+        let case = |number: usize| plan.members[number].at.get(1..);
         let mut made = Vec::new();
         for number in self.references(plan) {
-            if plan.made_in(number, other)?.is_some() {
-                made.push(case(number));
-            }
+            made.extend(plan.completed_in(number, other)?.map(|_| case(number)));
         }
         match (0..plan.members.len()).find(|number| !made.contains(&case(*number))) {
             None => Ok(()),
@@ -174,44 +160,47 @@ impl Study {
         }
     }
 
-    /// Takes references that are complete over from the study in `other`, whose settings [`Options::taken`] gave
-    /// this one, so that they are not made again.
+    /// Imports the references that are complete in the study in `other`, whose settings [`Options::taken`] gave
+    /// this one, so that they are not computed again.
     ///
     /// # Errors
     /// A reference of another scene, mesh or law; a file that cannot be copied.
-    pub fn adopt(&self, plan: &Plan, root: &Path, other: &Path) -> Result<()> {
-        self.references(plan).try_for_each(|number| plan.adopt(number, root, other))
+    pub fn import(&self, plan: &Plan, root: &Path, other: &Path) -> Result<()> {
+        self.references(plan).try_for_each(|number| plan.import(number, root, other))
     }
 
     /// Reads what there is of all runs: errors, and what they say together. Nothing is drawn or written.
     #[must_use]
     pub fn gather<'a>(&self, plan: &'a Plan, root: &Path) -> Gathered<'a> {
-        let mut cases = cases(self, plan, root);
-        let (mut study, faults) = self.with_peers(&mut cases, plan, root);
+        let mut cases = errors::cases(self, plan, root);
+        let (mut study, faults) = self.with_peers(&mut cases, root);
         study.left_out.extend(faults.iter().cloned());
         Gathered::new(study, (cases, faults), plan, root)
     }
 
     /// With the runs of other programs, if there are any, of a study of one case; what is wrong with others.
-    fn with_peers(&self, cases: &mut [Case], plan: &Plan, root: &Path) -> (Self, Vec<String>) {
+    fn with_peers(&self, cases: &mut [Case], root: &Path) -> (Self, Vec<String>) {
         let mut study = self.clone();
         let (peers, mut wrong) = peers::read(root);
-        if let [case] = cases {
-            for peer in peers {
-                if let Some(why) = case.reference.as_ref().and_then(|r| peer.fault(&r.states)) {
-                    wrong.push(why);
-                    continue;
-                }
-                let known = study.curves.iter().position(|line| line.name == peer.integrator);
-                let curve = known.unwrap_or_else(|| {
-                    let name = peer.integrator.clone();
-                    study.curves.push(Line { name, fixed_steps: peer.fixed_steps });
-                    study.curves.len() - 1
-                });
-                errors::add_peer(case, curve, peer, plan, root, self);
+        let [case] = cases else {
+            if !peers.is_empty() {
+                wrong.push(format!("{}: a study of several cases has no peers", peers::FOLDER));
             }
-        } else if !peers.is_empty() {
-            wrong.push(format!("{}: a study of several cases has no peers", peers::FOLDER));
+            return (study, wrong);
+        };
+        for peer in peers {
+            if let Some(why) = case.reference.as_ref().and_then(|r| peer.fault(&r.run.states)) {
+                wrong.push(why);
+                continue;
+            }
+            let name = format!("{}, {}", peer.integrator, Power(peer.tolerance));
+            let known = study.curves.iter().position(|line| line.name == peer.integrator);
+            let curve = known.unwrap_or(study.curves.len());
+            if known.is_none() {
+                study.curves.push(Line { name: peer.integrator, fixed_steps: peer.fixed_steps });
+            }
+            let (tolerance, found) = (peer.tolerance, peer.found);
+            case.add(Point { name, curve, tolerance, found, ..Point::default() }, &peer.states);
         }
         (study, wrong)
     }

@@ -1,6 +1,7 @@
 //! A report as blocks, for people who read Markdown and for those who open one file in a browser.
 
-use crate::study::tables::markdown_table;
+use crate::output::plot::Figure;
+use crate::study::draw::table::markdown_table;
 
 /// A part of a report.
 pub(super) enum Block {
@@ -26,7 +27,9 @@ pub(super) struct Drawing {
     pub(super) name: String,
     /// What it shows.
     pub(super) caption: String,
-    /// The drawing.
+    /// Its panels.
+    pub(super) figure: Figure,
+    /// The drawing, once it is drawn.
     pub(super) svg: String,
 }
 

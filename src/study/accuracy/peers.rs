@@ -16,8 +16,8 @@ use serde::Deserialize;
 
 use crate::model::State;
 use crate::output::ResultDirectory;
-use crate::study::states;
-use crate::study::sweep::{Found, MemberStatus, Timing};
+use crate::study::gather::{Found, MemberStatus, states};
+use crate::study::run::Timing;
 use crate::tally::Work;
 
 /// Name of their folder.
@@ -27,7 +27,7 @@ const FILE: &str = "peer.json";
 /// What one run of another program says of itself.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Said {
+struct PeerRecord {
     integrator: String,
     tolerance: f64,
     seconds: Vec<f64>,
@@ -69,14 +69,12 @@ impl Peer {
             let failed = self.found.status != MemberStatus::Complete;
             return if failed { None } else { refuse(self.nothing()) };
         };
-        let counts = |state: &State| -> (usize, Vec<usize>) {
-            (state.x.len(), state.species.iter().map(Vec::len).collect())
+        let counts = |state: &State| {
+            let points: Vec<usize> = state.species.iter().map(Vec::len).collect();
+            format!("{} vertices and species at {points:?} points", state.x.len())
         };
-        let words = |(vertices, points): (usize, Vec<usize>)| {
-            format!("{vertices} vertices and species at {points:?} points")
-        };
-        if let Some(other) = self.states.iter().find(|s| counts(s) != counts(expected)) {
-            let (found, expected) = (words(counts(other)), words(counts(expected)));
+        let expected = counts(expected);
+        if let Some(found) = self.states.iter().map(counts).find(|found| *found != expected) {
             return refuse(format!("expected {expected}, found {found}"));
         }
         let near = |s: &&State| truth.iter().any(|t| (t.time - s.time).abs() <= 1e-9 * t.time);
@@ -104,18 +102,14 @@ impl Peer {
 
 /// Those in `root`, by name and from loose to tight; what of them cannot be read.
 pub(super) fn read(root: &Path) -> (Vec<Peer>, Vec<String>) {
-    let entries = fs::read_dir(root.join(FOLDER));
-    let mut folders: Vec<PathBuf> =
-        entries.map_or(Vec::new(), |all| all.flatten().map(|entry| entry.path()).collect());
+    let entries = fs::read_dir(root.join(FOLDER)).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     folders.sort();
     let (mut peers, mut wrong) = (Vec::new(), Vec::new());
     for folder in folders {
         let file = folder.join(FILE);
-        let said = fs::read_to_string(&file).map_err(|error| error.to_string());
-        let said = said.and_then(|text| {
-            serde_json::from_str::<Said>(&text).map_err(|error| error.to_string())
-        });
-        match said {
+        let text = fs::read_to_string(&file).map_err(|error| error.to_string());
+        match text.and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string())) {
             Ok(said) => peers.push(peer(said, &folder)),
             Err(error) => wrong.push(format!("{}: {error}", file.display())),
         }
@@ -124,7 +118,7 @@ pub(super) fn read(root: &Path) -> (Vec<Peer>, Vec<String>) {
     (peers, wrong)
 }
 
-fn peer(said: Said, folder: &Path) -> Peer {
+fn peer(mut said: PeerRecord, folder: &Path) -> Peer {
     let work = Work {
         steps: said.steps,
         right_hand_sides: said.evaluations,
@@ -134,21 +128,16 @@ fn peer(said: Said, folder: &Path) -> Peer {
     let status = if said.failed.is_some() { MemberStatus::Failed } else { MemberStatus::Complete };
     let found = Found {
         name: said.integrator.clone(),
-        at: Vec::new(),
         status,
-        reason: said.failed.clone().unwrap_or_default(),
-        measures: Vec::new(),
-        steady: None,
+        reason: said.failed.take().unwrap_or_default(),
         seconds: said.seconds.first().copied(),
-        memory: None,
         work: Some(work),
         start: Some(Work::default()),
-        intersection: None,
-        timing: Some(Timing { start: 0.0, steps: said.seconds.clone() }),
-        shown: None,
+        timing: Some(Timing { start: 0.0, steps: std::mem::take(&mut said.seconds) }),
+        ..Found::default()
     };
     let file = folder.join(ResultDirectory::STATES);
     let states = states::read(&file);
-    let Said { integrator, tolerance, fixed_steps, .. } = said;
+    let PeerRecord { integrator, tolerance, fixed_steps, .. } = said;
     Peer { integrator, tolerance, fixed_steps, found, states, file }
 }

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::num::real;
-use crate::study::measures::Measures;
+use crate::study::draw::plot::extent;
+use crate::study::gather::{Distance, Measures};
 
 /// What an error is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -39,6 +40,12 @@ impl Quantity {
         Self::Buckling,
     ];
 
+    /// The distances of fields, which have no meaning after the references have diverged.
+    pub const FIELDS: [Self; 2] = [Self::Species, Self::Shape];
+    /// The measures, which can be compared on any branch.
+    pub const MEASURES: [Self; 5] =
+        [Self::Energy, Self::Amplitude, Self::Spots, Self::Separation, Self::Buckling];
+
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -53,10 +60,10 @@ impl Quantity {
         }
     }
 
-    /// Whether it is a distance of fields, which means nothing after paths have parted.
+    /// Whether it is a distance of fields.
     #[must_use]
     pub fn is_field(self) -> bool {
-        matches!(self, Self::Species | Self::Shape)
+        Self::FIELDS.contains(&self)
     }
 
     /// Its value, where it is a measure.
@@ -82,15 +89,11 @@ impl Quantity {
 
     /// Half of the range of a measure over `courses`, relative to the reference.
     #[must_use]
-    pub fn spread(self, courses: &[&[Measures]], reference: &[Measures]) -> Option<f64> {
+    pub fn spread(self, courses: &[Vec<Measures>], reference: &[Measures]) -> Option<f64> {
         let values: Vec<f64> = courses.iter().filter_map(|course| self.of(course)).collect();
-        if values.len() < 2 {
-            return None;
-        }
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (least, most) = extent(values.iter().copied());
         let size = self.of(reference)?.abs();
-        (size > 0.0).then(|| 0.5 * (most - least) / size)
+        (values.len() > 1 && size > 0.0).then(|| 0.5 * (most - least) / size)
     }
 }
 
@@ -108,4 +111,11 @@ fn buckling(course: &[Measures]) -> Option<f64> {
     let after = course.iter().position(|m| m.deflection >= half)?;
     let (a, b) = (course.get(after.checked_sub(1)?)?, &course[after]);
     Some(a.time + (b.time - a.time) * (half - a.deflection) / (b.deflection - a.deflection))
+}
+
+impl Distance {
+    /// Of a field; of shapes for a measure.
+    pub(super) fn of(&self, quantity: Quantity) -> f64 {
+        if quantity == Quantity::Species { self.of_species() } else { self.of_shape() }
+    }
 }

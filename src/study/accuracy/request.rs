@@ -1,4 +1,4 @@
-//! What is asked of a study is held against its scene before any run is made.
+//! Validation of what is asked of a study against its scene, before any run is made.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::num::Short;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
-use crate::study::sweep::{Axis, Plan};
+use crate::study::plan::{Axis, Plan};
 
 /// The tightest tolerance that can be met: numbers of 64 bits have 16 digits, and an error is a difference.
 pub(super) const TIGHTEST: f64 = 1e-13;

@@ -5,9 +5,11 @@ use std::path::Path;
 use super::errors::Case;
 use super::policies::{Policies, policies};
 use super::{Study, advice, page, plots, report};
-use crate::output::atomic;
 use crate::run::Result;
-use crate::study::sweep::{MemberStatus, PLOT, Plan, status};
+use crate::study::gather::{MemberStatus, status};
+use crate::study::plan::Plan;
+use crate::study::sweep::PLOT;
+use crate::study::{draw, write_files};
 
 /// Errors of all runs that there are, and what they say together.
 pub struct Gathered<'a> {
@@ -66,23 +68,18 @@ impl<'a> Gathered<'a> {
         let Self { study, plan, cases, policies, advice, open, .. } = self;
         let [_, csv, md, html] = Study::FILES.map(str::to_owned);
         let mut files = vec![(csv, self.csv().into_bytes())];
-        let mut drawings = Vec::new();
-        for drawn in plots::figures(study, plan, cases, policies) {
-            let plots::Drawn { name, caption, figure, case } = drawn;
-            let name = format!("{PLOT}{name}");
-            let svg = figure.svg()?;
-            files.push((format!("{name}.svg"), svg.clone().into_bytes()));
-            files.push((format!("{name}.png"), figure.picture()?.png()?));
-            drawings.push(page::Drawing { case, name, caption, svg });
+        let mut drawings = plots::figures(study, plan, cases, policies);
+        for drawing in &mut drawings {
+            drawing.name = format!("{PLOT}{}", drawing.name);
+            let drawn = draw::files(&drawing.name, &drawing.figure)?;
+            drawing.svg = String::from_utf8_lossy(&drawn[0].1).into_owned();
+            files.extend(drawn);
         }
         let blocks =
             report::blocks(study, plan, (cases, policies), (open.as_deref(), advice), drawings);
         files.push((md, page::markdown(&blocks).into_bytes()));
         files.push((html, page::html(&blocks).into_bytes()));
-        for (name, bytes) in files {
-            atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
-        }
-        Ok(())
+        write_files(root, files)
     }
 }
 

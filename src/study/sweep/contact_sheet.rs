@@ -1,17 +1,15 @@
 //! Pictures of all members, arranged by their keys.
 //!
-//! The last key goes across, all the others down; one key alone goes row by row. Whatever has no picture
-//! has a box in its place: red where a member failed, grey where it has not begun.
+//! The last key goes across, all the others down; one key alone goes row by row. A member without a picture
+//! has a box in its place: red where it failed, grey where it has not begun.
 
-use super::member::{Found, MemberStatus, Shown};
-use super::plan::Plan;
-use crate::output::picture::{Picture, View, labelled, sheet};
+use crate::output::picture::Picture;
 use crate::output::plot::label;
 use crate::run::Result;
-use crate::study::pictures::{GAP, LINE, Scale, TILE};
+use crate::study::draw::picture::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
+use crate::study::gather::{Found, MemberStatus, Shown};
+use crate::study::plan::Plan;
 
-/// Pictures in a row at most, where they need not be in one.
-const ACROSS: usize = 5;
 /// Pictures in a row from which on they are smaller, and how small.
 const MANY: usize = 8;
 const SMALL: usize = 180;
@@ -32,73 +30,59 @@ const MOST_PIXELS: usize = 30_000;
 /// If a picture cannot be drawn.
 pub fn contact_sheet(plan: &Plan, members: &[Found]) -> Result<Option<Picture>> {
     let shown: Vec<&Shown> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
-    if shown.is_empty() {
-        return Ok(None);
-    }
-    let view = View::of(shown.iter().map(|s| s.x.as_slice()));
-    let values = shown.iter().filter_map(|s| s.species.as_ref()).flat_map(|(_, values)| values);
-    let scale = Scale::of(values.copied());
+    let shapes: Vec<Shape<'_>> = shown.iter().map(|shown| shape(shown)).collect();
     let across = match &plan.axes[..] {
         [_] => members.len().clamp(1, ACROSS),
         axes => axes.last().map_or(1, |axis| axis.values.len().max(1)),
     };
     let tile = if across > MANY { SMALL } else { TILE };
-    // What no shape reaches is left out, but for the room of a word.
-    let seen = view.rows(tile);
-    let height = seen.len().max(LINE);
-    let down = members.len().div_ceil(across);
+    let mut sheet = ContactSheet::new(&shapes, tile);
+    // Room for a word.
+    let height = sheet.height().max(LINE);
     let row = 2 * LINE + height + GAP;
-    let size = ((tile * across).max(2 * TILE), GAP + row * down + LINE + GAP);
-    if size.0.max(size.1) > MOST_PIXELS {
+    let bottom = GAP + row * members.len().div_ceil(across);
+    let size = ((tile * across).max(2 * TILE), bottom + LINE + GAP);
+    if shapes.is_empty() || size.0.max(size.1) > MOST_PIXELS {
         return Ok(None);
     }
-    let mut picture = Picture::blank(size.0, size.1);
-    let mut texts = Vec::new();
+    sheet.resize(size.0, size.1);
+    let cut = |text: String| -> String { text.chars().take((tile - GAP) / LETTER).collect() };
+    let last = plan.axes.len().saturating_sub(1);
     for (number, found) in members.iter().enumerate() {
         let (left, top) = (number % across * tile, GAP + number / across * row);
-        let cut = |text: String| -> String { text.chars().take((tile - GAP) / LETTER).collect() };
-        let (row_label, tile_label) = labels(plan, found);
-        match number % across {
-            0 if plan.axes.len() > 1 => texts.push((row_label, left + GAP, top)),
-            _ if plan.axes.len() > 1 => {}
-            _ => texts.push((cut(tile_label.clone()), left + GAP, top)),
-        }
-        let below = match plan.axes.len() {
-            1 => caption(found),
-            _ => format!("{tile_label}, {}", caption(found)),
+        let tile_label = plan.label(&found.at, |k| k == last);
+        let below = if last > 0 {
+            if number % across == 0 {
+                sheet.write(plan.label(&found.at, |k| k != last), left + GAP, top);
+            }
+            format!("{tile_label}, {}", caption(found))
+        } else {
+            sheet.write(cut(tile_label), left + GAP, top);
+            caption(found)
         };
-        texts.push((cut(below), left + GAP, top + LINE));
+        sheet.write(cut(below), left + GAP, top + LINE);
+        let (width, left_of_box, top) = (tile - GAP, left + GAP / 2, top + 2 * LINE);
         let failed = matches!(found.status, MemberStatus::Failed | MemberStatus::Killed);
-        let Some(shown) = &found.shown else {
-            let colour = if failed { FAILED } else { ABSENT };
-            let (width, height) = (tile - GAP, height.saturating_sub(GAP).max(1));
-            picture.place(&filled(width, height, colour), left + GAP / 2, top + 2 * LINE + GAP / 2);
-            continue;
-        };
-        let colour = scale.of_values(shown.species.as_ref().map(|(_, c)| c), shown.x.len());
-        let drawn = sheet(&shown.x, &shown.triangles, &colour, &view, tile);
-        picture.place(&drawn.rows(seen.clone()), left, top + 2 * LINE);
-        if failed {
-            let bar = filled(tile - GAP, BAR, FAILED);
-            picture.place(&bar, left + GAP / 2, top + 2 * LINE + height);
+        if let Some(shown) = &found.shown {
+            sheet.draw(&shape(shown), left, top);
+            if failed {
+                sheet.fill((width, BAR), FAILED, left_of_box, top + height);
+            }
+        } else {
+            let size = (width, height.saturating_sub(GAP).max(1));
+            sheet.fill(size, if failed { FAILED } else { ABSENT }, left_of_box, top + GAP / 2);
         }
     }
-    let species = shown.iter().find_map(|s| s.species.as_ref());
-    let name = species.map_or("", |(name, _)| name.as_str());
-    scale.draw(name, &mut picture, GAP + row * down, &mut texts);
-    labelled(&mut picture, &texts)?;
-    Ok(Some(picture))
+    let name = shown.iter().find_map(|s| s.species.as_ref()).map_or("", |(name, _)| name);
+    sheet.finish(name, bottom).map(Some)
 }
 
-/// The keys of a member that go down, and the one that goes across.
-fn labels(plan: &Plan, found: &Found) -> (String, String) {
-    let mut labels: Vec<String> =
-        plan.axes.iter().zip(&found.at).map(|(axis, k)| axis.label(*k)).collect();
-    let last = labels.pop().unwrap_or_default();
-    (labels.join(", "), last)
+fn shape(shown: &Shown) -> Shape<'_> {
+    let values = shown.species.as_ref().map(|(_, values)| values);
+    Shape { x: &shown.x, triangles: &shown.triangles, values }
 }
 
-/// How far a member came, and how it stands unless it is complete.
+/// Time that a member has reached, and how it stands unless it is complete.
 fn caption(found: &Found) -> String {
     let time = found.measures.last().map(|m| format!("t = {}", label(m.time)));
     match (found.status, time) {
@@ -106,10 +90,4 @@ fn caption(found: &Found) -> String {
         (status, Some(time)) => format!("{time}, {status}"),
         (status, None) => status.to_string(),
     }
-}
-
-fn filled(width: usize, height: usize, colour: [u8; 3]) -> Picture {
-    let mut picture = Picture::blank(width, height);
-    picture.rgb_mut().chunks_mut(3).for_each(|pixel| pixel.copy_from_slice(&colour));
-    picture
 }

@@ -1,14 +1,13 @@
 //! A sweep in numbers: one row a member, its keys first.
 
-use super::axis::plain;
-use super::member::{Found, MemberStatus};
-use super::plan::Plan;
+use std::iter::once;
+
 use crate::num::real;
 use crate::output::SelfIntersection;
 use crate::output::plot::label;
-use crate::study::measures::Measures;
-use crate::study::tables::{csv_table, markdown_table};
-use crate::tally::Work;
+use crate::study::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
+use crate::study::gather::{Found, Measures};
+use crate::study::plan::Plan;
 
 /// A number of a member.
 pub struct Column {
@@ -33,7 +32,7 @@ pub const COLUMNS: [Column; 11] = [
     Column { title: "energy [energy]", of: |f| Some(last(f)?.energy) },
     Column { title: "time to steady", of: |f| f.steady },
     Column { title: "CPU [s]", of: |f| f.seconds },
-    Column { title: "memory [MB]", of: |f| Some(real(usize::try_from(f.memory?).ok()?) / 1e6) },
+    Column { title: "memory [MB]", of: |f| f.megabytes() },
     Column { title: "steps", of: |f| Some(real(usize::try_from(f.work?.steps).ok()?)) },
 ];
 
@@ -41,21 +40,15 @@ pub const COLUMNS: [Column; 11] = [
 /// these, `reason`. What has no value is empty.
 #[must_use]
 pub fn csv(plan: &Plan, members: &[Found]) -> String {
-    let mut rows = vec![head(plan).map(|cell| cell.to_owned()).collect::<Vec<_>>()];
-    let counts = &Work::NAMES[1..];
-    rows[0].extend(counts.iter().map(|(name, _)| name.replace('_', " ")));
-    rows[0].push("reason".into());
-    for (number, found) in members.iter().enumerate() {
-        let folder = plan.members.get(number).map_or("", |point| &point.folder);
-        let mut row = vec![folder.to_owned()];
-        row.extend(values(plan, found).map(str::to_owned));
-        row.push(found.status.to_string());
-        row.extend(COLUMNS.iter().map(|c| (c.of)(found).map_or(String::new(), |v| v.to_string())));
-        let work = found.work.map(|work| work.values());
-        let count = |k: usize| work.map_or(String::new(), |work| work[k].to_string());
-        row.extend((1..Work::NAMES.len()).map(count));
-        row.push(said(found).to_owned());
-        rows.push(row);
+    let keys = plan.axes.iter().map(|axis| axis.key.as_str());
+    let titles = once("member").chain(keys).chain(once("status"));
+    let titles = titles.chain(COLUMNS.iter().map(|c| c.title)).map(str::to_owned);
+    let mut rows = vec![titles.chain(work_titles(&["steps"])).chain(["reason".into()]).collect()];
+    for (found, point) in members.iter().zip(&plan.members) {
+        let row = once(point.folder.clone()).chain(values(plan, found));
+        let row = row.chain(COLUMNS.iter().map(|c| number((c.of)(found))));
+        let row = row.chain(work_cells(found.work, &["steps"]));
+        rows.push(row.chain(once(found.why_incomplete().to_owned())).collect());
     }
     csv_table(&rows)
 }
@@ -64,48 +57,30 @@ pub fn csv(plan: &Plan, members: &[Found]) -> String {
 /// numbers.
 #[must_use]
 pub fn markdown(plan: &Plan, members: &[Found]) -> String {
-    let columns: Vec<&Column> =
-        COLUMNS.iter().filter(|c| members.iter().any(|f| (c.of)(f).is_some())).collect();
-    let keys = plan.axes.iter().map(|axis| axis.title().to_owned());
-    let mut rows: Vec<Vec<String>> = vec![
-        keys.chain(["status".to_owned()]).chain(columns.iter().map(|c| c.title.into())).collect(),
-    ];
+    let known = |c: &&Column| members.iter().any(|f| (c.of)(f).is_some());
+    let columns: Vec<&Column> = COLUMNS.iter().filter(known).collect();
+    let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
+    let head = keys.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
+    let mut rows: Vec<Vec<String>> = vec![head.collect()];
+    let mut notes = String::new();
     for found in members {
-        let mut row: Vec<String> = values(plan, found).map(str::to_owned).collect();
-        row.push(found.status.to_string());
-        row.extend(columns.iter().map(|c| (c.of)(found).map_or("-".into(), label)));
-        rows.push(row);
-    }
-    let mut text = markdown_table(&rows);
-    let ended = members.iter().filter(|f| !said(f).is_empty());
-    let mut notes: Vec<String> =
-        ended.map(|f| format!("* {}: {}: {}\n", f.name, f.status, said(f))).collect();
-    for found in members {
-        if let Some(words) = found.intersection.and_then(SelfIntersection::words) {
-            notes.push(format!("* {}: {words}\n", found.name));
+        let numbers = columns.iter().map(|c| (c.of)(found).map_or("-".into(), label));
+        rows.push(values(plan, found).chain(numbers).collect());
+        if !found.why_incomplete().is_empty() {
+            notes += &format!("* {}: {}: {}\n", found.name, found.status, found.why_incomplete());
         }
     }
-    if !notes.is_empty() {
-        text += "\n";
-        text += &notes.concat();
+    for found in members {
+        if let Some(words) = found.intersection.and_then(SelfIntersection::words) {
+            notes += &format!("* {}: {words}\n", found.name);
+        }
     }
-    text
+    let between = if notes.is_empty() { "" } else { "\n" };
+    markdown_table(&rows) + between + &notes
 }
 
-fn head(plan: &Plan) -> impl Iterator<Item = &str> {
-    let keys = plan.axes.iter().map(|axis| axis.key.as_str());
-    ["member"].into_iter().chain(keys).chain(["status"]).chain(COLUMNS.iter().map(|c| c.title))
-}
-
-/// The values of a member's keys.
-fn values<'a>(plan: &'a Plan, found: &'a Found) -> impl Iterator<Item = &'a str> {
-    let value = |(axis, k): (&'a super::Axis, &usize)| -> &'a str {
-        plain(axis.values.get(*k).map_or("", String::as_str))
-    };
-    plan.axes.iter().zip(&found.at).map(value)
-}
-
-/// Why a member did not complete; that it did says the status.
-fn said(found: &Found) -> &str {
-    if found.status == MemberStatus::Complete { "" } else { &found.reason }
+/// The values of a member's keys, and its status.
+fn values(plan: &Plan, found: &Found) -> impl Iterator<Item = String> {
+    let values = plan.axes.iter().zip(&found.at).map(|(axis, k)| axis.value(*k).to_owned());
+    values.chain(once(found.status.to_string()))
 }

@@ -5,6 +5,11 @@
 //! the first runs alone until it has relaxed its start.
 
 use std::fs;
+use std::path::Path;
+
+use crate::run::Costs;
+use crate::study::gather::{MemberStatus, status};
+use crate::study::plan::Plan;
 
 /// What a member may still grow beyond its peak so far, while no other has ended.
 const ROOM: f64 = 1.5;
@@ -29,20 +34,13 @@ fn left_by_group() -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let left = |line: &str| {
         let mut parts = line.splitn(3, ':').skip(1);
-        let (kind, path) = (parts.next()?, parts.next()?);
-        let (limit, used) = match kind {
-            "" => {
-                let root = format!("/sys/fs/cgroup{path}");
-                (number(format!("{root}/memory.max"))?, number(format!("{root}/memory.current"))?)
-            }
-            "memory" => {
-                let root = format!("/sys/fs/cgroup/memory{path}");
-                let limit = number(format!("{root}/memory.limit_in_bytes"))?;
-                (limit, number(format!("{root}/memory.usage_in_bytes"))?)
-            }
+        let (root, limit, used) = match parts.next()? {
+            "" => ("/sys/fs/cgroup", "memory.max", "memory.current"),
+            "memory" => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes"),
             _ => return None,
         };
-        Some(limit.saturating_sub(used))
+        let root = format!("{root}{}", parts.next()?);
+        Some(number(format!("{root}/{limit}"))?.saturating_sub(number(format!("{root}/{used}"))?))
     };
     groups.lines().filter_map(left).min()
 }
@@ -51,6 +49,11 @@ fn left_by_group() -> Option<u64> {
 fn share(bytes: u64, part: f64) -> u64 {
     // Far below the 2⁵³ that a float counts to.
     (bytes as f64 * part) as u64
+}
+
+/// Largest resident memory of the run in `directory`, bytes, where that is known.
+pub(super) fn peak(directory: &Path) -> Option<u64> {
+    Costs::read(directory).ok()?.peak_resident_bytes
 }
 
 /// What is known of the memory that members take.
@@ -63,6 +66,20 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// What the members of the study in `root` took that are complete.
+    pub(super) fn measured(plan: &Plan, root: &Path) -> Self {
+        let mut needs = Self::default();
+        for (number, point) in plan.members.iter().enumerate() {
+            let directory = plan.directory(root, number);
+            if status(plan, &directory).0 == MemberStatus::Complete
+                && let Some(peak) = peak(&directory)
+            {
+                needs.ended(point.size, peak);
+            }
+        }
+        needs
+    }
+
     /// A member of this size has ended with this peak.
     pub fn ended(&mut self, size: u64, peak: u64) {
         self.ended.push((size, peak));

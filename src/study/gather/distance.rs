@@ -1,4 +1,4 @@
-//! Distance of two states.
+//! Distances of states and of runs, and where two runs diverge.
 
 use crate::Vec3;
 use crate::geometry::{Face, aligned, lumped_areas};
@@ -49,6 +49,53 @@ impl Differences {
     }
 }
 
+/// Distance of two runs at an output time of both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Distance {
+    /// The time.
+    pub time: f64,
+    /// Of shapes.
+    pub shape: Difference,
+    /// The number of the species that differs most, and its difference.
+    pub species: Option<(usize, Difference)>,
+}
+
+impl Distance {
+    /// Relative difference of shapes.
+    #[must_use]
+    pub fn of_shape(&self) -> f64 {
+        self.shape.relative()
+    }
+
+    /// Relative difference of the species that differs most; 0 without species.
+    #[must_use]
+    pub fn of_species(&self) -> f64 {
+        self.species.map_or(0.0, |(_, by)| by.relative())
+    }
+
+    /// The larger of the two.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.of_species().max(self.of_shape())
+    }
+
+    /// The number of the species that differs most, none where shapes differ more, and the difference.
+    #[must_use]
+    pub fn worst(&self) -> (Option<usize>, Difference) {
+        match self.species {
+            Some((which, by)) if by.relative() > self.of_shape() => (Some(which), by),
+            _ => (None, self.shape),
+        }
+    }
+}
+
+/// Where two runs diverge: the first of their distances beyond `bound`. They are on different branches of a
+/// bifurcation from there on, or too far from one another for a larger distance to mean more.
+#[must_use]
+pub fn first_beyond(course: &[Distance], bound: f64) -> Option<&Distance> {
+    course.iter().find(|distance| distance.largest() > bound)
+}
+
 /// The norm that differences of states of one model are measured in: a root mean square over the area at rest,
 /// `‖f‖² = Σ A_i f_i² / Σ A_i`, so that it does not depend on where a mesh is fine. Points without a sheet count
 /// alike.
@@ -58,6 +105,7 @@ pub struct Norm {
     vertices: Vec<f64>,
     faces: Vec<f64>,
     species: Vec<(f64, Location)>,
+    moves: bool,
 }
 
 impl Norm {
@@ -70,7 +118,7 @@ impl Norm {
         if sheet.triangle_count() == 0 {
             vertices.fill(1.0);
         }
-        Self { rest: sheet.rest().to_vec(), vertices, faces, species }
+        Self { rest: sheet.rest().to_vec(), vertices, faces, species, moves: true }
     }
 
     /// That of a model.
@@ -79,13 +127,26 @@ impl Norm {
         let all = |c: &crate::model::Chemistry| {
             c.descriptor().species.iter().map(|s| (s.typical, s.location)).collect()
         };
-        Self::new(model.sheet(), model.chemistry().map(all).unwrap_or_default())
+        let species = model.chemistry().map(all).unwrap_or_default();
+        Self { moves: model.moves(), ..Self::new(model.sheet(), species) }
     }
 
-    /// How many species there are.
+    /// Whether there are species, and whether the shape moves.
     #[must_use]
-    pub fn species(&self) -> usize {
-        self.species.len()
+    pub fn fields(&self) -> [bool; 2] {
+        [!self.species.is_empty(), self.moves]
+    }
+
+    /// Distances of `states` from those of `reference` at the same times.
+    #[must_use]
+    pub fn course(&self, states: &[State], reference: &[State]) -> Vec<Distance> {
+        let distance = |state: &State| {
+            let same = |r: &&State| (r.time - state.time).abs() <= 1e-9 * state.time.abs();
+            let found = self.differences(state, reference.iter().find(same)?);
+            let species = found.worst_species();
+            Some(Distance { time: state.time, shape: found.shape, species })
+        };
+        states.iter().filter_map(distance).collect()
     }
 
     /// How far `a` is from `b`.

@@ -1,4 +1,4 @@
-//! Integrators as people name them: by a name alone, or by a table as in scenes.
+//! Integrators as users name them: by a name alone, or by a table as in scenes.
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::axis::Axis;
+use super::Axis;
 use crate::run::{Error, Result};
 use crate::scene::Scene;
 
@@ -43,7 +43,7 @@ pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<
 
 /// Gives keys that end with the same word titles that say what they are of: the effect, as in `coefficient of
 /// diffusion of u`, or all of the key.
-pub(super) fn tell_titles_apart(scene: &Path, set: &[String], axes: &mut [Axis]) -> Result<()> {
+pub(super) fn disambiguate_titles(scene: &Path, set: &[String], axes: &mut [Axis]) -> Result<()> {
     let shorts: Vec<String> = axes.iter().map(|axis| axis.short().to_owned()).collect();
     let twice = |all: &[String], one: &String| all.iter().filter(|other| *other == one).count() > 1;
     if !shorts.iter().any(|short| twice(&shorts, short)) {

@@ -19,7 +19,7 @@ use crate::Vec3;
 use crate::geometry::{Face, aligned, aligned_by, vertex_normals};
 use crate::kinetics::Location;
 use crate::model::{Evaluation, Model, ModelError, free_motions};
-use crate::num::real;
+use crate::num::{real, whole};
 use crate::sheet::Sheet;
 
 /// What of a state can be compared whichever branch it is on.
@@ -44,6 +44,40 @@ pub struct Measures {
     pub share: f64,
     /// Largest rate of change of a species in units of its typical magnitude, 1/time.
     pub rate: f64,
+}
+
+impl Measures {
+    /// Columns of `measures.csv`.
+    pub(super) const COLUMNS: [&str; 10] = [
+        "step",
+        "time",
+        "spots",
+        "separation d [length]",
+        "nearest centres [length]",
+        "share",
+        "amplitude [length]",
+        "deflection [length]",
+        "energy [energy]",
+        "fastest rate [1/time]",
+    ];
+
+    /// The row of step `step` in `measures.csv`.
+    pub(in crate::study) fn row(&self, step: u64) -> [f64; 10] {
+        let [d, nearest] = [self.separation, self.nearest].map(|v| v.unwrap_or(f64::NAN));
+        let Self { time, energy, amplitude, deflection, spots, share, rate, .. } = *self;
+        let (step, spots) = (real(usize::try_from(step).unwrap_or(usize::MAX)), real(spots));
+        [step, time, spots, d, nearest, share, amplitude, deflection, energy, rate]
+    }
+
+    /// Measures of a row of `measures.csv`; none for a row of other length.
+    pub(super) fn from_row(row: &[f64]) -> Option<Self> {
+        let &[_, time, spots, d, nearest, share, amplitude, deflection, energy, rate] = row else {
+            return None;
+        };
+        let [separation, nearest] = [d, nearest].map(|value| (!value.is_nan()).then_some(value));
+        let spots = whole(spots);
+        Some(Self { time, energy, amplitude, deflection, spots, separation, nearest, share, rate })
+    }
 }
 
 /// The first species where it lives: what regions are made of.

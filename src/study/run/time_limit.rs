@@ -17,7 +17,7 @@ const LITTLE: f64 = 0.01;
 
 /// Ends a run that takes too long.
 #[derive(Default)]
-pub(super) struct Limited {
+pub(super) struct TimeLimit {
     /// The time that the run has reached, as bits.
     reached: AtomicU64,
     /// Whether it was ended, and whether for going too little of its way.
@@ -25,12 +25,12 @@ pub(super) struct Limited {
     early: AtomicBool,
 }
 
-impl Limited {
+impl TimeLimit {
     /// Asks the run to `until` to end when it has taken `limit` seconds, or sooner if it does not get on.
     pub(super) fn watch(limit: Option<u64>, until: f64, interrupt: Interrupt) -> Arc<Self> {
-        let limited = Arc::new(Self::default());
+        let watch = Arc::new(Self::default());
         if let Some(limit) = limit {
-            let watched = Arc::clone(&limited);
+            let watched = Arc::clone(&watch);
             thread::spawn(move || {
                 let all = Duration::from_secs(limit);
                 thread::sleep(all.mul_f64(SOON));
@@ -43,7 +43,7 @@ impl Limited {
                 interrupt.request();
             });
         }
-        limited
+        watch
     }
 
     /// The error of a run that was ended at `time` because of the `limit`.
@@ -52,11 +52,7 @@ impl Limited {
         let time = Short(time);
         let why = match self.early.load(Ordering::SeqCst) {
             false => String::new(),
-            true => format!(
-                "less than {} % of its way in {} % of ",
-                Short(100.0 * LITTLE),
-                Short(100.0 * SOON)
-            ),
+            true => format!("less than {} % of its way in {} % of ", 100.0 * LITTLE, 100.0 * SOON),
         };
         Some(Error::Incomplete(format!("given up at t = {time}: {why}{LIMIT}{limit} s")))
     }
@@ -72,7 +68,7 @@ pub fn limit_of(reason: &str) -> Option<u64> {
     limit.split_once(' ')?.0.parse().ok()
 }
 
-impl Observer for Arc<Limited> {
+impl Observer for Arc<TimeLimit> {
     fn observe(&mut self, at: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
         self.reached.store(at.state().time.to_bits(), Ordering::SeqCst);
         Ok(())

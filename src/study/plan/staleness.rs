@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::plan::Plan;
+use super::Plan;
 use crate::output::ResultDirectory;
 use crate::run::Result;
 
@@ -30,13 +30,13 @@ impl Plan {
     }
 
     /// The first file of a member whose hash was another one in `earlier`.
-    pub(super) fn changed_file(
+    pub(in crate::study) fn changed_file(
         &self,
         number: usize,
         earlier: &BTreeMap<PathBuf, String>,
     ) -> Result<Option<PathBuf>> {
         let mut now = BTreeMap::new();
-        self.print(number, &mut now)?;
+        self.fingerprint_with(number, &mut now)?;
         let other = |(file, hash): &(&PathBuf, &String)| {
             earlier.get(*file).is_some_and(|then| then != *hash)
         };

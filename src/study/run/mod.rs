@@ -1,0 +1,172 @@
+//! Runs of the members of a study: each in a process of its own, several at a time.
+
+mod memory;
+mod pool;
+pub mod slurm;
+mod time_limit;
+mod timing;
+
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+pub use self::memory::{Needs, available};
+pub use self::pool::Pool;
+use self::time_limit::TimeLimit;
+pub use self::time_limit::limit_of;
+pub use self::timing::Timing;
+use super::gather::states::StateFile;
+use super::gather::{MemberStatus, measure, open_measures, status};
+use super::plan::Plan;
+use crate::kinetics::Search;
+use crate::model::Evaluation;
+use crate::output::{
+    Claim, Compression, Field, Frame, Interrupt, Ledger, Progress, ResultDirectory, vtu,
+};
+use crate::run::resume::{Resumed, resume};
+use crate::run::run::{self, Ending, Summary};
+use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo};
+use crate::scene::Scene;
+
+/// Observer that writes what a study keeps of a member at every output time: its state where the study
+/// compares fields, what its picture shows, a row of measures.
+struct Record<'a> {
+    directory: &'a ResultDirectory,
+    level: Option<f64>,
+    measures: Ledger,
+    states: Option<StateFile>,
+}
+
+impl Observer for Record<'_> {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if !info.frame {
+            return Ok(());
+        }
+        if let Some(states) = &mut self.states {
+            states.append(at.state())?;
+        }
+        let measures = measure(at, self.level)?;
+        let (model, state) = (at.model(), at.state());
+        if model.sheet().triangle_count() > 0 {
+            let names = model.chemistry().map(|c| c.descriptor().species.first());
+            let name = names.flatten().map(|species| species.name.clone());
+            let values = at.species_at_vertices().into_iter().next();
+            let field = name.zip(values).map(|(name, values)| Field::scalar(name, values));
+            let frame = Frame {
+                time: state.time,
+                step: state.step,
+                points: &state.x,
+                triangles: model.sheet().triangles(),
+                point: field.into_iter().collect(),
+                cell: Vec::new(),
+                field_data: Vec::new(),
+            };
+            let path = self.directory.root().join(ResultDirectory::SHOWN);
+            vtu::write(&path, &frame, Compression::default())?;
+        }
+        // The row is last: with it the picture is there too.
+        Ok(self.measures.append(&measures.row(state.step))?)
+    }
+}
+
+/// Longest time that a member waits for another process that writes to its directory.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Runs member `number` of the study in `root`; `record` writes its provenance. One that is complete is not
+/// run; one that was interrupted or killed is resumed from its checkpoint. Any other results are replaced.
+///
+/// # Errors
+/// A scene or a file that is not the one that was planned; whatever ends a run.
+pub fn run(
+    plan: &Plan,
+    root: &Path,
+    number: usize,
+    record: &dyn Fn(&Scene, &Simulation, &ResultDirectory) -> Result<()>,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+) -> Result<Option<Summary>> {
+    let Some(point) = plan.members.get(number) else {
+        let message = format!("no member {number}: there are {}, from 0", plan.members.len());
+        return Err(Error::Refused(message));
+    };
+    let path = plan.directory(root, number);
+    wait_for_others(&path, interrupt);
+    if status(plan, &path).0 == MemberStatus::Complete {
+        return Ok(None);
+    }
+    if plan.fingerprint(number)? != point.fingerprint {
+        let file = plan.changed_file(number, &plan.files)?.map(|file| file.display().to_string());
+        let what = file.as_deref().unwrap_or("the scene, a file that it names or a plugin");
+        let message =
+            format!("{}: {what} has changed since the sweep was planned", plan.name(number));
+        return Err(Error::Refused(message));
+    }
+    let scene = plan.scene(number)?;
+    let search = plan.search();
+    let earlier = continued(plan, &path, &search);
+    let directory = match &earlier {
+        Some((directory, _)) => directory.clone(),
+        None => ResultDirectory::prepare(&path, true)?,
+    };
+    let summary = run::with_status(&directory, || {
+        let (mut simulation, from) = match earlier {
+            Some((_, Resumed { simulation, checkpoint, .. })) => (simulation, Some(checkpoint)),
+            None => (Simulation::new(&scene, &search)?, None),
+        };
+        if from.is_none() {
+            record(&scene, &simulation, &directory)?;
+        }
+        let times = from.as_ref().map(Checkpoint::frames);
+        let file = |name: &str| directory.root().join(name);
+        let states = file(ResultDirectory::STATES);
+        let states = plan.states.then(|| match times {
+            None => StateFile::create(&states),
+            Some(times) => StateFile::reopen(&states, times),
+        });
+        let mut limit = TimeLimit::watch(point.limit, scene.time.span.until.get(), interrupt);
+        let mut record = Record {
+            directory: &directory,
+            level: plan.level,
+            measures: open_measures(&file(ResultDirectory::MEASURES), times)?,
+            states: states.transpose()?,
+        };
+        let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        let observers = (from.as_ref(), observers);
+        let summary =
+            run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
+        let interrupted = summary.ending == Ending::Interrupted;
+        if let Some(error) = limit.error(summary.time, point.limit).filter(|_| interrupted) {
+            return Err(error);
+        }
+        if plan.repeats > 0 && !interrupted {
+            drop(simulation);
+            Timing::of(&scene, &search, &summary, plan.repeats)?.write(&directory)?;
+        }
+        Ok(summary)
+    })?;
+    Ok(Some(summary))
+}
+
+/// The member in `path` set up to continue, if it was interrupted or killed and has a checkpoint that serves.
+fn continued(plan: &Plan, path: &Path, search: &Search) -> Option<(ResultDirectory, Resumed)> {
+    if !matches!(status(plan, path).0, MemberStatus::Interrupted | MemberStatus::Killed) {
+        return None;
+    }
+    let directory = ResultDirectory::reopen(path).ok()?;
+    let resumed = resume(&directory, None, search).ok()?;
+    // Its measures are known by the times of frames; a point has none.
+    if resumed.checkpoint.frames().is_empty() {
+        return None;
+    }
+    directory.claim().begin().ok()?;
+    Some((directory, resumed))
+}
+
+/// Waits while another process writes to the directory: a member of a study that was killed ends by itself,
+/// and may even be complete then.
+fn wait_for_others(path: &Path, interrupt: Interrupt) {
+    let since = Instant::now();
+    while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
+        thread::sleep(Duration::from_millis(50));
+    }
+}
