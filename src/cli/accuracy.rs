@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::parser::ValueSource;
+use clap::{Args, CommandFactory};
 
 use super::sweep::begin::{Runs, made_by};
 use super::sweep::{HowArgs, counts};
-use super::{PLUGIN_LIMIT, SceneArgs, absolute, warn};
+use super::{Cli, SceneArgs, absolute, warn};
 use crate::kinetics::Search;
 use crate::num::Short;
 use crate::num::checked::Positive;
@@ -101,7 +102,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
                 "{path}: no {file}: expected a scene, or the directory of a study"
             )));
         };
-        refuse_for_directory(args)?;
+        refuse_for_directory()?;
         args.of.map_or(Ok(()), |of| of.check(&plan))?;
         let study =
             Study { of: args.of.or(study.of), wanted: args.want.unwrap_or(study.wanted), ..study };
@@ -147,34 +148,19 @@ fn whole_seconds(text: &str) -> std::result::Result<u64, String> {
 }
 
 /// What was made is gathered: what would make other runs, or make runs otherwise, is refused.
-fn refuse_for_directory(args: &AccuracyArgs) -> Result<()> {
-    let (scene, how) = (&args.scene, &args.how);
-    let given = [
-        ("--set", !scene.overrides.is_empty()),
-        ("--plugin-path", !scene.plugin_path.is_empty()),
-        ("--threads", scene.threads.is_some()),
-        ("--plugin-limit", scene.plugin_limit.to_bits() != PLUGIN_LIMIT.to_bits()),
-        ("--isolate", scene.isolate),
-        ("--tolerances", args.tolerances.is_some()),
-        ("--seeds", args.seeds.is_some()),
-        ("--limit", args.limit.is_some()),
-        ("--repeats", args.repeats.is_some()),
-        ("--jobs", how.jobs.is_some()),
-        ("--memory", how.memory.is_some()),
-        ("--retry-failed", how.retry_failed),
-        ("--force", how.force),
-        ("--slurm", how.slurm),
-        ("--integrator", !args.integrators.is_empty()),
-        ("--force-tolerances", args.force_tolerances.is_some()),
-        ("--over", !args.over.is_empty()),
-        ("--reference", !args.references.is_empty()),
-        ("--references-from", args.references_from.is_some()),
-        ("--level", args.level.is_some()),
-        ("--out", how.out.is_some()),
-    ];
-    let Some((option, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
+fn refuse_for_directory() -> Result<()> {
+    let command = Cli::command();
+    let matches = command.clone().get_matches();
+    let Some((name, given)) = matches.subcommand() else { return Ok(()) };
+    let options = command.find_subcommand(name).into_iter().flat_map(clap::Command::get_arguments);
+    let mut options = options.filter_map(|option| Some((option.get_id(), option.get_long()?)));
+    let other = |(id, option): &(&clap::Id, &str)| {
+        given.value_source(id.as_str()) == Some(ValueSource::CommandLine)
+            && !["want", "of", "quiet"].contains(option)
+    };
+    let Some((_, option)) = options.find(other) else { return Ok(()) };
     Err(Error::Refused(format!(
-        "{option} belongs to a scene; of a study that was made --want and --of can be given"
+        "--{option} belongs to a scene; of a study that was made --want and --of can be given"
     )))
 }
 

@@ -17,6 +17,7 @@ mod explain;
 mod fatal_signal;
 mod inspect;
 pub mod mesh;
+mod output_directory;
 mod plugin;
 mod resume;
 mod run;
@@ -170,16 +171,6 @@ fn end(claim: &Claim, outcome: Result<String>) -> Result<()> {
     let ended = claim.end(standing, &reason);
     outcome?;
     Ok(ended?)
-}
-
-/// Removes what a run wrote into the directory `path`; a folder that holds anything else stays.
-fn remove_run(path: &Path) -> Result<(), OutputError> {
-    drop(ResultDirectory::prepare(path, true)?);
-    for rest in [Claim::STATUS, Claim::LOCK] {
-        let _ = std::fs::remove_file(path.join(rest));
-    }
-    let _ = std::fs::remove_dir(path);
-    Ok(())
 }
 
 /// Writes down what a run is made from: every default of its scene, the state that it starts from if

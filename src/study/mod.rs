@@ -16,7 +16,7 @@ pub mod plan;
 pub mod run;
 pub mod sweep;
 
-pub use gather::{Difference, Differences, Measures, Norm, measure};
+pub use gather::{Difference, Distance, Measures, Norm, measure};
 
 use std::fs;
 use std::io::ErrorKind;
@@ -53,4 +53,9 @@ pub(crate) fn write_files(root: &Path, files: Vec<(String, Vec<u8>)>) -> Result<
         atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
     }
     Ok(())
+}
+
+/// The least and the largest of `values`; infinite, the least above the largest, of none.
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)))
 }

@@ -197,9 +197,8 @@ fn where_runs_part_is_said_with_what_it_is_measured_against() {
     assert!((by.relative() - 4.9 / by.size).abs() < 1e-12, "{diverged:?}");
     // The c of the first is between 0.1 and 0.2.
     assert!(by.size > 0.1 && by.size < 0.2, "{diverged:?}");
-    let found = first.norm.differences(&first.states[1], &first.states[2]);
-    assert_eq!(found.species[0].relative(), 0.0);
-    assert_eq!(found.shape.relative(), 0.0);
+    let found = first.norm.distance(&first.states[1], &first.states[2]);
+    assert_eq!(found.largest(), 0.0);
     let bent = member("bent", 1.0, 0.5, 0.1);
     let Ok(bent) = &bent.outcome else { unreachable!() };
     let diverged = first.deviations(bent).diverged.unwrap();

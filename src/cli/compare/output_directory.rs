@@ -1,10 +1,10 @@
 //! The directory of a comparison: one folder a member, a table, plots and pictures.
 
-use std::fs;
 use std::path::Path;
 
-use crate::cli::remove_run;
-use crate::output::{Claim, OutputError};
+use crate::cli::output_directory::{claim, names, refuse, remove_file, remove_run};
+use crate::output::Claim;
+use crate::run::Result;
 
 pub(super) const TABLE: &str = "compare.csv";
 /// Name of the plots, as SVG and as PNG.
@@ -13,55 +13,36 @@ pub(super) const PICTURES: &str = "pictures.png";
 
 /// Makes room in `root`, and the directory where there is none: what a comparison would write over
 /// is refused, or removed with `force`. Whatever else is there stays.
-pub(super) fn make(root: &Path, force: bool) -> Result<Claim, OutputError> {
-    check(root, force)?;
-    fs::create_dir_all(root).map_err(OutputError::write(root))?;
-    let claim = Claim::take(root)?;
-    // Another comparison may have been there until just now.
-    for name in check(root, force)? {
-        let path = root.join(&name);
-        match is_member(&path) {
-            true => remove_run(&path)?,
-            false => fs::remove_file(&path).map_err(OutputError::write(&path))?,
-        }
+pub(super) fn make(root: &Path, force: bool) -> Result<Claim> {
+    let (claim, ours) = claim(root, || check(root, force))?;
+    for path in ours.iter().map(|name| root.join(name)) {
+        if is_member(&path) { remove_run(&path)? } else { remove_file(&path)? }
     }
     claim.begin()?;
     Ok(claim)
 }
 
-/// The names in `root` of what a comparison writes.
-fn check(root: &Path, force: bool) -> Result<Vec<String>, OutputError> {
-    let refuse = |message: String| Err(OutputError::Directory { path: root.to_owned(), message });
-    let Ok(found) = fs::symlink_metadata(root) else { return Ok(Vec::new()) };
-    if !root.is_dir() {
-        return refuse("is a file, expected a directory or an unused name".into());
-    }
-    let entries = fs::read_dir(root).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
-    let names = entries.map_err(OutputError::read(root))?.into_iter().map(|e| e.file_name());
-    let names = names.map(|name| name.to_string_lossy().into_owned());
+/// The names in `root` of what a comparison writes, members first.
+fn check(root: &Path, force: bool) -> Result<Vec<String>> {
     let written = [TABLE, "compare.svg", "compare.png", PICTURES, Claim::STATUS];
     let ours = |name: &String| written.contains(&name.as_str()) || is_member(&root.join(name));
-    let mut ours: Vec<String> = names.filter(ours).collect();
-    // Members first.
-    ours.sort();
+    let ours: Vec<String> = names(root)?.into_iter().filter(ours).collect();
     let Some(first) = ours.first() else { return Ok(ours) };
     if !force {
         let member = is_member(&root.join(first));
         let what = if member { "an earlier comparison".into() } else { format!("`{first}`") };
-        return refuse(format!(
-            "it holds {what}: choose another with --out, or --force to replace it"
-        ));
+        let how = "choose another with --out, or --force to replace it";
+        return refuse(root, format!("it holds {what}: {how}"));
     }
-    if found.is_symlink() {
-        return refuse(
-            "is a link, and nothing is removed through a link; give the directory itself".into(),
-        );
+    if root.is_symlink() {
+        let message = "is a link, and nothing is removed through a link; give the directory itself";
+        return refuse(root, message);
     }
     let link = |name: &&String| is_member(&root.join(name)) && root.join(name).is_symlink();
-    if let Some(name) = ours.iter().find(link) {
-        return refuse(format!("`{name}` in it is a link, which is not followed"));
+    match ours.iter().find(link) {
+        Some(name) => refuse(root, format!("`{name}` in it is a link, which is not followed")),
+        None => Ok(ours),
     }
-    Ok(ours)
 }
 
 /// Whether a folder is that of a member: `1-quasi-static-staggered`, with a run in it.

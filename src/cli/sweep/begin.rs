@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::{HowArgs, PlanArgs, counts, outcome, output_directory, report};
+use super::{HowArgs, PlanArgs, counts, gathered, output_directory};
 use crate::cli::{SceneArgs, end, warn};
 use crate::kinetics::Search;
 use crate::output::Interrupt;
@@ -14,7 +14,7 @@ use crate::study::gather::{MemberStatus, gather, status};
 use crate::study::plan::{Axis, Plan, seeds};
 use crate::study::run::slurm::Array;
 use crate::study::run::{Pool, available, limit_of};
-use crate::study::sweep::{write, write_tables};
+use crate::study::sweep::write_tables;
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
@@ -22,7 +22,8 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
     plan.level = args.level;
     made_by(&mut plan, scene)?;
     let (how, check, prepare) = (&args.how, &|_: &Plan| Ok(()), &|_: &Path| Ok(()));
-    Runs { command: "sweep", how, jobs: None, check, prepare, gather: &gathered }.on(plan)
+    let gather = &|plan: &Plan, root: &Path, quiet| gathered(plan, root, quiet, true);
+    Runs { command: "sweep", how, jobs: None, check, prepare, gather }.on(plan)
 }
 
 /// Gives members what the command line says of threads and plugins.
@@ -65,15 +66,14 @@ impl Runs<'_> {
         let program = std::env::current_exe().map_err(|error| {
             Error::Refused(format!("the program does not find itself: {error}"))
         })?;
-        {
-            // What is wrong with every member is wrong with the first.
-            let first = plan.scene(0)?;
-            let simulation = Simulation::new(&first, &plan.search())?;
-            crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
-            if !self.how.quiet {
-                simulation.notes().iter().for_each(|note| warn(note));
-            }
+        // What is wrong with every member is wrong with the first.
+        let first = plan.scene(0)?;
+        let simulation = Simulation::new(&first, &plan.search())?;
+        crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
+        if !self.how.quiet {
+            simulation.notes().iter().for_each(|note| warn(note));
         }
+        drop(simulation);
         plan.seal()?;
         (self.check)(&plan)?;
         let interrupt = Interrupt::install()?;
@@ -141,14 +141,11 @@ impl Runs<'_> {
         let memory = self.how.memory.or_else(available);
         if !self.how.quiet && !members.is_empty() {
             let all = gather(plan, root, false);
+            let count = members.len();
             // Of those that have not begun it says nothing more.
-            let standing = match members.len() == all.len() {
-                true => String::new(),
-                false => format!("{}; ", counts(&all)),
-            };
-            let jobs = jobs.min(members.len());
-            let (count, noun) =
-                (members.len(), if members.len() == 1 { "member" } else { "members" });
+            let standing =
+                if count == all.len() { String::new() } else { format!("{}; ", counts(&all)) };
+            let (jobs, noun) = (jobs.min(count), if count == 1 { "member" } else { "members" });
             warn(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
         }
         let (mut written, mut took, mut broken) = (Instant::now(), Duration::ZERO, None);
@@ -198,12 +195,3 @@ fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
 
 /// Tables are written after so many times the time that it takes, at the earliest.
 const SELDOM: u32 = 20;
-
-/// Gathers everything; fails if members did.
-fn gathered(plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
-    let found = gather(plan, root, true);
-    write(plan, &found, root)?;
-    report(plan, &found, root, quiet);
-    outcome(&found, true)?;
-    Ok(counts(&found))
-}

@@ -144,7 +144,10 @@ pub(super) struct HowArgs {
 pub(super) fn run(args: &SweepArgs) -> Result<()> {
     match args {
         SweepArgs::Plan(plan) => begin::run(plan),
-        SweepArgs::Command(Command::Collect { directory, quiet }) => collect(directory, *quiet),
+        SweepArgs::Command(Command::Collect { directory, quiet }) => {
+            let (root, plan) = planned(directory)?;
+            gathered(&plan, &root, *quiet, false).map(|_| ())
+        }
         SweepArgs::Command(Command::Member { directory, number, leash }) => {
             member(directory, *number, *leash)
         }
@@ -152,7 +155,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
 }
 
 /// The plan of the sweep in `directory`.
-pub(super) fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
+fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
     let root = super::absolute(directory)?;
     let Some(plan) = Plan::read(&root)? else {
         let (path, file) = (directory.display(), Plan::FILE);
@@ -160,14 +163,6 @@ pub(super) fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
         return Err(Error::Refused(message));
     };
     Ok((root, plan))
-}
-
-fn collect(directory: &Path, quiet: bool) -> Result<()> {
-    let (root, plan) = planned(directory)?;
-    let members = gather(&plan, &root, true);
-    sweep::write(&plan, &members, &root)?;
-    report(&plan, &members, &root, quiet);
-    outcome(&members, false)
 }
 
 /// Runs one member in this process.
@@ -203,13 +198,28 @@ fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
     }
 }
 
-/// Prints the table and where everything is.
-fn report(plan: &Plan, members: &[Found], root: &Path, quiet: bool) {
-    if quiet {
-        return;
+/// Gathers everything and says how it stands. Fails if members failed or were killed; with `all` also if some are
+/// not complete.
+fn gathered(plan: &Plan, root: &Path, quiet: bool, all: bool) -> Result<String> {
+    let members = gather(plan, root, true);
+    sweep::write(plan, &members, root)?;
+    if !quiet {
+        say!("{}", sweep::markdown(plan, &members).trim_end());
+        say!("{}; tables, plots and pictures are in {}", counts(&members), root.display());
     }
-    say!("{}", sweep::markdown(plan, members).trim_end());
-    say!("{}; tables, plots and pictures are in {}", counts(members), root.display());
+    let lost = |found: &&Found| match all {
+        true => found.status != MemberStatus::Complete,
+        false => found.status.is_lost(),
+    };
+    let Some(first) = members.iter().find(lost) else { return Ok(counts(&members)) };
+    Err(Error::Incomplete(format!(
+        "{} of {} members did not come to their end; the first: {}: {}: {}",
+        members.iter().filter(lost).count(),
+        members.len(),
+        first.name,
+        first.status,
+        first.reason
+    )))
 }
 
 /// `3 complete, 1 failed`.
@@ -219,23 +229,6 @@ pub(super) fn counts(members: &[Found]) -> String {
     let texts: Vec<String> =
         all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
     format!("{} members: {}", members.len(), texts.join(", "))
-}
-
-/// Members that failed or were killed make the command fail; with `all` also those that are not complete.
-fn outcome(members: &[Found], all: bool) -> Result<()> {
-    let lost = |found: &&Found| match all {
-        true => found.status != MemberStatus::Complete,
-        false => found.status.is_lost(),
-    };
-    let Some(first) = members.iter().find(lost) else { return Ok(()) };
-    Err(Error::Incomplete(format!(
-        "{} of {} members did not come to their end; the first: {}: {}: {}",
-        members.iter().filter(lost).count(),
-        members.len(),
-        first.name,
-        first.status,
-        first.reason
-    )))
 }
 
 /// `8GB`, `500 MB`, `2GiB`, or a number of bytes.

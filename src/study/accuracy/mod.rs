@@ -14,7 +14,6 @@
 //! nothing and only measures are compared, with their spread over seeds as the yardstick.
 
 mod advice;
-mod branch;
 mod errors;
 mod page;
 mod peers;
@@ -24,13 +23,10 @@ mod policies;
 mod quantity;
 mod reference;
 mod report;
-mod request;
-mod results;
 mod richardson;
 
 pub use plan::Options;
 pub use quantity::Quantity;
-pub use results::Gathered;
 
 use std::path::Path;
 
@@ -38,9 +34,12 @@ use serde::{Deserialize, Serialize};
 
 use self::advice::Power;
 use self::errors::{Case, Point};
-use super::gather::{Found, MemberStatus};
+use self::peers::PeerRecord;
+use self::policies::Policies;
+use super::gather::{Found, MemberStatus, status};
 use super::plan::Plan;
-use super::{read_document, write_document};
+use super::sweep::PLOT;
+use super::{draw, read_document, write_document, write_files};
 use crate::run::{Error, Result};
 
 /// What is studied.
@@ -127,8 +126,7 @@ impl Study {
     }
 
     /// Whether every case has a reference that completed, or may still.
-    #[must_use]
-    pub fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
+    pub(crate) fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
         let lost = |f: &Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
         let references = || found.iter().filter(|f| self.is_reference(&f.at) && !lost(f));
         plan.members.iter().all(|m| references().any(|f| f.at.get(1..) == m.at.get(1..)))
@@ -175,7 +173,9 @@ impl Study {
         let mut cases = errors::cases(self, plan, root);
         let (mut study, faults) = self.with_peers(&mut cases, root);
         study.left_out.extend(faults.iter().cloned());
-        Gathered::new(study, (cases, faults), plan, root)
+        let advice = cases.iter().map(|case| advice::advice(&study, case)).collect();
+        let policies = policies::policies(plan, &cases);
+        Gathered { study, plan, cases, policies, advice, open: unfinished(plan, root), faults }
     }
 
     /// With the runs of other programs, if there are any, of a study of one case; what is wrong with others.
@@ -193,15 +193,92 @@ impl Study {
                 wrong.push(why);
                 continue;
             }
-            let name = format!("{}, {}", peer.integrator, Power(peer.tolerance));
-            let known = study.curves.iter().position(|line| line.name == peer.integrator);
+            let PeerRecord { integrator, tolerance, fixed_steps, .. } = peer.record;
+            let point = format!("{integrator}, {}", Power(tolerance));
+            let known = study.curves.iter().position(|line| line.name == integrator);
             let curve = known.unwrap_or(study.curves.len());
             if known.is_none() {
-                study.curves.push(Line { name: peer.integrator, fixed_steps: peer.fixed_steps });
+                study.curves.push(Line { name: integrator, fixed_steps });
             }
-            let (tolerance, found) = (peer.tolerance, peer.found);
+            let (name, found) = (point, peer.found);
             case.add(Point { name, curve, tolerance, found, ..Point::default() }, &peer.states);
         }
         (study, wrong)
     }
+}
+
+/// Errors of all runs that there are, and what they say together.
+pub struct Gathered<'a> {
+    study: Study,
+    plan: &'a Plan,
+    cases: Vec<Case>,
+    policies: Policies,
+    /// Of every case.
+    advice: Vec<String>,
+    /// What is still to be made, if anything is.
+    open: Option<String>,
+    /// What is wrong with runs of other programs.
+    faults: Vec<String>,
+}
+
+impl Gathered<'_> {
+    /// The advice in words.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        let named = self.cases.iter().zip(&self.advice);
+        let text = |(case, advice): (&Case, &String)| match case.name.is_empty() {
+            true => advice.clone(),
+            false => format!("{}: {advice}", case.name),
+        };
+        self.open.iter().cloned().chain(named.map(text)).collect::<Vec<_>>().join("\n\n")
+    }
+
+    /// What is wrong with runs of other programs, which are left out for it: file, what was expected, what was found.
+    pub(crate) fn faults(&self) -> &[String] {
+        &self.faults
+    }
+
+    /// The table of all runs, with their errors and times.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        report::csv(&self.study, &self.cases)
+    }
+
+    /// Draws the plots, and writes them, the table and the reports into `root`.
+    ///
+    /// # Errors
+    /// A plot that cannot be drawn, a file that cannot be written.
+    pub fn write(&self, root: &Path) -> Result<()> {
+        let Self { study, plan, cases, policies, advice, open, .. } = self;
+        let [_, csv, md, html] = Study::FILES.map(str::to_owned);
+        let mut files = vec![(csv, self.csv().into_bytes())];
+        let mut drawings = plots::figures(study, plan, cases, policies);
+        for drawing in &mut drawings {
+            drawing.name = format!("{PLOT}{}", drawing.name);
+            let drawn = draw::files(&drawing.name, &drawing.figure)?;
+            drawing.svg = String::from_utf8_lossy(&drawn[0].1).into_owned();
+            files.extend(drawn);
+        }
+        let blocks =
+            report::blocks(study, plan, (cases, policies), (open.as_deref(), advice), drawings);
+        files.push((md, page::markdown(&blocks).into_bytes()));
+        files.push((html, page::html(&blocks).into_bytes()));
+        write_files(root, files)
+    }
+}
+
+/// What is still to be made, if anything is.
+fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
+    let all = plan.members.len();
+    let ended = |number: &usize| {
+        let status = status(plan, &plan.directory(root, *number)).0;
+        matches!(status, MemberStatus::Complete | MemberStatus::Failed)
+    };
+    let open = all - (0..all).filter(ended).count();
+    (open > 0).then(|| {
+        format!(
+            "Incomplete: {open} of {all} runs are still to be made. What follows is of those that there are, and \
+             may change; the same command goes on."
+        )
+    })
 }

@@ -27,9 +27,11 @@ const FILE: &str = "peer.json";
 /// What one run of another program says of itself.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PeerRecord {
-    integrator: String,
-    tolerance: f64,
+pub(super) struct PeerRecord {
+    /// The name of the program.
+    pub(super) integrator: String,
+    /// Its tolerance, or its step as a share of the whole time.
+    pub(super) tolerance: f64,
     seconds: Vec<f64>,
     #[serde(default)]
     steps: u64,
@@ -39,23 +41,19 @@ struct PeerRecord {
     factorisations: u64,
     #[serde(default)]
     failed: Option<String>,
+    /// Whether the tolerance is a step.
     #[serde(default)]
-    fixed_steps: bool,
+    pub(super) fixed_steps: bool,
 }
 
 /// One run of another program.
 pub(super) struct Peer {
-    /// Its name.
-    pub(super) integrator: String,
-    /// Its tolerance, or its step as a share of the whole time.
-    pub(super) tolerance: f64,
-    /// Which of the two it is.
-    pub(super) fixed_steps: bool,
+    pub(super) record: PeerRecord,
     /// What is known of it.
     pub(super) found: Found,
-    /// Where it came to.
+    /// States that it came to.
     pub(super) states: Vec<State>,
-    /// The file of that.
+    /// The file of these.
     file: PathBuf,
 }
 
@@ -114,30 +112,31 @@ pub(super) fn read(root: &Path) -> (Vec<Peer>, Vec<String>) {
             Err(error) => wrong.push(format!("{}: {error}", file.display())),
         }
     }
-    peers.sort_by(|a, b| a.integrator.cmp(&b.integrator).then(b.tolerance.total_cmp(&a.tolerance)));
+    peers.sort_by(|a: &Peer, b: &Peer| {
+        let (a, b) = (&a.record, &b.record);
+        a.integrator.cmp(&b.integrator).then(b.tolerance.total_cmp(&a.tolerance))
+    });
     (peers, wrong)
 }
 
-fn peer(mut said: PeerRecord, folder: &Path) -> Peer {
+fn peer(record: PeerRecord, folder: &Path) -> Peer {
     let work = Work {
-        steps: said.steps,
-        right_hand_sides: said.evaluations,
-        factorisations: said.factorisations,
+        steps: record.steps,
+        right_hand_sides: record.evaluations,
+        factorisations: record.factorisations,
         ..Work::default()
     };
-    let status = if said.failed.is_some() { MemberStatus::Failed } else { MemberStatus::Complete };
+    let failed = record.failed.is_some();
     let found = Found {
-        name: said.integrator.clone(),
-        status,
-        reason: said.failed.take().unwrap_or_default(),
-        seconds: said.seconds.first().copied(),
+        name: record.integrator.clone(),
+        status: if failed { MemberStatus::Failed } else { MemberStatus::Complete },
+        reason: record.failed.clone().unwrap_or_default(),
+        seconds: record.seconds.first().copied(),
         work: Some(work),
         start: Some(Work::default()),
-        timing: Some(Timing { start: 0.0, steps: std::mem::take(&mut said.seconds) }),
+        timing: Some(Timing { start: 0.0, steps: record.seconds.clone() }),
         ..Found::default()
     };
     let file = folder.join(ResultDirectory::STATES);
-    let states = states::read(&file);
-    let PeerRecord { integrator, tolerance, fixed_steps, .. } = said;
-    Peer { integrator, tolerance, fixed_steps, found, states, file }
+    Peer { record, found, states: states::read(&file), file }
 }

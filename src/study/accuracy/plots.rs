@@ -7,7 +7,8 @@ use super::policies::Policies;
 use super::{Quantity, Study};
 use crate::num::real;
 use crate::output::plot::{Curve, Figure, Panel};
-use crate::study::draw::plot::{KeyPlot, extent};
+use crate::study::draw::plot::KeyPlot;
+use crate::study::extent;
 use crate::study::gather::Distance;
 use crate::study::plan::Plan;
 

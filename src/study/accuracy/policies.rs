@@ -11,7 +11,7 @@ use crate::num::Short;
 use crate::output::plot::{Curve, Figure, label};
 use crate::run::Simulation;
 use crate::study::compare::Timescales;
-use crate::study::draw::plot::extent;
+use crate::study::extent;
 use crate::study::plan::Plan;
 
 /// The key that chooses a policy.

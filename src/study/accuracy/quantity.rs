@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::num::real;
-use crate::study::draw::plot::extent;
+use crate::study::extent;
 use crate::study::gather::{Distance, Measures};
 
 /// What an error is of.
@@ -47,8 +47,7 @@ impl Quantity {
         [Self::Energy, Self::Amplitude, Self::Spots, Self::Separation, Self::Buckling];
 
     /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Species => "species",
             Self::Shape => "shape",
@@ -61,14 +60,12 @@ impl Quantity {
     }
 
     /// Whether it is a distance of fields.
-    #[must_use]
-    pub fn is_field(self) -> bool {
+    pub(crate) fn is_field(self) -> bool {
         Self::FIELDS.contains(&self)
     }
 
     /// Its value, where it is a measure.
-    #[must_use]
-    pub fn of(self, course: &[Measures]) -> Option<f64> {
+    pub(crate) fn of(self, course: &[Measures]) -> Option<f64> {
         let last = course.last()?;
         match self {
             Self::Species | Self::Shape => None,
@@ -81,15 +78,13 @@ impl Quantity {
     }
 
     /// How far `course` is from `reference`, where it is a measure, relative to that.
-    #[must_use]
-    pub fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
+    pub(crate) fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
         let (a, b) = (self.of(course)?, self.of(reference)?);
         (b != 0.0).then(|| (a - b).abs() / b.abs())
     }
 
     /// Half of the range of a measure over `courses`, relative to the reference.
-    #[must_use]
-    pub fn spread(self, courses: &[Vec<Measures>], reference: &[Measures]) -> Option<f64> {
+    pub(crate) fn spread(self, courses: &[Vec<Measures>], reference: &[Measures]) -> Option<f64> {
         let values: Vec<f64> = courses.iter().filter_map(|course| self.of(course)).collect();
         let (least, most) = extent(values.iter().copied());
         let size = self.of(reference)?.abs();

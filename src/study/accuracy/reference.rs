@@ -1,12 +1,17 @@
 //! References of a case: the choice of one, how well another confirms it, and what it can be used for.
+//!
+//! Two integrators may agree on a saddle that any imperfection would leave: monolithic ones follow a branch beyond the
+//! point where it loses its stability. References of sheets in equilibrium therefore watch the directions that
+//! lower the energy (`[stability]`), and `events.csv` says from when on there are some.
 
+use std::fs;
 use std::path::Path;
 
-use super::branch;
 use super::errors::Errors;
 use crate::model::{Policy, State};
 use crate::output::ResultDirectory;
-use crate::study::draw::plot::extent;
+use crate::scene::Scene;
+use crate::study::extent;
 use crate::study::gather::{Distance, Found, Norm, first_beyond, read, states};
 use crate::study::plan::Plan;
 
@@ -86,7 +91,7 @@ pub(super) fn choose(
     let alike = second.is_some_and(|second| candidates[second].1 == *method);
     // Under drag shapes fall along negative-curvature directions all the time.
     let resting = plan.scene(truth.member).is_ok_and(|s| s.time.policy == Policy::QuasiStatic);
-    let unstable = resting.then(|| branch::unstable_from(&plan.directory(root, truth.member)));
+    let unstable = resting.then(|| unstable_from(&plan.directory(root, truth.member)));
     let (unstable, still) = (unstable.flatten(), is_still(norm, truth));
     let (name, _, run) = candidates.swap_remove(first);
     Some(Reference { name, confirmed, alike, diverged, unstable, still, others, run })
@@ -112,10 +117,30 @@ fn closest(norm: &Norm, references: &[Candidate]) -> Option<(usize, Option<usize
 /// Whether neither species nor shape change along a run.
 fn is_still(norm: &Norm, run: &Run) -> bool {
     let Some(first) = run.states.first() else { return false };
-    let species = |state: &State| {
-        let found = norm.differences(state, first);
-        found.worst_species().map_or(0.0, |(_, by)| by.relative())
-    };
+    let species = |state: &State| norm.distance(state, first).of_species();
     let (least, most) = extent(run.found.measures.iter().map(|m| m.amplitude));
     run.states.iter().all(|state| species(state) <= STILL) && !(most - least > STILL * most)
+}
+
+/// A factor of every state is made; beyond this it would cost more than the steps.
+const LARGEST: usize = 20_000;
+
+/// What references of a scene of so many vertices set to be watched; nothing where shapes are not in equilibrium:
+/// one that moves falls along negative-curvature directions all the time.
+pub(super) fn watched(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
+    let still = moves && scene.time.policy == Policy::QuasiStatic;
+    (still && vertices <= LARGEST).then(|| "stability.watch=true".to_owned())
+}
+
+/// Time from which on the run in `directory` has been on an unstable branch until its end.
+pub(super) fn unstable_from(directory: &Path) -> Option<f64> {
+    let events = fs::read_to_string(directory.join(ResultDirectory::EVENTS)).ok()?;
+    let mut since = None;
+    for line in events.lines().skip(1) {
+        let mut columns = line.split(',');
+        let time = columns.next()?.parse::<f64>().ok();
+        let negative: usize = columns.nth(3)?.parse().ok()?;
+        since = if negative > 0 { since.or(time) } else { None };
+    }
+    since
 }

@@ -9,7 +9,7 @@ mod table;
 mod timescales;
 
 pub use pictures::{contact_sheet, figure};
-pub use table::{csv, table};
+pub(crate) use table::{csv, table};
 pub use timescales::Timescales;
 
 use std::sync::Arc;
@@ -79,14 +79,12 @@ impl Ran {
     }
 
     /// Work of the steps, without the first relaxation.
-    #[must_use]
-    pub fn work(&self) -> Work {
+    pub(crate) fn work(&self) -> Work {
         self.summary.spent.work - self.summary.start.work
     }
 
     /// Wall time of the steps: without the first relaxation and without output.
-    #[must_use]
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         (self.summary.spent - self.summary.start).wall_seconds
     }
 }

@@ -17,8 +17,7 @@ const HEAD: [&str; 2] = [
 
 /// Every member's distance from the first that ran as far as they are on one branch, its last
 /// measures, and its cost.
-#[must_use]
-pub fn table(members: &[Member]) -> String {
+pub(crate) fn table(members: &[Member]) -> String {
     let cells = |row: &str| row.split('|').map(str::to_owned).collect::<Vec<_>>();
     let mut rows: Vec<Vec<String>> = HEAD.map(cells).to_vec();
     let mut notes = String::new();
@@ -121,8 +120,7 @@ fn in_words(diverged: &Distance, ran: &Ran, first: &str) -> String {
 }
 
 /// Every output time of every member, in its last row with the work of its steps; what has no value is empty.
-#[must_use]
-pub fn csv(members: &[Member]) -> String {
+pub(crate) fn csv(members: &[Member]) -> String {
     let head = "member,time,shape distance,species distance,energy [energy],amplitude [length],spots,\
                 share,separation d [length],nearest centres [length],wall [s],evaluations";
     let head = head.split(',').map(str::to_owned);

@@ -45,8 +45,7 @@ impl Timescales {
     }
 
     /// Chemical over elastic rate.
-    #[must_use]
-    pub fn ratio(&self) -> f64 {
+    pub(crate) fn ratio(&self) -> f64 {
         self.chemistry / self.shape
     }
 

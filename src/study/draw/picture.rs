@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::plot::extent;
 use crate::Vec3;
 use crate::output::picture::{Picture, View, labelled, ramp, sheet};
 use crate::output::plot::label;
 use crate::run::Result;
+use crate::study::extent;
 
 /// Width and height of one picture on a contact sheet, pixels.
 pub const TILE: usize = 300;

@@ -8,11 +8,6 @@ use crate::study::plan::Plan;
 /// Panels in a row.
 const ACROSS: usize = 3;
 
-/// The least and the largest of `values`; infinite, the least above the largest, of none.
-pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)))
-}
-
 /// Curves against key `key` of a plan: one for every combination of the keys that are kept.
 pub struct KeyPlot<F> {
     key: usize,

@@ -29,34 +29,14 @@ impl Difference {
     }
 }
 
-/// Differences of two states.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Differences {
-    /// Of positions, after the rigid motion that makes them least, against the displacement.
-    pub shape: Difference,
-    /// Of every species, against its values.
-    pub species: Vec<Difference>,
-}
-
-impl Differences {
-    /// The species with the largest relative difference, and that difference.
-    #[must_use]
-    pub fn worst_species(&self) -> Option<(usize, Difference)> {
-        let by = |a: &(usize, Difference), b: &(usize, Difference)| {
-            a.1.relative().total_cmp(&b.1.relative())
-        };
-        self.species.iter().copied().enumerate().max_by(by)
-    }
-}
-
-/// Distance of two runs at an output time of both.
+/// Distance of two states, or of two runs at an output time of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance {
-    /// The time.
+    /// The time of the first.
     pub time: f64,
-    /// Of shapes.
+    /// Of positions, after the rigid motion that makes it least, against the displacement.
     pub shape: Difference,
-    /// The number of the species that differs most, and its difference.
+    /// The number of the species that differs most against its values, and its difference.
     pub species: Option<(usize, Difference)>,
 }
 
@@ -91,7 +71,6 @@ impl Distance {
 
 /// Where two runs diverge: the first of their distances beyond `bound`. They are on different branches of a
 /// bifurcation from there on, or too far from one another for a larger distance to mean more.
-#[must_use]
 pub fn first_beyond(course: &[Distance], bound: f64) -> Option<&Distance> {
     course.iter().find(|distance| distance.largest() > bound)
 }
@@ -122,8 +101,7 @@ impl Norm {
     }
 
     /// That of a model.
-    #[must_use]
-    pub fn of(model: &Model) -> Self {
+    pub(crate) fn of(model: &Model) -> Self {
         let all = |c: &crate::model::Chemistry| {
             c.descriptor().species.iter().map(|s| (s.typical, s.location)).collect()
         };
@@ -132,8 +110,7 @@ impl Norm {
     }
 
     /// Whether there are species, and whether the shape moves.
-    #[must_use]
-    pub fn fields(&self) -> [bool; 2] {
+    pub(crate) fn fields(&self) -> [bool; 2] {
         [!self.species.is_empty(), self.moves]
     }
 
@@ -142,16 +119,14 @@ impl Norm {
     pub fn course(&self, states: &[State], reference: &[State]) -> Vec<Distance> {
         let distance = |state: &State| {
             let same = |r: &&State| (r.time - state.time).abs() <= 1e-9 * state.time.abs();
-            let found = self.differences(state, reference.iter().find(same)?);
-            let species = found.worst_species();
-            Some(Distance { time: state.time, shape: found.shape, species })
+            Some(self.distance(state, reference.iter().find(same)?))
         };
         states.iter().filter_map(distance).collect()
     }
 
-    /// How far `a` is from `b`.
+    /// Distance of `a` from `b`.
     #[must_use]
-    pub fn differences(&self, a: &State, b: &State) -> Differences {
+    pub fn distance(&self, a: &State, b: &State) -> Distance {
         let aligned = aligned(&a.x, &b.x);
         let over = |squares: &mut dyn Iterator<Item = f64>| mean(&self.vertices, squares).sqrt();
         let moved = over(&mut b.x.iter().zip(&self.rest).map(|(b, r)| (b - r).norm_squared()));
@@ -169,13 +144,12 @@ impl Norm {
             let apart = mean(weights, &mut a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)));
             Difference { distance: apart.sqrt(), size }
         });
-        Differences {
-            shape: Difference {
-                distance: if apart > ROUND_OFF * size { apart } else { 0.0 },
-                size: moved.max(STILL * size),
-            },
-            species: species.collect(),
-        }
+        let by = |a: &(usize, Difference), b: &(usize, Difference)| {
+            a.1.relative().total_cmp(&b.1.relative())
+        };
+        let distance = if apart > ROUND_OFF * size { apart } else { 0.0 };
+        let shape = Difference { distance, size: moved.max(STILL * size) };
+        Distance { time: a.time, shape, species: species.enumerate().max_by(by) }
     }
 }
 

@@ -16,11 +16,11 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::Vec3;
-use crate::geometry::{Face, aligned, aligned_by, vertex_normals};
+use crate::geometry::{Face, aligned, aligned_by, sum_at_corners, vertex_normals};
 use crate::kinetics::Location;
 use crate::model::{Evaluation, Model, ModelError, free_motions};
 use crate::num::{real, whole};
-use crate::sheet::Sheet;
+use crate::study::extent;
 
 /// What of a state can be compared whichever branch it is on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -48,18 +48,8 @@ pub struct Measures {
 
 impl Measures {
     /// Columns of `measures.csv`.
-    pub(super) const COLUMNS: [&str; 10] = [
-        "step",
-        "time",
-        "spots",
-        "separation d [length]",
-        "nearest centres [length]",
-        "share",
-        "amplitude [length]",
-        "deflection [length]",
-        "energy [energy]",
-        "fastest rate [1/time]",
-    ];
+    pub(super) const COLUMNS: &str = "step,time,spots,separation d [length],nearest centres [length],share,\
+        amplitude [length],deflection [length],energy [energy],fastest rate [1/time]";
 
     /// The row of step `step` in `measures.csv`.
     pub(in crate::study) fn row(&self, step: u64) -> [f64; 10] {
@@ -105,19 +95,19 @@ impl Pattern {
                 neighbours: inner.map(|e| e.triangles).collect(),
             });
         }
+        let mut area = vec![0.0; x.len()];
+        sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
         Some(Self {
             value: at.species_at_vertices().into_iter().next()?,
             position: x.to_vec(),
-            area: at_vertices(sheet, &faces),
+            area,
             neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
         })
     }
 
     /// Half way between the least and the largest value; none where they are the same.
     fn half_way(&self) -> Option<f64> {
-        let all = self.value.iter();
-        let (least, largest) =
-            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(*c), h.max(*c)));
+        let (least, largest) = extent(self.value.iter().copied());
         (largest > least).then_some(0.5 * (least + largest))
     }
 
@@ -149,17 +139,6 @@ fn root(parent: &mut [u32], mut k: u32) -> u32 {
         k = parent[k as usize];
     }
     k
-}
-
-/// A third of every triangle to each of its corners.
-fn at_vertices(sheet: &Sheet, faces: &[f64]) -> Vec<f64> {
-    let mut area = vec![0.0; sheet.vertex_count()];
-    for (triangle, face) in sheet.triangles().iter().zip(faces) {
-        for v in triangle {
-            area[*v as usize] += face / 3.0;
-        }
-    }
-    area
 }
 
 /// Displacements below this share of the sheet's size are what relaxations and round-off leave.

@@ -7,7 +7,7 @@ pub mod states;
 use std::fs;
 use std::path::Path;
 
-pub use self::distance::{Difference, Differences, Distance, Norm, first_beyond};
+pub use self::distance::{Difference, Distance, Norm, first_beyond};
 pub use self::measures::{Measures, measure};
 use super::plan::Plan;
 use super::run::Timing;
@@ -51,8 +51,7 @@ impl MemberStatus {
     ];
 
     /// Whether it ended without results.
-    #[must_use]
-    pub fn is_lost(self) -> bool {
+    pub(crate) fn is_lost(self) -> bool {
         matches!(self, Self::Failed | Self::Killed | Self::Damaged)
     }
 }
@@ -64,8 +63,7 @@ impl std::fmt::Display for MemberStatus {
 }
 
 /// How the member in `directory` of a study stands, and why.
-#[must_use]
-pub fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
+pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
     let Some(standing) = Standing::of(directory) else { return Default::default() };
     let status = match standing.status {
         RunStatus::Running if standing.in_use => MemberStatus::Running,
@@ -129,14 +127,12 @@ pub struct Found {
 
 impl Found {
     /// Why it did not complete; empty if it did.
-    #[must_use]
-    pub fn why_incomplete(&self) -> &str {
+    pub(crate) fn why_incomplete(&self) -> &str {
         if self.status == MemberStatus::Complete { "" } else { &self.reason }
     }
 
     /// Largest resident memory, MB.
-    #[must_use]
-    pub fn megabytes(&self) -> Option<f64> {
+    pub(crate) fn megabytes(&self) -> Option<f64> {
         Some(real(usize::try_from(self.memory?).ok()?) / 1e6)
     }
 }
@@ -159,8 +155,7 @@ pub fn gather(plan: &Plan, root: &Path, pictures: bool) -> Vec<Found> {
 }
 
 /// Reads what there is of member `number` of the study in `root`, with `picture` what that shows.
-#[must_use]
-pub fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
+pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
     let directory = plan.directory(root, number);
     let (status, reason) = status(plan, &directory);
     // The status of a run that continues, or was killed, has no costs.
@@ -222,7 +217,8 @@ fn read_rows(path: &Path) -> Vec<Vec<f64>> {
 /// Creates the table of measures at `path`; a resumed member keeps those of the output times `kept`.
 pub(super) fn open_measures(path: &Path, kept: Option<&[f64]>) -> Result<Ledger> {
     let earlier = kept.map(|times| (times, read_rows(path)));
-    let mut measures = Ledger::create(path, &Measures::COLUMNS.map(str::to_owned))?;
+    let columns: Vec<String> = Measures::COLUMNS.split(',').map(str::to_owned).collect();
+    let mut measures = Ledger::create(path, &columns)?;
     for (times, row) in
         earlier.iter().flat_map(|(times, rows)| rows.iter().map(move |r| (times, r)))
     {

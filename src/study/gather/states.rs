@@ -72,8 +72,7 @@ pub fn read(path: &Path) -> Vec<State> {
 }
 
 /// The times of the states in a file, as far as they are complete, without reading these.
-#[must_use]
-pub fn times(path: &Path) -> Vec<f64> {
+pub(crate) fn times(path: &Path) -> Vec<f64> {
     let Ok(file) = File::open(path) else { return Vec::new() };
     let length = file.metadata().map_or(0, |data| data.len());
     let mut reader = BufReader::new(file);

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::num::{real, whole};
+use crate::num::{decimal, real, whole};
 
 /// Most values of a key, and most members of a sweep.
 pub const MOST: usize = 10_000;
@@ -85,28 +85,24 @@ impl Axis {
     }
 
     /// Seeds 1 to `count` for all the keys `paths` at once.
-    #[must_use]
-    pub fn seeds(paths: Vec<String>, count: usize) -> Self {
+    pub(crate) fn seeds(paths: Vec<String>, count: usize) -> Self {
         let values = (1..=count).map(|seed| seed.to_string()).collect();
         Self { key: SEED.to_owned(), paths, values, ..Self::default() }
     }
 
     /// Named groups of overrides, under the key `key`.
-    #[must_use]
-    pub fn named(key: &str, named: Vec<(String, Vec<String>)>) -> Self {
+    pub(crate) fn named(key: &str, named: Vec<(String, Vec<String>)>) -> Self {
         let (values, settings) = named.into_iter().unzip();
         Self { key: key.to_owned(), values, settings, ..Self::default() }
     }
 
     /// Whether its values are repetitions of one thing by other random numbers.
-    #[must_use]
-    pub fn is_seed(&self) -> bool {
+    pub(crate) fn is_seed(&self) -> bool {
         self.short() == SEED
     }
 
     /// Value `k` without its quotes; empty if there is none.
-    #[must_use]
-    pub fn value(&self, k: usize) -> &str {
+    pub(crate) fn value(&self, k: usize) -> &str {
         self.values.get(k).map_or("", |value| plain(value))
     }
 
@@ -118,15 +114,13 @@ impl Axis {
     }
 
     /// The last word of the key, as in `thickness`.
-    #[must_use]
-    pub fn short(&self) -> &str {
+    pub(crate) fn short(&self) -> &str {
         let last = self.key.rsplit('.').next().unwrap_or(&self.key);
         last.trim_matches('"')
     }
 
     /// What tables and pictures call it: the last word of the key, with more where another key has the same.
-    #[must_use]
-    pub fn title(&self) -> &str {
+    pub(crate) fn title(&self) -> &str {
         if self.title.is_empty() { self.short() } else { &self.title }
     }
 
@@ -230,13 +224,8 @@ fn range(item: &str) -> Result<Option<(Vec<String>, bool)>, String> {
         share if logarithmic => from * (to / from).powf(share),
         share => from + (to - from) * share,
     };
-    let values = (0..count).map(|k| text(rounded(value(k)), whole_numbers)).collect();
+    let values = (0..count).map(|k| text(decimal(value(k)), whole_numbers)).collect();
     Ok(Some((values, logarithmic)))
-}
-
-/// Without the last digits, in which 0.1 + 0.2 is not 0.3.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 /// A number as a scene has it: with a point, but where the ends of a range have none.

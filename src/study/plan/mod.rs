@@ -5,10 +5,9 @@
 //! a fingerprint is another one.
 
 mod axis;
-mod imported;
 pub mod integrator;
 mod keys;
-mod staleness;
+mod reuse;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -97,10 +96,10 @@ impl Plan {
             return Err(Error::Refused(message.into()));
         }
         let count = axes.iter().try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()));
-        let Some(count) = count.filter(|count| *count <= MOST) else {
+        if count.is_none_or(|count| count > MOST) {
             let message = format!("more than {MOST} members; give fewer values, or several sweeps");
             return Err(Error::Refused(message));
-        };
+        }
         check_keys(scene, set, &axes)?;
         disambiguate_titles(scene, set, &mut axes)?;
         let mut plan = Self {
@@ -113,25 +112,19 @@ impl Plan {
             repeats: 1,
             ..Self::default()
         };
-        for number in 0..count {
-            let at = plan.values_of(number);
+        // All combinations, the last key fastest.
+        let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+        for axis in &plan.axes {
+            let more =
+                |at: Vec<usize>| (0..axis.values.len()).map(move |k| [&at[..], &[k]].concat());
+            all = all.into_iter().flat_map(more).collect();
+        }
+        for at in all {
             let size = size(&Scene::varied(scene, set, &plan.overrides(&at))?);
             plan.members.push(Point { folder: plan.folder(&at), at, size, ..Point::default() });
         }
         plan.disambiguate_folders();
         Ok(plan)
-    }
-
-    /// Which value of every axis the member with this number has.
-    fn values_of(&self, number: usize) -> Vec<usize> {
-        let mut rest = number;
-        let mut at: Vec<usize> = Vec::new();
-        for axis in self.axes.iter().rev() {
-            at.push(rest % axis.values.len().max(1));
-            rest /= axis.values.len().max(1);
-        }
-        at.reverse();
-        at
     }
 
     /// The overrides of a member.
@@ -161,8 +154,7 @@ impl Plan {
     }
 
     /// Where its plugins are, and whether they are isolated; [`Isolation::here`] says whether that is possible.
-    #[must_use]
-    pub fn search(&self) -> Search {
+    pub(crate) fn search(&self) -> Search {
         let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
         let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
         Search::in_directories(self.plugin_path.clone()).isolated(isolation)
@@ -182,8 +174,7 @@ impl Plan {
 
     /// What the plot against key `number` is called: the last word of the key, or all of it where two
     /// keys have the same.
-    #[must_use]
-    pub fn plot_name(&self, number: usize) -> String {
+    pub(crate) fn plot_name(&self, number: usize) -> String {
         let Some(axis) = self.axes.get(number) else { return String::new() };
         let alone = self.axes.iter().filter(|a| a.short() == axis.short()).count() == 1;
         let name = if alone { axis.short() } else { &axis.key };

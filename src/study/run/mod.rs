@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 pub use self::memory::{Needs, available};
 pub use self::pool::Pool;
 use self::time_limit::TimeLimit;
-pub use self::time_limit::limit_of;
+pub(crate) use self::time_limit::limit_of;
 pub use self::timing::Timing;
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};

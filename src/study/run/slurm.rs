@@ -66,8 +66,8 @@ impl Array<'_> {
         // In place of the shell, so that Slurm's signals reach the program.
         lines.push(format!(
             "exec {} sweep member {} \"$SLURM_ARRAY_TASK_ID\"",
-            quoted(&program),
-            quoted(&root)
+            shell_quoted(&program),
+            shell_quoted(&root)
         ));
         Ok(lines.join("\n") + "\n")
     }
@@ -115,15 +115,13 @@ impl Array<'_> {
         // With several clusters the name of one follows.
         let said = String::from_utf8_lossy(&out.stdout);
         let job = said.trim().split(';').next().unwrap_or_default().to_owned();
-        let kept = self.root.join(LOGS).join(JOB);
-        atomic::replace(&kept, |writer| writeln!(writer, "{job}"))?;
+        atomic::replace(&self.root.join(LOGS).join(JOB), |writer| writeln!(writer, "{job}"))?;
         Ok(job)
     }
 }
 
 /// The job that was submitted for the sweep in `root`, if tasks of it wait or run.
-#[must_use]
-pub fn queued(root: &Path) -> Option<String> {
+pub(crate) fn queued(root: &Path) -> Option<String> {
     let job = std::fs::read_to_string(root.join(LOGS).join(JOB)).ok()?.trim().to_owned();
     let number = !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit());
     // A job that is long gone is an error of squeue.
@@ -157,7 +155,7 @@ fn text(path: &Path) -> Result<String> {
     })
 }
 
-/// For a shell.
-fn quoted(text: &str) -> String {
+/// A word for a shell.
+pub(crate) fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }

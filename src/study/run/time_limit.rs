@@ -62,8 +62,7 @@ impl TimeLimit {
 const LIMIT: &str = "the time limit of ";
 
 /// The time limit, s, that a member which failed with `reason` was given up for, if that is why.
-#[must_use]
-pub fn limit_of(reason: &str) -> Option<u64> {
+pub(crate) fn limit_of(reason: &str) -> Option<u64> {
     let (_, limit) = reason.split_once(LIMIT)?;
     limit.split_once(' ')?.0.parse().ok()
 }
