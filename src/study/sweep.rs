@@ -33,7 +33,7 @@ pub const TABLE: &str = "sweep.csv";
 pub const PAGE: &str = "sweep.md";
 /// The pictures.
 pub const PICTURES: &str = "pictures.png";
-/// What the names of plots begin with.
+/// Prefix of the names of plots.
 pub const PLOT: &str = "plot-";
 
 /// Writes the tables of `members` into `root`.
@@ -76,7 +76,7 @@ fn last(found: &Found) -> Option<&Measures> {
     found.measures.last()
 }
 
-/// What is known of every member.
+/// Columns of the tables: results and costs of a member.
 pub const COLUMNS: [Column; 11] = [
     Column { title: "time", of: |f| Some(last(f)?.time) },
     Column { title: "spots", of: |f| Some(real(last(f)?.spots)) },
@@ -92,7 +92,7 @@ pub const COLUMNS: [Column; 11] = [
 ];
 
 /// The table as CSV: `member`, the keys, `status`, the measures, all counts of work but `steps`, which is one of
-/// these, `reason`. What has no value is empty.
+/// these, `reason`. Cells without a value are empty.
 #[must_use]
 pub fn csv(plan: &Plan, members: &[Found]) -> String {
     let keys = plan.axes.iter().map(|axis| axis.key.as_str());

@@ -1,20 +1,23 @@
 //! Begins a study or resumes it: here, or through Slurm.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::{HowArgs, PlanArgs, counts, gathered, output_directory};
+use super::{HowArgs, PlanArgs, counts, gathered};
+use crate::cli::output_directory::{claim, names, refuse, remove_file, remove_run};
 use crate::cli::{SceneArgs, end, warn};
 use crate::kinetics::Search;
-use crate::output::Interrupt;
+use crate::output::{Claim, Interrupt};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
+use crate::study::accuracy::Study;
 use crate::study::gather::{MemberStatus, gather, status};
 use crate::study::plan::{Axis, Plan, seeds};
-use crate::study::run::slurm::Array;
+use crate::study::run::slurm::{self, Array};
 use crate::study::run::{Pool, available, limit_of};
-use crate::study::sweep::write_tables;
+use crate::study::sweep::{PAGE, PICTURES, PLOT, TABLE, write_tables};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
@@ -43,20 +46,20 @@ pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> 
 pub(in crate::cli) struct Runs<'a> {
     /// The command that makes them.
     pub(in crate::cli) command: &'a str,
-    /// How they are run.
+    /// Options of the command line.
     pub(in crate::cli) how: &'a HowArgs,
-    /// How many at once, if the user does not say; as many as there are cores for, if not given.
+    /// Default count of simultaneous runs; as many as there are cores for, if not given.
     pub(in crate::cli) jobs: Option<usize>,
     /// Refuses a plan before anything is written.
     pub(in crate::cli) check: &'a dyn Fn(&Plan) -> Result<()>,
-    /// What is done in the directory before any is run.
+    /// Prepares the directory before any is run.
     pub(in crate::cli) prepare: &'a dyn Fn(&Path) -> Result<()>,
     /// Gathers what there is of a plan in a directory, in silence or not; says how it stands.
     pub(in crate::cli) gather: &'a dyn Fn(&Plan, &Path, bool) -> Result<String>,
 }
 
 impl Runs<'_> {
-    /// Begins with `plan`, or goes on with it.
+    /// Begins `plan`, or resumes it.
     pub(in crate::cli) fn on(&self, mut plan: Plan) -> Result<()> {
         let root = self.how.out.clone().unwrap_or_else(|| {
             let stem = plan.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
@@ -77,7 +80,7 @@ impl Runs<'_> {
         plan.seal()?;
         (self.check)(&plan)?;
         let interrupt = Interrupt::install()?;
-        let claim = output_directory::make(&root, &plan, self.how.force)?;
+        let claim = make_room(&root, &plan, self.how.force)?;
         let outcome = (self.prepare)(&root).and_then(|()| match self.how.slurm {
             true => self.submit(&plan, &root, program),
             false => self.here(&plan, &root, program, interrupt),
@@ -195,3 +198,68 @@ fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
 
 /// Tables are written after so many times the time that it takes, at the earliest.
 const SELDOM: u32 = 20;
+
+/// Makes room in `root` for `plan`, and the directory where there is none. A sweep that is there is resumed if
+/// it is the same, and is removed with `force`; anything else that is there is refused.
+fn make_room(root: &Path, plan: &Plan, force: bool) -> Result<Claim> {
+    let (claim, found) = claim(root, || check(root, plan, force))?;
+    if found && force {
+        clear(root)?;
+    }
+    plan.write(root)?;
+    claim.begin()?;
+    Ok(claim)
+}
+
+/// Whether there is a sweep in `root`; refuses one that cannot be resumed.
+fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {
+    let names = names(root)?;
+    let Some(earlier) = Plan::read(root)? else {
+        return match names.iter().all(|name| name == Claim::LOCK || name == Claim::STATUS) {
+            true => Ok(false),
+            false => refuse(root, "is not empty and holds no sweep; choose another with --out"),
+        };
+    };
+    if !force {
+        plan.check_resumable(&earlier, root)?;
+    } else if root.is_symlink() || root.join(Plan::MEMBERS).is_symlink() {
+        let message = "is a link, or has one in it, and nothing is removed through a link; give the \
+                       directory itself";
+        return refuse(root, message);
+    }
+    match slurm::queued(root) {
+        None => Ok(true),
+        Some(job) => {
+            let how = format!("wait until that has ended, or end it with scancel {job}");
+            refuse(root, format!("Slurm has job {job} for it: {how}"))
+        }
+    }
+}
+
+/// Removes what a sweep wrote; anything else that is there stays.
+fn clear(root: &Path) -> Result<()> {
+    let members = root.join(Plan::MEMBERS);
+    for path in names(&members)?.iter().map(|name| members.join(name)) {
+        if path.is_dir() && !path.is_symlink() {
+            remove_run(&path)?;
+        } else if path.extension().is_some_and(|e| e == "log") {
+            let _ = fs::remove_file(path);
+        }
+    }
+    let logs = root.join(slurm::LOGS);
+    if !logs.is_symlink() {
+        for name in names(&logs)? {
+            let _ = fs::remove_file(logs.join(name));
+        }
+        let _ = fs::remove_dir(logs);
+    }
+    let _ = fs::remove_dir(members);
+    let ours = [&[Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT], &Study::FILES[..]].concat();
+    for name in names(root)? {
+        let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));
+        if plot || ours.contains(&name.as_str()) {
+            remove_file(&root.join(name))?;
+        }
+    }
+    Ok(())
+}

@@ -1,7 +1,6 @@
 //! `rumple sweep SCENE`: the same scene over lists and ranges of its keys.
 
 pub(super) mod begin;
-mod output_directory;
 
 use std::path::{Path, PathBuf};
 use std::{io, thread};

@@ -1,4 +1,4 @@
-//! The advice in words: what to use for the error that one can live with.
+//! The advice in words: the cheapest integrator and tolerance for the target error.
 
 use super::errors::{Case, Point};
 use super::{Quantity, Role, Study};
@@ -7,11 +7,11 @@ use crate::study::run::Timing;
 
 /// Errors are known where references agree so many times better.
 const BETTER: f64 = 10.0;
-/// What errs by more than this in any field is not advised for another.
+/// Runs with a larger error than this in any field are not advised for another.
 const WORTHLESS: f64 = 1.0;
 
-/// What the advice is about: what was asked for; without that a field, or the number of spots where paths
-/// part.
+/// Quantity of the advice: the one that was asked for; without that a field, or the number of spots where references
+/// diverge.
 pub(super) fn subject(study: &Study, case: &Case) -> Quantity {
     let known = |quantity: &Quantity| case.points.iter().any(|p| p.error(*quantity).is_some());
     let order = match case.diverged() {
@@ -107,7 +107,7 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
     text
 }
 
-/// How far the references can be trusted.
+/// Describes the uncertainty of the references.
 fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
     let Some(reference) = &case.reference else { return String::new() };
     let first = &reference.name;
@@ -164,7 +164,7 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     text
 }
 
-/// How much longer the other one takes, if that can be determined.
+/// Compares the times of two runs, within their scatter.
 fn longer(best: &Point, other: &Point, ratio: f64) -> String {
     let spread = |p: &Point| p.found.timing.as_ref().map(Timing::spread);
     let resolved = match (spread(best), spread(other)) {
@@ -177,7 +177,7 @@ fn longer(best: &Point, other: &Point, ratio: f64) -> String {
     }
 }
 
-/// What the next tolerances of the same integrator take.
+/// Errors and times of the same integrator at the next tolerances.
 fn neighbours(study: &Study, case: &Case, point: &Point, quantity: Quantity) -> String {
     let all = || case.points.iter().filter(|p| p.curve == point.curve && p.force == point.force);
     let order = |a: &&Point, b: &&Point| a.tolerance.total_cmp(&b.tolerance);

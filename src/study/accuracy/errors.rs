@@ -22,15 +22,15 @@ pub(super) struct Case {
     pub(super) name: String,
     /// Which values of the keys it has; of the first key, which chooses the run, that of any.
     pub(super) at: Vec<usize>,
-    /// What differences are relative to; none if its scene can no longer be set up.
+    /// Norm of its fields; none if its scene can no longer be set up.
     pub(super) norm: Option<Norm>,
-    /// What others are compared with; none if no reference completed.
+    /// Reference of all runs; none if none completed.
     pub(super) reference: Option<Reference>,
     /// The runs that are compared.
     pub(super) points: Vec<Point>,
     /// For every quantity, half of the range that it has over the seeds, relative to the reference.
     spread: OfQuantities,
-    /// How many seeds completed.
+    /// Count of seeds that completed.
     pub(super) seeds: usize,
     /// References that are of no use, and why.
     pub(super) lost: Vec<(String, String)>,
@@ -41,7 +41,7 @@ pub(super) struct Case {
 pub(super) struct Point {
     /// Its name.
     pub(super) name: String,
-    /// What it sets in the scene, as options of the command line.
+    /// Its overrides of the scene, as options of the command line.
     pub(super) settings: String,
     /// Which of the curves of the study.
     pub(super) curve: usize,
@@ -49,7 +49,7 @@ pub(super) struct Point {
     pub(super) tolerance: f64,
     /// Its force tolerance, if that is varied.
     pub(super) force: Option<f64>,
-    /// What is known of the run.
+    /// Results of the run.
     pub(super) found: Found,
     /// Its errors; none if it did not complete or there is no reference.
     pub(super) errors: Option<Errors>,
@@ -130,7 +130,7 @@ impl Case {
         self.reference.as_ref()?.diverged
     }
 
-    /// How far the references are from one another in `quantity`.
+    /// Returns the uncertainty of the references in `quantity`: the noise floor of errors.
     pub(super) fn floor(&self, quantity: Quantity) -> Option<f64> {
         self.reference.as_ref()?.confirmed.as_ref()?.1.get(quantity)
     }

@@ -1,4 +1,4 @@
-//! What accuracy costs: one scene by several integrators at several tolerances, against references.
+//! Work-precision study: one scene by several integrators at several tolerances, against references.
 //!
 //! ```text
 //! DIR/sweep.json, members/    a sweep whose first key is which run it is: every other key makes a case
@@ -9,9 +9,9 @@
 //! ```
 //!
 //! A [`Study`] plans the runs. Two of every case are references by different methods, a hundred times
-//! tighter than the tightest tolerance; how well they agree bounds what can be said of the others. From the
-//! output time on at which they are apart, on different branches of a bifurcation, distances of fields mean
-//! nothing and only measures are compared, with their spread over seeds as the yardstick.
+//! tighter than the tightest tolerance; their distance is the noise floor of errors. From the
+//! output time on at which they diverge, on different branches of a bifurcation, distances of fields have no
+//! meaning and only measures are compared, with their spread over seeds as the yardstick.
 
 mod advice;
 mod errors;
@@ -42,18 +42,18 @@ use super::sweep::PLOT;
 use super::{draw, read_document, write_document, write_files};
 use crate::run::{Error, Result};
 
-/// What is studied.
+/// Plan of a work-precision study: integrators, the role of every run, target error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Study {
     /// Integrators, a curve each.
     pub curves: Vec<Line>,
     /// The runs of every case, in the order of the first key's values.
     pub runs: Vec<Role>,
-    /// What was left out, and why.
+    /// Integrators and references that were left out, and why.
     pub left_out: Vec<String>,
-    /// The error that the user can live with.
+    /// The target error.
     pub wanted: f64,
-    /// What the error is wanted of; the field that matters, or a measure where paths part, if not given.
+    /// Quantity of the target error; if not given, the field that matters, or a measure where references diverge.
     pub of: Option<Quantity>,
 }
 
@@ -66,7 +66,7 @@ pub struct Line {
     pub fixed_steps: bool,
 }
 
-/// What a run is for.
+/// Role of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -81,7 +81,7 @@ pub enum Role {
     },
     /// A reference, the best first.
     Reference {
-        /// What makes it.
+        /// Integrator and tolerance that make it.
         name: String,
         /// Its method. Two of one method do not confirm one another as well as two of different ones.
         method: String,
@@ -167,7 +167,7 @@ impl Study {
         self.references(plan).try_for_each(|number| plan.import(number, root, other))
     }
 
-    /// Reads what there is of all runs: errors, and what they say together. Nothing is drawn or written.
+    /// Gathers the errors of all runs. Nothing is drawn or written.
     #[must_use]
     pub fn gather<'a>(&self, plan: &'a Plan, root: &Path) -> Gathered<'a> {
         let mut cases = errors::cases(self, plan, root);
@@ -178,7 +178,7 @@ impl Study {
         Gathered { study, plan, cases, policies, advice, open: unfinished(plan, root), faults }
     }
 
-    /// With the runs of other programs, if there are any, of a study of one case; what is wrong with others.
+    /// With the runs of other programs, if there are any, of a study of one case; the errors of others.
     fn with_peers(&self, cases: &mut [Case], root: &Path) -> (Self, Vec<String>) {
         let mut study = self.clone();
         let (peers, mut wrong) = peers::read(root);
@@ -207,7 +207,7 @@ impl Study {
     }
 }
 
-/// Errors of all runs that there are, and what they say together.
+/// Errors of all runs of a study, with tables, plots and advice.
 pub struct Gathered<'a> {
     study: Study,
     plan: &'a Plan,
@@ -215,9 +215,9 @@ pub struct Gathered<'a> {
     policies: Policies,
     /// Of every case.
     advice: Vec<String>,
-    /// What is still to be made, if anything is.
+    /// Note on the runs that are not complete, if there are any.
     open: Option<String>,
-    /// What is wrong with runs of other programs.
+    /// Errors in the runs of other programs.
     faults: Vec<String>,
 }
 
@@ -233,7 +233,7 @@ impl Gathered<'_> {
         self.open.iter().cloned().chain(named.map(text)).collect::<Vec<_>>().join("\n\n")
     }
 
-    /// What is wrong with runs of other programs, which are left out for it: file, what was expected, what was found.
+    /// Returns the errors for which runs of other programs are left out: file, what was expected, what was found.
     pub(crate) fn faults(&self) -> &[String] {
         &self.faults
     }
@@ -267,7 +267,7 @@ impl Gathered<'_> {
     }
 }
 
-/// What is still to be made, if anything is.
+/// Note on the runs that are not complete, if there are any.
 fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
     let all = plan.members.len();
     let ended = |number: &usize| {

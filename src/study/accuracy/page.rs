@@ -9,7 +9,7 @@ pub(super) enum Block {
     Heading(usize, String),
     /// A paragraph.
     Text(String),
-    /// What stands out.
+    /// A highlighted paragraph.
     Advice(String),
     /// Points.
     List(Vec<String>),
@@ -25,7 +25,7 @@ pub(super) struct Drawing {
     pub(super) case: Option<usize>,
     /// Name of its files, without their ends.
     pub(super) name: String,
-    /// What it shows.
+    /// Its caption.
     pub(super) caption: String,
     /// Its panels.
     pub(super) figure: Figure,

@@ -24,7 +24,7 @@ use crate::tally::Work;
 pub(super) const FOLDER: &str = "peers";
 const FILE: &str = "peer.json";
 
-/// What one run of another program says of itself.
+/// Description of a run of another program, in `peer.json`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PeerRecord {
@@ -49,7 +49,7 @@ pub(super) struct PeerRecord {
 /// One run of another program.
 pub(super) struct Peer {
     pub(super) record: PeerRecord,
-    /// What is known of it.
+    /// Its results.
     pub(super) found: Found,
     /// States that it came to.
     pub(super) states: Vec<State>,
@@ -88,7 +88,7 @@ impl Peer {
         ))
     }
 
-    /// What stands in the place of states.
+    /// Describes a file that holds no state.
     fn nothing(&self) -> String {
         let expected = "expected `rumple states 1`, a line end and states";
         match fs::metadata(&self.file) {
@@ -98,7 +98,7 @@ impl Peer {
     }
 }
 
-/// Those in `root`, by name and from loose to tight; what of them cannot be read.
+/// Reads those in `root`, by name and from loose to tight; and the errors of those that cannot be read.
 pub(super) fn read(root: &Path) -> (Vec<Peer>, Vec<String>) {
     let entries = fs::read_dir(root.join(FOLDER)).into_iter().flatten().flatten();
     let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();

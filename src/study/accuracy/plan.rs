@@ -1,4 +1,4 @@
-//! Which runs a study makes.
+//! Plan of the runs of a study.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::solve::SolveError;
 use crate::study::plan::integrator::Choice;
 use crate::study::plan::{Axis, Plan, seeds};
 
-/// What a user asks of a study.
+/// Options of a study.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Integrators, names or tables; the usual ones of the policy if there are none.
@@ -32,9 +32,9 @@ pub struct Options {
     pub seeds: u16,
     /// Wall time of a run, s; references have `PATIENCE` times as much.
     pub limit: u64,
-    /// The error that is wanted.
+    /// The target error.
     pub wanted: f64,
-    /// What it is wanted of.
+    /// Quantity of the target error.
     pub of: Option<Quantity>,
 }
 
@@ -42,16 +42,16 @@ pub struct Options {
 const TIGHTER: f64 = 100.0;
 /// The same of a staggered integrator, which is of second order.
 const TIGHTER_STAGGERED: f64 = 10.0;
-/// How much tighter the force tolerance of references is.
+/// Ratio of the force tolerance of references to that of other runs.
 const TIGHTER_FORCES: f64 = 0.01;
 /// Round-off leaves forces of some 1e-14.
 const LEAST_FORCE: f64 = 1e-12;
 /// References may take so many times as long as other runs.
 pub const PATIENCE: u64 = 5;
-/// What the first key is called.
+/// Name of the first key, which chooses the run.
 pub const RUN: &str = "run";
 
-/// What a policy is usually integrated by, without tolerances. The first is that of seeds.
+/// Default integrators of a policy, without tolerances. The first is that of seeds.
 fn usual(policy: Policy, moves: bool) -> &'static [&'static str] {
     const STAGGERED: &str = r#"{ kind = "staggered" }"#;
     const STAGGERED_EULER: &str = r#"{ kind = "staggered", method = "euler" }"#;
@@ -91,7 +91,7 @@ struct Base<'a> {
     set: Vec<String>,
     search: &'a Search,
     options: &'a Options,
-    /// What is left out, and why.
+    /// Integrators and references that are left out, and why.
     left_out: Vec<String>,
 }
 

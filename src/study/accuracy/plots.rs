@@ -12,7 +12,7 @@ use crate::study::extent;
 use crate::study::gather::Distance;
 use crate::study::plan::Plan;
 
-/// What a run cost, if that is known.
+/// Cost of a run, if that is known.
 type Cost = fn(&Point) -> Option<f64>;
 
 /// Errors below this are round-off.

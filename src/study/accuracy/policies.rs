@@ -30,7 +30,7 @@ struct PolicyDistances {
 
 /// The distance in one case.
 struct Row {
-    /// What the case is called.
+    /// Name of the case.
     case: String,
     /// Its place.
     place: f64,
@@ -45,7 +45,7 @@ struct Row {
 pub(super) struct Policies {
     /// Distances of all policies from the fullest; none where policies are not varied.
     all: Vec<PolicyDistances>,
-    /// What their places are.
+    /// Title of the abscissa.
     across: String,
 }
 

@@ -1,4 +1,4 @@
-//! What an error is of.
+//! Quantities whose errors are measured.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::num::real;
 use crate::study::extent;
 use crate::study::gather::{Distance, Measures};
 
-/// What an error is of.
+/// Quantity whose error is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -77,7 +77,7 @@ impl Quantity {
         }
     }
 
-    /// How far `course` is from `reference`, where it is a measure, relative to that.
+    /// Returns the relative error of a measure of `course` with respect to `reference`.
     pub(crate) fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
         let (a, b) = (self.of(course)?, self.of(reference)?);
         (b != 0.0).then(|| (a - b).abs() / b.abs())

@@ -20,9 +20,9 @@ const DIVERGED: f64 = 0.1;
 /// Changes below this, relative to what changes, are none.
 const STILL: f64 = 1e-6;
 
-/// What the runs of a case are compared with.
+/// Reference of a case.
 pub(super) struct Reference {
-    /// What made it.
+    /// Integrator and tolerance that made it.
     pub(super) name: String,
     /// Another one, and the errors of that relative to it.
     pub(super) confirmed: Option<(String, Errors)>,
@@ -125,8 +125,8 @@ fn is_still(norm: &Norm, run: &Run) -> bool {
 /// A factor of every state is made; beyond this it would cost more than the steps.
 const LARGEST: usize = 20_000;
 
-/// What references of a scene of so many vertices set to be watched; nothing where shapes are not in equilibrium:
-/// one that moves falls along negative-curvature directions all the time.
+/// Returns the override by which references of a scene of so many vertices watch their stability; none where shapes
+/// are not in equilibrium: one that moves falls along negative-curvature directions all the time.
 pub(super) fn watched(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
     let still = moves && scene.time.policy == Policy::QuasiStatic;
     (still && vertices <= LARGEST).then(|| "stability.watch=true".to_owned())

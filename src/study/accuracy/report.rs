@@ -97,7 +97,7 @@ fn section(depth: usize, title: &str, text: &str, rows: Vec<Vec<String>>) -> [Bl
     [Block::Heading(depth, title.into()), Block::Text(text.into()), Block::Table(rows)]
 }
 
-/// How a case stands.
+/// Lists the reference of a case, its uncertainty, and the runs that failed.
 fn known(case: &Case) -> Vec<String> {
     let shares = |of: &dyn Fn(Quantity) -> Option<f64>| -> String {
         let all = Quantity::ALL.into_iter().filter_map(|q| Some((q, of(q)?)));

@@ -1,4 +1,4 @@
-//! What values on three meshes tend to.
+//! Richardson extrapolation from three meshes.
 
 /// Orders that are looked for.
 const ORDERS: (f64, f64) = (0.2, 4.5);

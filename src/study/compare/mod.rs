@@ -33,7 +33,7 @@ pub const DIVERGED: f64 = 0.2;
 pub struct Member {
     /// `policy, integrator`.
     pub name: String,
-    /// What became of it.
+    /// Its results, or the error that ended it.
     pub outcome: Result<Ran>,
 }
 
@@ -47,7 +47,7 @@ pub struct Ran {
     pub measures: Vec<Measures>,
     /// Names of the species.
     pub species: Vec<String>,
-    /// What its states are compared by.
+    /// Norm of its fields.
     pub norm: Norm,
     /// The first species of every state at the vertices, if there are species.
     pub shown: Vec<Vec<f64>>,

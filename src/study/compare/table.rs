@@ -23,16 +23,16 @@ pub(crate) fn table(members: &[Member]) -> String {
     let mut notes = String::new();
     let mut diverged = false;
     for Member { name, outcome } in members {
-        let ran = match (outcome, reference(members)) {
-            (Ok(ran), Some((first, reference))) => (ran, first, ran.deviations(reference)),
-            (Err(error), _) => {
+        let ran = match outcome {
+            Ok(ran) => ran,
+            Err(error) => {
                 let _ = writeln!(notes, "{name}: {}", first_line(&error.to_string()));
                 continue;
             }
-            (Ok(_), None) => continue,
         };
-        let (ran, first, deviations) = ran;
-        let (Some(measures), work) = (ran.measures.last(), ran.work()) else { continue };
+        let known = reference(members).zip(ran.measures.last());
+        let Some(((first, reference), measures)) = known else { continue };
+        let (deviations, work) = (ran.deviations(reference), ran.work());
         if let Some(by) = &deviations.diverged {
             diverged = true;
             let _ = writeln!(notes, "{name}: {}", in_words(by, ran, first));

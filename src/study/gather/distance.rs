@@ -9,10 +9,10 @@ use crate::sheet::Sheet;
 
 /// Displacements below this share of the sheet's size are none.
 const STILL: f64 = 1e-6;
-/// What round-off of the alignment leaves, of the sheet's size, is not a distance.
+/// Distances below this share of the sheet's size are round-off of the alignment.
 const ROUND_OFF: f64 = 1e-13;
 
-/// How far a field of one state is from that of another, each a root mean square.
+/// Distance of a field of two states: root mean squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// Of the difference.
@@ -88,7 +88,7 @@ pub struct Norm {
 }
 
 impl Norm {
-    /// That of `sheet` with species of typical magnitudes at locations.
+    /// Returns the norm on `sheet` with species of typical magnitudes at locations.
     #[must_use]
     pub fn new(sheet: &Sheet, species: Vec<(f64, Location)>) -> Self {
         let face = |corners: &[u32; 3]| Face::of(&corners.map(|v| sheet.rest()[v as usize])).area;
@@ -100,7 +100,7 @@ impl Norm {
         Self { rest: sheet.rest().to_vec(), vertices, faces, species, moves: true }
     }
 
-    /// That of a model.
+    /// Returns the norm of a model.
     pub(crate) fn of(model: &Model) -> Self {
         let all = |c: &crate::model::Chemistry| {
             c.descriptor().species.iter().map(|s| (s.typical, s.location)).collect()

@@ -1,4 +1,4 @@
-//! What can be measured on a state, whichever branch of a bifurcation it is on.
+//! Scalar measures of a state, which can be compared across the branches of a bifurcation.
 //!
 //! A *spot* is a connected region where the first species is above a level: vertices that share an edge,
 //! or triangles that share one if the species live there. With N spots of area A_act on a sheet of area
@@ -22,8 +22,8 @@ use crate::model::{Evaluation, Model, ModelError, free_motions};
 use crate::num::{real, whole};
 use crate::study::extent;
 
-/// What of a state can be compared whichever branch it is on.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Scalar measures of a state.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Measures {
     /// Time.
     pub time: f64,
@@ -179,11 +179,8 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
         energy: elastic.map(|(energy, _)| energy).sum::<f64>() + 0.0,
         amplitude,
         deflection,
-        spots: 0,
-        separation: None,
-        nearest: None,
-        share: 0.0,
         rate: at.fastest_rate()?,
+        ..Measures::default()
     };
     let Some(pattern) = Pattern::of(at) else { return Ok(measures) };
     let Some(level) = level.or_else(|| pattern.half_way()) else { return Ok(measures) };

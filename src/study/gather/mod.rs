@@ -18,7 +18,7 @@ use crate::run::run::Ending;
 use crate::sheet::read::surface;
 use crate::tally::Work;
 
-/// How a member stands.
+/// Status of a member.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MemberStatus {
     /// It completed.
@@ -62,7 +62,7 @@ impl std::fmt::Display for MemberStatus {
     }
 }
 
-/// How the member in `directory` of a study stands, and why.
+/// Returns the status of the member in `directory` of a study, and the reason.
 pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
     let Some(standing) = Standing::of(directory) else { return Default::default() };
     let status = match standing.status {
@@ -94,14 +94,14 @@ fn damaged_file(plan: &Plan, directory: &Path) -> Option<&'static str> {
     (plan.repeats > 0 && Timing::read(directory).is_none()).then_some(ResultDirectory::TIMING)
 }
 
-/// What is known of a member from its directory.
+/// Results of a member, read from its directory.
 #[derive(Debug, Clone, Default)]
 pub struct Found {
     /// Its keys and values.
     pub name: String,
     /// Which value of every axis it has.
     pub at: Vec<usize>,
-    /// How it stands.
+    /// Its status.
     pub status: MemberStatus,
     /// Why; the first line.
     pub reason: String,
@@ -115,13 +115,13 @@ pub struct Found {
     pub memory: Option<u64>,
     /// The work of that.
     pub work: Option<Work>,
-    /// That of the start.
+    /// Work of relaxing the start.
     pub start: Option<Work>,
-    /// How long its steps take.
+    /// Processor times of its steps.
     pub timing: Option<Timing>,
     /// Whether its sheet passes through itself in its last state, where its shape moves.
     pub intersection: Option<SelfIntersection>,
-    /// What its picture shows.
+    /// Its last output state, for pictures.
     pub shown: Option<Shown>,
 }
 
@@ -214,17 +214,12 @@ fn read_rows(path: &Path) -> Vec<Vec<f64>> {
     rows.map(numbers).collect()
 }
 
-/// Creates the table of measures at `path`; a resumed member keeps those of the output times `kept`.
-pub(super) fn open_measures(path: &Path, kept: Option<&[f64]>) -> Result<Ledger> {
-    let earlier = kept.map(|times| (times, read_rows(path)));
+/// Opens the table of measures at `path`; of an earlier one the rows of the output times `kept` remain.
+pub(super) fn open_measures(path: &Path, kept: &[f64]) -> Result<Ledger> {
+    let mut rows = read_rows(path);
+    rows.retain(|row| row.get(1).is_some_and(|time| kept.contains(time)));
     let columns: Vec<String> = Measures::COLUMNS.split(',').map(str::to_owned).collect();
     let mut measures = Ledger::create(path, &columns)?;
-    for (times, row) in
-        earlier.iter().flat_map(|(times, rows)| rows.iter().map(move |r| (times, r)))
-    {
-        if row.get(1).is_some_and(|time| times.contains(time)) {
-            measures.append(row)?;
-        }
-    }
+    rows.iter().try_for_each(|row| measures.append(row))?;
     Ok(measures)
 }

@@ -1,4 +1,4 @@
-//! States of a run at its output times, to the last bit and with all species, whatever its frames hold.
+//! States of a run at its output times: exact, with all species.
 //!
 //! ```text
 //! header   16 bytes of text
@@ -25,24 +25,16 @@ pub struct StateFile {
 }
 
 impl StateFile {
-    /// Begins a file.
+    /// Opens the file at `path`; of an earlier one the states at the times `kept` remain.
     ///
     /// # Errors
     /// From the operating system.
-    pub fn create(path: &Path) -> Result<Self, OutputError> {
+    pub fn reopen(path: &Path, kept: &[f64]) -> Result<Self, OutputError> {
+        let states = read(path);
         let mut file = File::create(path).map_err(OutputError::write(path))?;
         file.write_all(HEADER).map_err(OutputError::write(path))?;
-        Ok(Self { file, path: path.to_owned() })
-    }
-
-    /// Opens the file of an earlier run to continue after the states at `times`; others are dropped.
-    ///
-    /// # Errors
-    /// From the operating system.
-    pub fn reopen(path: &Path, times: &[f64]) -> Result<Self, OutputError> {
-        let states = read(path);
-        let mut file = Self::create(path)?;
-        let mut kept = states.iter().filter(|state| times.contains(&state.time));
+        let mut file = Self { file, path: path.to_owned() };
+        let mut kept = states.iter().filter(|state| kept.contains(&state.time));
         kept.try_for_each(|state| file.append(state))?;
         Ok(file)
     }

@@ -1,4 +1,4 @@
-//! What a sweep varies: one key of the scene and its values, from the text `KEY=VALUES`.
+//! Axis of a parameter study: a key of the scene and its values, from the text `KEY=VALUES`.
 //!
 //! ```text
 //! material.thickness=0.5,1,1.5        a list
@@ -31,10 +31,10 @@ pub struct Axis {
     /// Whether they are spaced by equal ratios.
     #[serde(default)]
     pub logarithmic: bool,
-    /// What every value sets, where values are names of settings: overrides, in place of `paths`.
+    /// Overrides of every value, in place of `paths`, where values are names of settings.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub settings: Vec<Vec<String>>,
-    /// What tables and pictures call it where another key has the same last word; empty where none has.
+    /// Title in tables and pictures where another key has the same last word; empty where none has.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
 }
@@ -43,7 +43,7 @@ impl Axis {
     /// Reads `KEY=VALUES`.
     ///
     /// # Errors
-    /// What is wrong with it, and what was expected.
+    /// The syntax error, and what was expected.
     pub fn parse(text: &str) -> Result<Self, String> {
         Self::parsed(text).map_err(|what| format!("--over {text}: {what}"))
     }
@@ -119,7 +119,7 @@ impl Axis {
         last.trim_matches('"')
     }
 
-    /// What tables and pictures call it: the last word of the key, with more where another key has the same.
+    /// Returns the title in tables and pictures: the last word of the key, with more where another key has the same.
     pub(crate) fn title(&self) -> &str {
         if self.title.is_empty() { self.short() } else { &self.title }
     }

@@ -35,7 +35,7 @@ pub struct Plan {
     pub scene: PathBuf,
     /// Overrides that hold for all members.
     pub set: Vec<String>,
-    /// What is varied; the last key fastest.
+    /// Keys that are varied; the last one fastest.
     pub axes: Vec<Axis>,
     /// Value of the first species above which there is a spot; half way if none.
     pub level: Option<f64>,
@@ -51,7 +51,7 @@ pub struct Plan {
     /// Whether members keep their states at output times.
     #[serde(default)]
     pub states: bool,
-    /// How often the steps of a member are made, to time them, if they are short.
+    /// Repetitions of the steps of a member for their timing, if they are short.
     #[serde(default)]
     pub repeats: u16,
     /// Files that its scenes name, and plugins, with their hashes.
@@ -70,7 +70,7 @@ pub struct Point {
     pub at: Vec<usize>,
     /// Hash of its scene and of the files of that.
     pub fingerprint: String,
-    /// What its memory goes with: vertices, or bytes of its mesh file.
+    /// Size that its memory scales with: vertices, or bytes of its mesh file.
     pub size: u64,
     /// Wall time after which it is given up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -153,14 +153,14 @@ impl Plan {
         Ok(self.scene(number)?.time.span.until.get())
     }
 
-    /// Where its plugins are, and whether they are isolated; [`Isolation::here`] says whether that is possible.
+    /// Returns the search path of its plugins and their isolation, where [`Isolation::here`] allows it.
     pub(crate) fn search(&self) -> Search {
         let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
         let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
         Search::in_directories(self.plugin_path.clone()).isolated(isolation)
     }
 
-    /// What a member is called: its keys and values.
+    /// Returns the name of a member: its keys and values.
     #[must_use]
     pub fn name(&self, number: usize) -> String {
         self.label(self.at(number), |_| true)
@@ -172,7 +172,7 @@ impl Plan {
         all.map(|(_, (axis, k))| axis.label(*k)).collect::<Vec<_>>().join(", ")
     }
 
-    /// What the plot against key `number` is called: the last word of the key, or all of it where two
+    /// Returns the name of the plot against key `number`: the last word of the key, or all of it where two
     /// keys have the same.
     pub(crate) fn plot_name(&self, number: usize) -> String {
         let Some(axis) = self.axes.get(number) else { return String::new() };
@@ -219,22 +219,15 @@ impl Plan {
     pub fn seal(&mut self) -> Result<()> {
         let mut known = BTreeMap::new();
         for number in 0..self.members.len() {
-            self.members[number].fingerprint = self.fingerprint_with(number, &mut known)?;
+            self.members[number].fingerprint = self.fingerprint(number, &mut known)?;
         }
         self.files = known;
         Ok(())
     }
 
-    /// The fingerprint of a member as its scene and files are now.
-    ///
-    /// # Errors
-    /// A scene, a file or a plugin that cannot be read.
-    pub fn fingerprint(&self, number: usize) -> Result<String> {
-        self.fingerprint_with(number, &mut BTreeMap::new())
-    }
-
-    /// The fingerprint of a member, with the hashes of files that are `known`, and those that it adds.
-    fn fingerprint_with(
+    /// The fingerprint of a member as its scene and files are now, with the hashes of files that are `known`; others
+    /// are added to these.
+    pub(super) fn fingerprint(
         &self,
         number: usize,
         known: &mut BTreeMap<PathBuf, String>,
@@ -274,7 +267,7 @@ impl Plan {
     /// Refuses to resume the sweep `earlier` in `root` if that is another one. Values may be added.
     ///
     /// # Errors
-    /// What has changed.
+    /// The change.
     pub fn check_resumable(&self, earlier: &Self, root: &Path) -> Result<()> {
         let refuse = |what: String| {
             Err(Error::Refused(format!(
@@ -307,7 +300,7 @@ impl Plan {
 /// Most characters of the name of a folder: systems allow 255 bytes.
 const LONGEST_NAME: usize = 150;
 
-/// What memory goes with: vertices, or bytes of the mesh file.
+/// Size that memory scales with: vertices, or bytes of the mesh file.
 fn size(scene: &Scene) -> u64 {
     match &scene.sheet.source {
         SheetSource::File { file } => fs::metadata(file).map_or(1, |about| about.len()),

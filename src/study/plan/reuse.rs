@@ -42,7 +42,7 @@ impl Plan {
         }
     }
 
-    /// What of a member has changed since it was run by the sweep in `root`.
+    /// Describes the change of a member since it was run by the sweep in `root`.
     pub(super) fn difference(&self, number: usize, root: &Path) -> Result<String> {
         let now = self.scene(number)?.resolved()?;
         let written = ResultDirectory::resolved_in(&self.directory(root, number));
@@ -69,7 +69,7 @@ impl Plan {
         earlier: &BTreeMap<PathBuf, String>,
     ) -> Result<Option<PathBuf>> {
         let mut now = BTreeMap::new();
-        self.fingerprint_with(number, &mut now)?;
+        self.fingerprint(number, &mut now)?;
         let other = |(file, hash): &(&PathBuf, &String)| {
             earlier.get(*file).is_some_and(|then| then != *hash)
         };

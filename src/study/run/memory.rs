@@ -1,6 +1,6 @@
-//! How many members fit into the memory there is.
+//! Memory demand of members.
 //!
-//! What a member needs is measured, never guessed: the peak of members that have ended, scaled with the
+//! The memory of a member is measured: the peak of members that have ended, scaled with the
 //! size of their sheets; before one has ended, that of the ones that run, with some room for growth. So
 //! the first runs alone until it has relaxed its start.
 
@@ -11,7 +11,7 @@ use crate::run::Costs;
 use crate::study::gather::{MemberStatus, status};
 use crate::study::plan::Plan;
 
-/// What a member may still grow beyond its peak so far, while no other has ended.
+/// Growth that is expected beyond the peak of a member so far, while no other has ended.
 const ROOM: f64 = 1.5;
 /// Part of the free memory that a sweep uses; the rest is for everything else on the machine.
 const USED: f64 = 0.9;
@@ -27,7 +27,7 @@ pub fn available() -> Option<u64> {
     Some(share(free, USED))
 }
 
-/// What the control group of this process has left, where it has a limit.
+/// Memory that the control group of this process has left, where it has a limit.
 fn left_by_group() -> Option<u64> {
     let number =
         |path: String| -> Option<u64> { fs::read_to_string(path).ok()?.trim().parse().ok() };
@@ -56,7 +56,7 @@ pub(super) fn peak(directory: &Path) -> Option<u64> {
     Costs::read(directory).ok()?.peak_resident_bytes
 }
 
-/// What is known of the memory that members take.
+/// Measured memory of members.
 #[derive(Debug, Default)]
 pub struct Needs {
     /// Size and peak of members that have ended.
@@ -66,7 +66,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// What the members of the study in `root` took that are complete.
+    /// Memory of the complete members of the study in `root`.
     pub(super) fn measured(plan: &Plan, root: &Path) -> Self {
         let mut needs = Self::default();
         for (number, point) in plan.members.iter().enumerate() {

@@ -3,23 +3,24 @@
 mod memory;
 mod pool;
 pub mod slurm;
-mod time_limit;
 mod timing;
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 pub use self::memory::{Needs, available};
 pub use self::pool::Pool;
-use self::time_limit::TimeLimit;
-pub(crate) use self::time_limit::limit_of;
 pub use self::timing::Timing;
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
 use super::plan::Plan;
 use crate::kinetics::Search;
 use crate::model::Evaluation;
+use crate::num::Short;
 use crate::output::{
     Claim, Compression, Field, Frame, Interrupt, Ledger, Progress, ResultDirectory, vtu,
 };
@@ -76,7 +77,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// run; one that was interrupted or killed is resumed from its checkpoint. Any other results are replaced.
 ///
 /// # Errors
-/// A scene or a file that is not the one that was planned; whatever ends a run.
+/// A scene or a file that is not the one that was planned; an error of the run.
 pub fn run(
     plan: &Plan,
     root: &Path,
@@ -94,7 +95,7 @@ pub fn run(
     if status(plan, &path).0 == MemberStatus::Complete {
         return Ok(None);
     }
-    if plan.fingerprint(number)? != point.fingerprint {
+    if plan.fingerprint(number, &mut BTreeMap::new())? != point.fingerprint {
         let file = plan.changed_file(number, &plan.files)?.map(|file| file.display().to_string());
         let what = file.as_deref().unwrap_or("the scene, a file that it names or a plugin");
         let message =
@@ -116,19 +117,19 @@ pub fn run(
         if from.is_none() {
             record(&scene, &simulation, &directory)?;
         }
-        let times = from.as_ref().map(Checkpoint::frames);
+        // Of one that is resumed, results up to the checkpoint are kept.
+        let kept = from.as_ref().map(Checkpoint::frames).unwrap_or_default();
         let file = |name: &str| directory.root().join(name);
-        let states = file(ResultDirectory::STATES);
-        let states = plan.states.then(|| match times {
-            None => StateFile::create(&states),
-            Some(times) => StateFile::reopen(&states, times),
-        });
+        let states = plan
+            .states
+            .then(|| StateFile::reopen(&file(ResultDirectory::STATES), kept))
+            .transpose()?;
         let mut limit = TimeLimit::watch(point.limit, scene.time.span.until.get(), interrupt);
         let mut record = Record {
             directory: &directory,
             level: plan.level,
-            measures: open_measures(&file(ResultDirectory::MEASURES), times)?,
-            states: states.transpose()?,
+            measures: open_measures(&file(ResultDirectory::MEASURES), kept)?,
+            states,
         };
         let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
         let observers = (from.as_ref(), observers);
@@ -168,5 +169,69 @@ fn wait_for_others(path: &Path, interrupt: Interrupt) {
     let since = Instant::now();
     while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
         thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// A run that has used this share of its time limit …
+const SOON: f64 = 0.2;
+/// … and not gone this share of its way is given up.
+const LITTLE: f64 = 0.01;
+
+/// Ends a run that takes too long.
+#[derive(Default)]
+struct TimeLimit {
+    /// The time that the run has reached, as bits.
+    reached: AtomicU64,
+    /// Whether it was ended, and whether for going too little of its way.
+    expired: AtomicBool,
+    early: AtomicBool,
+}
+
+impl TimeLimit {
+    /// Asks the run to `until` to end when it has taken `limit` seconds, or sooner if it does not get on.
+    fn watch(limit: Option<u64>, until: f64, interrupt: Interrupt) -> Arc<Self> {
+        let watch = Arc::new(Self::default());
+        if let Some(limit) = limit {
+            let watched = Arc::clone(&watch);
+            thread::spawn(move || {
+                let all = Duration::from_secs(limit);
+                thread::sleep(all.mul_f64(SOON));
+                if f64::from_bits(watched.reached.load(Ordering::SeqCst)) > LITTLE * until {
+                    thread::sleep(all.mul_f64(1.0 - SOON));
+                } else {
+                    watched.early.store(true, Ordering::SeqCst);
+                }
+                watched.expired.store(true, Ordering::SeqCst);
+                interrupt.request();
+            });
+        }
+        watch
+    }
+
+    /// The error of a run that was ended at `time` because of the `limit`.
+    fn error(&self, time: f64, limit: Option<u64>) -> Option<Error> {
+        let limit = limit.filter(|_| self.expired.load(Ordering::SeqCst))?;
+        let time = Short(time);
+        let why = match self.early.load(Ordering::SeqCst) {
+            false => String::new(),
+            true => format!("less than {} % of its way in {} % of ", 100.0 * LITTLE, 100.0 * SOON),
+        };
+        Some(Error::Incomplete(format!("given up at t = {time}: {why}{LIMIT}{limit} s")))
+    }
+}
+
+/// Part of the message of a run that exceeded its time limit.
+const LIMIT: &str = "the time limit of ";
+
+/// The time limit, s, that a member which failed with `reason` was given up for, if that is why.
+pub(crate) fn limit_of(reason: &str) -> Option<u64> {
+    let (_, limit) = reason.split_once(LIMIT)?;
+    limit.split_once(' ')?.0.parse().ok()
+}
+
+impl Observer for Arc<TimeLimit> {
+    fn observe(&mut self, at: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
+        self.reached.store(at.state().time.to_bits(), Ordering::SeqCst);
+        Ok(())
     }
 }

@@ -20,7 +20,7 @@ use crate::study::plan::Plan;
 
 /// Child processes that run the members of a study.
 pub struct Pool<'a> {
-    /// What is run.
+    /// The members.
     pub plan: &'a Plan,
     /// The directory of the study.
     pub root: &'a Path,
@@ -51,7 +51,7 @@ struct Running {
 struct Progress {
     running: Vec<Running>,
     needs: Needs,
-    /// How many have ended, of how many.
+    /// Counts of members that have ended and of all.
     ended: [usize; 2],
     /// The last member that was reported to wait for memory.
     waits: Option<usize>,

@@ -16,9 +16,9 @@ const JOB: &str = "job";
 /// Seconds before the end of a time limit at which a member is asked to end.
 const WARNING: u32 = 60;
 
-/// What an array job is asked to do.
+/// An array job of Slurm.
 pub struct Array<'a> {
-    /// What is run.
+    /// The members.
     pub plan: &'a Plan,
     /// The directory of the sweep, its full path.
     pub root: &'a Path,
@@ -72,7 +72,7 @@ impl Array<'_> {
         Ok(lines.join("\n") + "\n")
     }
 
-    /// What the largest of `members` needs, with some room, where members have run before.
+    /// Memory of the largest of `members`, with some room, where members have run before.
     fn memory(&self, members: &[usize]) -> Option<u64> {
         let needs = Needs::measured(self.plan, self.root);
         let most = members.iter().filter_map(|m| needs.of(self.plan.members.get(*m)?.size)).max();

@@ -1,13 +1,13 @@
-//! How long the steps of a member take, excluding setup and output.
+//! Processor time of the steps of a member, excluding setup and output.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::kinetics::Search;
-use crate::num::real;
 use crate::output::ResultDirectory;
 use crate::run::run::Summary;
+use crate::run::schedule::OutputSchedule;
 use crate::run::{Result, Simulation};
 use crate::scene::Scene;
 use crate::study::{read_document, write_document};
@@ -25,7 +25,7 @@ pub struct Timing {
 const LONG: f64 = 3.0;
 
 impl Timing {
-    /// Of the run of `scene` that `summary` tells of, and of `repeats` - 1 more where that was short.
+    /// Returns the times of the run of `scene` with `summary`, and of `repeats` - 1 more where that was short.
     ///
     /// # Errors
     /// Whatever ends a run.
@@ -79,13 +79,10 @@ fn again(scene: &Scene, search: &Search, end: f64) -> Result<f64> {
     let mut simulation = Simulation::new(scene, search)?;
     simulation.prepare()?;
     let start = simulation.spent();
-    let every = scene.output.every.map_or(end, f64::from);
-    let mut output = 1usize;
+    let mut schedule = OutputSchedule::of(scene);
     while simulation.state().time < end {
-        while real(output) * every <= simulation.state().time {
-            output += 1;
-        }
-        simulation.step((real(output) * every).min(end))?;
+        schedule.pass(simulation.state().time);
+        simulation.step(schedule.target().min(end))?;
     }
     Ok((simulation.spent() - start).cpu_seconds)
 }

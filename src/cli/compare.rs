@@ -1,15 +1,14 @@
 //! `rumple compare SCENE`: the same scene under several policies and integrators.
 
-mod output_directory;
-
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
 
+use super::output_directory::{claim, names, refuse, remove_file, remove_run};
 use super::{SceneArgs, end};
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
+use crate::output::{Claim, Interrupt, Mode, Progress, ResultDirectory};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
@@ -59,7 +58,7 @@ fn run_here(args: &CompareArgs) -> Result<()> {
     let (scene, simulation) = start(args, &search)?;
     super::inputs(&scene, simulation.plugins()).outside(&root)?;
     let interrupt = Interrupt::install()?;
-    let claim = output_directory::make(&root, args.force)?;
+    let claim = make_room(&root, args.force)?;
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
     end(&claim, outcome)
@@ -175,10 +174,10 @@ fn announce(mut simulation: Simulation, interrupt: Interrupt) -> Result<()> {
 
 /// Writes numbers, plots and pictures.
 fn write(root: &Path, members: &[Member]) -> Result<()> {
-    let mut files = draw::files(output_directory::PLOTS, &figure(members))?.to_vec();
-    files.push((output_directory::TABLE.to_owned(), csv(members).into_bytes()));
+    let mut files = draw::files(PLOTS, &figure(members))?.to_vec();
+    files.push((TABLE.to_owned(), csv(members).into_bytes()));
     if let Some(pictures) = contact_sheet(members)? {
-        files.push((output_directory::PICTURES.to_owned(), pictures.png()?));
+        files.push((PICTURES.to_owned(), pictures.png()?));
     }
     write_files(root, files)
 }
@@ -188,4 +187,53 @@ fn folder(name: &str, number: usize) -> String {
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let words: Vec<&str> = plain.split('-').filter(|word| !word.is_empty()).collect();
     format!("{}-{}", number + 1, words.join("-").to_lowercase())
+}
+
+const TABLE: &str = "compare.csv";
+/// Name of the plots, as SVG and as PNG.
+const PLOTS: &str = "compare";
+const PICTURES: &str = "pictures.png";
+
+/// Makes room in `root`, and the directory where there is none: what a comparison would write over
+/// is refused, or removed with `force`. Whatever else is there stays.
+fn make_room(root: &Path, force: bool) -> Result<Claim> {
+    let (claim, ours) = claim(root, || check(root, force))?;
+    for path in ours.iter().map(|name| root.join(name)) {
+        if is_member(&path) { remove_run(&path)? } else { remove_file(&path)? }
+    }
+    claim.begin()?;
+    Ok(claim)
+}
+
+/// The names in `root` of what a comparison writes, members first.
+fn check(root: &Path, force: bool) -> Result<Vec<String>> {
+    let written = [TABLE, "compare.svg", "compare.png", PICTURES, Claim::STATUS];
+    let ours = |name: &String| written.contains(&name.as_str()) || is_member(&root.join(name));
+    let ours: Vec<String> = names(root)?.into_iter().filter(ours).collect();
+    let Some(first) = ours.first() else { return Ok(ours) };
+    if !force {
+        let member = is_member(&root.join(first));
+        let what = if member { "an earlier comparison".into() } else { format!("`{first}`") };
+        let how = "choose another with --out, or --force to replace it";
+        return refuse(root, format!("it holds {what}: {how}"));
+    }
+    if root.is_symlink() {
+        let message = "is a link, and nothing is removed through a link; give the directory itself";
+        return refuse(root, message);
+    }
+    let link = |name: &&String| is_member(&root.join(name)) && root.join(name).is_symlink();
+    match ours.iter().find(link) {
+        Some(name) => refuse(root, format!("`{name}` in it is a link, which is not followed")),
+        None => Ok(ours),
+    }
+}
+
+/// Whether a folder is that of a member: `1-quasi-static-staggered`, with a run in it.
+fn is_member(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let number = name.split('-').next().unwrap_or_default();
+    !number.is_empty()
+        && number.chars().all(|c| c.is_ascii_digit())
+        && name.contains('-')
+        && ["ledger.csv", Claim::STATUS].iter().any(|file| path.join(file).is_file())
 }
