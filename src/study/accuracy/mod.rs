@@ -23,7 +23,6 @@ mod policies;
 mod quantity;
 mod reference;
 mod report;
-mod richardson;
 
 pub use plan::Options;
 pub use quantity::Quantity;

@@ -12,11 +12,11 @@ use crate::model::{Policy, State};
 use crate::output::ResultDirectory;
 use crate::scene::Scene;
 use crate::study::extent;
-use crate::study::gather::{Distance, Found, Norm, first_beyond, read, states};
+use crate::study::gather::{
+    Distance, Found, Norm, REFERENCES_DIVERGED, first_beyond, read, states,
+};
 use crate::study::plan::Plan;
 
-/// References that differ by more than this, relative to the fields, are on different branches.
-const DIVERGED: f64 = 0.1;
 /// Changes below this, relative to what changes, are none.
 const STILL: f64 = 1e-6;
 
@@ -77,7 +77,7 @@ pub(super) fn choose(
             lost.push((name.clone(), "has no states at the same output times".to_owned()));
             continue;
         };
-        let from = first_beyond(&course, DIVERGED).map(|distance| distance.time);
+        let from = first_beyond(&course, REFERENCES_DIVERGED).map(|distance| distance.time);
         diverged = diverged.into_iter().chain(from).reduce(f64::min);
         if Some(k) != second {
             others.push((name.clone(), distance));

@@ -14,7 +14,7 @@ pub use timescales::Timescales;
 
 use std::sync::Arc;
 
-use super::gather::{Distance, Measures, Norm, first_beyond, measure};
+use super::gather::{DIVERGED, Distance, Measures, Norm, first_beyond, measure};
 use crate::kinetics::Search;
 use crate::model::{Evaluation, State};
 use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
@@ -24,10 +24,6 @@ use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::SolveError;
 use crate::tally::Work;
-
-/// Relative distance of shapes or species beyond which two runs count as diverged. Members of a comparison may
-/// be loose: the bound is twice that of the tight references of a study of accuracy.
-pub const DIVERGED: f64 = 0.2;
 
 /// One member of a comparison.
 pub struct Member {

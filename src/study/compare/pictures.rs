@@ -72,16 +72,12 @@ pub fn figure(members: &[Member]) -> Figure {
 /// Cost and largest distance of every member, at the edge where it has none: the reference and what
 /// agrees with it exactly below, what begins apart above, what failed in the corner.
 fn cost(members: &[Member], reference: &Ran) -> Vec<Curve> {
+    let largest = |ran: &Ran| ran.deviations(reference).largest.map(|(a, b)| a.max(b));
     let mark = |(name, member): (usize, &Member)| {
-        let at = match &member.outcome {
-            Ok(ran) => {
-                let largest = ran.deviations(reference).largest;
-                let distance = largest.map_or(f64::INFINITY, |(shape, species)| shape.max(species));
-                (ran.seconds(), distance)
-            }
-            Err(_) => (f64::INFINITY, f64::INFINITY),
-        };
-        Curve { name, points: vec![at] }
+        let ran = member.outcome.as_ref().ok();
+        let seconds = ran.map_or(f64::INFINITY, Ran::seconds);
+        let distance = ran.and_then(largest).unwrap_or(f64::INFINITY);
+        Curve { name, points: vec![(seconds, distance)] }
     };
     members.iter().enumerate().map(mark).collect()
 }

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::iter::once;
 
-use super::{DIVERGED, Member, Ran};
+use super::{Member, Ran};
 use crate::output::SelfIntersection;
 use crate::output::plot::label;
 use crate::study::draw::table::{csv_table, number, work_cells, work_titles};
-use crate::study::gather::Distance;
+use crate::study::gather::{DIVERGED, Distance};
 
 /// The two lines of the head, cells between bars.
 const HEAD: [&str; 2] = [

@@ -69,6 +69,11 @@ impl Distance {
     }
 }
 
+/// Relative distance of shapes or species beyond which two runs of a comparison count as diverged.
+pub const DIVERGED: f64 = 0.2;
+/// The same of references, which are so tight that half of it cannot be an error of the integration in time.
+pub const REFERENCES_DIVERGED: f64 = 0.5 * DIVERGED;
+
 /// Where two runs diverge: the first of their distances beyond `bound`. They are on different branches of a
 /// bifurcation from there on, or too far from one another for a larger distance to mean more.
 pub fn first_beyond(course: &[Distance], bound: f64) -> Option<&Distance> {

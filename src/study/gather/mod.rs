@@ -7,7 +7,7 @@ pub mod states;
 use std::fs;
 use std::path::Path;
 
-pub use self::distance::{Difference, Distance, Norm, first_beyond};
+pub use self::distance::{DIVERGED, Difference, Distance, Norm, REFERENCES_DIVERGED, first_beyond};
 pub use self::measures::{Measures, measure};
 use super::plan::Plan;
 use super::run::Timing;
