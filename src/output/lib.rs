@@ -120,13 +120,11 @@ pub enum OutputError {
 
 impl OutputError {
     /// For `map_err` after an operation that writes `path`.
-    #[must_use]
     pub fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         |source| Self::Write { path: path.to_owned(), source }
     }
 
     /// For `map_err` after an operation that reads `path`.
-    #[must_use]
     pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         |source| Self::Read { path: path.to_owned(), source }
     }

@@ -22,8 +22,11 @@ const FARTHEST: f64 = 100.0;
 /// Label of the line of the references' uncertainty.
 const APART: &str = "references, apart";
 
-/// Name, caption and figure of every plot of a case.
-const OF_CASE: [(&str, &str, fn(&Study, &Case) -> Figure); 5] = [
+/// Name, caption and figure of a plot of a case.
+type CasePlot = (&'static str, &'static str, fn(&Study, &Case) -> Figure);
+
+/// Every plot of a case.
+const OF_CASE: [CasePlot; 5] = [
     (
         "work-precision",
         "What accuracy costs: error against processor time of the steps, and beside it against work that \
