@@ -5,7 +5,7 @@ pub(super) mod begin;
 use std::path::{Path, PathBuf};
 use std::{io, thread};
 
-use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
+use clap::{Args, Subcommand};
 
 use super::SceneArgs;
 use crate::output::{Interrupt, Mode, Progress};
@@ -17,38 +17,14 @@ use crate::study::plan::Plan;
 use crate::study::{run, sweep};
 
 /// Arguments of `sweep`: those of a sweep, or a command for one that there is.
-#[derive(Debug)]
-pub(super) enum SweepArgs {
-    Plan(PlanArgs),
-    Command(Command),
-}
-
-// By hand: what a scene needs is needed only where no command is given.
-impl FromArgMatches for SweepArgs {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        match matches.subcommand_name() {
-            Some(_) => Command::from_arg_matches(matches).map(Self::Command),
-            None => PlanArgs::from_arg_matches(matches).map(Self::Plan),
-        }
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-impl Args for SweepArgs {
-    fn augment_args(command: clap::Command) -> clap::Command {
-        Command::augment_subcommands(PlanArgs::augment_args(command))
-            .args_conflicts_with_subcommands(true)
-            .subcommand_negates_reqs(true)
-            .after_help(VALUES)
-    }
-
-    fn augment_args_for_update(command: clap::Command) -> clap::Command {
-        Self::augment_args(command)
-    }
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = VALUES)]
+pub(super) struct SweepArgs {
+    #[command(flatten)]
+    plan: Option<PlanArgs>,
+    #[command(subcommand)]
+    command: Option<Command>,
 }
 
 /// How values are written.
@@ -86,8 +62,9 @@ pub(super) enum Command {
     },
 }
 
-/// Arguments that begin a sweep, or go on with it.
+/// Arguments that begin a sweep, or resume it; they are there with the scene.
 #[derive(Debug, Args)]
+#[group(args = ["scene"])]
 pub(super) struct PlanArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -141,15 +118,15 @@ pub(super) struct HowArgs {
 }
 
 pub(super) fn run(args: &SweepArgs) -> Result<()> {
-    match args {
-        SweepArgs::Plan(plan) => begin::run(plan),
-        SweepArgs::Command(Command::Collect { directory, quiet }) => {
+    match (&args.command, &args.plan) {
+        (Some(Command::Collect { directory, quiet }), _) => {
             let (root, plan) = planned(directory)?;
             gathered(&plan, &root, *quiet, false).map(|_| ())
         }
-        SweepArgs::Command(Command::Member { directory, number, leash }) => {
+        (Some(Command::Member { directory, number, leash }), _) => {
             member(directory, *number, *leash)
         }
+        (None, plan) => plan.as_ref().map_or(Ok(()), begin::run),
     }
 }
 
