@@ -1,5 +1,5 @@
-//! Studies: many runs of one scene. One way to [plan](plan), [run](run), [gather](gather) and [draw](draw) them
-//! serves [`sweep`], [`accuracy`] and [`compare`].
+//! Studies: many runs of one scene. One way to [plan](plan), [run](run), [gather](gather) and draw them serves
+//! [`sweep`], [`accuracy`] and [`compare`].
 //!
 //! ```text
 //! plan     Axis, Plan, Point      which members there are: scene, overrides, directory, fingerprint
