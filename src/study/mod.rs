@@ -1,4 +1,4 @@
-//! Studies: many runs of one scene. One way to [plan](plan), [run](run), [gather](gather) and draw them serves
+//! Studies: many runs of one scene. One way to [`plan`], [`run`](mod@run), [`gather`](mod@gather) and draw them serves
 //! [`sweep`], [`accuracy`] and [`compare`].
 //!
 //! ```text
