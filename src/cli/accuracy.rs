@@ -2,17 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::parser::ValueSource;
+use clap::{Args, CommandFactory};
 
 use super::sweep::begin::{Runs, made_by};
 use super::sweep::{HowArgs, counts};
-use super::{PLUGIN_LIMIT, SceneArgs, absolute, warn};
+use super::{Cli, SceneArgs, absolute, warn};
 use crate::kinetics::Search;
 use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result};
 use crate::study::accuracy::{Options, Quantity, Study};
-use crate::study::sweep::{Axis, Found, MemberStatus, Plan, gather, write_tables};
+use crate::study::gather::{Found, MemberStatus, gather};
+use crate::study::plan::{Axis, Plan};
+use crate::study::sweep::write_tables;
 
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
@@ -93,15 +96,13 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     let path = &args.scene.scene;
     if path.is_dir() {
         let root = absolute(path)?;
-        let (Some(study), Some(plan)) = (Study::read(&root)?, Plan::read(&root)?) else {
-            let message = format!(
-                "{}: no {}: expected a scene, or the directory of a study",
-                path.display(),
-                Study::FILE
-            );
-            return Err(Error::Refused(message));
+        let Some((study, plan)) = Study::read(&root)? else {
+            let (path, file) = (path.display(), Study::FILE);
+            return Err(Error::Refused(format!(
+                "{path}: no {file}: expected a scene, or the directory of a study"
+            )));
         };
-        refuse_for_directory(args)?;
+        refuse_for_directory()?;
         args.of.map_or(Ok(()), |of| of.check(&plan))?;
         let study =
             Study { of: args.of.or(study.of), wanted: args.want.unwrap_or(study.wanted), ..study };
@@ -118,13 +119,13 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     plan.repeats = args.repeats.unwrap_or(REPEATS);
     made_by(&mut plan, scene)?;
     let check = |plan: &Plan| match &args.references_from {
-        Some(other) => study.can_adopt(plan, &absolute(other)?),
+        Some(other) => study.can_import(plan, &absolute(other)?),
         None => Ok(()),
     };
     let prepare = |root: &Path| {
         study.write(root)?;
         if let (Some(other), Some(plan)) = (&args.references_from, Plan::read(root)?) {
-            study.adopt(&plan, root, &absolute(other)?)?;
+            study.import(&plan, root, &absolute(other)?)?;
         }
         Ok(())
     };
@@ -147,62 +148,38 @@ fn whole_seconds(text: &str) -> std::result::Result<u64, String> {
 }
 
 /// What was made is gathered: what would make other runs, or make runs otherwise, is refused.
-fn refuse_for_directory(args: &AccuracyArgs) -> Result<()> {
-    let (scene, how) = (&args.scene, &args.how);
-    let given = [
-        ("--set", !scene.overrides.is_empty()),
-        ("--plugin-path", !scene.plugin_path.is_empty()),
-        ("--threads", scene.threads.is_some()),
-        ("--plugin-limit", scene.plugin_limit.to_bits() != PLUGIN_LIMIT.to_bits()),
-        ("--isolate", scene.isolate),
-        ("--tolerances", args.tolerances.is_some()),
-        ("--seeds", args.seeds.is_some()),
-        ("--limit", args.limit.is_some()),
-        ("--repeats", args.repeats.is_some()),
-        ("--jobs", how.jobs.is_some()),
-        ("--memory", how.memory.is_some()),
-        ("--retry-failed", how.retry_failed),
-        ("--force", how.force),
-        ("--slurm", how.slurm),
-        ("--integrator", !args.integrators.is_empty()),
-        ("--force-tolerances", args.force_tolerances.is_some()),
-        ("--over", !args.over.is_empty()),
-        ("--reference", !args.references.is_empty()),
-        ("--references-from", args.references_from.is_some()),
-        ("--level", args.level.is_some()),
-        ("--out", how.out.is_some()),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((option, _)) => Err(Error::Refused(format!(
-            "{option} belongs to a scene; of a study that was made --want and --of can be given"
-        ))),
-    }
+fn refuse_for_directory() -> Result<()> {
+    let command = Cli::command();
+    let matches = command.clone().get_matches();
+    let Some((name, given)) = matches.subcommand() else { return Ok(()) };
+    let options = command.find_subcommand(name).into_iter().flat_map(clap::Command::get_arguments);
+    let mut options = options.filter_map(|option| Some((option.get_id(), option.get_long()?)));
+    let other = |(id, option): &(&clap::Id, &str)| {
+        given.value_source(id.as_str()) == Some(ValueSource::CommandLine)
+            && !["want", "of", "quiet"].contains(option)
+    };
+    let Some((_, option)) = options.find(other) else { return Ok(()) };
+    Err(Error::Refused(format!(
+        "--{option} belongs to a scene; of a study that was made --want and --of can be given"
+    )))
 }
 
 fn options(args: &AccuracyArgs) -> Result<Options> {
-    let taken = match &args.references_from {
-        None => None,
-        Some(other) => {
-            let root = absolute(other)?;
-            match (Study::read(&root)?, Plan::read(&root)?) {
-                (Some(study), Some(plan)) => Some((study, plan)),
-                _ => {
-                    let message = format!("{}: expected the directory of a study", other.display());
-                    return Err(Error::Refused(message));
-                }
-            }
-        }
+    let taken = |other: &PathBuf| {
+        Study::read(&absolute(other)?)?.ok_or_else(|| {
+            let message = format!("{}: expected the directory of a study", other.display());
+            Error::Refused(message)
+        })
     };
     Ok(Options {
         integrators: args.integrators.clone(),
         tolerances: numbers("--tolerances", args.tolerances.as_deref().unwrap_or(TOLERANCES))?,
-        forces: match &args.force_tolerances {
-            None => Vec::new(),
-            Some(text) => numbers("--force-tolerances", text)?,
-        },
+        forces: args
+            .force_tolerances
+            .as_deref()
+            .map_or(Ok(Vec::new()), |text| numbers("--force-tolerances", text))?,
         references: args.references.clone(),
-        taken,
+        taken: args.references_from.as_ref().map(taken).transpose()?,
         seeds: args.seeds.unwrap_or(SEEDS),
         limit: args.limit.unwrap_or(LIMIT),
         wanted: args.want.unwrap_or(WANTED),
@@ -212,22 +189,14 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
 
 /// Numbers between 0 and 1 from a list or a range.
 fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
-    let refuse = |what: String| Err(Error::Refused(format!("{option} {text}: {what}")));
-    let axis = match Axis::parse(&format!("{}={text}", option.trim_start_matches('-'))) {
-        Ok(axis) => axis,
-        Err(what) => {
-            let what = what.split_once(": ").map_or(what.as_str(), |(_, what)| what);
-            return refuse(what.to_owned());
-        }
+    let refuse = |what: &str| Error::Refused(format!("{option} {text}: {what}"));
+    let axis = Axis::parse(&format!("{}={text}", option.trim_start_matches('-')))
+        .map_err(|what| refuse(what.split_once(": ").map_or(&what, |(_, what)| what)))?;
+    let number = |value: &String| match value.parse().ok().and_then(Positive::new) {
+        Some(number) if number.get() < 1.0 => Ok(number),
+        _ => Err(refuse(&format!("`{value}` is not a number between 0 and 1"))),
     };
-    let mut all = Vec::new();
-    for value in &axis.values {
-        match value.parse().ok().and_then(Positive::new) {
-            Some(number) if number.get() < 1.0 => all.push(number),
-            _ => return refuse(format!("`{value}` is not a number between 0 and 1")),
-        }
-    }
-    Ok(all)
+    axis.values.iter().map(number).collect()
 }
 
 /// Gathers everything and prints the advice; fails where no errors are known.

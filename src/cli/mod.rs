@@ -17,6 +17,7 @@ mod explain;
 mod fatal_signal;
 mod inspect;
 pub mod mesh;
+mod output_directory;
 mod plugin;
 mod resume;
 mod run;
@@ -33,7 +34,9 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::{Isolation, KineticsError, Search, take_destroy_error};
 use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{Claim, Inputs, OutputError, Provenance, ResultDirectory, atomic, interrupt};
+use crate::output::{
+    Claim, Inputs, OutputError, Provenance, ResultDirectory, RunStatus, atomic, interrupt,
+};
 use crate::run::{Checkpoint, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
@@ -156,14 +159,18 @@ fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
     inputs
 }
 
-/// Removes what a run wrote into the directory `path`; a folder that holds anything else stays.
-fn remove_run(path: &Path) -> Result<(), OutputError> {
-    drop(ResultDirectory::prepare(path, true)?);
-    for rest in [Claim::STATUS, Claim::LOCK] {
-        let _ = std::fs::remove_file(path.join(rest));
-    }
-    let _ = std::fs::remove_dir(path);
-    Ok(())
+/// Records in a claimed directory how a command ended there.
+fn end(claim: &Claim, outcome: Result<String>) -> Result<()> {
+    let (standing, reason) = match &outcome {
+        Ok(reason) => (RunStatus::Complete, reason.clone()),
+        Err(Error::Solve(SolveError::Interrupted)) => {
+            (RunStatus::Interrupted, interrupt::reason().to_owned())
+        }
+        Err(error) => (RunStatus::Failed, error.to_string()),
+    };
+    let ended = claim.end(standing, &reason);
+    outcome?;
+    Ok(ended?)
 }
 
 /// Writes down what a run is made from: every default of its scene, the state that it starts from if

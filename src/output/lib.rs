@@ -120,12 +120,12 @@ pub enum OutputError {
 
 impl OutputError {
     /// For `map_err` after an operation that writes `path`.
-    fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+    pub fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         |source| Self::Write { path: path.to_owned(), source }
     }
 
     /// For `map_err` after an operation that reads `path`.
-    fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+    pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         |source| Self::Read { path: path.to_owned(), source }
     }
 }

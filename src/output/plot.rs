@@ -28,7 +28,7 @@ pub struct Curve {
 }
 
 /// One pair of axes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
     /// What is drawn upwards.
     pub title: String,
@@ -45,7 +45,7 @@ pub struct Panel {
 }
 
 /// Panels side by side with one legend.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
     /// Names in the legend.
     pub names: Vec<String>,

@@ -34,7 +34,7 @@ pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
 mod scale_checks;
-mod schedule;
+pub(crate) mod schedule;
 mod self_intersection;
 mod session;
 mod simulation;

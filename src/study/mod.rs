@@ -1,14 +1,61 @@
-//! Many runs, and what they say together.
+//! Studies: many runs of one scene. One way to [`plan`], [`run`](mod@run), [`gather`](mod@gather) and draw them serves
+//! [`sweep`], [`accuracy`] and [`compare`].
+//!
+//! ```text
+//! plan     Axis, Plan, Point      which members there are: scene, overrides, directory, fingerprint
+//! run      run, Pool, slurm       one member; members as child processes or as an array job
+//! gather   Found, Norm, Measures  how members stand, their results, their distances from one another
+//! draw                            tables, plots against a key, contact sheets
+//! ```
 
 pub mod accuracy;
-pub mod choice;
 pub mod compare;
-mod differences;
-mod measures;
-mod pictures;
-pub mod states;
+pub(crate) mod draw;
+pub mod gather;
+pub mod plan;
+pub mod run;
 pub mod sweep;
-mod tables;
 
-pub use differences::{Difference, Differences, Norm};
-pub use measures::{Measures, measure};
+pub use gather::{Difference, Distance, Measures, Norm, measure};
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::output::{OutputError, atomic};
+use crate::run::{Error, Result};
+
+/// Reads the JSON file `path` that a `writer` wrote; none where there is no such file.
+fn read_document<T: DeserializeOwned>(path: &Path, writer: &str) -> Result<Option<T>> {
+    let text = match fs::read_to_string(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        text => text.map_err(OutputError::read(path))?,
+    };
+    serde_json::from_str(&text).map(Some).map_err(|error| {
+        Error::Refused(format!("{}: is not what a {writer} writes: {error}", path.display()))
+    })
+}
+
+/// Writes `document` as JSON.
+fn write_document(path: &Path, document: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(document).unwrap_or_default();
+    Ok(atomic::replace(path, |writer| writeln!(writer, "{text}"))?)
+}
+
+/// Writes `files` into `root`: names and contents.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write_files(root: &Path, files: Vec<(String, Vec<u8>)>) -> Result<()> {
+    for (name, bytes) in files {
+        atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
+    }
+    Ok(())
+}
+
+/// The least and the largest of `values`; infinite, the least above the largest, of none.
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)))
+}

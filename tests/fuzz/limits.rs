@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::scene::Scene;
 use rumple::sheet::read;
-use rumple::study::sweep::Axis;
+use rumple::study::plan::Axis;
 
 use super::readers::{LAW, root};
 use crate::common::{allocations, peak_of};

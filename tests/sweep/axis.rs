@@ -1,6 +1,6 @@
 //! Keys and their values as they are written.
 
-use rumple::study::sweep::Axis;
+use rumple::study::plan::Axis;
 
 fn values(text: &str) -> Vec<String> {
     Axis::parse(text).unwrap_or_else(|e| panic!("{e}")).values

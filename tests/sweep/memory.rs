@@ -1,6 +1,6 @@
 //! What members are taken to need.
 
-use rumple::study::sweep::{Needs, available};
+use rumple::study::run::{Needs, available};
 
 #[test]
 fn needs_go_by_the_nearest_in_size_and_by_the_ended_before_the_running() {

@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use rumple::Vec3;
 use rumple::output::picture::Picture;
 use rumple::study::Measures;
-use rumple::study::sweep::{
-    Axis, Found, MemberStatus, Plan, Point, Shown, contact_sheet, drawn_keys, figure,
-};
+use rumple::study::gather::{Found, MemberStatus, Shown};
+use rumple::study::plan::{Axis, Plan, Point};
+use rumple::study::sweep::{contact_sheet, drawn_keys, figure};
 
 use rumple::tally::Work;
 

@@ -1,21 +1,23 @@
-//! Begins a sweep, or goes on with it: here, or through Slurm.
+//! Begins a study or resumes it: here, or through Slurm.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::{HowArgs, PlanArgs, counts, outcome, output_directory, report};
-use crate::cli::{SceneArgs, warn};
+use super::{HowArgs, PlanArgs, counts, gathered};
+use crate::cli::output_directory::{claim, names, refuse, remove_file, remove_run};
+use crate::cli::{SceneArgs, end, warn};
 use crate::kinetics::Search;
-use crate::output::plot::label;
-use crate::output::{Claim, Interrupt, RunStatus, interrupt};
+use crate::output::{Claim, Interrupt};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
-use crate::study::sweep::slurm::Array;
-use crate::study::sweep::{
-    Axis, Event, MemberStatus, Plan, Pool, available, gather, limit_of, seeds, status, write,
-    write_tables,
-};
+use crate::study::accuracy::Study;
+use crate::study::gather::{MemberStatus, gather, status};
+use crate::study::plan::{Axis, Plan, seeds};
+use crate::study::run::slurm::{self, Array};
+use crate::study::run::{Pool, available, limit_of};
+use crate::study::sweep::{PAGE, PICTURES, PLOT, TABLE, write_tables};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
@@ -23,7 +25,8 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
     plan.level = args.level;
     made_by(&mut plan, scene)?;
     let (how, check, prepare) = (&args.how, &|_: &Plan| Ok(()), &|_: &Path| Ok(()));
-    Runs { command: "sweep", how, jobs: None, check, prepare, gather: &gathered }.on(plan)
+    let gather = &|plan: &Plan, root: &Path, quiet| gathered(plan, root, quiet, true);
+    Runs { command: "sweep", how, jobs: None, check, prepare, gather }.on(plan)
 }
 
 /// Gives members what the command line says of threads and plugins.
@@ -43,20 +46,20 @@ pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> 
 pub(in crate::cli) struct Runs<'a> {
     /// The command that makes them.
     pub(in crate::cli) command: &'a str,
-    /// How they are run.
+    /// Options of the command line.
     pub(in crate::cli) how: &'a HowArgs,
-    /// How many at once, if the user does not say; as many as there are cores for, if not given.
+    /// Default count of simultaneous runs; as many as there are cores for, if not given.
     pub(in crate::cli) jobs: Option<usize>,
     /// Refuses a plan before anything is written.
     pub(in crate::cli) check: &'a dyn Fn(&Plan) -> Result<()>,
-    /// What is done in the directory before any is run.
+    /// Prepares the directory before any is run.
     pub(in crate::cli) prepare: &'a dyn Fn(&Path) -> Result<()>,
     /// Gathers what there is of a plan in a directory, in silence or not; says how it stands.
     pub(in crate::cli) gather: &'a dyn Fn(&Plan, &Path, bool) -> Result<String>,
 }
 
 impl Runs<'_> {
-    /// Begins with `plan`, or goes on with it.
+    /// Begins `plan`, or resumes it.
     pub(in crate::cli) fn on(&self, mut plan: Plan) -> Result<()> {
         let root = self.how.out.clone().unwrap_or_else(|| {
             let stem = plan.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
@@ -66,33 +69,23 @@ impl Runs<'_> {
         let program = std::env::current_exe().map_err(|error| {
             Error::Refused(format!("the program does not find itself: {error}"))
         })?;
-        {
-            // What is wrong with every member is wrong with the first.
-            let first = plan.scene(0)?;
-            let simulation = Simulation::new(&first, &plan.search())?;
-            crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
-            if !self.how.quiet {
-                simulation.notes().iter().for_each(|note| warn(note));
-            }
+        // What is wrong with every member is wrong with the first.
+        let first = plan.scene(0)?;
+        let simulation = Simulation::new(&first, &plan.search())?;
+        crate::cli::inputs(&first, simulation.plugins()).outside(&root)?;
+        if !self.how.quiet {
+            simulation.notes().iter().for_each(|note| warn(note));
         }
+        drop(simulation);
         plan.seal()?;
         (self.check)(&plan)?;
         let interrupt = Interrupt::install()?;
-        let claim = output_directory::make(&root, &plan, self.how.force)?;
+        let claim = make_room(&root, &plan, self.how.force)?;
         let outcome = (self.prepare)(&root).and_then(|()| match self.how.slurm {
             true => self.submit(&plan, &root, program),
             false => self.here(&plan, &root, program, interrupt),
         });
-        let (standing, reason) = match &outcome {
-            Ok(reason) => (RunStatus::Complete, reason.clone()),
-            Err(Error::Solve(SolveError::Interrupted)) => {
-                (RunStatus::Interrupted, interrupt::reason().to_owned())
-            }
-            Err(error) => (RunStatus::Failed, error.to_string()),
-        };
-        let ended = Claim::end(&claim, standing, &reason);
-        outcome?;
-        Ok(ended?)
+        end(&claim, outcome)
     }
 
     /// The members that are to be run: those that are not complete; those that failed only if asked for, or
@@ -119,26 +112,21 @@ impl Runs<'_> {
         let options = &self.how.slurm_option;
         let array = Array { plan, root, program, jobs: self.how.jobs.map(usize::from), options };
         let script = array.write(&members)?;
-        let tell = |text: &str| {
-            if !self.how.quiet {
-                say!("{text}");
-            }
+        let command = if self.command == "sweep" { "sweep collect" } else { self.command };
+        let (collect, tasks) = (format!("rumple {command} {}", root.display()), members.len());
+        let (text, done) = if self.how.no_submit {
+            let script = script.display();
+            let text = format!("{script}: {tasks} tasks; submit it with sbatch, then {collect}");
+            (text, "the job script is written".to_owned())
+        } else {
+            let job = array.submit(&script)?;
+            let text = format!("job {job}: {tasks} tasks; gather what there is with {collect}");
+            (text, format!("submitted to Slurm as job {job}"))
         };
-        let collect = match self.command {
-            "sweep" => format!("rumple sweep collect {}", root.display()),
-            other => format!("rumple {other} {}", root.display()),
-        };
-        if self.how.no_submit {
-            tell(&format!(
-                "{}: {} tasks; submit it with sbatch, then {collect}",
-                script.display(),
-                members.len(),
-            ));
-            return Ok("the job script is written".into());
+        if !self.how.quiet {
+            say!("{text}");
         }
-        let job = array.submit(&script)?;
-        tell(&format!("job {job}: {} tasks; gather what there is with {collect}", members.len(),));
-        Ok(format!("submitted to Slurm as job {job}"))
+        Ok(done)
     }
 
     /// Runs the members as child processes; says how many came to their end.
@@ -154,38 +142,31 @@ impl Runs<'_> {
         let usual = self.jobs.unwrap_or((cores / usize::from(plan.threads)).max(1));
         let jobs = self.how.jobs.map_or(usual, usize::from);
         let memory = self.how.memory.or_else(available);
-        let pool = Pool { plan, root, program, jobs, memory };
         if !self.how.quiet && !members.is_empty() {
             let all = gather(plan, root, false);
+            let count = members.len();
             // Of those that have not begun it says nothing more.
-            let standing = match members.len() == all.len() {
-                true => String::new(),
-                false => format!("{}; ", counts(&all)),
-            };
-            let jobs = jobs.min(members.len());
-            let (count, noun) =
-                (members.len(), if members.len() == 1 { "member" } else { "members" });
+            let standing =
+                if count == all.len() { String::new() } else { format!("{}; ", counts(&all)) };
+            let (jobs, noun) = (jobs.min(count), if count == 1 { "member" } else { "members" });
             warn(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
         }
-        let (mut ended, mut broken) = (0, None);
-        let (mut written, mut took) = (Instant::now(), Duration::ZERO);
-        let mut happens = |event: &Event| {
-            if matches!(event, Event::Ended { .. }) {
-                ended += 1;
-                // The tables of thousands of members take a while.
-                if written.elapsed() >= SELDOM * took {
-                    let began = Instant::now();
-                    let outcome = write_tables(plan, &gather(plan, root, false), root);
-                    // The first failure to write is the one to report, when all has ended.
-                    broken = broken.take().or(outcome.err());
-                    (written, took) = (Instant::now(), began.elapsed());
-                }
+        let (mut written, mut took, mut broken) = (Instant::now(), Duration::ZERO, None);
+        let mut happens = |text: String, ended: bool| {
+            // The tables of thousands of members take a while.
+            if ended && written.elapsed() >= SELDOM * took {
+                let began = Instant::now();
+                let outcome = write_tables(plan, &gather(plan, root, false), root);
+                // The first failure to write is the one to report, when all has ended.
+                broken = broken.take().or(outcome.err());
+                (written, took) = (Instant::now(), began.elapsed());
             }
             if !self.how.quiet {
-                warn(&said(plan, event, ended, members.len()));
+                warn(&text);
             }
         };
-        pool.run(&members, interrupt, &mut happens)?;
+        let mut pool = Pool { plan, root, program, jobs, memory, happens: &mut happens };
+        pool.run(&members, interrupt)?;
         match broken {
             Some(error) => Err(error),
             None if interrupt.requested() => {
@@ -199,10 +180,8 @@ impl Runs<'_> {
 
 /// The keys that are varied; seeds last.
 fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
-    let mut axes: Vec<Axis> = Vec::new();
-    for text in &args.over {
-        axes.push(Axis::parse(text).map_err(Error::Refused)?);
-    }
+    let axes = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
+    let mut axes = axes.collect::<Result<Vec<_>>>()?;
     if let Some(count) = args.seeds {
         let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
         let scene = Scene::varied(&args.scene.scene, &args.scene.overrides, &first)?;
@@ -220,48 +199,67 @@ fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
 /// Tables are written after so many times the time that it takes, at the earliest.
 const SELDOM: u32 = 20;
 
-/// Gathers everything; fails if members did.
-fn gathered(plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
-    let found = gather(plan, root, true);
-    write(plan, &found, root)?;
-    report(plan, &found, root, quiet);
-    outcome(&found, true)?;
-    Ok(counts(&found))
+/// Makes room in `root` for `plan`, and the directory where there is none. A sweep that is there is resumed if
+/// it is the same, and is removed with `force`; anything else that is there is refused.
+fn make_room(root: &Path, plan: &Plan, force: bool) -> Result<Claim> {
+    let (claim, found) = claim(root, || check(root, plan, force))?;
+    if found && force {
+        clear(root)?;
+    }
+    plan.write(root)?;
+    claim.begin()?;
+    Ok(claim)
 }
 
-/// What happens, in a line.
-fn said(plan: &Plan, event: &Event, ended: usize, all_members: usize) -> String {
-    let megabytes = |bytes: &u64| bytes.div_ceil(1_000_000);
-    match event {
-        Event::Begun { member, running } => {
-            format!("{}: begun, {running} at once", plan.name(*member))
-        }
-        Event::Ended { member, status, reason, seconds } => {
-            let first = reason.lines().next().unwrap_or_default();
-            let name = plan.name(*member);
-            format!("[{ended}/{all_members}] {name}: {status} after {seconds:.1} s: {first}")
-        }
-        Event::Waits { member, needs, left } => format!(
-            "{}: waits for memory: it needs about {} MB, {} MB are left",
-            plan.name(*member),
-            megabytes(needs),
-            megabytes(left)
-        ),
-        Event::Going { running } => {
-            let time = |(member, time): &(usize, Option<f64>)| {
-                let until =
-                    plan.until(*member).map_or(String::new(), |t| format!(" of {}", label(t)));
-                let time =
-                    time.map_or("at its start".into(), |t| format!("t = {}{until}", label(t)));
-                format!("{}: {time}", plan.name(*member))
-            };
-            let all: Vec<String> = running.iter().map(time).collect();
-            format!("[{ended}/{all_members}] {}", all.join("; "))
-        }
-        Event::Large { member, needs } => format!(
-            "{}: needs about {} MB, more than there is; it runs alone",
-            plan.name(*member),
-            megabytes(needs)
-        ),
+/// Whether there is a sweep in `root`; refuses one that cannot be resumed.
+fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {
+    let names = names(root)?;
+    let Some(earlier) = Plan::read(root)? else {
+        return match names.iter().all(|name| name == Claim::LOCK || name == Claim::STATUS) {
+            true => Ok(false),
+            false => refuse(root, "is not empty and holds no sweep; choose another with --out"),
+        };
+    };
+    if !force {
+        plan.check_resumable(&earlier, root)?;
+    } else if root.is_symlink() || root.join(Plan::MEMBERS).is_symlink() {
+        let message = "is a link, or has one in it, and nothing is removed through a link; give the \
+                       directory itself";
+        return refuse(root, message);
     }
+    match slurm::queued(root) {
+        None => Ok(true),
+        Some(job) => {
+            let how = format!("wait until that has ended, or end it with scancel {job}");
+            refuse(root, format!("Slurm has job {job} for it: {how}"))
+        }
+    }
+}
+
+/// Removes what a sweep wrote; anything else that is there stays.
+fn clear(root: &Path) -> Result<()> {
+    let members = root.join(Plan::MEMBERS);
+    for path in names(&members)?.iter().map(|name| members.join(name)) {
+        if path.is_dir() && !path.is_symlink() {
+            remove_run(&path)?;
+        } else if path.extension().is_some_and(|e| e == "log") {
+            let _ = fs::remove_file(path);
+        }
+    }
+    let logs = root.join(slurm::LOGS);
+    if !logs.is_symlink() {
+        for name in names(&logs)? {
+            let _ = fs::remove_file(logs.join(name));
+        }
+        let _ = fs::remove_dir(logs);
+    }
+    let _ = fs::remove_dir(members);
+    let ours = [&[Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT], &Study::FILES[..]].concat();
+    for name in names(root)? {
+        let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));
+        if plot || ours.contains(&name.as_str()) {
+            remove_file(&root.join(name))?;
+        }
+    }
+    Ok(())
 }

@@ -1,53 +1,30 @@
 //! `rumple sweep SCENE`: the same scene over lists and ranges of its keys.
 
 pub(super) mod begin;
-mod output_directory;
 
 use std::path::{Path, PathBuf};
 use std::{io, thread};
 
-use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
+use clap::{Args, Subcommand};
 
 use super::SceneArgs;
 use crate::output::{Interrupt, Mode, Progress};
 use crate::run::run::Ending;
 use crate::run::{Error, Result};
 use crate::solve::SolveError;
-use crate::study::sweep::{self, Found, MemberStatus, Plan};
+use crate::study::gather::{Found, MemberStatus, gather};
+use crate::study::plan::Plan;
+use crate::study::{run, sweep};
 
 /// Arguments of `sweep`: those of a sweep, or a command for one that there is.
-#[derive(Debug)]
-pub(super) enum SweepArgs {
-    Plan(PlanArgs),
-    Command(Command),
-}
-
-// By hand: what a scene needs is needed only where no command is given.
-impl FromArgMatches for SweepArgs {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        match matches.subcommand_name() {
-            Some(_) => Command::from_arg_matches(matches).map(Self::Command),
-            None => PlanArgs::from_arg_matches(matches).map(Self::Plan),
-        }
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-impl Args for SweepArgs {
-    fn augment_args(command: clap::Command) -> clap::Command {
-        Command::augment_subcommands(PlanArgs::augment_args(command))
-            .args_conflicts_with_subcommands(true)
-            .subcommand_negates_reqs(true)
-            .after_help(VALUES)
-    }
-
-    fn augment_args_for_update(command: clap::Command) -> clap::Command {
-        Self::augment_args(command)
-    }
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = VALUES)]
+pub(super) struct SweepArgs {
+    #[command(flatten)]
+    plan: Option<PlanArgs>,
+    #[command(subcommand)]
+    command: Option<Command>,
 }
 
 /// How values are written.
@@ -85,8 +62,9 @@ pub(super) enum Command {
     },
 }
 
-/// Arguments that begin a sweep, or go on with it.
+/// Arguments that begin a sweep, or resume it; they are there with the scene.
 #[derive(Debug, Args)]
+#[group(args = ["scene"])]
 pub(super) struct PlanArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -140,37 +118,27 @@ pub(super) struct HowArgs {
 }
 
 pub(super) fn run(args: &SweepArgs) -> Result<()> {
-    match args {
-        SweepArgs::Plan(plan) => begin::run(plan),
-        SweepArgs::Command(Command::Collect { directory, quiet }) => collect(directory, *quiet),
-        SweepArgs::Command(Command::Member { directory, number, leash }) => {
+    match (&args.command, &args.plan) {
+        (Some(Command::Collect { directory, quiet }), _) => {
+            let (root, plan) = planned(directory)?;
+            gathered(&plan, &root, *quiet, false).map(|_| ())
+        }
+        (Some(Command::Member { directory, number, leash }), _) => {
             member(directory, *number, *leash)
         }
+        (None, plan) => plan.as_ref().map_or(Ok(()), begin::run),
     }
 }
 
 /// The plan of the sweep in `directory`.
-pub(super) fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
+fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
     let root = super::absolute(directory)?;
-    match Plan::read(&root)? {
-        Some(plan) => Ok((root, plan)),
-        None => {
-            let message = format!(
-                "{}: no {}: expected the directory of a sweep",
-                directory.display(),
-                Plan::FILE
-            );
-            Err(Error::Refused(message))
-        }
-    }
-}
-
-fn collect(directory: &Path, quiet: bool) -> Result<()> {
-    let (root, plan) = planned(directory)?;
-    let members = sweep::gather(&plan, &root, true);
-    sweep::write(&plan, &members, &root)?;
-    report(&plan, &members, &root, quiet);
-    outcome(&members, false)
+    let Some(plan) = Plan::read(&root)? else {
+        let (path, file) = (directory.display(), Plan::FILE);
+        let message = format!("{path}: no {file}: expected the directory of a sweep");
+        return Err(Error::Refused(message));
+    };
+    Ok((root, plan))
 }
 
 /// Runs one member in this process.
@@ -189,7 +157,7 @@ fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
         });
     }
     let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);
-    let done = sweep::run(
+    let done = run::run(
         &plan,
         &root,
         number,
@@ -206,73 +174,56 @@ fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
     }
 }
 
-/// Prints the table and where everything is.
-fn report(plan: &Plan, members: &[Found], root: &Path, quiet: bool) {
-    if quiet {
-        return;
+/// Gathers everything and says how it stands. Fails if members failed or were killed; with `all` also if some are
+/// not complete.
+fn gathered(plan: &Plan, root: &Path, quiet: bool, all: bool) -> Result<String> {
+    let members = gather(plan, root, true);
+    sweep::write(plan, &members, root)?;
+    if !quiet {
+        say!("{}", sweep::markdown(plan, &members).trim_end());
+        say!("{}; tables, plots and pictures are in {}", counts(&members), root.display());
     }
-    say!("{}", sweep::markdown(plan, members).trim_end());
-    say!("{}; tables, plots and pictures are in {}", counts(members), root.display());
+    let lost = |found: &&Found| match all {
+        true => found.status != MemberStatus::Complete,
+        false => found.status.is_lost(),
+    };
+    let Some(first) = members.iter().find(lost) else { return Ok(counts(&members)) };
+    Err(Error::Incomplete(format!(
+        "{} of {} members did not come to their end; the first: {}: {}: {}",
+        members.iter().filter(lost).count(),
+        members.len(),
+        first.name,
+        first.status,
+        first.reason
+    )))
 }
 
 /// `3 complete, 1 failed`.
 pub(super) fn counts(members: &[Found]) -> String {
-    let all = [
-        MemberStatus::Complete,
-        MemberStatus::Failed,
-        MemberStatus::Killed,
-        MemberStatus::Damaged,
-        MemberStatus::Interrupted,
-        MemberStatus::Running,
-        MemberStatus::NotBegun,
-    ];
-    let count = |status: MemberStatus| members.iter().filter(|f| f.status == status).count();
-    let some = all.into_iter().map(|s| (count(s), s)).filter(|(n, _)| *n > 0);
-    let texts: Vec<String> = some.map(|(n, status)| format!("{n} {status}")).collect();
+    let count = |status| members.iter().filter(|f| f.status == status).count();
+    let all = MemberStatus::ALL.into_iter().map(|(status, name)| (count(status), name));
+    let texts: Vec<String> =
+        all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
     format!("{} members: {}", members.len(), texts.join(", "))
-}
-
-/// Members that failed or were killed make the command fail; with `all` also those that are not complete.
-fn outcome(members: &[Found], all: bool) -> Result<()> {
-    let lost = |found: &&Found| match found.status {
-        MemberStatus::Complete => false,
-        MemberStatus::Failed | MemberStatus::Killed | MemberStatus::Damaged => true,
-        MemberStatus::NotBegun | MemberStatus::Running | MemberStatus::Interrupted => all,
-    };
-    match members.iter().find(lost) {
-        None => Ok(()),
-        Some(first) => {
-            let message = format!(
-                "{} of {} members did not come to their end; the first: {}: {}: {}",
-                members.iter().filter(lost).count(),
-                members.len(),
-                first.name,
-                first.status,
-                first.reason
-            );
-            Err(Error::Incomplete(message))
-        }
-    }
 }
 
 /// `8GB`, `500 MB`, `2GiB`, or a number of bytes.
 fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).trim_end();
-    let unit = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
+    let unit: f64 = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
         "" | "b" => 1.0,
         "k" | "kb" => 1e3,
         "m" | "mb" => 1e6,
         "g" | "gb" => 1e9,
         "kib" => 1024.0,
-        "mib" => 1024.0 * 1024.0,
-        "gib" => 1024.0 * 1024.0 * 1024.0,
+        "mib" => 1_048_576.0,
+        "gib" => 1_073_741_824.0,
         other => return Err(format!("unknown unit {other:?}; expected a size as 8GB or 500MB")),
     };
-    let number: f64 = digits
-        .parse()
-        .map_err(|_| format!("{digits:?} is not a number; expected a size as 8GB"))?;
-    let size = number * unit;
+    let number = digits.parse::<f64>();
+    let wrong = |_| format!("{digits:?} is not a number; expected a size as 8GB");
+    let size = number.map_err(wrong)? * unit;
     if !(1.0..1e18).contains(&size) {
         return Err("expected a size above 0, as 8GB".into());
     }

@@ -1,23 +1,22 @@
-//! The advice in words: what to use for the error that one can live with.
+//! The advice in words: the cheapest integrator and tolerance for the target error.
 
 use super::errors::{Case, Point};
 use super::{Quantity, Role, Study};
 use crate::output::plot::label;
-use crate::study::sweep::Timing;
+use crate::study::run::Timing;
 
 /// Errors are known where references agree so many times better.
 const BETTER: f64 = 10.0;
-/// What errs by more than this in any field is not advised for another.
+/// Runs with a larger error than this in any field are not advised for another.
 const WORTHLESS: f64 = 1.0;
 
-/// What the advice is about: what was asked for; without that a field, or the number of spots where paths
-/// part.
+/// Quantity of the advice: the one that was asked for; without that a field, or the number of spots where references
+/// diverge.
 pub(super) fn subject(study: &Study, case: &Case) -> Quantity {
     let known = |quantity: &Quantity| case.points.iter().any(|p| p.error(*quantity).is_some());
-    let parted = case.reference.as_ref().is_some_and(|r| r.parted.is_some());
-    let order = match parted {
-        false => [Quantity::Species, Quantity::Shape, Quantity::Energy],
-        true => [Quantity::Spots, Quantity::Energy, Quantity::Amplitude],
+    let order = match case.diverged() {
+        None => [Quantity::Species, Quantity::Shape, Quantity::Energy],
+        Some(_) => [Quantity::Spots, Quantity::Energy, Quantity::Amplitude],
     };
     study.of.or_else(|| order.into_iter().find(known)).unwrap_or(Quantity::Species)
 }
@@ -60,57 +59,47 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
             spread = percent(spread)
         ),
     };
-    text += &match reference.parted.filter(|_| quantity.is_field()) {
-        Some(parted) => format!(" in the {name} before t = {}: ", label(parted)),
+    text += &match reference.diverged.filter(|_| quantity.is_field()) {
+        Some(at) => format!(" in the {name} before t = {}: ", label(at)),
         None => format!(" in the {name}: "),
     };
-    let fields = [Quantity::Species, Quantity::Shape];
-    let sound =
-        |p: &Point| fields.iter().all(|q| p.error(*q).is_none_or(|error| error <= WORTHLESS));
+    let fields = Quantity::FIELDS;
+    let sound = |p: &Point| fields.iter().all(|q| p.error(*q).is_none_or(|e| e <= WORTHLESS));
     let good = ranked.iter().filter(|(point, error, _)| *error <= enough && sound(point));
     let good: Vec<_> = good.collect();
-    match good.first() {
-        None => {
-            let best = ranked.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-            text += &match best {
-                Some((point, error, seconds)) => format!(
-                    "no run is as accurate; the best is {} with an error of {} in {}. Give tighter \
-                     --tolerances.",
-                    described(study, point),
-                    percent(*error),
-                    time(*seconds)
-                ),
-                None => "no run has one: nothing there is to be measured (no spot, no buckling)."
-                    .to_owned(),
-            };
-        }
-        Some((point, error, seconds)) => {
-            text += &format!(
-                "{}, {} (error {}",
+    text += &match good.first() {
+        None => match ranked.iter().min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((point, error, seconds)) => format!(
+                "no run is as accurate; the best is {} with an error of {} in {}. Give tighter --tolerances.",
                 described(study, point),
-                time(*seconds),
-                percent(*error)
-            );
-            text += &neighbours(study, case, point, quantity);
-            let others = fields.into_iter().filter(|q| *q != quantity);
-            for (other, error) in others.filter_map(|q| Some((q, point.error(q)?))) {
-                text += &format!("; error of the {} {}", other.name(), percent(error));
+                percent(*error),
+                time(*seconds)
+            ),
+            None => {
+                "no run has one: nothing there is to be measured (no spot, no buckling).".to_owned()
             }
-            text += ")";
-            let other = good.iter().find(|(other, ..)| other.curve != point.curve);
-            text += &match other {
-                Some((other, error, slower)) => format!(
-                    "; next best {}, {} (error {}; {}).",
-                    described(study, other),
-                    time(*slower),
-                    percent(*error),
-                    longer(point, other, slower / seconds)
-                ),
+        },
+        Some(&&(point, error, seconds)) => {
+            let what = |(point, error, seconds): (&Point, f64, f64)| {
+                format!("{}, {} (error {}", described(study, point), time(seconds), percent(error))
+            };
+            let others = fields.into_iter().filter(|q| *q != quantity);
+            let others = others.filter_map(|q| Some((q, point.error(q)?)));
+            let others: String = others
+                .map(|(q, error)| format!("; error of the {} {}", q.name(), percent(error)))
+                .collect();
+            let next = match good.iter().find(|(other, ..)| other.curve != point.curve) {
+                Some(&&next) => {
+                    let longer = longer(point, next.0, next.2 / seconds);
+                    format!("; next best {}; {longer}).", what(next))
+                }
                 None if study.curves.len() == 1 => ".".to_owned(),
                 None => "; no other integrator is as accurate at these tolerances.".to_owned(),
             };
+            let neighbours = neighbours(study, case, point, quantity);
+            what((point, error, seconds)) + &neighbours + &others + ")" + &next
         }
-    }
+    };
     text += &trust(study, case, quantity, &ranked);
     if let Some((point, ..)) = good.first() {
         text += &format!(" To run it: {}.", point.settings);
@@ -118,22 +107,20 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
     text
 }
 
-/// How far the references can be trusted.
+/// Describes the uncertainty of the references.
 fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
     let Some(reference) = &case.reference else { return String::new() };
-    let Some((second, apart)) = &reference.confirmed else {
-        return format!(
-            " Flagged as unreliable: nothing confirms the reference, {}.",
-            reference.name
-        );
+    let first = &reference.name;
+    let Some((second, _)) = &reference.confirmed else {
+        return format!(" Flagged as unreliable: nothing confirms the reference, {first}.");
     };
-    let Some(agreement) = apart.get(quantity) else { return String::new() };
+    let Some(agreement) = case.floor(quantity) else { return String::new() };
     let mut methods = study.runs.iter().filter_map(|role| match role {
         Role::Reference { method, .. } => Some(method),
         _ => None,
     });
-    let first = methods.next();
-    let alike = match (reference.alike, methods.any(|method| Some(method) != first)) {
+    let best = methods.next();
+    let alike = match (reference.alike, methods.any(|method| Some(method) != best)) {
         (true, true) => " (of one method: no other came to its end)",
         (true, false) => " (of one method: no other was asked for)",
         (false, _) => "",
@@ -141,16 +128,13 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     // Of many pairs one agrees well by accident.
     let others = reference.others.iter().map(|(name, apart)| (name, *apart));
     let third = others.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, apart)| {
-        quantity.is_field() && reference.parted.is_none() && *apart > BETTER * agreement
+        quantity.is_field() && reference.diverged.is_none() && *apart > BETTER * agreement
     });
     let third = third.map_or(String::new(), |(name, apart)| {
         format!(" (the next, {name}, is {} away)", percent(apart))
     });
-    let text = format!(
-        " The references, {} and {second}{alike}, agree to {}{third}",
-        reference.name,
-        percent(agreement)
-    );
+    let agreed = percent(agreement);
+    let text = format!(" The references, {first} and {second}{alike}, agree to {agreed}{third}");
     // Of errors that are smaller than this more than their size is not known.
     let floor = BETTER * agreement;
     let below = ranked.iter().filter(|(_, error, _)| *error < floor).count();
@@ -170,39 +154,35 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
             label(since)
         );
     }
-    if let Some(parted) = reference.parted {
+    if let Some(at) = reference.diverged {
         text += &format!(
             " Paths part at t = {}: from there on runs are on different branches, and fields are not \
              compared.",
-            label(parted)
+            label(at)
         );
     }
     text
 }
 
-/// How much longer the other one takes, if that can be determined.
+/// Compares the times of two runs, within their scatter.
 fn longer(best: &Point, other: &Point, ratio: f64) -> String {
     let spread = |p: &Point| p.found.timing.as_ref().map(Timing::spread);
-    let told = match (spread(best), spread(other)) {
+    let resolved = match (spread(best), spread(other)) {
         (Some((_, slowest)), Some((fastest, _))) => fastest > slowest,
         _ => true,
     };
-    match told {
+    match resolved {
         true => format!("{} times as long", label(two_digits(ratio))),
         false => "as fast, within the scatter of the times".to_owned(),
     }
 }
 
-/// What the next tolerances of the same integrator take.
+/// Errors and times of the same integrator at the next tolerances.
 fn neighbours(study: &Study, case: &Case, point: &Point, quantity: Quantity) -> String {
-    let same = |p: &&Point| p.curve == point.curve && p.force == point.force;
-    let all = || case.points.iter().filter(same);
-    let tighter = all()
-        .filter(|p| p.tolerance < point.tolerance)
-        .max_by(|a, b| a.tolerance.total_cmp(&b.tolerance));
-    let looser = all()
-        .filter(|p| p.tolerance > point.tolerance)
-        .min_by(|a, b| a.tolerance.total_cmp(&b.tolerance));
+    let all = || case.points.iter().filter(|p| p.curve == point.curve && p.force == point.force);
+    let order = |a: &&Point, b: &&Point| a.tolerance.total_cmp(&b.tolerance);
+    let tighter = all().filter(|p| p.tolerance < point.tolerance).max_by(order);
+    let looser = all().filter(|p| p.tolerance > point.tolerance).min_by(order);
     let what =
         if study.curves.get(point.curve).is_some_and(|c| c.fixed_steps) { "steps" } else { "at" };
     let said = |p: &Point| -> Option<String> {

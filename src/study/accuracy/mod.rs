@@ -1,4 +1,4 @@
-//! What accuracy costs: one scene by several integrators at several tolerances, against references.
+//! Work-precision study: one scene by several integrators at several tolerances, against references.
 //!
 //! ```text
 //! DIR/sweep.json, members/    a sweep whose first key is which run it is: every other key makes a case
@@ -9,51 +9,50 @@
 //! ```
 //!
 //! A [`Study`] plans the runs. Two of every case are references by different methods, a hundred times
-//! tighter than the tightest tolerance; how well they agree bounds what can be said of the others. From the
-//! output time on at which they are apart, on different branches of a bifurcation, distances of fields mean
-//! nothing and only measures are compared, with their spread over seeds as the yardstick.
+//! tighter than the tightest tolerance; their distance is the noise floor of errors. From the
+//! output time on at which they diverge, on different branches of a bifurcation, distances of fields have no
+//! meaning and only measures are compared, with their spread over seeds as the yardstick.
 
 mod advice;
-mod branch;
 mod errors;
-mod norms;
 mod page;
 mod peers;
 mod plan;
 mod plots;
 mod policies;
 mod quantity;
+mod reference;
 mod report;
-mod request;
-mod results;
-mod richardson;
 
-pub use errors::{Case, Distance, Point, Reference, cases};
 pub use plan::Options;
 pub use quantity::Quantity;
-pub use results::Gathered;
 
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::sweep::{Found, MemberStatus, Plan};
-use crate::output::{OutputError, atomic};
+use self::advice::Power;
+use self::errors::{Case, Point};
+use self::peers::PeerRecord;
+use self::policies::Policies;
+use super::gather::{Found, MemberStatus, status};
+use super::plan::Plan;
+use super::sweep::PLOT;
+use super::{draw, read_document, write_document, write_files};
 use crate::run::{Error, Result};
 
-/// What is studied.
+/// Plan of a work-precision study: integrators, the role of every run, target error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Study {
     /// Integrators, a curve each.
     pub curves: Vec<Line>,
     /// The runs of every case, in the order of the first key's values.
     pub runs: Vec<Role>,
-    /// What was left out, and why.
+    /// Integrators and references that were left out, and why.
     pub left_out: Vec<String>,
-    /// The error that the user can live with.
+    /// The target error.
     pub wanted: f64,
-    /// What the error is wanted of; the field that matters, or a measure where paths part, if not given.
+    /// Quantity of the target error; if not given, the field that matters, or a measure where references diverge.
     pub of: Option<Quantity>,
 }
 
@@ -66,7 +65,7 @@ pub struct Line {
     pub fixed_steps: bool,
 }
 
-/// What a run is for.
+/// Role of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -81,7 +80,7 @@ pub enum Role {
     },
     /// A reference, the best first.
     Reference {
-        /// What makes it.
+        /// Integrator and tolerance that make it.
         name: String,
         /// Its method. Two of one method do not confirm one another as well as two of different ones.
         method: String,
@@ -102,20 +101,13 @@ impl Study {
     pub const FILES: [&'static str; 4] =
         [Self::FILE, "accuracy.csv", "accuracy.md", "accuracy.html"];
 
-    /// Reads that in `root`; none where there is none.
+    /// Reads that in `root` with its members; none where there is none.
     ///
     /// # Errors
-    /// If its file cannot be read.
-    pub fn read(root: &Path) -> Result<Option<Self>> {
-        let path = root.join(Self::FILE);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(OutputError::Read { path, source }.into()),
-        };
-        serde_json::from_str(&text).map(Some).map_err(|error| {
-            Error::Refused(format!("{}: is not what a study writes: {error}", path.display()))
-        })
+    /// If its files cannot be read.
+    pub fn read(root: &Path) -> Result<Option<(Self, Plan)>> {
+        let study = read_document(&root.join(Self::FILE), "study")?;
+        Ok(study.zip(Plan::read(root)?))
     }
 
     /// Writes it into `root`.
@@ -123,45 +115,36 @@ impl Study {
     /// # Errors
     /// From the operating system.
     pub fn write(&self, root: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        Ok(atomic::replace(&root.join(Self::FILE), |writer| writeln!(writer, "{text}"))?)
+        write_document(&root.join(Self::FILE), self)
     }
 
-    /// Whether every case has a reference that came to its end, or may still.
-    #[must_use]
-    pub fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
-        let reference = |f: &&Found| {
-            let role = f.at.first().and_then(|k| self.runs.get(*k));
-            let lost = matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
-            matches!(role, Some(Role::Reference { .. })) && !lost
-        };
-        let case = |f: &Found| f.at.get(1..).map(<[usize]>::to_vec);
-        let cases: Vec<_> = found.iter().filter(reference).map(case).collect();
-        plan.members.iter().all(|m| cases.contains(&m.at.get(1..).map(<[usize]>::to_vec)))
+    /// Whether the run with the values `at` of the keys is a reference.
+    fn is_reference(&self, at: &[usize]) -> bool {
+        let role = at.first().and_then(|k| self.runs.get(*k));
+        matches!(role, Some(Role::Reference { .. }))
     }
 
-    /// The runs that are references.
+    /// Whether every case has a reference that completed, or may still.
+    pub(crate) fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
+        let lost = |f: &Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
+        let references = || found.iter().filter(|f| self.is_reference(&f.at) && !lost(f));
+        plan.members.iter().all(|m| references().any(|f| f.at.get(1..) == m.at.get(1..)))
+    }
+
+    /// The members that are references.
     fn references(&self, plan: &Plan) -> impl Iterator<Item = usize> {
-        let reference = |at: &[usize]| {
-            let role = at.first().and_then(|k| self.runs.get(*k));
-            matches!(role, Some(Role::Reference { .. }))
-        };
-        let members = plan.members.iter().enumerate();
-        let found: Vec<usize> = members.filter(|(_, m)| reference(&m.at)).map(|(k, _)| k).collect();
-        found.into_iter()
+        (0..plan.members.len()).filter(|number| self.is_reference(&plan.members[*number].at))
     }
 
-    /// Refuses the study in `other` if no reference of every case can be taken from it.
+    /// Refuses the study in `other` if no reference of every case can be imported from it.
     ///
     /// # Errors
     /// A reference of another scene, mesh or law; none that is complete.
-    pub fn can_adopt(&self, plan: &Plan, other: &Path) -> Result<()> {
-        let case = |number: usize| plan.members[number].at.get(1..).map(<[usize]>::to_vec);
+    pub fn can_import(&self, plan: &Plan, other: &Path) -> Result<()> {
+        let case = |number: usize| plan.members[number].at.get(1..);
         let mut made = Vec::new();
         for number in self.references(plan) {
-            if plan.made_in(number, other)?.is_some() {
-                made.push(case(number));
-            }
+            made.extend(plan.completed_in(number, other)?.map(|_| case(number)));
         }
         match (0..plan.members.len()).find(|number| !made.contains(&case(*number))) {
             None => Ok(()),
@@ -174,45 +157,127 @@ impl Study {
         }
     }
 
-    /// Takes references that are complete over from the study in `other`, whose settings [`Options::taken`] gave
-    /// this one, so that they are not made again.
+    /// Imports the references that are complete in the study in `other`, whose settings [`Options::taken`] gave
+    /// this one, so that they are not computed again.
     ///
     /// # Errors
     /// A reference of another scene, mesh or law; a file that cannot be copied.
-    pub fn adopt(&self, plan: &Plan, root: &Path, other: &Path) -> Result<()> {
-        self.references(plan).try_for_each(|number| plan.adopt(number, root, other))
+    pub fn import(&self, plan: &Plan, root: &Path, other: &Path) -> Result<()> {
+        self.references(plan).try_for_each(|number| plan.import(number, root, other))
     }
 
-    /// Reads what there is of all runs: errors, and what they say together. Nothing is drawn or written.
+    /// Gathers the errors of all runs. Nothing is drawn or written.
     #[must_use]
     pub fn gather<'a>(&self, plan: &'a Plan, root: &Path) -> Gathered<'a> {
-        let mut cases = cases(self, plan, root);
-        let (mut study, faults) = self.with_peers(&mut cases, plan, root);
+        let mut cases = errors::cases(self, plan, root);
+        let (mut study, faults) = self.with_peers(&mut cases, root);
         study.left_out.extend(faults.iter().cloned());
-        Gathered::new(study, (cases, faults), plan, root)
+        let advice = cases.iter().map(|case| advice::advice(&study, case)).collect();
+        let policies = policies::policies(plan, &cases);
+        Gathered { study, plan, cases, policies, advice, open: unfinished(plan, root), faults }
     }
 
-    /// With the runs of other programs, if there are any, of a study of one case; what is wrong with others.
-    fn with_peers(&self, cases: &mut [Case], plan: &Plan, root: &Path) -> (Self, Vec<String>) {
+    /// With the runs of other programs, if there are any, of a study of one case; the errors of others.
+    fn with_peers(&self, cases: &mut [Case], root: &Path) -> (Self, Vec<String>) {
         let mut study = self.clone();
         let (peers, mut wrong) = peers::read(root);
-        if let [case] = cases {
-            for peer in peers {
-                if let Some(why) = case.reference.as_ref().and_then(|r| peer.fault(&r.states)) {
-                    wrong.push(why);
-                    continue;
-                }
-                let known = study.curves.iter().position(|line| line.name == peer.integrator);
-                let curve = known.unwrap_or_else(|| {
-                    let name = peer.integrator.clone();
-                    study.curves.push(Line { name, fixed_steps: peer.fixed_steps });
-                    study.curves.len() - 1
-                });
-                errors::add_peer(case, curve, peer, plan, root, self);
+        let [case] = cases else {
+            if !peers.is_empty() {
+                wrong.push(format!("{}: a study of several cases has no peers", peers::FOLDER));
             }
-        } else if !peers.is_empty() {
-            wrong.push(format!("{}: a study of several cases has no peers", peers::FOLDER));
+            return (study, wrong);
+        };
+        for peer in peers {
+            if let Some(why) = case.reference.as_ref().and_then(|r| peer.fault(&r.run.states)) {
+                wrong.push(why);
+                continue;
+            }
+            let PeerRecord { integrator, tolerance, fixed_steps, .. } = peer.record;
+            let point = format!("{integrator}, {}", Power(tolerance));
+            let known = study.curves.iter().position(|line| line.name == integrator);
+            let curve = known.unwrap_or(study.curves.len());
+            if known.is_none() {
+                study.curves.push(Line { name: integrator, fixed_steps });
+            }
+            let (name, found) = (point, peer.found);
+            case.add(Point { name, curve, tolerance, found, ..Point::default() }, &peer.states);
         }
         (study, wrong)
     }
+}
+
+/// Errors of all runs of a study, with tables, plots and advice.
+pub struct Gathered<'a> {
+    study: Study,
+    plan: &'a Plan,
+    cases: Vec<Case>,
+    policies: Policies,
+    /// Of every case.
+    advice: Vec<String>,
+    /// Note on the runs that are not complete, if there are any.
+    open: Option<String>,
+    /// Errors in the runs of other programs.
+    faults: Vec<String>,
+}
+
+impl Gathered<'_> {
+    /// The advice in words.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        let named = self.cases.iter().zip(&self.advice);
+        let text = |(case, advice): (&Case, &String)| match case.name.is_empty() {
+            true => advice.clone(),
+            false => format!("{}: {advice}", case.name),
+        };
+        self.open.iter().cloned().chain(named.map(text)).collect::<Vec<_>>().join("\n\n")
+    }
+
+    /// Returns the errors for which runs of other programs are left out: file, what was expected, what was found.
+    pub(crate) fn faults(&self) -> &[String] {
+        &self.faults
+    }
+
+    /// The table of all runs, with their errors and times.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        report::csv(&self.study, &self.cases)
+    }
+
+    /// Draws the plots, and writes them, the table and the reports into `root`.
+    ///
+    /// # Errors
+    /// A plot that cannot be drawn, a file that cannot be written.
+    pub fn write(&self, root: &Path) -> Result<()> {
+        let Self { study, plan, cases, policies, advice, open, .. } = self;
+        let [_, csv, md, html] = Study::FILES.map(str::to_owned);
+        let mut files = vec![(csv, self.csv().into_bytes())];
+        let mut drawings = plots::figures(study, plan, cases, policies);
+        for drawing in &mut drawings {
+            drawing.name = format!("{PLOT}{}", drawing.name);
+            let drawn = draw::files(&drawing.name, &drawing.figure)?;
+            drawing.svg = String::from_utf8_lossy(&drawn[0].1).into_owned();
+            files.extend(drawn);
+        }
+        let blocks =
+            report::blocks(study, plan, (cases, policies), (open.as_deref(), advice), drawings);
+        files.push((md, page::markdown(&blocks).into_bytes()));
+        files.push((html, page::html(&blocks).into_bytes()));
+        write_files(root, files)
+    }
+}
+
+/// Note on the runs that are not complete, if there are any.
+fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
+    let all = plan.members.len();
+    let ended = |number: &usize| {
+        let status = status(plan, &plan.directory(root, *number)).0;
+        matches!(status, MemberStatus::Complete | MemberStatus::Failed)
+    };
+    let open = all - (0..all).filter(ended).count();
+    (open > 0).then(|| {
+        format!(
+            "Incomplete: {open} of {all} runs are still to be made. What follows is of those that there are, and \
+             may change; the same command goes on."
+        )
+    })
 }

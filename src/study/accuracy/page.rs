@@ -1,6 +1,7 @@
 //! A report as blocks, for people who read Markdown and for those who open one file in a browser.
 
-use crate::study::tables::markdown_table;
+use crate::output::plot::Figure;
+use crate::study::draw::table::markdown_table;
 
 /// A part of a report.
 pub(super) enum Block {
@@ -8,7 +9,7 @@ pub(super) enum Block {
     Heading(usize, String),
     /// A paragraph.
     Text(String),
-    /// What stands out.
+    /// A highlighted paragraph.
     Advice(String),
     /// Points.
     List(Vec<String>),
@@ -24,9 +25,11 @@ pub(super) struct Drawing {
     pub(super) case: Option<usize>,
     /// Name of its files, without their ends.
     pub(super) name: String,
-    /// What it shows.
+    /// Its caption.
     pub(super) caption: String,
-    /// The drawing.
+    /// Its panels.
+    pub(super) figure: Figure,
+    /// The drawing, once it is drawn.
     pub(super) svg: String,
 }
 

@@ -16,20 +16,22 @@ use serde::Deserialize;
 
 use crate::model::State;
 use crate::output::ResultDirectory;
-use crate::study::states;
-use crate::study::sweep::{Found, MemberStatus, Timing};
+use crate::study::gather::{Found, MemberStatus, states};
+use crate::study::run::Timing;
 use crate::tally::Work;
 
 /// Name of their folder.
 pub(super) const FOLDER: &str = "peers";
 const FILE: &str = "peer.json";
 
-/// What one run of another program says of itself.
+/// Description of a run of another program, in `peer.json`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Said {
-    integrator: String,
-    tolerance: f64,
+pub(super) struct PeerRecord {
+    /// The name of the program.
+    pub(super) integrator: String,
+    /// Its tolerance, or its step as a share of the whole time.
+    pub(super) tolerance: f64,
     seconds: Vec<f64>,
     #[serde(default)]
     steps: u64,
@@ -39,23 +41,19 @@ struct Said {
     factorisations: u64,
     #[serde(default)]
     failed: Option<String>,
+    /// Whether the tolerance is a step.
     #[serde(default)]
-    fixed_steps: bool,
+    pub(super) fixed_steps: bool,
 }
 
 /// One run of another program.
 pub(super) struct Peer {
-    /// Its name.
-    pub(super) integrator: String,
-    /// Its tolerance, or its step as a share of the whole time.
-    pub(super) tolerance: f64,
-    /// Which of the two it is.
-    pub(super) fixed_steps: bool,
-    /// What is known of it.
+    pub(super) record: PeerRecord,
+    /// Its results.
     pub(super) found: Found,
-    /// Where it came to.
+    /// States that it came to.
     pub(super) states: Vec<State>,
-    /// The file of that.
+    /// The file of these.
     file: PathBuf,
 }
 
@@ -69,14 +67,12 @@ impl Peer {
             let failed = self.found.status != MemberStatus::Complete;
             return if failed { None } else { refuse(self.nothing()) };
         };
-        let counts = |state: &State| -> (usize, Vec<usize>) {
-            (state.x.len(), state.species.iter().map(Vec::len).collect())
+        let counts = |state: &State| {
+            let points: Vec<usize> = state.species.iter().map(Vec::len).collect();
+            format!("{} vertices and species at {points:?} points", state.x.len())
         };
-        let words = |(vertices, points): (usize, Vec<usize>)| {
-            format!("{vertices} vertices and species at {points:?} points")
-        };
-        if let Some(other) = self.states.iter().find(|s| counts(s) != counts(expected)) {
-            let (found, expected) = (words(counts(other)), words(counts(expected)));
+        let expected = counts(expected);
+        if let Some(found) = self.states.iter().map(counts).find(|found| *found != expected) {
             return refuse(format!("expected {expected}, found {found}"));
         }
         let near = |s: &&State| truth.iter().any(|t| (t.time - s.time).abs() <= 1e-9 * t.time);
@@ -92,7 +88,7 @@ impl Peer {
         ))
     }
 
-    /// What stands in the place of states.
+    /// Describes a file that holds no state.
     fn nothing(&self) -> String {
         let expected = "expected `rumple states 1`, a line end and states";
         match fs::metadata(&self.file) {
@@ -102,53 +98,45 @@ impl Peer {
     }
 }
 
-/// Those in `root`, by name and from loose to tight; what of them cannot be read.
+/// Reads those in `root`, by name and from loose to tight; and the errors of those that cannot be read.
 pub(super) fn read(root: &Path) -> (Vec<Peer>, Vec<String>) {
-    let entries = fs::read_dir(root.join(FOLDER));
-    let mut folders: Vec<PathBuf> =
-        entries.map_or(Vec::new(), |all| all.flatten().map(|entry| entry.path()).collect());
+    let entries = fs::read_dir(root.join(FOLDER)).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     folders.sort();
     let (mut peers, mut wrong) = (Vec::new(), Vec::new());
     for folder in folders {
         let file = folder.join(FILE);
-        let said = fs::read_to_string(&file).map_err(|error| error.to_string());
-        let said = said.and_then(|text| {
-            serde_json::from_str::<Said>(&text).map_err(|error| error.to_string())
-        });
-        match said {
+        let text = fs::read_to_string(&file).map_err(|error| error.to_string());
+        match text.and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string())) {
             Ok(said) => peers.push(peer(said, &folder)),
             Err(error) => wrong.push(format!("{}: {error}", file.display())),
         }
     }
-    peers.sort_by(|a, b| a.integrator.cmp(&b.integrator).then(b.tolerance.total_cmp(&a.tolerance)));
+    peers.sort_by(|a: &Peer, b: &Peer| {
+        let (a, b) = (&a.record, &b.record);
+        a.integrator.cmp(&b.integrator).then(b.tolerance.total_cmp(&a.tolerance))
+    });
     (peers, wrong)
 }
 
-fn peer(said: Said, folder: &Path) -> Peer {
+fn peer(record: PeerRecord, folder: &Path) -> Peer {
     let work = Work {
-        steps: said.steps,
-        right_hand_sides: said.evaluations,
-        factorisations: said.factorisations,
+        steps: record.steps,
+        right_hand_sides: record.evaluations,
+        factorisations: record.factorisations,
         ..Work::default()
     };
-    let status = if said.failed.is_some() { MemberStatus::Failed } else { MemberStatus::Complete };
+    let failed = record.failed.is_some();
     let found = Found {
-        name: said.integrator.clone(),
-        at: Vec::new(),
-        status,
-        reason: said.failed.clone().unwrap_or_default(),
-        measures: Vec::new(),
-        steady: None,
-        seconds: said.seconds.first().copied(),
-        memory: None,
+        name: record.integrator.clone(),
+        status: if failed { MemberStatus::Failed } else { MemberStatus::Complete },
+        reason: record.failed.clone().unwrap_or_default(),
+        seconds: record.seconds.first().copied(),
         work: Some(work),
         start: Some(Work::default()),
-        intersection: None,
-        timing: Some(Timing { start: 0.0, steps: said.seconds.clone() }),
-        shown: None,
+        timing: Some(Timing { start: 0.0, steps: record.seconds.clone() }),
+        ..Found::default()
     };
     let file = folder.join(ResultDirectory::STATES);
-    let states = states::read(&file);
-    let Said { integrator, tolerance, fixed_steps, .. } = said;
-    Peer { integrator, tolerance, fixed_steps, found, states, file }
+    Peer { record, found, states: states::read(&file), file }
 }

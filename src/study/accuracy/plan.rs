@@ -1,21 +1,21 @@
-//! Which runs a study makes.
+//! Plan of the runs of a study.
 
 use std::path::Path;
 
 use super::advice::Power;
-use super::branch;
-use super::request::TIGHTEST;
+use super::reference::watched;
 use super::{Line, Quantity, Role, Study};
 use crate::kinetics::Search;
-use crate::model::Policy;
+use crate::model::{Model, Policy};
+use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
-use crate::study::choice::Choice;
-use crate::study::sweep::{Axis, Plan, seeds};
+use crate::study::plan::integrator::Choice;
+use crate::study::plan::{Axis, Plan, seeds};
 
-/// What a user asks of a study.
+/// Options of a study.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Integrators, names or tables; the usual ones of the policy if there are none.
@@ -32,9 +32,9 @@ pub struct Options {
     pub seeds: u16,
     /// Wall time of a run, s; references have `PATIENCE` times as much.
     pub limit: u64,
-    /// The error that is wanted.
+    /// The target error.
     pub wanted: f64,
-    /// What it is wanted of.
+    /// Quantity of the target error.
     pub of: Option<Quantity>,
 }
 
@@ -42,16 +42,16 @@ pub struct Options {
 const TIGHTER: f64 = 100.0;
 /// The same of a staggered integrator, which is of second order.
 const TIGHTER_STAGGERED: f64 = 10.0;
-/// How much tighter the force tolerance of references is.
+/// Ratio of the force tolerance of references to that of other runs.
 const TIGHTER_FORCES: f64 = 0.01;
 /// Round-off leaves forces of some 1e-14.
 const LEAST_FORCE: f64 = 1e-12;
 /// References may take so many times as long as other runs.
 pub const PATIENCE: u64 = 5;
-/// What the first key is called.
+/// Name of the first key, which chooses the run.
 pub const RUN: &str = "run";
 
-/// What a policy is usually integrated by, without tolerances. The first is that of seeds.
+/// Default integrators of a policy, without tolerances. The first is that of seeds.
 fn usual(policy: Policy, moves: bool) -> &'static [&'static str] {
     const STAGGERED: &str = r#"{ kind = "staggered" }"#;
     const STAGGERED_EULER: &str = r#"{ kind = "staggered", method = "euler" }"#;
@@ -85,6 +85,16 @@ const STILL_TIGHTER: f64 = 100.0;
 /// One run: its role, its name, what it sets.
 type Planned = (Role, String, Vec<String>);
 
+/// The scene that a study is of, with the first values of the other keys.
+struct Base<'a> {
+    scene: &'a Path,
+    set: Vec<String>,
+    search: &'a Search,
+    options: &'a Options,
+    /// Integrators and references that are left out, and why.
+    left_out: Vec<String>,
+}
+
 impl Study {
     /// The runs that `options` ask for of the scene file `scene` with `set`, in every case that `others` make,
     /// and the sweep that makes them.
@@ -99,7 +109,6 @@ impl Study {
         options: &Options,
     ) -> Result<(Self, Plan)> {
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
-        let base: Vec<String> = set.iter().chain(&first).cloned().collect();
         let plain = Scene::varied(scene, set, &first)?;
         let (moves, vertices) = match Simulation::new(&plain, search) {
             Ok(simulation) => (simulation.model().moves(), simulation.model().sheet().rest().len()),
@@ -107,86 +116,38 @@ impl Study {
             Err(Error::Solve(SolveError::Pairing(_))) => (true, usize::MAX),
             Err(error) => return Err(error),
         };
-        let mut left_out = Vec::new();
-        let mut candidates = Vec::new();
-        let asked = !options.integrators.is_empty();
-        let usual = usual(plain.time.policy, moves).iter().map(|text| (*text).to_owned());
-        let texts: Vec<String> = if asked { options.integrators.clone() } else { usual.collect() };
-        for text in texts {
-            let choice = Choice::read(scene, &base, &text, "--integrator")?;
-            match fits(scene, &base, search, &choice, options)? {
-                Some(why) if asked => return Err(Error::Refused(format!("{text}: {why}"))),
-                Some(why) => left_out.push(format!("{}: {why}", choice.name)),
-                None if candidates.contains(&choice) => {}
-                None => candidates.push(choice),
-            }
-        }
-        if candidates.is_empty() {
-            let why = left_out.join("\n");
-            return Err(Error::Refused(format!("no integrator goes with this scene:\n{why}")));
-        }
-        let force = plain.equilibrium.tolerance();
-        let mut planned: Vec<Planned> = Vec::new();
-        let forces: Vec<Option<Positive>> = match options.forces.is_empty() {
-            true => vec![None],
-            false => options.forces.iter().copied().map(Some).collect(),
-        };
+        let base = [set, &first].concat();
+        let mut base = Base { scene, set: base, search, options, left_out: Vec::new() };
+        let candidates = base.candidates(usual(plain.time.policy, moves))?;
         let mut tolerances = options.tolerances.clone();
         tolerances.sort_by(|a, b| b.get().total_cmp(&a.get()));
-        for (curve, choice) in candidates.iter().enumerate() {
-            for tolerance in &tolerances {
-                for force in &forces {
-                    let mut sets = vec![choice.at(scene, &base, *tolerance)?];
-                    let mut name = format!("{}, {}", choice.name, Power(tolerance.get()));
-                    if let Some(force) = force {
-                        sets.push(forced(force.get()));
-                        name += &format!(", forces {}", Power(force.get()));
-                    }
-                    let (tolerance, force) = (tolerance.get(), force.map(Positive::get));
-                    planned.push((Role::Point { curve, tolerance, force }, name, sets));
-                }
-            }
-        }
-        let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-        let tightest_force = forces.iter().flatten().map(|f| f.get()).fold(force, f64::min);
+        let mut planned = base.points(&candidates, &tolerances)?;
         match &options.taken {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
-                let force = moves.then_some(tightest_force);
-                let (scene, tight) = ((scene, &base[..]), (tightest, force));
-                let mut made = references(scene, search, options, tight, &mut left_out)?;
+                let tightest = tolerances.last().map_or(1e-4, |t| t.get());
+                let forces = options.forces.iter().map(|f| f.get());
+                let force = moves.then(|| forces.fold(plain.equilibrium.tolerance(), f64::min));
+                let mut made = base.references(tightest, force)?;
                 if options.references.is_empty() {
                     made.retain(|(_, _, sets)| {
-                        others.iter().all(|axis| allowed((scene.0, set), search, axis, sets))
+                        others.iter().all(|axis| allowed((scene, set), search, axis, sets))
                     });
                 }
-                if let Some(watched) = branch::watched(&plain, moves, vertices) {
-                    made.iter_mut().for_each(|(_, _, sets)| sets.push(watched.clone()));
+                if let Some(watch) = watched(&plain, moves, vertices) {
+                    made.iter_mut().for_each(|(_, _, sets)| sets.push(watch.clone()));
                 }
                 planned.extend(made);
             }
         }
-        let found = if options.seeds > 0 { seeds(&plain)? } else { Vec::new() };
-        if options.seeds > 0 && found.is_empty() {
-            left_out.push("seeds: nothing in the scene is random".to_owned());
-        }
-        if !found.is_empty() {
-            // Neither the loosest nor the tightest.
-            let like = (1.min(tolerances.len() - 1)) * forces.len();
-            for k in 1..=u64::from(options.seeds) {
-                // Far from what people write.
-                let seed = 1000 + k;
-                let mut sets = planned[like].2.clone();
-                sets.extend(found.iter().map(|path| format!("{path}={seed}")));
-                planned.push((Role::Seed { seed, like }, format!("seed {seed}"), sets));
-            }
-        }
-        let lines = candidates.iter();
+        // Neither the loosest nor the tightest.
+        let like = 1.min(tolerances.len() - 1) * options.forces.len().max(1);
+        base.add_seeds(&plain, like, &mut planned)?;
         let line = |c: &Choice| Line { name: c.name.clone(), fixed_steps: c.fixed_steps };
         let study = Self {
-            curves: lines.map(line).collect(),
+            curves: candidates.iter().map(line).collect(),
             runs: planned.iter().map(|(role, _, _)| role.clone()).collect(),
-            left_out,
+            left_out: base.left_out,
             wanted: options.wanted,
             of: options.of,
         };
@@ -195,8 +156,7 @@ impl Study {
         let mut plan = Plan::new(scene, set, axes)?;
         plan.states = true;
         for member in &mut plan.members {
-            let role = member.at.first().and_then(|k| study.runs.get(*k));
-            let patience = if matches!(role, Some(Role::Reference { .. })) { PATIENCE } else { 1 };
+            let patience = if study.is_reference(&member.at) { PATIENCE } else { 1 };
             member.limit = Some(patience.saturating_mul(options.limit));
         }
         Ok((study, plan))
@@ -215,45 +175,116 @@ fn taken(study: &Study, plan: &Plan) -> Vec<Planned> {
     references.map(|((role, name), sets)| (role.clone(), name.clone(), sets.clone())).collect()
 }
 
-/// References, tighter than `tightest` and, where sheets move, with forces more exact than `force`.
-fn references(
-    (scene, base): (&Path, &[String]),
-    search: &Search,
-    options: &Options,
-    (tightest, force): (f64, Option<f64>),
-    left_out: &mut Vec<String>,
-) -> Result<Vec<Planned>> {
-    let texts: Vec<(&str, f64)> = match options.references.is_empty() {
-        true => REFERENCES.to_vec(),
-        false => options.references.iter().map(|text| (text.as_str(), TIGHTER)).collect(),
-    };
-    let mut planned = Vec::new();
-    // Without a sheet there are no forces.
-    let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
-    for (text, tighter) in texts {
-        let read = Choice::read(scene, base, text, "--reference");
-        let read = read.and_then(|c| Ok((fits(scene, base, search, &c, options)?, c)));
-        let choice = match read {
-            Ok((None, choice)) => choice,
-            Ok((Some(why), choice)) => {
-                left_out.push(format!("reference by {}: {why}", choice.name));
-                continue;
+impl Base<'_> {
+    /// The integrators that are asked for, or those of the `usual` ones that go with the scene.
+    fn candidates(&mut self, usual: &[&str]) -> Result<Vec<Choice>> {
+        let asked = !self.options.integrators.is_empty();
+        let texts: Vec<&str> = match asked {
+            true => self.options.integrators.iter().map(String::as_str).collect(),
+            false => usual.to_vec(),
+        };
+        let mut candidates = Vec::new();
+        for text in texts {
+            let choice = Choice::read(self.scene, &self.set, text, "--integrator")?;
+            match self.fault(&choice)? {
+                Some(why) if asked => return Err(Error::Refused(format!("{text}: {why}"))),
+                Some(why) => self.left_out.push(format!("{}: {why}", choice.name)),
+                None if candidates.contains(&choice) => {}
+                None => candidates.push(choice),
             }
-            // Nobody asked for it.
-            Err(_) if options.references.is_empty() => continue,
-            Err(error) => return Err(error),
-        };
-        let Some(tolerance) = Positive::new((tightest / (tighter * still)).max(TIGHTEST)) else {
-            continue;
-        };
-        let mut sets = vec![choice.at(scene, base, tolerance)?];
-        sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
-        let name = format!("{}, {}", choice.name, Power(tolerance.get()));
-        let method = choice.method().to_owned();
-        let role = Role::Reference { name: name.clone(), method };
-        planned.push((role, format!("reference: {name}"), sets));
+        }
+        if candidates.is_empty() {
+            let why = self.left_out.join("\n");
+            return Err(Error::Refused(format!("no integrator goes with this scene:\n{why}")));
+        }
+        Ok(candidates)
     }
-    Ok(planned)
+
+    /// Every integrator at every tolerance with every force tolerance.
+    fn points(&self, candidates: &[Choice], tolerances: &[Positive]) -> Result<Vec<Planned>> {
+        let mut forces: Vec<Option<f64>> =
+            self.options.forces.iter().map(|f| Some(f.get())).collect();
+        if forces.is_empty() {
+            forces.push(None);
+        }
+        let mut planned = Vec::new();
+        for (curve, choice) in candidates.iter().enumerate() {
+            for at in tolerances {
+                for force in forces.iter().copied() {
+                    let mut sets = vec![choice.at(self.scene, &self.set, *at)?];
+                    sets.extend(force.map(forced));
+                    let tolerance = at.get();
+                    let mut name = format!("{}, {}", choice.name, Power(tolerance));
+                    name.extend(force.map(|force| format!(", forces {}", Power(force))));
+                    planned.push((Role::Point { curve, tolerance, force }, name, sets));
+                }
+            }
+        }
+        Ok(planned)
+    }
+
+    /// References, tighter than `tightest` and, where sheets move, with forces more exact than `force`.
+    fn references(&mut self, tightest: f64, force: Option<f64>) -> Result<Vec<Planned>> {
+        let asked = &self.options.references;
+        let texts: Vec<(&str, f64)> = match asked.is_empty() {
+            true => REFERENCES.to_vec(),
+            false => asked.iter().map(|text| (text.as_str(), TIGHTER)).collect(),
+        };
+        let mut planned = Vec::new();
+        // Without a sheet there are no forces.
+        let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
+        for (text, tighter) in texts {
+            let read = Choice::read(self.scene, &self.set, text, "--reference");
+            let choice = match read.and_then(|choice| Ok((self.fault(&choice)?, choice))) {
+                Ok((None, choice)) => choice,
+                Ok((Some(why), choice)) => {
+                    self.left_out.push(format!("reference by {}: {why}", choice.name));
+                    continue;
+                }
+                // The user has not asked for it.
+                Err(_) if asked.is_empty() => continue,
+                Err(error) => return Err(error),
+            };
+            let tolerance = (tightest / (tighter * still)).max(TIGHTEST);
+            let Some(tolerance) = Positive::new(tolerance) else { continue };
+            let mut sets = vec![choice.at(self.scene, &self.set, tolerance)?];
+            sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
+            let name = format!("{}, {}", choice.name, Power(tolerance.get()));
+            let method = choice.method().to_owned();
+            let title = format!("reference: {name}");
+            planned.push((Role::Reference { name, method }, title, sets));
+        }
+        Ok(planned)
+    }
+
+    /// Adds the run `like` with other seeds, where anything in the scene is random.
+    fn add_seeds(&mut self, scene: &Scene, like: usize, planned: &mut Vec<Planned>) -> Result<()> {
+        let paths = if self.options.seeds > 0 { seeds(scene)? } else { return Ok(()) };
+        if paths.is_empty() {
+            self.left_out.push("seeds: nothing in the scene is random".to_owned());
+            return Ok(());
+        }
+        // Far from what people write.
+        for seed in (1001..).take(self.options.seeds.into()) {
+            let seeds = paths.iter().map(|path| format!("{path}={seed}"));
+            let sets = planned[like].2.iter().cloned().chain(seeds).collect();
+            planned.push((Role::Seed { seed, like }, format!("seed {seed}"), sets));
+        }
+        Ok(())
+    }
+
+    /// Why an integrator does not go with the scene, if it does not.
+    fn fault(&self, choice: &Choice) -> Result<Option<String>> {
+        let Some(tolerance) = self.options.tolerances.first() else {
+            return Err(Error::Refused("no tolerances are given".into()));
+        };
+        let scene = choice.scene(self.scene, &self.set, *tolerance)?;
+        match Simulation::new(&scene, self.search) {
+            Ok(_) => Ok(None),
+            Err(Error::Solve(SolveError::Pairing(why))) => Ok(Some(why)),
+            Err(error) => Err(error),
+        }
+    }
 }
 
 /// Whether a scene may have `sets` with every value of `axis`, if that is of the integration in time.
@@ -274,21 +305,63 @@ fn allowed(
     !axis.key.starts_with("time.") || (0..axis.values.len()).all(fits)
 }
 
-/// Why an integrator does not go with the scene, if it does not.
-fn fits(
-    scene: &Path,
-    set: &[String],
-    search: &Search,
-    choice: &Choice,
-    options: &Options,
-) -> Result<Option<String>> {
-    let Some(tolerance) = options.tolerances.first() else {
-        return Err(Error::Refused("no tolerances are given".into()));
-    };
-    let scene = choice.scene(scene, set, *tolerance)?;
-    match Simulation::new(&scene, search) {
-        Ok(_) => Ok(None),
-        Err(Error::Solve(SolveError::Pairing(why))) => Ok(Some(why)),
-        Err(error) => Err(error),
+/// The tightest tolerance that can be met: numbers of 64 bits have 16 digits, and an error is a difference.
+const TIGHTEST: f64 = 1e-13;
+
+impl Options {
+    /// Refuses what the scene file `scene` with `set` and the first of every one of `others` cannot have: errors of
+    /// what it has not, tolerances that nothing meets.
+    ///
+    /// # Errors
+    /// The option, and what the scene lacks.
+    pub fn check(
+        &self,
+        scene: &Path,
+        set: &[String],
+        others: &[Axis],
+        search: &Search,
+    ) -> Result<()> {
+        if let Some(t) = self.tolerances.iter().find(|t| t.get() < TIGHTEST) {
+            return Err(Error::Refused(format!(
+                "--tolerances {}: below {TIGHTEST:e}, which no run can meet in numbers of 16 digits",
+                Short(t.get())
+            )));
+        }
+        let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
+        let scene = Scene::varied(scene, set, &first)?;
+        // Its own integrator may not go with it: others may.
+        let Ok(simulation) = Simulation::new(&scene, search) else { return Ok(()) };
+        let model = simulation.model();
+        if !self.forces.is_empty() && !model.moves() {
+            let message = "--force-tolerances: nothing moves in this scene, so there are no forces";
+            return Err(Error::Refused(message.into()));
+        }
+        self.of.map_or(Ok(()), |of| has(model, of))
     }
+}
+
+impl Quantity {
+    /// Refuses it where the scene of `plan` has nothing that it could be measured of.
+    ///
+    /// # Errors
+    /// What the scene lacks.
+    pub fn check(self, plan: &Plan) -> Result<()> {
+        let simulation = plan.scene(0).ok().and_then(|s| Simulation::new(&s, &plan.search()).ok());
+        simulation.map_or(Ok(()), |simulation| has(simulation.model(), self))
+    }
+}
+
+fn has(model: &Model, of: Quantity) -> Result<()> {
+    let lacks = match of {
+        Quantity::Shape | Quantity::Amplitude | Quantity::Buckling if !model.moves() => {
+            "nothing moves in this scene"
+        }
+        Quantity::Species | Quantity::Spots | Quantity::Separation
+            if model.chemistry().is_none() =>
+        {
+            "this scene has no species"
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::Refused(format!("--of: {lacks}, so the {} has no error", of.name())))
 }

@@ -1,11 +1,12 @@
-//! What an error is of.
+//! Quantities whose errors are measured.
 
 use serde::{Deserialize, Serialize};
 
 use crate::num::real;
-use crate::study::measures::Measures;
+use crate::study::extent;
+use crate::study::gather::{Distance, Measures};
 
-/// What an error is of.
+/// Quantity whose error is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -39,9 +40,14 @@ impl Quantity {
         Self::Buckling,
     ];
 
+    /// The distances of fields, which have no meaning after the references have diverged.
+    pub const FIELDS: [Self; 2] = [Self::Species, Self::Shape];
+    /// The measures, which can be compared on any branch.
+    pub const MEASURES: [Self; 5] =
+        [Self::Energy, Self::Amplitude, Self::Spots, Self::Separation, Self::Buckling];
+
     /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Species => "species",
             Self::Shape => "shape",
@@ -53,15 +59,13 @@ impl Quantity {
         }
     }
 
-    /// Whether it is a distance of fields, which means nothing after paths have parted.
-    #[must_use]
-    pub fn is_field(self) -> bool {
-        matches!(self, Self::Species | Self::Shape)
+    /// Whether it is a distance of fields.
+    pub(crate) fn is_field(self) -> bool {
+        Self::FIELDS.contains(&self)
     }
 
     /// Its value, where it is a measure.
-    #[must_use]
-    pub fn of(self, course: &[Measures]) -> Option<f64> {
+    pub(crate) fn of(self, course: &[Measures]) -> Option<f64> {
         let last = course.last()?;
         match self {
             Self::Species | Self::Shape => None,
@@ -73,24 +77,18 @@ impl Quantity {
         }
     }
 
-    /// How far `course` is from `reference`, where it is a measure, relative to that.
-    #[must_use]
-    pub fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
+    /// Returns the relative error of a measure of `course` with respect to `reference`.
+    pub(crate) fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
         let (a, b) = (self.of(course)?, self.of(reference)?);
         (b != 0.0).then(|| (a - b).abs() / b.abs())
     }
 
     /// Half of the range of a measure over `courses`, relative to the reference.
-    #[must_use]
-    pub fn spread(self, courses: &[&[Measures]], reference: &[Measures]) -> Option<f64> {
+    pub(crate) fn spread(self, courses: &[Vec<Measures>], reference: &[Measures]) -> Option<f64> {
         let values: Vec<f64> = courses.iter().filter_map(|course| self.of(course)).collect();
-        if values.len() < 2 {
-            return None;
-        }
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (least, most) = extent(values.iter().copied());
         let size = self.of(reference)?.abs();
-        (size > 0.0).then(|| 0.5 * (most - least) / size)
+        (values.len() > 1 && size > 0.0).then(|| 0.5 * (most - least) / size)
     }
 }
 
@@ -108,4 +106,11 @@ fn buckling(course: &[Measures]) -> Option<f64> {
     let after = course.iter().position(|m| m.deflection >= half)?;
     let (a, b) = (course.get(after.checked_sub(1)?)?, &course[after]);
     Some(a.time + (b.time - a.time) * (half - a.deflection) / (b.deflection - a.deflection))
+}
+
+impl Distance {
+    /// Of a field; of shapes for a measure.
+    pub(super) fn of(&self, quantity: Quantity) -> f64 {
+        if quantity == Quantity::Species { self.of_species() } else { self.of_shape() }
+    }
 }

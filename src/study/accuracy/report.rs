@@ -4,50 +4,37 @@ use super::advice::{described, percent, time, two_digits};
 use super::errors::{Case, Point};
 use super::page::{Block, Drawing};
 use super::policies::Policies;
-use super::richardson::limit;
 use super::{Quantity, Study};
 use crate::num::{Short, real};
 use crate::output::plot::label;
-use crate::study::sweep::{Axis, MemberStatus, Plan};
-use crate::study::tables::csv_table;
-use crate::tally::Work;
+use crate::study::draw::table::{csv_table, number, work_cells, work_titles};
+use crate::study::plan::{Axis, Plan};
+use crate::study::run::Timing;
 
 /// A row for every run that is compared: what it is, how it ended, its errors, what it took.
 pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
-    let mut head: Vec<String> = ["case", "integrator", "tolerance", "force tolerance", "status"]
-        .map(str::to_owned)
-        .to_vec();
-    head.extend(Quantity::ALL.map(|q| format!("error of the {}", q.name())));
-    let times = ["steps [s]", "least [s]", "most [s]", "start [s]"];
-    head.extend(times.map(str::to_owned));
-    head.extend(COUNTS.map(str::to_owned));
-    head.extend(other_counts().map(|(_, name)| name));
-    head.extend(["memory [MB]".to_owned(), "reason".to_owned()]);
-    let mut rows = vec![head];
-    let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-    for case in cases {
-        for point in &case.points {
-            let found = &point.found;
-            let curve = study.curves.get(point.curve).map_or("", |c| c.name.as_str());
-            let mut row = vec![case.name.clone(), curve.to_owned(), point.tolerance.to_string()];
-            row.extend([number(point.force), found.status.to_string()]);
-            row.extend(Quantity::ALL.map(|q| number(point.error(q))));
-            let timing = found.timing.as_ref();
-            let spread = timing.map(|t| t.spread());
-            row.push(number(point.seconds()));
-            row.extend([number(spread.map(|s| s.0)), number(spread.map(|s| s.1))]);
-            row.push(number(timing.map(|t| t.start)));
-            row.extend(counts(point).map(|n| n.map_or(String::new(), |n| n.to_string())));
-            // Other programs do not tell more.
-            let work = point.work().filter(|_| !point.is_peer()).map(|work| work.values());
-            let count = |k: usize| work.map_or(String::new(), |work| work[k].to_string());
-            row.extend(other_counts().map(|(k, _)| count(k)));
-            let bytes = found.memory.and_then(|bytes| usize::try_from(bytes).ok());
-            row.push(number(bytes.map(|bytes| real(bytes) / 1e6)));
-            let ended = found.status == MemberStatus::Complete;
-            row.push(if ended { String::new() } else { found.reason.clone() });
-            rows.push(row);
-        }
+    let head = ["case", "integrator", "tolerance", "force tolerance", "status"].map(str::to_owned);
+    let errors = Quantity::ALL.map(|q| format!("error of the {}", q.name()));
+    let times = ["steps [s]", "least [s]", "most [s]", "start [s]"].map(str::to_owned);
+    let mut rows = vec![[&head[..], &errors, &times, &COUNTS.map(str::to_owned)].concat()];
+    rows[0].extend(work_titles(&COUNTS));
+    rows[0].extend(["memory [MB]".to_owned(), "reason".to_owned()]);
+    for (case, point) in cases.iter().flat_map(|case| case.points.iter().map(move |p| (case, p))) {
+        let found = &point.found;
+        let curve = study.curves.get(point.curve).map_or("", |c| c.name.as_str());
+        let mut row = vec![case.name.clone(), curve.to_owned(), point.tolerance.to_string()];
+        row.extend([number(point.force), found.status.to_string()]);
+        row.extend(Quantity::ALL.map(|q| number(point.error(q))));
+        let timing = found.timing.as_ref();
+        let spread = timing.map(|t| t.spread());
+        let times = [spread.map(|s| s.0), spread.map(|s| s.1), timing.map(|t| t.start)];
+        row.push(number(point.seconds()));
+        row.extend(times.map(number));
+        row.extend(counts(point, ""));
+        // Other programs do not count more.
+        row.extend(work_cells(point.work().filter(|_| !point.is_peer()), &COUNTS));
+        row.extend([number(found.megabytes()), found.why_incomplete().to_owned()]);
+        rows.push(row);
     }
     csv_table(&rows)
 }
@@ -76,42 +63,26 @@ pub(super) fn blocks(
         while let Some(drawing) = drawings.next_if(|d| d.case == Some(number)) {
             blocks.push(Block::Plot(drawing));
         }
-        blocks.push(Block::Heading(if case.name.is_empty() { 2 } else { 3 }, "All runs".into()));
+        let depth = if case.name.is_empty() { 2 } else { 3 };
+        let title = "Errors in units of the tolerance";
+        let text = "One asks for a tolerance and gets an error: 1 is what was asked for. Fixed steps have no \
+                    tolerance and are left out.";
+        blocks.push(Block::Heading(depth, "All runs".into()));
         blocks.push(Block::Table(table(study, case)));
-        blocks.push(Block::Heading(
-            if case.name.is_empty() { 2 } else { 3 },
-            "Errors in units of the tolerance".into(),
-        ));
-        blocks.push(Block::Text(
-            "One asks for a tolerance and gets an error: 1 is what was asked for. Fixed steps have no \
-             tolerance and are left out."
-                .into(),
-        ));
-        blocks.push(Block::Table(ratios(study, case)));
+        blocks.extend(section(depth, title, text, ratios(study, case)));
     }
     for (k, axis) in plan.axes.iter().enumerate().skip(1) {
-        if let Some(rows) = mesh(cases, k, axis) {
-            blocks.push(Block::Heading(2, "The mesh".into()));
-            blocks.push(Block::Text(
-                "Measures of the references at the end on ever finer meshes, the order of convergence that \
-                 the three finest show for edges as long as N^(-1/2), and what they tend to (Richardson). \
-                 No order: the three do not converge evenly, or other random numbers change the finest by more \
-                 than the last two differ."
-                    .into(),
-            ));
-            blocks.push(Block::Table(rows));
-        }
+        let text = "Measures of the references at the end on ever finer meshes, the order of convergence that \
+                    the three finest show for edges as long as N^(-1/2), and what they tend to (Richardson). \
+                    No order: the three do not converge evenly, or other random numbers change the finest by more \
+                    than the last two differ.";
+        let rows = mesh(cases, k, axis);
+        blocks.extend(rows.into_iter().flat_map(|rows| section(2, "The mesh", text, rows)));
     }
-    if let Some(rows) = policies.table() {
-        blocks.push(Block::Heading(2, "Policies".into()));
-        blocks.push(Block::Text(
-            "How far the references of policies are apart, the largest along time, against the ratio of the rates \
-             of chemistry and shape at the start, and beside that how far those references are from the ones that \
-             confirm them: smaller distances are not known. With a slope of 1 a policy errs by what it leaves out."
-                .into(),
-        ));
-        blocks.push(Block::Table(rows));
-    }
+    let text = "How far the references of policies are apart, the largest along time, against the ratio of the rates \
+                of chemistry and shape at the start, and beside that how far those references are from the ones that \
+                confirm them: smaller distances are not known. With a slope of 1 a policy errs by what it leaves out.";
+    blocks.extend(policies.table().into_iter().flat_map(|rows| section(2, "Policies", text, rows)));
     blocks.extend(drawings.map(Block::Plot));
     if !study.left_out.is_empty() {
         blocks.push(Block::Heading(2, "Left out".into()));
@@ -120,27 +91,36 @@ pub(super) fn blocks(
     blocks
 }
 
-/// How a case stands.
+/// A table with its heading and a paragraph.
+fn section(depth: usize, title: &str, text: &str, rows: Vec<Vec<String>>) -> [Block; 3] {
+    [Block::Heading(depth, title.into()), Block::Text(text.into()), Block::Table(rows)]
+}
+
+/// Lists the reference of a case, its uncertainty, and the runs that failed.
 fn known(case: &Case) -> Vec<String> {
+    let shares = |of: &dyn Fn(Quantity) -> Option<f64>| -> String {
+        let all = Quantity::ALL.into_iter().filter_map(|q| Some((q, of(q)?)));
+        let all = all.map(|(q, share)| format!("{} {}", q.name(), percent(share)));
+        all.collect::<Vec<_>>().join(", ")
+    };
     let mut items = Vec::new();
     if let Some(reference) = &case.reference {
-        let took = reference.seconds.map_or(String::new(), |s| format!(", {}", time(s)));
+        let seconds = reference.run.found.timing.as_ref().map(Timing::median);
+        let took = seconds.map_or(String::new(), |s| format!(", {}", time(s)));
         items.push(format!("Reference: {}{took}.", reference.name));
         if reference.still {
             return items;
         }
-        if let Some((second, apart)) = &reference.confirmed {
-            let all = Quantity::ALL.iter().filter_map(|q| Some((q, apart.get(*q)?)));
-            let all: Vec<String> =
-                all.map(|(q, error)| format!("{} {}", q.name(), percent(error))).collect();
-            items.push(format!("Confirmed by {second}; apart by: {}.", all.join(", ")));
+        if let Some((second, _)) = &reference.confirmed {
+            let apart = shares(&|q| case.floor(q));
+            items.push(format!("Confirmed by {second}; apart by: {apart}."));
         }
-        if let Some(parted) = reference.parted {
+        if let Some(from) = reference.diverged {
             items.push(format!(
                 "The references part at t = {}: from there on they are on different branches, distances of \
                  fields mean nothing, and errors of species and shape are the largest before. Number of \
                  spots, energy, amplitude and separation are compared at the end.",
-                label(parted)
+                label(from)
             ));
         }
         if let Some(since) = reference.unstable {
@@ -150,34 +130,30 @@ fn known(case: &Case) -> Vec<String> {
                 label(since)
             ));
         }
-        for (name, apart) in &reference.others {
-            items.push(format!("Another reference, {name}, is {} away.", percent(*apart)));
+        for (name, distance) in &reference.others {
+            items.push(format!("Another reference, {name}, is {} away.", percent(*distance)));
         }
-        if let Some(steps) = bound_by_output(case, reference.measures.len()) {
+        let outputs = reference.run.found.measures.len();
+        if let Some(steps) = bound_by_output(case, outputs) {
             items.push(format!(
                 "The run with the fewest steps makes {steps} and ends one at each of {} output times: with a longer time \
                  between outputs it would err by more.",
-                reference.measures.len() - 1
+                outputs - 1
             ));
         }
-        let failed = reference.failed.iter();
-        items.extend(failed.map(|(name, why)| format!("Reference {name}: {why}.")));
     }
     items.extend(case.lost.iter().map(|(name, why)| format!("Reference {name}: {why}.")));
     if case.seeds > 0 {
-        let all = Quantity::ALL.iter().filter_map(|q| Some((q, case.spread_of(*q)?)));
-        let all: Vec<String> =
-            all.map(|(q, spread)| format!("{} {}", q.name(), percent(spread))).collect();
         items.push(format!(
             "Spread over {} seeds (half of the range): {}. An error below it is not worth paying for.",
             case.seeds + 1,
-            all.join(", ")
+            shares(&|q| case.spread_of(q))
         ));
     }
-    for point in case.points.iter().filter(|p| !p.ended()) {
-        let why = [point.name.clone(), point.found.status.to_string(), point.found.reason.clone()];
-        let said: Vec<String> = why.into_iter().filter(|text| !text.is_empty()).collect();
-        items.push(said.join(": "));
+    for Point { name, found, .. } in case.points.iter().filter(|p| !p.ended()) {
+        let why = [name.clone(), found.status.to_string(), found.reason.clone()];
+        let some: Vec<String> = why.into_iter().filter(|text| !text.is_empty()).collect();
+        items.push(some.join(": "));
     }
     items
 }
@@ -194,11 +170,9 @@ fn bound_by_output(case: &Case, outputs: usize) -> Option<u64> {
 fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
     let has = |q: &Quantity| case.points.iter().any(|p| p.error(*q).is_some());
     let quantities: Vec<Quantity> = Quantity::ALL.into_iter().filter(has).collect();
-    let mut head = vec!["integrator".to_owned(), "status".to_owned()];
-    head.extend(quantities.iter().map(|q| q.name().to_owned()));
-    head.extend(["time".to_owned(), "spread".to_owned(), "steps".to_owned(), "evaluations".into()]);
-    head.push("factorisations".to_owned());
-    let mut rows = vec![head];
+    let names = quantities.iter().map(|q| q.name());
+    let head = ["integrator", "status"].into_iter().chain(names).chain(["time", "spread"]);
+    let mut rows: Vec<Vec<String>> = vec![head.chain(COUNTS).map(str::to_owned).collect()];
     for point in &case.points {
         let mut row = vec![described(study, point), point.found.status.to_string()];
         let error = |q: &Quantity| point.error(*q).map_or("-".to_owned(), percent);
@@ -207,25 +181,19 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
         let timing = point.found.timing.as_ref().filter(|t| t.steps.len() > 1);
         let spread = timing.map(|t| format!("{} … {}", time(t.spread().0), time(t.spread().1)));
         row.push(spread.unwrap_or("-".into()));
-        row.extend(counts(point).map(|n| n.map_or("-".to_owned(), |n| n.to_string())));
+        row.extend(counts(point, "-"));
         rows.push(row);
     }
     rows
 }
 
-/// The counts that every program tells.
+/// The counts of work that every program reports.
 const COUNTS: [&str; 3] = ["steps", "evaluations", "factorisations"];
 
-/// All others of the account of work: which, and its name.
-fn other_counts() -> impl Iterator<Item = (usize, String)> {
-    let all = Work::NAMES.iter().enumerate().filter(|(_, (name, _))| !COUNTS.contains(name));
-    all.map(|(k, (name, _))| (k, name.replace('_', " ")))
-}
-
-/// Steps, evaluations and factorisations of a run.
-fn counts(point: &Point) -> [Option<u64>; 3] {
-    let work = point.work();
-    [work.map(|w| w.steps), work.map(|w| w.evaluations()), work.map(|w| w.factorisations)]
+/// Steps, evaluations and factorisations of a run; `none` where they are not known.
+fn counts(point: &Point, none: &str) -> [String; 3] {
+    let counts = point.work().map(|w| [w.steps, w.evaluations(), w.factorisations]);
+    counts.map_or([none; 3].map(str::to_owned), |counts| counts.map(|n| n.to_string()))
 }
 
 /// Error over tolerance of every integrator: least, median and largest.
@@ -233,7 +201,7 @@ fn ratios(study: &Study, case: &Case) -> Vec<Vec<String>> {
     let mut rows =
         vec![["integrator", "of", "least", "median", "largest"].map(str::to_owned).to_vec()];
     for (number, line) in study.curves.iter().enumerate().filter(|(_, line)| !line.fixed_steps) {
-        for quantity in [Quantity::Species, Quantity::Shape] {
+        for quantity in Quantity::FIELDS {
             let mine = case.points.iter().filter(|p| p.curve == number);
             let ratio = |p: &Point| Some(p.error(quantity)? / p.tolerance);
             let mut all: Vec<f64> = mine.filter_map(ratio).collect();
@@ -241,9 +209,8 @@ fn ratios(study: &Study, case: &Case) -> Vec<Vec<String>> {
             let (Some(least), Some(largest)) = (all.first(), all.last()) else { continue };
             let median = 0.5 * (all[all.len() / 2] + all[(all.len() - 1) / 2]);
             let cells = [*least, median, *largest].map(|v| label(two_digits(v)));
-            rows.push(
-                [vec![line.name.clone(), quantity.name().to_owned()], cells.to_vec()].concat(),
-            );
+            let names = [line.name.clone(), quantity.name().to_owned()];
+            rows.push([&names[..], &cells].concat());
         }
     }
     rows
@@ -255,17 +222,15 @@ fn mesh(cases: &[Case], key: usize, axis: &Axis) -> Option<Vec<Vec<String>>> {
     if vertices.len() < 2 || cases.len() != vertices.len() {
         return None;
     }
+    let of = |k: &usize| cases.iter().find(|case| case.at.get(key) == Some(k));
     let mut order: Vec<usize> = (0..vertices.len()).collect();
     order.sort_by(|a, b| vertices[*a].total_cmp(&vertices[*b]));
     let mut head = vec!["measure".to_owned()];
     head.extend(order.iter().map(|k| Short(vertices[*k]).to_string()));
     head.extend(["order".to_owned(), "limit".to_owned()]);
     let mut rows = vec![head];
-    for quantity in Quantity::ALL.into_iter().filter(|q| !q.is_field()) {
-        let value = |k: &usize| {
-            let case = cases.iter().find(|case| case.at.get(key - 1) == Some(k))?;
-            quantity.of(&case.reference.as_ref()?.measures)
-        };
+    for quantity in Quantity::MEASURES {
+        let value = |k: &usize| quantity.of(of(k)?.measures()?);
         let values: Vec<Option<f64>> = order.iter().map(value).collect();
         if values.iter().all(Option::is_none) {
             continue;
@@ -276,7 +241,7 @@ fn mesh(cases: &[Case], key: usize, axis: &Axis) -> Option<Vec<Vec<String>>> {
             order.iter().zip(&values).filter_map(|(k, v)| Some((vertices[*k].powf(-0.5), (*v)?)));
         let known: Vec<(f64, f64)> = known.collect();
         let last: Option<[(f64, f64); 3]> = known.last_chunk::<3>().copied();
-        let finest = order.last().and_then(|k| cases.iter().find(|c| c.at.get(key - 1) == Some(k)));
+        let finest = order.last().and_then(of);
         let noise = finest.and_then(|case| case.spread_of(quantity)).unwrap_or(0.0);
         let even = |all: &[(f64, f64); 3]| (all[1].1 - all[2].1).abs() > noise * all[2].1.abs();
         let found = last.filter(even).and_then(limit);
@@ -285,4 +250,54 @@ fn mesh(cases: &[Case], key: usize, axis: &Axis) -> Option<Vec<Vec<String>>> {
         rows.push(row);
     }
     Some(rows)
+}
+
+/// Orders that are looked for.
+const ORDERS: (f64, f64) = (0.2, 4.5);
+/// Halvings of the range of orders: to its last digit.
+const HALVINGS: usize = 60;
+
+/// Order p and limit f₀ of `f(h) = f₀ + C h^p` through three values `(h, f)`, the coarsest first:
+///
+/// ```text
+/// (f₁ - f₂) / (f₂ - f₃) = (h₁^p - h₂^p) / (h₂^p - h₃^p)
+/// ```
+///
+/// None where no order from 0.2 to 4.5 fits, more than elements have, as where differences change their sign.
+/// Source: Roache, J. Fluids Eng. 116 (1994), doi:10.1115/1.2910291.
+fn limit([a, b, c]: [(f64, f64); 3]) -> Option<(f64, f64)> {
+    let ratio = (a.1 - b.1) / (b.1 - c.1);
+    if !(ratio > 0.0 && ratio.is_finite()) {
+        return None;
+    }
+    let of = |p: f64| (a.0.powf(p) - b.0.powf(p)) / (b.0.powf(p) - c.0.powf(p)) - ratio;
+    let (mut low, mut high) = ORDERS;
+    if !(of(low) < 0.0 && of(high) > 0.0) {
+        return None;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if of(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let p = 0.5 * (low + high);
+    let constant = (b.1 - c.1) / (b.0.powf(p) - c.0.powf(p));
+    Some((p, c.1 - constant * c.0.powf(p)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::limit;
+
+    #[test]
+    fn order_and_limit_are_those_of_a_power() {
+        let value = |h: f64| (h, 3.0 - 0.7 * h.powf(1.6));
+        let (order, limit) = limit([0.3, 0.2, 0.11].map(value)).expect("a power");
+        assert!((order - 1.6).abs() < 1e-9, "{order}");
+        assert!((limit - 3.0).abs() < 1e-9, "{limit}");
+    }
+
+    #[test]
+    fn values_that_go_to_and_fro_have_no_limit() {
+        assert_eq!(limit([(0.3, 1.0), (0.2, 2.0), (0.1, 1.5)]), None);
+    }
 }

@@ -9,7 +9,7 @@ use crate::num::real;
 use crate::run::{Result, Simulation};
 use crate::solve::stability::Stability;
 
-/// How fast the shape relaxes under drag against how fast the chemistry changes.
+/// Relaxation rate of the shape under drag and rate of change of the chemistry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Timescales {
     /// Rate of the slowest mode of the shape, `λ/drag` per vertex, 1/time.
@@ -45,12 +45,11 @@ impl Timescales {
     }
 
     /// Chemical over elastic rate.
-    #[must_use]
-    pub fn ratio(&self) -> f64 {
+    pub(crate) fn ratio(&self) -> f64 {
         self.chemistry / self.shape
     }
 
-    /// What that means, in a sentence.
+    /// Returns an assessment in a sentence.
     #[must_use]
     pub fn verdict(&self) -> String {
         let ratio = self.ratio();

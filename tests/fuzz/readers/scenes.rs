@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rumple::scene::Scene;
-use rumple::study::sweep::Axis;
+use rumple::study::plan::Axis;
 
 use super::{Reader, bound, file, root};
 

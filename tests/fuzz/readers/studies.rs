@@ -8,8 +8,11 @@ use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run;
 use rumple::study::accuracy::{Options, Study};
-use rumple::study::states::{self, StateFile};
-use rumple::study::sweep::{self, Axis, Plan, Timing, contact_sheet, csv, markdown};
+use rumple::study::gather::gather;
+use rumple::study::gather::states::{self, StateFile};
+use rumple::study::plan::{Axis, Plan};
+use rumple::study::run::Timing;
+use rumple::study::sweep::{self, contact_sheet, csv, markdown};
 
 use super::{Bound, Reader, bound, file, room, root};
 
@@ -155,7 +158,14 @@ fn members(mut plan: Plan, folder: &Path) -> run::Result<()> {
     for number in 0..plan.members.len() {
         let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
         let record = |_: &_, _: &_, _: &_| Ok(());
-        sweep::run(&plan, folder, number, &record, &mut progress, Interrupt::install()?)?;
+        rumple::study::run::run(
+            &plan,
+            folder,
+            number,
+            &record,
+            &mut progress,
+            Interrupt::install()?,
+        )?;
     }
     Ok(())
 }
@@ -201,7 +211,7 @@ fn in_member(name: &str, file: &str, bytes: &[u8], pictures: bool) -> bool {
 
 /// Whether anything is known of the members; their tables, pictures and plots are made.
 fn shown(plan: &Plan, root: &Path, pictures: bool) -> bool {
-    let found = sweep::gather(plan, root, pictures);
+    let found = gather(plan, root, pictures);
     assert!(!csv(plan, &found).is_empty() && !markdown(plan, &found).is_empty());
     if pictures {
         let _ = contact_sheet(plan, &found).map_err(|error| error.to_string());
@@ -216,9 +226,7 @@ fn shown(plan: &Plan, root: &Path, pictures: bool) -> bool {
 fn gathered(file: &Path, bytes: &[u8]) -> bool {
     let root = made("point");
     let _replaced = Replaced::by(bytes, root.join(file));
-    let (Ok(Some(study)), Ok(Some(plan))) = (Study::read(&root), Plan::read(&root)) else {
-        return false;
-    };
+    let Ok(Some((study, plan))) = Study::read(&root) else { return false };
     let gathered = study.gather(&plan, &root);
     assert!(!gathered.csv().is_empty() && gathered.advice().len() < 1 << 20);
     // Drawing takes a hundred times as long as reading does.

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::memory::Needs;
-use super::plan::Plan;
+use super::Needs;
 use crate::output::{OutputError, atomic};
-use crate::run::{Costs, Error, Result};
+use crate::run::{Error, Result};
+use crate::study::plan::Plan;
 
 /// Name of the job script in the directory of a sweep.
 pub const SCRIPT: &str = "sweep.sbatch";
@@ -16,9 +16,9 @@ const JOB: &str = "job";
 /// Seconds before the end of a time limit at which a member is asked to end.
 const WARNING: u32 = 60;
 
-/// What an array job is asked to do.
+/// An array job of Slurm.
 pub struct Array<'a> {
-    /// What is run.
+    /// The members.
     pub plan: &'a Plan,
     /// The directory of the sweep, its full path.
     pub root: &'a Path,
@@ -57,32 +57,24 @@ impl Array<'_> {
         }
         for option in self.options {
             if option.contains(['\n', '\r']) || !option.starts_with('-') {
-                let message = format!(
-                    "--slurm-option {option:?}: expected an option of sbatch, as in \
-                                       --slurm-option=--time=1:00:00"
-                );
-                return Err(Error::Refused(message));
+                return Err(Error::Refused(format!(
+                    "--slurm-option {option:?}: expected an option of sbatch, as in --slurm-option=--time=1:00:00"
+                )));
             }
             lines.push(format!("#SBATCH {option}"));
         }
         // In place of the shell, so that Slurm's signals reach the program.
         lines.push(format!(
             "exec {} sweep member {} \"$SLURM_ARRAY_TASK_ID\"",
-            quoted(&program),
-            quoted(&root)
+            shell_quoted(&program),
+            shell_quoted(&root)
         ));
         Ok(lines.join("\n") + "\n")
     }
 
-    /// What the largest of `members` needs, with some room, where members have run before.
+    /// Memory of the largest of `members`, with some room, where members have run before.
     fn memory(&self, members: &[usize]) -> Option<u64> {
-        let mut needs = Needs::default();
-        for (number, point) in self.plan.members.iter().enumerate() {
-            let costs = Costs::read(&self.plan.directory(self.root, number)).ok();
-            if let Some(peak) = costs.and_then(|costs| costs.peak_resident_bytes) {
-                needs.ended(point.size, peak);
-            }
-        }
+        let needs = Needs::measured(self.plan, self.root);
         let most = members.iter().filter_map(|m| needs.of(self.plan.members.get(*m)?.size)).max();
         most.map(|bytes| bytes + bytes / 2)
     }
@@ -95,8 +87,7 @@ impl Array<'_> {
         let script = self.script(members)?;
         let path = self.root.join(SCRIPT);
         let logs = self.root.join(LOGS);
-        std::fs::create_dir_all(&logs)
-            .map_err(|source| OutputError::Write { path: logs, source })?;
+        std::fs::create_dir_all(&logs).map_err(OutputError::write(&logs))?;
         atomic::replace(&path, |writer| writer.write_all(script.as_bytes()))?;
         Ok(path)
     }
@@ -107,11 +98,10 @@ impl Array<'_> {
     /// If sbatch is not there, or refuses.
     pub fn submit(&self, path: &Path) -> Result<String> {
         let out = Command::new("sbatch").arg("--parsable").arg(path).output().map_err(|error| {
-            let message = format!(
+            Error::Refused(format!(
                 "cannot run sbatch: {error}; is this a machine that submits to Slurm? The script is {}",
                 path.display()
-            );
-            Error::Refused(message)
+            ))
         })?;
         if !out.status.success() {
             let said = String::from_utf8_lossy(&out.stderr);
@@ -125,15 +115,13 @@ impl Array<'_> {
         // With several clusters the name of one follows.
         let said = String::from_utf8_lossy(&out.stdout);
         let job = said.trim().split(';').next().unwrap_or_default().to_owned();
-        let kept = self.root.join(LOGS).join(JOB);
-        atomic::replace(&kept, |writer| writeln!(writer, "{job}"))?;
+        atomic::replace(&self.root.join(LOGS).join(JOB), |writer| writeln!(writer, "{job}"))?;
         Ok(job)
     }
 }
 
 /// The job that was submitted for the sweep in `root`, if tasks of it wait or run.
-#[must_use]
-pub fn queued(root: &Path) -> Option<String> {
+pub(crate) fn queued(root: &Path) -> Option<String> {
     let job = std::fs::read_to_string(root.join(LOGS).join(JOB)).ok()?.trim().to_owned();
     let number = !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit());
     // A job that is long gone is an error of squeue.
@@ -160,16 +148,14 @@ fn ranges(members: &[usize]) -> String {
 
 /// A path for a line of the script.
 fn text(path: &Path) -> Result<String> {
-    match path.to_str().filter(|text| !text.contains(['\n', '\r'])) {
-        Some(text) => Ok(text.to_owned()),
-        None => {
-            let what = "has a line end in it, or is no text; a job script cannot name it";
-            Err(Error::Refused(format!("{}: {what}", path.display())))
-        }
-    }
+    let text = path.to_str().filter(|text| !text.contains(['\n', '\r']));
+    text.map(str::to_owned).ok_or_else(|| {
+        let what = "has a line end in it, or is no text; a job script cannot name it";
+        Error::Refused(format!("{}: {what}", path.display()))
+    })
 }
 
-/// For a shell.
-fn quoted(text: &str) -> String {
+/// A word for a shell.
+pub(crate) fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }

@@ -2,40 +2,45 @@
 
 use std::path::Path;
 
-use super::axis::Axis;
+use super::Axis;
 use crate::run::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Scene, path_to};
+
+/// Overrides of the first values of `axes`, and the keys that `set` and they set.
+fn targets(
+    scene: &Path,
+    set: &[String],
+    axes: &[Axis],
+) -> Result<(Vec<String>, Vec<String>, Vec<String>)> {
+    let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
+    let mut given = Scene::targets(scene, set, &over)?;
+    let varied = given.split_off(set.len());
+    Ok((over, given, varied))
+}
 
 /// Refuses keys of which one sets what another sets too.
 pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<()> {
-    let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    let mut targets = Scene::targets(scene, set, &over)?;
-    let varied = targets.split_off(set.len());
-    let within = |inner: &str, outer: &str| {
-        inner
-            .strip_prefix(outer)
-            .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
-    };
+    let (over, given, varied) = targets(scene, set, axes)?;
+    let inside = |rest: &str| rest.is_empty() || rest.starts_with(['.', '[']);
+    let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(inside);
     let key = |text: &str| text.split('=').next().unwrap_or_default().trim().to_owned();
+    let refuse = |message: String| Err(Error::Refused(message));
     for (k, target) in varied.iter().enumerate() {
-        for (other, earlier) in varied[..k].iter().enumerate() {
+        let own = key(&over[k]);
+        for (earlier, other) in varied[..k].iter().zip(&over) {
             if target == earlier {
-                let message = format!("--over sets {target} twice; give it once, with all values");
-                return Err(Error::Refused(message));
+                return refuse(format!(
+                    "--over sets {target} twice; give it once, with all values"
+                ));
             }
             if within(target, earlier) || within(earlier, target) {
-                let (a, b) = (key(&over[other]), key(&over[k]));
-                let message = format!("--over {a} and --over {b} clash: one is inside the other");
-                return Err(Error::Refused(message));
+                let what = "clash: one is inside the other";
+                return refuse(format!("--over {} and --over {own} {what}", key(other)));
             }
         }
-        if let Some(given) = targets.iter().position(|given| within(given, target)) {
-            let message = format!(
-                "--set {} and --over {} clash: what --set gives would be lost; leave out --set",
-                set[given],
-                key(&over[k])
-            );
-            return Err(Error::Refused(message));
+        if let Some(given) = given.iter().position(|given| within(given, target)) {
+            let what = "clash: what --set gives would be lost; leave out --set";
+            return refuse(format!("--set {} and --over {own} {what}", set[given]));
         }
     }
     Ok(())
@@ -43,16 +48,15 @@ pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<
 
 /// Gives keys that end with the same word titles that say what they are of: the effect, as in `coefficient of
 /// diffusion of u`, or all of the key.
-pub(super) fn tell_titles_apart(scene: &Path, set: &[String], axes: &mut [Axis]) -> Result<()> {
+pub(super) fn disambiguate_titles(scene: &Path, set: &[String], axes: &mut [Axis]) -> Result<()> {
     let shorts: Vec<String> = axes.iter().map(|axis| axis.short().to_owned()).collect();
     let twice = |all: &[String], one: &String| all.iter().filter(|other| *other == one).count() > 1;
     if !shorts.iter().any(|short| twice(&shorts, short)) {
         return Ok(());
     }
-    let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    let mut targets = Scene::targets(scene, set, &over)?;
+    let (over, _, varied) = targets(scene, set, axes)?;
     let scene = Scene::varied(scene, set, &over)?;
-    let mut targets = targets.split_off(set.len()).into_iter();
+    let mut targets = varied.into_iter();
     let mut titles: Vec<String> = Vec::new();
     for axis in &*axes {
         // One path a key, but for seeds and settings.
@@ -77,26 +81,18 @@ pub(super) fn tell_titles_apart(scene: &Path, set: &[String], axes: &mut [Axis])
 /// If the scene cannot be written as TOML.
 pub fn seeds(scene: &Scene) -> Result<Vec<String>> {
     fn collect(value: &toml::Value, path: &str, found: &mut Vec<String>) {
-        match value {
-            toml::Value::Table(entries) => {
-                for (key, value) in entries {
-                    let path = match path {
-                        "" => key.clone(),
-                        _ => crate::scene::path_to(path, key),
-                    };
-                    if key == "seed" && value.is_integer() {
-                        found.push(path);
-                    } else if key != "parameters" {
-                        collect(value, &path, found);
-                    }
+        if let toml::Value::Table(entries) = value {
+            for (key, value) in entries {
+                let path = if path.is_empty() { key.clone() } else { path_to(path, key) };
+                if key == "seed" && value.is_integer() {
+                    found.push(path);
+                } else if key != "parameters" {
+                    collect(value, &path, found);
                 }
             }
-            toml::Value::Array(items) => {
-                for (k, item) in items.iter().enumerate() {
-                    collect(item, &format!("{path}[{k}]"), found);
-                }
-            }
-            _ => {}
+        }
+        for (k, item) in value.as_array().into_iter().flatten().enumerate() {
+            collect(item, &format!("{path}[{k}]"), found);
         }
     }
     let mut found = Vec::new();

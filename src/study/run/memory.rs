@@ -1,12 +1,17 @@
-//! How many members fit into the memory there is.
+//! Memory demand of members.
 //!
-//! What a member needs is measured, never guessed: the peak of members that have ended, scaled with the
+//! The memory of a member is measured: the peak of members that have ended, scaled with the
 //! size of their sheets; before one has ended, that of the ones that run, with some room for growth. So
 //! the first runs alone until it has relaxed its start.
 
 use std::fs;
+use std::path::Path;
 
-/// What a member may still grow beyond its peak so far, while no other has ended.
+use crate::run::Costs;
+use crate::study::gather::{MemberStatus, status};
+use crate::study::plan::Plan;
+
+/// Growth that is expected beyond the peak of a member so far, while no other has ended.
 const ROOM: f64 = 1.5;
 /// Part of the free memory that a sweep uses; the rest is for everything else on the machine.
 const USED: f64 = 0.9;
@@ -22,27 +27,20 @@ pub fn available() -> Option<u64> {
     Some(share(free, USED))
 }
 
-/// What the control group of this process has left, where it has a limit.
+/// Memory that the control group of this process has left, where it has a limit.
 fn left_by_group() -> Option<u64> {
     let number =
         |path: String| -> Option<u64> { fs::read_to_string(path).ok()?.trim().parse().ok() };
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let left = |line: &str| {
         let mut parts = line.splitn(3, ':').skip(1);
-        let (kind, path) = (parts.next()?, parts.next()?);
-        let (limit, used) = match kind {
-            "" => {
-                let root = format!("/sys/fs/cgroup{path}");
-                (number(format!("{root}/memory.max"))?, number(format!("{root}/memory.current"))?)
-            }
-            "memory" => {
-                let root = format!("/sys/fs/cgroup/memory{path}");
-                let limit = number(format!("{root}/memory.limit_in_bytes"))?;
-                (limit, number(format!("{root}/memory.usage_in_bytes"))?)
-            }
+        let (root, limit, used) = match parts.next()? {
+            "" => ("/sys/fs/cgroup", "memory.max", "memory.current"),
+            "memory" => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes"),
             _ => return None,
         };
-        Some(limit.saturating_sub(used))
+        let root = format!("{root}{}", parts.next()?);
+        Some(number(format!("{root}/{limit}"))?.saturating_sub(number(format!("{root}/{used}"))?))
     };
     groups.lines().filter_map(left).min()
 }
@@ -53,7 +51,12 @@ fn share(bytes: u64, part: f64) -> u64 {
     (bytes as f64 * part) as u64
 }
 
-/// What is known of the memory that members take.
+/// Largest resident memory of the run in `directory`, bytes, where that is known.
+pub(super) fn peak(directory: &Path) -> Option<u64> {
+    Costs::read(directory).ok()?.peak_resident_bytes
+}
+
+/// Measured memory of members.
 #[derive(Debug, Default)]
 pub struct Needs {
     /// Size and peak of members that have ended.
@@ -63,6 +66,20 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// Memory of the complete members of the study in `root`.
+    pub(super) fn measured(plan: &Plan, root: &Path) -> Self {
+        let mut needs = Self::default();
+        for (number, point) in plan.members.iter().enumerate() {
+            let directory = plan.directory(root, number);
+            if status(plan, &directory).0 == MemberStatus::Complete
+                && let Some(peak) = peak(&directory)
+            {
+                needs.ended(point.size, peak);
+            }
+        }
+        needs
+    }
+
     /// A member of this size has ended with this peak.
     pub fn ended(&mut self, size: u64, peak: u64) {
         self.ended.push((size, peak));

@@ -1,8 +1,13 @@
-//! Which members a sweep has, written down as `sweep.json`.
+//! Which members a study has, written down as `sweep.json`.
 //!
 //! Every member has a fingerprint: the hash of its scene with all defaults, of the files that this names
-//! and of its plugins. A resumed sweep finds its members again by their values, and refuses to where
+//! and of its plugins. A resumed study finds its members again by their values, and refuses to where
 //! a fingerprint is another one.
+
+mod axis;
+pub mod integrator;
+mod keys;
+mod reuse;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,16 +16,18 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::axis::{Axis, MOST, plain};
-use super::keys::{check_keys, tell_titles_apart};
+pub use self::axis::{Axis, MOST};
+pub use self::keys::seeds;
+use self::keys::{check_keys, disambiguate_titles};
+use super::{read_document, write_document};
 use crate::kinetics::{Isolation, Search};
+use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
-use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 use crate::scene::{Scene, Shape, SheetSource};
 
-/// A sweep: its scene, what it varies, its members.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A study: its scene, what it varies, its members.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Name and version of this crate.
     pub version: String,
@@ -28,7 +35,7 @@ pub struct Plan {
     pub scene: PathBuf,
     /// Overrides that hold for all members.
     pub set: Vec<String>,
-    /// What is varied; the last key fastest.
+    /// Keys that are varied; the last one fastest.
     pub axes: Vec<Axis>,
     /// Value of the first species above which there is a spot; half way if none.
     pub level: Option<f64>,
@@ -44,7 +51,7 @@ pub struct Plan {
     /// Whether members keep their states at output times.
     #[serde(default)]
     pub states: bool,
-    /// How often the steps of a member are made, to time them, if they are short.
+    /// Repetitions of the steps of a member for their timing, if they are short.
     #[serde(default)]
     pub repeats: u16,
     /// Files that its scenes name, and plugins, with their hashes.
@@ -54,8 +61,8 @@ pub struct Plan {
     pub members: Vec<Point>,
 }
 
-/// One member of a sweep.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// One member of a study.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Point {
     /// Name of its folder.
     pub folder: String,
@@ -63,7 +70,7 @@ pub struct Point {
     pub at: Vec<usize>,
     /// Hash of its scene and of the files of that.
     pub fingerprint: String,
-    /// What its memory goes with: vertices, or bytes of its mesh file.
+    /// Size that its memory scales with: vertices, or bytes of its mesh file.
     pub size: u64,
     /// Wall time after which it is given up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -89,55 +96,35 @@ impl Plan {
             return Err(Error::Refused(message.into()));
         }
         let count = axes.iter().try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()));
-        let Some(count) = count.filter(|count| *count <= MOST) else {
+        if count.is_none_or(|count| count > MOST) {
             let message = format!("more than {MOST} members; give fewer values, or several sweeps");
             return Err(Error::Refused(message));
-        };
+        }
         check_keys(scene, set, &axes)?;
-        tell_titles_apart(scene, set, &mut axes)?;
-        let absolute = std::path::absolute(scene)
-            .map_err(|source| OutputError::Read { path: scene.to_owned(), source })?;
+        disambiguate_titles(scene, set, &mut axes)?;
         let mut plan = Self {
             version: concat!("rumple ", env!("CARGO_PKG_VERSION")).to_owned(),
-            scene: absolute,
+            scene: std::path::absolute(scene).map_err(OutputError::read(scene))?,
             set: set.to_vec(),
             axes,
-            level: None,
             threads: 1,
-            plugin_path: Vec::new(),
             plugin_limit: f64::INFINITY,
-            isolate: false,
-            states: false,
             repeats: 1,
-            files: BTreeMap::new(),
-            members: Vec::new(),
+            ..Self::default()
         };
-        for number in 0..count {
-            let at = plan.values_of(number);
-            let scene = Scene::varied(scene, set, &plan.overrides(&at))?;
-            let point = Point {
-                folder: plan.folder(&at),
-                at,
-                fingerprint: String::new(),
-                size: size(&scene),
-                limit: None,
-            };
-            plan.members.push(point);
+        // All combinations, the last key fastest.
+        let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+        for axis in &plan.axes {
+            let more =
+                |at: Vec<usize>| (0..axis.values.len()).map(move |k| [&at[..], &[k]].concat());
+            all = all.into_iter().flat_map(more).collect();
         }
-        plan.tell_folders_apart();
+        for at in all {
+            let size = size(&Scene::varied(scene, set, &plan.overrides(&at))?);
+            plan.members.push(Point { folder: plan.folder(&at), at, size, ..Point::default() });
+        }
+        plan.disambiguate_folders();
         Ok(plan)
-    }
-
-    /// Which value of every axis the member with this number has.
-    fn values_of(&self, number: usize) -> Vec<usize> {
-        let mut rest = number;
-        let mut at: Vec<usize> = Vec::new();
-        for axis in self.axes.iter().rev() {
-            at.push(rest % axis.values.len().max(1));
-            rest /= axis.values.len().max(1);
-        }
-        at.reverse();
-        at
     }
 
     /// The overrides of a member.
@@ -145,13 +132,17 @@ impl Plan {
         self.axes.iter().zip(at).flat_map(|(axis, k)| axis.overrides(*k)).collect()
     }
 
+    /// Which value of every axis member `number` has; empty if there is no such member.
+    fn at(&self, number: usize) -> &[usize] {
+        self.members.get(number).map_or(&[], |point| &point.at)
+    }
+
     /// The scene of member `number`.
     ///
     /// # Errors
     /// If it cannot be read any more.
     pub fn scene(&self, number: usize) -> Result<Scene> {
-        let at = self.members.get(number).map_or(&[][..], |point| &point.at);
-        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(at))?)
+        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(self.at(number)))?)
     }
 
     /// The end time of member `number`.
@@ -162,26 +153,28 @@ impl Plan {
         Ok(self.scene(number)?.time.span.until.get())
     }
 
-    /// Where its plugins are, and whether they are isolated; [`Isolation::here`] says whether that is possible.
-    #[must_use]
-    pub fn search(&self) -> Search {
+    /// Returns the search path of its plugins and their isolation, where [`Isolation::here`] allows it.
+    pub(crate) fn search(&self) -> Search {
         let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
         let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
         Search::in_directories(self.plugin_path.clone()).isolated(isolation)
     }
 
-    /// What a member is called: its keys and values.
+    /// Returns the name of a member: its keys and values.
     #[must_use]
     pub fn name(&self, number: usize) -> String {
-        let at = self.members.get(number).map_or(&[][..], |point| &point.at);
-        let labels = self.axes.iter().zip(at).map(|(axis, k)| axis.label(*k));
-        labels.collect::<Vec<_>>().join(", ")
+        self.label(self.at(number), |_| true)
     }
 
-    /// What the plot against key `number` is called: the last word of the key, or all of it where two
+    /// Keys and values at `at` of the axes that are kept, as in `D = 0.5, seed = 1`.
+    pub(super) fn label(&self, at: &[usize], kept: impl Fn(usize) -> bool) -> String {
+        let all = self.axes.iter().zip(at).enumerate().filter(|(k, _)| kept(*k));
+        all.map(|(_, (axis, k))| axis.label(*k)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Returns the name of the plot against key `number`: the last word of the key, or all of it where two
     /// keys have the same.
-    #[must_use]
-    pub fn plot_name(&self, number: usize) -> String {
+    pub(crate) fn plot_name(&self, number: usize) -> String {
         let Some(axis) = self.axes.get(number) else { return String::new() };
         let alone = self.axes.iter().filter(|a| a.short() == axis.short()).count() == 1;
         let name = if alone { axis.short() } else { &axis.key };
@@ -196,11 +189,8 @@ impl Plan {
     }
 
     fn folder(&self, at: &[usize]) -> String {
-        let value = |axis: &Axis, k: usize| {
-            let value = axis.values.get(k).map_or("", String::as_str);
-            format!("{}={}", axis.short(), plain(value))
-        };
-        let all: Vec<String> = self.axes.iter().zip(at).map(|(a, k)| value(a, *k)).collect();
+        let value = |(axis, k): (&Axis, &usize)| format!("{}={}", axis.short(), axis.value(*k));
+        let all: Vec<String> = self.axes.iter().zip(at).map(value).collect();
         let usual = |c: char| c.is_ascii_alphanumeric() || "=,.+_-".contains(c);
         let name = all.join(",").replace(|c| !usual(c), "-");
         let name: String = name.chars().take(LONGEST_NAME).collect();
@@ -209,19 +199,15 @@ impl Plan {
     }
 
     /// Gives members whose folders have one name a part of their hash.
-    fn tell_folders_apart(&mut self) {
+    fn disambiguate_folders(&mut self) {
         let mut count: BTreeMap<String, usize> = BTreeMap::new();
         for point in &self.members {
             *count.entry(point.folder.to_lowercase()).or_default() += 1;
         }
         for number in 0..self.members.len() {
-            let at = self.members[number].at.clone();
-            let folder = &mut self.members[number].folder;
-            if count.get(&folder.to_lowercase()).is_some_and(|n| *n > 1) {
-                let overrides: Vec<String> =
-                    self.axes.iter().zip(&at).flat_map(|(a, k)| a.overrides(*k)).collect();
-                let hash = fingerprint(&overrides.join("\n"));
-                *folder = format!("{folder},{}", hash.get(..8).unwrap_or_default());
+            if count[&self.members[number].folder.to_lowercase()] > 1 {
+                let hash = fingerprint(&self.overrides(self.at(number)).join("\n"));
+                self.members[number].folder += &format!(",{}", &hash[..8]);
             }
         }
     }
@@ -233,29 +219,22 @@ impl Plan {
     pub fn seal(&mut self) -> Result<()> {
         let mut known = BTreeMap::new();
         for number in 0..self.members.len() {
-            self.members[number].fingerprint = self.print(number, &mut known)?;
+            self.members[number].fingerprint = self.fingerprint(number, &mut known)?;
         }
         self.files = known;
         Ok(())
     }
 
-    /// The fingerprint of a member as its scene and files are now.
-    ///
-    /// # Errors
-    /// A scene, a file or a plugin that cannot be read.
-    pub fn fingerprint(&self, number: usize) -> Result<String> {
-        self.print(number, &mut BTreeMap::new())
-    }
-
-    pub(super) fn print(
+    /// The fingerprint of a member as its scene and files are now, with the hashes of files that are `known`; others
+    /// are added to these.
+    pub(super) fn fingerprint(
         &self,
         number: usize,
         known: &mut BTreeMap<PathBuf, String>,
     ) -> Result<String> {
         let scene = self.scene(number)?;
         let mut text = scene.resolved()?;
-        let mut files: Vec<PathBuf> =
-            scene.files().into_iter().map(|(_, path)| path.to_owned()).collect();
+        let mut files: Vec<PathBuf> = scene.files().iter().map(|f| f.1.to_owned()).collect();
         let home = scene.file().parent().unwrap_or(Path::new("."));
         for plugin in scene.kinetics.iter().filter_map(|k| k.plugin.as_ref()) {
             files.push(self.search().resolve(plugin, home)?);
@@ -274,15 +253,7 @@ impl Plan {
     /// # Errors
     /// If its file cannot be read.
     pub fn read(root: &Path) -> Result<Option<Self>> {
-        let path = root.join(Self::FILE);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(OutputError::Read { path, source }.into()),
-        };
-        serde_json::from_str(&text).map(Some).map_err(|error| {
-            Error::Refused(format!("{}: is not what a sweep writes: {error}", path.display()))
-        })
+        read_document(&root.join(Self::FILE), "sweep")
     }
 
     /// Writes it into `root`.
@@ -290,26 +261,22 @@ impl Plan {
     /// # Errors
     /// From the operating system.
     pub fn write(&self, root: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        Ok(atomic::replace(&root.join(Self::FILE), |writer| writeln!(writer, "{text}"))?)
+        write_document(&root.join(Self::FILE), self)
     }
 
-    /// Refuses to go on with the sweep `earlier` in `root` if that is another one. Values may be added.
+    /// Refuses to resume the sweep `earlier` in `root` if that is another one. Values may be added.
     ///
     /// # Errors
-    /// What has changed.
-    pub fn goes_on_from(&self, earlier: &Self, root: &Path) -> Result<()> {
+    /// The change.
+    pub fn check_resumable(&self, earlier: &Self, root: &Path) -> Result<()> {
         let refuse = |what: String| {
-            let message = format!(
-                "{}: holds another sweep: {what}; choose another with --out, or give --force to \
-                 replace it",
+            Err(Error::Refused(format!(
+                "{}: holds another sweep: {what}; choose another with --out, or give --force to replace it",
                 root.display()
-            );
-            Err(Error::Refused(message))
+            )))
         };
         let keys = |plan: &Self| {
-            let keys: Vec<String> = plan.axes.iter().map(|axis| axis.key.clone()).collect();
-            keys.join(", ")
+            plan.axes.iter().map(|axis| axis.key.as_str()).collect::<Vec<_>>().join(", ")
         };
         if keys(self) != keys(earlier) {
             return refuse(format!("over {}, now over {}", keys(earlier), keys(self)));
@@ -333,7 +300,7 @@ impl Plan {
 /// Most characters of the name of a folder: systems allow 255 bytes.
 const LONGEST_NAME: usize = 150;
 
-/// What memory goes with: vertices, or bytes of the mesh file.
+/// Size that memory scales with: vertices, or bytes of the mesh file.
 fn size(scene: &Scene) -> u64 {
     match &scene.sheet.source {
         SheetSource::File { file } => fs::metadata(file).map_or(1, |about| about.len()),

@@ -1,22 +1,20 @@
 //! `rumple compare SCENE`: the same scene under several policies and integrators.
 
-mod output_directory;
-mod table;
-
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
 
-use self::table::{csv, table};
-use super::SceneArgs;
+use super::output_directory::{claim, names, refuse, remove_file, remove_run};
+use super::{SceneArgs, end};
 use crate::kinetics::Search;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory, RunStatus, atomic, interrupt};
+use crate::output::{Claim, Interrupt, Mode, Progress, ResultDirectory};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
-use crate::study::choice::{quoted, settings, table_of};
-use crate::study::compare::{Member, Timescales, contact_sheet, figure, member};
+use crate::study::compare::{Member, Timescales, contact_sheet, csv, figure, member, table};
+use crate::study::plan::integrator::{quoted, settings, table_of};
+use crate::study::{draw, write_files};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -60,19 +58,10 @@ fn run_here(args: &CompareArgs) -> Result<()> {
     let (scene, simulation) = start(args, &search)?;
     super::inputs(&scene, simulation.plugins()).outside(&root)?;
     let interrupt = Interrupt::install()?;
-    let claim = output_directory::make(&root, args.force)?;
+    let claim = make_room(&root, args.force)?;
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
-    let (standing, reason) = match &outcome {
-        Ok(reason) => (RunStatus::Complete, reason.clone()),
-        Err(Error::Solve(SolveError::Interrupted)) => {
-            (RunStatus::Interrupted, interrupt::reason().to_owned())
-        }
-        Err(error) => (RunStatus::Failed, error.to_string()),
-    };
-    let ended = claim.end(standing, &reason);
-    outcome?;
-    Ok(ended?)
+    end(&claim, outcome)
 }
 
 /// Runs all members; says how many came to their end.
@@ -136,29 +125,26 @@ fn plan(args: &CompareArgs) -> Result<Vec<Planned>> {
     let one = |list: &[String]| -> Vec<Option<String>> {
         if list.is_empty() { vec![None] } else { list.iter().cloned().map(Some).collect() }
     };
+    let integrators = one(&args.integrators);
+    let pairs = one(&args.policies)
+        .into_iter()
+        .flat_map(|policy| integrators.iter().map(move |integrator| (policy.clone(), integrator)));
     let mut planned: Vec<Planned> = Vec::new();
-    for policy in one(&args.policies) {
-        for integrator in one(&args.integrators) {
-            let mut overrides = Vec::new();
-            if let Some(policy) = &policy {
-                overrides.push(format!("time.policy={}", quoted(policy)));
-            }
-            if let Some(integrator) = &integrator {
-                overrides.push(format!("time.integrator={}", table_of(integrator)));
-            }
-            // Those of the user hold for all members.
-            overrides.extend_from_slice(&args.scene.overrides);
-            let scene = Scene::load(&args.scene.scene, &overrides)?;
-            let mut name =
-                format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
-            if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
-                name += &settings(table, &[]);
-            }
-            if planned.iter().any(|p| p.name == name) {
-                say!("{name}: listed twice, run once");
-            } else {
-                planned.push(Planned { name, scene });
-            }
+    for (policy, integrator) in pairs {
+        let policy = policy.map(|policy| format!("time.policy={}", quoted(&policy)));
+        let table = integrator.as_ref().map(|i| format!("time.integrator={}", table_of(i)));
+        // Those of the user hold for all members.
+        let users = args.scene.overrides.iter().cloned();
+        let overrides: Vec<String> = policy.into_iter().chain(table).chain(users).collect();
+        let scene = Scene::load(&args.scene.scene, &overrides)?;
+        let mut name = format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
+        if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {
+            name += &settings(table, &[]);
+        }
+        if planned.iter().any(|p| p.name == name) {
+            say!("{name}: listed twice, run once");
+        } else {
+            planned.push(Planned { name, scene });
         }
     }
     Ok(planned)
@@ -188,19 +174,12 @@ fn announce(mut simulation: Simulation, interrupt: Interrupt) -> Result<()> {
 
 /// Writes numbers, plots and pictures.
 fn write(root: &Path, members: &[Member]) -> Result<()> {
-    let figure = figure(members);
-    let mut files = vec![
-        (output_directory::TABLE, csv(members).into_bytes()),
-        (output_directory::PLOTS, figure.svg()?.into_bytes()),
-        (output_directory::PLOT_PICTURE, figure.picture()?.png()?),
-    ];
+    let mut files = draw::files(PLOTS, &figure(members))?.to_vec();
+    files.push((TABLE.to_owned(), csv(members).into_bytes()));
     if let Some(pictures) = contact_sheet(members)? {
-        files.push((output_directory::PICTURES, pictures.png()?));
+        files.push((PICTURES.to_owned(), pictures.png()?));
     }
-    for (name, bytes) in files {
-        atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
-    }
-    Ok(())
+    write_files(root, files)
 }
 
 fn folder(name: &str, number: usize) -> String {
@@ -208,4 +187,53 @@ fn folder(name: &str, number: usize) -> String {
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let words: Vec<&str> = plain.split('-').filter(|word| !word.is_empty()).collect();
     format!("{}-{}", number + 1, words.join("-").to_lowercase())
+}
+
+const TABLE: &str = "compare.csv";
+/// Name of the plots, as SVG and as PNG.
+const PLOTS: &str = "compare";
+const PICTURES: &str = "pictures.png";
+
+/// Makes room in `root`, and the directory where there is none: what a comparison would write over
+/// is refused, or removed with `force`. Whatever else is there stays.
+fn make_room(root: &Path, force: bool) -> Result<Claim> {
+    let (claim, ours) = claim(root, || check(root, force))?;
+    for path in ours.iter().map(|name| root.join(name)) {
+        if is_member(&path) { remove_run(&path)? } else { remove_file(&path)? }
+    }
+    claim.begin()?;
+    Ok(claim)
+}
+
+/// The names in `root` of what a comparison writes, members first.
+fn check(root: &Path, force: bool) -> Result<Vec<String>> {
+    let written = [TABLE, "compare.svg", "compare.png", PICTURES, Claim::STATUS];
+    let ours = |name: &String| written.contains(&name.as_str()) || is_member(&root.join(name));
+    let ours: Vec<String> = names(root)?.into_iter().filter(ours).collect();
+    let Some(first) = ours.first() else { return Ok(ours) };
+    if !force {
+        let member = is_member(&root.join(first));
+        let what = if member { "an earlier comparison".into() } else { format!("`{first}`") };
+        let how = "choose another with --out, or --force to replace it";
+        return refuse(root, format!("it holds {what}: {how}"));
+    }
+    if root.is_symlink() {
+        let message = "is a link, and nothing is removed through a link; give the directory itself";
+        return refuse(root, message);
+    }
+    let link = |name: &&String| is_member(&root.join(name)) && root.join(name).is_symlink();
+    match ours.iter().find(link) {
+        Some(name) => refuse(root, format!("`{name}` in it is a link, which is not followed")),
+        None => Ok(ours),
+    }
+}
+
+/// Whether a folder is that of a member: `1-quasi-static-staggered`, with a run in it.
+fn is_member(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let number = name.split('-').next().unwrap_or_default();
+    !number.is_empty()
+        && number.chars().all(|c| c.is_ascii_digit())
+        && name.contains('-')
+        && ["ledger.csv", Claim::STATUS].iter().any(|file| path.join(file).is_file())
 }

@@ -1,16 +1,16 @@
-//! How long the steps of a member take, without making it ready and without output.
+//! Processor time of the steps of a member, excluding setup and output.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::kinetics::Search;
-use crate::num::real;
-use crate::output::{ResultDirectory, atomic};
+use crate::output::ResultDirectory;
 use crate::run::run::Summary;
+use crate::run::schedule::OutputSchedule;
 use crate::run::{Result, Simulation};
 use crate::scene::Scene;
+use crate::study::{read_document, write_document};
 
 /// Processor times of a member, s: of one thread the wall time, but for what others do on the machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ pub struct Timing {
 const LONG: f64 = 3.0;
 
 impl Timing {
-    /// Of the run of `scene` that `summary` tells of, and of `repeats` - 1 more where that was short.
+    /// Returns the times of the run of `scene` with `summary`, and of `repeats` - 1 more where that was short.
     ///
     /// # Errors
     /// Whatever ends a run.
@@ -46,11 +46,9 @@ impl Timing {
     pub fn median(&self) -> f64 {
         let mut all = self.steps.clone();
         all.sort_by(f64::total_cmp);
-        let middle = all.len() / 2;
-        match (all.get(middle.wrapping_sub(1)), all.get(middle)) {
-            (Some(a), Some(b)) if all.len().is_multiple_of(2) => 0.5 * (a + b),
-            (_, Some(b)) => *b,
-            (_, None) => f64::NAN,
+        match all.len() {
+            0 => f64::NAN,
+            n => 0.5 * (all[n / 2] + all[(n - 1) / 2]),
         }
     }
 
@@ -61,24 +59,18 @@ impl Timing {
         all.fold((f64::INFINITY, 0.0), |(least, most), s| (s.min(least), s.max(most)))
     }
 
-    fn path(directory: &Path) -> PathBuf {
-        directory.join(ResultDirectory::TIMING)
-    }
-
     /// Writes it into the directory of the run.
     ///
     /// # Errors
     /// From the operating system.
     pub fn write(&self, directory: &ResultDirectory) -> Result<()> {
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        let path = Self::path(directory.root());
-        Ok(atomic::replace(&path, |writer| writeln!(writer, "{text}"))?)
+        write_document(&directory.root().join(ResultDirectory::TIMING), self)
     }
 
     /// Reads that of the run in `directory`, if there is one.
     #[must_use]
     pub fn read(directory: &Path) -> Option<Self> {
-        serde_json::from_str(&fs::read_to_string(Self::path(directory)).ok()?).ok()
+        read_document(&directory.join(ResultDirectory::TIMING), "sweep").ok()?
     }
 }
 
@@ -87,13 +79,10 @@ fn again(scene: &Scene, search: &Search, end: f64) -> Result<f64> {
     let mut simulation = Simulation::new(scene, search)?;
     simulation.prepare()?;
     let start = simulation.spent();
-    let every = scene.output.every.map_or(end, f64::from);
-    let mut output = 1usize;
+    let mut schedule = OutputSchedule::of(scene);
     while simulation.state().time < end {
-        while real(output) * every <= simulation.state().time {
-            output += 1;
-        }
-        simulation.step((real(output) * every).min(end))?;
+        schedule.pass(simulation.state().time);
+        simulation.step(schedule.target().min(end))?;
     }
     Ok((simulation.spent() - start).cpu_seconds)
 }

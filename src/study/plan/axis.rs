@@ -1,4 +1,4 @@
-//! What a sweep varies: one key of the scene and its values, from the text `KEY=VALUES`.
+//! Axis of a parameter study: a key of the scene and its values, from the text `KEY=VALUES`.
 //!
 //! ```text
 //! material.thickness=0.5,1,1.5        a list
@@ -14,13 +14,13 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::num::{real, whole};
+use crate::num::{decimal, real, whole};
 
 /// Most values of a key, and most members of a sweep.
 pub const MOST: usize = 10_000;
 
 /// A key with the values that it takes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Axis {
     /// Its name in tables and pictures: the path of the key, or `seed`.
     pub key: String,
@@ -31,10 +31,10 @@ pub struct Axis {
     /// Whether they are spaced by equal ratios.
     #[serde(default)]
     pub logarithmic: bool,
-    /// What every value sets, where values are names of settings: overrides, in place of `paths`.
+    /// Overrides of every value, in place of `paths`, where values are names of settings.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub settings: Vec<Vec<String>>,
-    /// What tables and pictures call it where another key has the same last word; empty where none has.
+    /// Title in tables and pictures where another key has the same last word; empty where none has.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
 }
@@ -43,75 +43,67 @@ impl Axis {
     /// Reads `KEY=VALUES`.
     ///
     /// # Errors
-    /// What is wrong with it, and what was expected.
+    /// The syntax error, and what was expected.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let wrong = |what: String| Err(format!("--over {text}: {what}"));
-        let Some((key, list)) = text.split_once('=') else {
-            return wrong("expected KEY=VALUES, as in material.thickness=0.5,1,1.5".into());
-        };
+        Self::parsed(text).map_err(|what| format!("--over {text}: {what}"))
+    }
+
+    fn parsed(text: &str) -> Result<Self, String> {
+        let (key, list) = text
+            .split_once('=')
+            .ok_or("expected KEY=VALUES, as in material.thickness=0.5,1,1.5")?;
         let key = key.trim();
         if key.is_empty() {
-            return wrong("a key is missing before the =".into());
+            return Err("a key is missing before the =".into());
         }
         if list.trim().is_empty() {
-            return wrong(format!(
+            return Err(format!(
                 "{key} has no values; give a list as 0.5,1,1.5 or a range as 1..8 or 0.5..1.5:5"
             ));
         }
-        let (mut values, mut logarithmic) = (Vec::new(), false);
-        for (number, item) in split(list).into_iter().enumerate() {
-            let item = item.trim();
+        let mut axis = Self { paths: vec![key.to_owned()], key: key.to_owned(), ..Self::default() };
+        for (number, item) in split(list).into_iter().map(str::trim).enumerate() {
             if item.is_empty() {
-                return wrong(format!("value {} of {key} is empty", number + 1));
+                return Err(format!("value {} of {key} is empty", number + 1));
             }
-            match range(item) {
-                Err(what) => return wrong(what),
-                Ok(Some(range)) => {
-                    logarithmic |= range.logarithmic;
-                    values.extend(range.values);
+            match range(item)? {
+                Some((values, logarithmic)) => {
+                    axis.logarithmic |= logarithmic;
+                    axis.values.extend(values);
                 }
-                Ok(None) => values.push(item.to_owned()),
+                None => axis.values.push(item.to_owned()),
             }
-            if values.len() > MOST {
-                return wrong(format!("more than {MOST} values"));
+            if axis.values.len() > MOST {
+                return Err(format!("more than {MOST} values"));
             }
         }
-        if let Some((same, value)) = twice(&values) {
-            return wrong(match same == value {
-                true => format!("{value} is given twice"),
-                false => format!("{same} and {value} are the same"),
-            });
+        match repeated(&axis.values) {
+            None => Ok(axis),
+            Some((same, value)) if same == value => Err(format!("{value} is given twice")),
+            Some((same, value)) => Err(format!("{same} and {value} are the same")),
         }
-        Ok(Self {
-            key: key.to_owned(),
-            paths: vec![key.to_owned()],
-            values,
-            logarithmic,
-            settings: Vec::new(),
-            title: String::new(),
-        })
     }
 
     /// Seeds 1 to `count` for all the keys `paths` at once.
-    #[must_use]
-    pub fn seeds(paths: Vec<String>, count: usize) -> Self {
+    pub(crate) fn seeds(paths: Vec<String>, count: usize) -> Self {
         let values = (1..=count).map(|seed| seed.to_string()).collect();
-        let (logarithmic, settings, title) = (false, Vec::new(), String::new());
-        Self { key: SEED.to_owned(), paths, values, logarithmic, settings, title }
+        Self { key: SEED.to_owned(), paths, values, ..Self::default() }
     }
 
     /// Named groups of overrides, under the key `key`.
-    #[must_use]
-    pub fn named(key: &str, named: Vec<(String, Vec<String>)>) -> Self {
+    pub(crate) fn named(key: &str, named: Vec<(String, Vec<String>)>) -> Self {
         let (values, settings) = named.into_iter().unzip();
-        let (key, paths, title) = (key.to_owned(), Vec::new(), String::new());
-        Self { key, paths, values, logarithmic: false, settings, title }
+        Self { key: key.to_owned(), values, settings, ..Self::default() }
     }
 
     /// Whether its values are repetitions of one thing by other random numbers.
-    #[must_use]
-    pub fn is_seed(&self) -> bool {
+    pub(crate) fn is_seed(&self) -> bool {
         self.short() == SEED
+    }
+
+    /// Value `k` without its quotes; empty if there is none.
+    pub(crate) fn value(&self, k: usize) -> &str {
+        self.values.get(k).map_or("", |value| plain(value))
     }
 
     /// The overrides that give it value `k`.
@@ -122,15 +114,13 @@ impl Axis {
     }
 
     /// The last word of the key, as in `thickness`.
-    #[must_use]
-    pub fn short(&self) -> &str {
+    pub(crate) fn short(&self) -> &str {
         let last = self.key.rsplit('.').next().unwrap_or(&self.key);
         last.trim_matches('"')
     }
 
-    /// What tables and pictures call it: the last word of the key, with more where another key has the same.
-    #[must_use]
-    pub fn title(&self) -> &str {
+    /// Returns the title in tables and pictures: the last word of the key, with more where another key has the same.
+    pub(crate) fn title(&self) -> &str {
         if self.title.is_empty() { self.short() } else { &self.title }
     }
 
@@ -143,12 +133,8 @@ impl Axis {
     /// `title = value` of value `k`; settings have a name alone.
     #[must_use]
     pub fn label(&self, k: usize) -> String {
-        let value = plain(self.values.get(k).map_or("", String::as_str));
-        if self.settings.is_empty() {
-            format!("{} = {value}", self.title())
-        } else {
-            value.to_owned()
-        }
+        let value = self.value(k);
+        if self.settings.is_empty() { format!("{} = {value}", self.title()) } else { value.into() }
     }
 }
 
@@ -156,8 +142,7 @@ impl Axis {
 const SEED: &str = "seed";
 
 /// A value without its quotes.
-#[must_use]
-pub fn plain(value: &str) -> &str {
+fn plain(value: &str) -> &str {
     value.trim_matches(['"', '\''])
 }
 
@@ -166,7 +151,7 @@ fn number(value: &str) -> Option<f64> {
 }
 
 /// The first value that means the same as one before it, after that: by number, or else by text.
-fn twice(values: &[String]) -> Option<(&str, &str)> {
+fn repeated(values: &[String]) -> Option<(&str, &str)> {
     let (mut numbers, mut texts) = (HashMap::new(), HashMap::new());
     values.iter().find_map(|value| {
         // Of the two zeros one.
@@ -198,71 +183,49 @@ fn split(list: &str) -> Vec<&str> {
     items
 }
 
-struct Range {
-    values: Vec<String>,
-    logarithmic: bool,
-}
-
-/// The values of a range; none for what is no range.
-fn range(item: &str) -> Result<Option<Range>, String> {
+/// The values of a range, and whether their ratios are equal; none for an item that is not a range.
+fn range(item: &str) -> Result<Option<(Vec<String>, bool)>, String> {
+    const FORM: &str =
+        "a range is FROM..TO for whole numbers, FROM..TO:COUNT or FROM..TO:COUNT:log";
+    let wrong = |what: String| Err(format!("`{item}`{what}"));
     let Some((first, rest)) = item.split_once("..") else { return Ok(None) };
     // Names and paths may have two points in them.
     let Some(from) = number(first.trim()) else { return Ok(None) };
     let mut parts = rest.split(':').map(str::trim);
     let last = parts.next().unwrap_or_default();
-    let form = "a range is FROM..TO for whole numbers, FROM..TO:COUNT or FROM..TO:COUNT:log";
     let Some(to) = number(last) else {
-        return Err(format!("`{item}`: {last:?} is not a number; {form}"));
+        return wrong(format!(": {last:?} is not a number; {FORM}"));
     };
     let whole_numbers = [first.trim(), last].iter().all(|text| text.parse::<i64>().is_ok());
-    let count = match parts.next() {
-        None if !whole_numbers => {
-            return Err(format!("`{item}` does not say how many values; {form}"));
-        }
-        None if to < from => return Err(format!("`{item}` ends before it begins; {form}")),
-        None if to - from >= real(MOST) => {
-            return Err(format!("`{item}`: more than {MOST} values"));
-        }
+    let count = match parts.next().map(|count| (count, count.parse())) {
+        None if !whole_numbers => return wrong(format!(" does not say how many values; {FORM}")),
+        None if to < from => return wrong(format!(" ends before it begins; {FORM}")),
+        None if to - from >= real(MOST) => return wrong(format!(": more than {MOST} values")),
         None => whole(to - from) + 1,
-        Some(count) => match count.parse() {
-            Ok(count) if (2..=MOST).contains(&count) => count,
-            _ => {
-                let what = format!("{count:?} is not a number of values from 2 to {MOST}");
-                return Err(format!("`{item}`: {what}; {form}"));
-            }
-        },
-    };
-    let logarithmic = match parts.next() {
-        None => false,
-        Some("log") => true,
-        Some(other) => return Err(format!("`{item}`: {other:?} is not log; {form}")),
-    };
-    if let Some(more) = parts.next() {
-        return Err(format!("`{item}`: {more:?} is too much; {form}"));
-    }
-    if logarithmic && !(from > 0.0 && to > 0.0) {
-        return Err(format!("`{item}`: both ends of a logarithmic range are above 0"));
-    }
-    let steps = real(count.max(2) - 1);
-    let value = |k: usize| {
-        let share = real(k) / steps;
-        if k == 0 {
-            from
-        } else if k + 1 == count {
-            to
-        } else if logarithmic {
-            from * (to / from).powf(share)
-        } else {
-            from + (to - from) * share
+        Some((_, Ok(count))) if (2..=MOST).contains(&count) => count,
+        Some((count, _)) => {
+            let what = format!("{count:?} is not a number of values from 2 to {MOST}");
+            return wrong(format!(": {what}; {FORM}"));
         }
     };
-    let values = (0..count).map(|k| text(rounded(value(k)), whole_numbers)).collect();
-    Ok(Some(Range { values, logarithmic }))
-}
-
-/// Without the last digits, in which 0.1 + 0.2 is not 0.3.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
+    let logarithmic = match (parts.next(), parts.next()) {
+        (Some(other), _) if other != "log" => {
+            return wrong(format!(": {other:?} is not log; {FORM}"));
+        }
+        (_, Some(more)) => return wrong(format!(": {more:?} is too much; {FORM}")),
+        (log, None) => log.is_some(),
+    };
+    if logarithmic && !(from > 0.0 && to > 0.0) {
+        return wrong(": both ends of a logarithmic range are above 0".into());
+    }
+    let value = |k: usize| match real(k) / real(count.max(2) - 1) {
+        _ if k == 0 => from,
+        _ if k + 1 == count => to,
+        share if logarithmic => from * (to / from).powf(share),
+        share => from + (to - from) * share,
+    };
+    let values = (0..count).map(|k| text(decimal(value(k)), whole_numbers)).collect();
+    Ok(Some((values, logarithmic)))
 }
 
 /// A number as a scene has it: with a point, but where the ends of a range have none.

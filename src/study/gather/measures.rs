@@ -1,4 +1,4 @@
-//! What can be measured on a state, whichever branch of a bifurcation it is on.
+//! Scalar measures of a state, which can be compared across the branches of a bifurcation.
 //!
 //! A *spot* is a connected region where the first species is above a level: vertices that share an edge,
 //! or triangles that share one if the species live there. With N spots of area A_act on a sheet of area
@@ -16,14 +16,14 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::Vec3;
-use crate::geometry::{Face, aligned, aligned_by, vertex_normals};
+use crate::geometry::{Face, aligned, aligned_by, sum_at_corners, vertex_normals};
 use crate::kinetics::Location;
 use crate::model::{Evaluation, Model, ModelError, free_motions};
-use crate::num::real;
-use crate::sheet::Sheet;
+use crate::num::{real, whole};
+use crate::study::extent;
 
-/// What of a state can be compared whichever branch it is on.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Scalar measures of a state.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Measures {
     /// Time.
     pub time: f64,
@@ -44,6 +44,30 @@ pub struct Measures {
     pub share: f64,
     /// Largest rate of change of a species in units of its typical magnitude, 1/time.
     pub rate: f64,
+}
+
+impl Measures {
+    /// Columns of `measures.csv`.
+    pub(super) const COLUMNS: &str = "step,time,spots,separation d [length],nearest centres [length],share,\
+        amplitude [length],deflection [length],energy [energy],fastest rate [1/time]";
+
+    /// The row of step `step` in `measures.csv`.
+    pub(in crate::study) fn row(&self, step: u64) -> [f64; 10] {
+        let [d, nearest] = [self.separation, self.nearest].map(|v| v.unwrap_or(f64::NAN));
+        let Self { time, energy, amplitude, deflection, spots, share, rate, .. } = *self;
+        let (step, spots) = (real(usize::try_from(step).unwrap_or(usize::MAX)), real(spots));
+        [step, time, spots, d, nearest, share, amplitude, deflection, energy, rate]
+    }
+
+    /// Measures of a row of `measures.csv`; none for a row of other length.
+    pub(super) fn from_row(row: &[f64]) -> Option<Self> {
+        let &[_, time, spots, d, nearest, share, amplitude, deflection, energy, rate] = row else {
+            return None;
+        };
+        let [separation, nearest] = [d, nearest].map(|value| (!value.is_nan()).then_some(value));
+        let spots = whole(spots);
+        Some(Self { time, energy, amplitude, deflection, spots, separation, nearest, share, rate })
+    }
 }
 
 /// The first species where it lives: what regions are made of.
@@ -71,19 +95,19 @@ impl Pattern {
                 neighbours: inner.map(|e| e.triangles).collect(),
             });
         }
+        let mut area = vec![0.0; x.len()];
+        sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
         Some(Self {
             value: at.species_at_vertices().into_iter().next()?,
             position: x.to_vec(),
-            area: at_vertices(sheet, &faces),
+            area,
             neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
         })
     }
 
     /// Half way between the least and the largest value; none where they are the same.
     fn half_way(&self) -> Option<f64> {
-        let all = self.value.iter();
-        let (least, largest) =
-            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(*c), h.max(*c)));
+        let (least, largest) = extent(self.value.iter().copied());
         (largest > least).then_some(0.5 * (least + largest))
     }
 
@@ -115,17 +139,6 @@ fn root(parent: &mut [u32], mut k: u32) -> u32 {
         k = parent[k as usize];
     }
     k
-}
-
-/// A third of every triangle to each of its corners.
-fn at_vertices(sheet: &Sheet, faces: &[f64]) -> Vec<f64> {
-    let mut area = vec![0.0; sheet.vertex_count()];
-    for (triangle, face) in sheet.triangles().iter().zip(faces) {
-        for v in triangle {
-            area[*v as usize] += face / 3.0;
-        }
-    }
-    area
 }
 
 /// Displacements below this share of the sheet's size are what relaxations and round-off leave.
@@ -166,11 +179,8 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
         energy: elastic.map(|(energy, _)| energy).sum::<f64>() + 0.0,
         amplitude,
         deflection,
-        spots: 0,
-        separation: None,
-        nearest: None,
-        share: 0.0,
         rate: at.fastest_rate()?,
+        ..Measures::default()
     };
     let Some(pattern) = Pattern::of(at) else { return Ok(measures) };
     let Some(level) = level.or_else(|| pattern.half_way()) else { return Ok(measures) };

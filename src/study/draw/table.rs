@@ -1,11 +1,12 @@
 //! Rows of cells as text; the first row is the head.
 
-/// Wider columns (characters) are not filled up: nobody reads them side by side, and text cannot be padded to
-/// more than 65535.
+use crate::tally::Work;
+
+/// Wider columns (characters) are not padded: text cannot be padded to more than 65535.
 const WIDEST: usize = 200;
 
 /// For people and for Markdown.
-pub(super) fn markdown_table(rows: &[Vec<String>]) -> String {
+pub fn markdown_table(rows: &[Vec<String>]) -> String {
     let Some(head) = rows.first() else { return String::new() };
     let width =
         |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|c| c.chars().count()).max();
@@ -29,11 +30,31 @@ pub(super) fn markdown_table(rows: &[Vec<String>]) -> String {
 }
 
 /// As comma-separated values.
-pub(super) fn csv_table(rows: &[Vec<String>]) -> String {
+pub fn csv_table(rows: &[Vec<String>]) -> String {
     let cell = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell.clone(),
     };
     let line = |row: &Vec<String>| row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n";
     rows.iter().map(line).collect()
+}
+
+/// A cell of a number; empty where there is none.
+pub fn number(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
+}
+
+/// Titles of the counts of work, without those in `but`.
+pub fn work_titles(but: &[&str]) -> impl Iterator<Item = String> {
+    work_columns(but).map(|k| Work::NAMES[k].0.replace('_', " "))
+}
+
+/// Cells of the counts of `work`, without those in `but`; empty where there is none.
+pub fn work_cells(work: Option<Work>, but: &[&str]) -> impl Iterator<Item = String> {
+    let counts = work.map(|work| work.values());
+    work_columns(but).map(move |k| counts.map_or(String::new(), |counts| counts[k].to_string()))
+}
+
+fn work_columns(but: &[&str]) -> impl Iterator<Item = usize> {
+    (0..Work::NAMES.len()).filter(move |k| !but.contains(&Work::NAMES[*k].0))
 }

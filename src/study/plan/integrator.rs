@@ -1,4 +1,4 @@
-//! Integrators as people name them: by a name alone, or by a table as in scenes.
+//! Integrators as users name them: by a name alone, or by a table as in scenes.
 
 use std::path::Path;
 
@@ -7,6 +7,7 @@ use crate::num::checked::Positive;
 use crate::num::{Short, decimal};
 use crate::run::{Error, Result};
 use crate::scene::Scene;
+use crate::study::run::slurm::shell_quoted;
 
 /// An integrator for a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,9 +42,8 @@ impl Choice {
         Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table, option })
     }
 
-    /// Its method: what steps are made of, whatever solves for their parts.
-    #[must_use]
-    pub fn method(&self) -> &str {
+    /// Returns the method of its steps, without the solvers of their stages.
+    pub(crate) fn method(&self) -> &str {
         let mut commas = self.name.match_indices(',').map(|(at, _)| at);
         self.name.get(..commas.nth(1).unwrap_or(self.name.len())).unwrap_or_default()
     }
@@ -103,19 +103,18 @@ fn short(number: f64) -> String {
     if plain.len() <= power.len() { plain } else { power }
 }
 
-/// What products of few factors err by, relatively.
+/// Relative rounding error of a product of few factors.
 const ROUNDED: f64 = 1e-15;
 
-/// Overrides as they are typed in a shell.
-#[must_use]
-pub fn typed(overrides: &[String]) -> String {
-    let set = |text: &String| format!("--set '{}'", text.replace('\'', r"'\''"));
+/// Returns overrides as options for a shell.
+pub(crate) fn typed(overrides: &[String]) -> String {
+    let set = |text: &String| format!("--set {}", shell_quoted(text));
     overrides.iter().map(set).collect::<Vec<_>>().join(" ")
 }
 
-/// What of a table for an integrator its name does not say, as in `, linear = "ilu"`; without the keys `but`.
-#[must_use]
-pub fn settings(table: &str, but: &[&str]) -> String {
+/// Returns the settings of an integrator's table that its name does not contain, as in `, linear = "ilu"`, without
+/// the keys `but`.
+pub(crate) fn settings(table: &str, but: &[&str]) -> String {
     let inner = table.trim().trim_start_matches('{').trim_end_matches('}');
     let said = ["kind", "method", "chemistry"];
     let rest = inner.split(',').map(|pair| pair.split_once('=').unwrap_or((pair, "")));
@@ -125,16 +124,14 @@ pub fn settings(table: &str, but: &[&str]) -> String {
         .collect()
 }
 
-/// A table as it is; a name as that of the kind.
-#[must_use]
-pub fn table_of(integrator: &str) -> String {
+/// Returns the table of an integrator given by a table or by the name of its kind.
+pub(crate) fn table_of(integrator: &str) -> String {
     let table = integrator.trim_start().starts_with('{');
     if table { integrator.to_owned() } else { format!("{{ kind = {} }}", quoted(integrator)) }
 }
 
-/// A name in quotes; a table as it is.
-#[must_use]
-pub fn quoted(value: &str) -> String {
+/// Returns a name in quotes, and a table unchanged.
+pub(crate) fn quoted(value: &str) -> String {
     let table = value.trim_start().starts_with(['{', '"']);
     if table { value.to_owned() } else { format!("\"{value}\"") }
 }

@@ -1,0 +1,146 @@
+//! References of a case: the choice of one, how well another confirms it, and what it can be used for.
+//!
+//! Two integrators may agree on a saddle that any imperfection would leave: monolithic ones follow a branch beyond the
+//! point where it loses its stability. References of sheets in equilibrium therefore watch the directions that
+//! lower the energy (`[stability]`), and `events.csv` says from when on there are some.
+
+use std::fs;
+use std::path::Path;
+
+use super::errors::Errors;
+use crate::model::{Policy, State};
+use crate::output::ResultDirectory;
+use crate::scene::Scene;
+use crate::study::extent;
+use crate::study::gather::{
+    Distance, Found, Norm, REFERENCES_DIVERGED, first_beyond, read, states,
+};
+use crate::study::plan::Plan;
+
+/// Changes below this, relative to what changes, are none.
+const STILL: f64 = 1e-6;
+
+/// Reference of a case.
+pub(super) struct Reference {
+    /// Integrator and tolerance that made it.
+    pub(super) name: String,
+    /// Another one, and the errors of that relative to it.
+    pub(super) confirmed: Option<(String, Errors)>,
+    /// Whether both are of one method.
+    pub(super) alike: bool,
+    /// The output time from which on references are on different branches.
+    pub(super) diverged: Option<f64>,
+    /// The time from which on it is on a branch that has become unstable.
+    pub(super) unstable: Option<f64>,
+    /// Whether nothing changes in it.
+    pub(super) still: bool,
+    /// Other references, and their largest distances from this one.
+    pub(super) others: Vec<(String, f64)>,
+    /// Its results.
+    pub(super) run: Run,
+}
+
+/// A run and its states.
+pub(super) struct Run {
+    /// The member of the study that it is.
+    pub(super) member: usize,
+    pub(super) found: Found,
+    pub(super) states: Vec<State>,
+}
+
+/// A reference that is complete: its name, its method, its results.
+pub(super) type Candidate = (String, String, Run);
+
+impl Run {
+    pub(super) fn read(plan: &Plan, root: &Path, member: usize) -> Self {
+        let found = read(plan, root, member, false);
+        let states = states::read(&plan.directory(root, member).join(ResultDirectory::STATES));
+        Self { member, found, states }
+    }
+}
+
+/// The best of the `candidates`; those that cannot be compared with it are added to `lost`.
+pub(super) fn choose(
+    norm: &Norm,
+    (plan, root): (&Plan, &Path),
+    mut candidates: Vec<Candidate>,
+    lost: &mut Vec<(String, String)>,
+) -> Option<Reference> {
+    let (first, second) = closest(norm, &candidates)?;
+    let (_, method, truth) = &candidates[first];
+    // One that is elsewhere is on another branch, however well two others agree.
+    let mut diverged: Option<f64> = None;
+    let mut others = Vec::new();
+    for (k, (name, _, run)) in candidates.iter().enumerate().filter(|(k, _)| *k != first) {
+        let course = norm.course(&run.states, &truth.states);
+        let Some(distance) = course.iter().map(Distance::largest).reduce(f64::max) else {
+            lost.push((name.clone(), "has no states at the same output times".to_owned()));
+            continue;
+        };
+        let from = first_beyond(&course, REFERENCES_DIVERGED).map(|distance| distance.time);
+        diverged = diverged.into_iter().chain(from).reduce(f64::min);
+        if Some(k) != second {
+            others.push((name.clone(), distance));
+        }
+    }
+    let confirmed = second.map(|second| {
+        let (name, _, run) = &candidates[second];
+        let run = (&run.found.measures[..], &run.states[..]);
+        (name.clone(), Errors::new(norm, run, truth, diverged))
+    });
+    let alike = second.is_some_and(|second| candidates[second].1 == *method);
+    // Under drag shapes fall along negative-curvature directions all the time.
+    let resting = plan.scene(truth.member).is_ok_and(|s| s.time.policy == Policy::QuasiStatic);
+    let unstable = resting.then(|| unstable_from(&plan.directory(root, truth.member)));
+    let (unstable, still) = (unstable.flatten(), is_still(norm, truth));
+    let (name, _, run) = candidates.swap_remove(first);
+    Some(Reference { name, confirmed, alike, diverged, unstable, still, others, run })
+}
+
+/// The two references with the least distance, two of different methods if there are any, the one that is
+/// preferred first; or the only one.
+fn closest(norm: &Norm, references: &[Candidate]) -> Option<(usize, Option<usize>)> {
+    let count = references.len();
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    let ranked = pairs.filter_map(|(a, b)| {
+        let [(_, method, first), (_, other, second)] = [a, b].map(|k| &references[k]);
+        let course = norm.course(&second.states, &first.states);
+        let distance = course.iter().map(Distance::largest).reduce(f64::max)?;
+        Some((method == other, distance, a, b))
+    });
+    match ranked.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))) {
+        Some((.., a, b)) => Some((a, Some(b))),
+        None => (count > 0).then_some((0, None)),
+    }
+}
+
+/// Whether neither species nor shape change along a run.
+fn is_still(norm: &Norm, run: &Run) -> bool {
+    let Some(first) = run.states.first() else { return false };
+    let species = |state: &State| norm.distance(state, first).of_species();
+    let (least, most) = extent(run.found.measures.iter().map(|m| m.amplitude));
+    run.states.iter().all(|state| species(state) <= STILL) && !(most - least > STILL * most)
+}
+
+/// A factor of every state is made; beyond this it would cost more than the steps.
+const LARGEST: usize = 20_000;
+
+/// Returns the override by which references of a scene of so many vertices watch their stability; none where shapes
+/// are not in equilibrium: one that moves falls along negative-curvature directions all the time.
+pub(super) fn watched(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
+    let still = moves && scene.time.policy == Policy::QuasiStatic;
+    (still && vertices <= LARGEST).then(|| "stability.watch=true".to_owned())
+}
+
+/// Time from which on the run in `directory` has been on an unstable branch until its end.
+pub(super) fn unstable_from(directory: &Path) -> Option<f64> {
+    let events = fs::read_to_string(directory.join(ResultDirectory::EVENTS)).ok()?;
+    let mut since = None;
+    for line in events.lines().skip(1) {
+        let mut columns = line.split(',');
+        let time = columns.next()?.parse::<f64>().ok();
+        let negative: usize = columns.nth(3)?.parse().ok()?;
+        since = if negative > 0 { since.or(time) } else { None };
+    }
+    since
+}

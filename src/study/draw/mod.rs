@@ -1,0 +1,31 @@
+//! Tables, plots and contact sheets of studies.
+
+pub mod picture;
+pub mod plot;
+pub mod table;
+
+use super::plan::Plan;
+use crate::output::OutputError;
+use crate::output::plot::Figure;
+
+/// Files of a plot: the SVG and the PNG file `name`.
+pub fn files(name: &str, figure: &Figure) -> Result<[(String, Vec<u8>); 2], OutputError> {
+    let (svg, png) = (figure.svg()?.into_bytes(), figure.picture()?.png()?);
+    Ok([(format!("{name}.svg"), svg), (format!("{name}.png"), png)])
+}
+
+/// Values of the axes that are kept, for all combinations of them in the order of the members, with their labels.
+fn combinations(plan: &Plan, kept: impl Fn(usize) -> bool + Copy) -> Vec<(Vec<usize>, String)> {
+    let mut all: Vec<(Vec<usize>, String)> = Vec::new();
+    for point in &plan.members {
+        let at = selected(&point.at, kept);
+        if !all.iter().any(|(known, _)| *known == at) {
+            all.push((at, plan.label(&point.at, kept)));
+        }
+    }
+    all
+}
+
+fn selected(at: &[usize], kept: impl Fn(usize) -> bool) -> Vec<usize> {
+    at.iter().enumerate().filter(|(k, _)| kept(*k)).map(|(_, at)| *at).collect()
+}

@@ -1,0 +1,67 @@
+//! Plots of values against one of the keys of a study.
+
+use super::{combinations, selected};
+use crate::num::real;
+use crate::output::plot::{Curve, Figure, Panel};
+use crate::study::plan::Plan;
+
+/// Panels in a row.
+const ACROSS: usize = 3;
+
+/// Curves against key `key` of a plan: one for every combination of the keys that are kept.
+pub struct KeyPlot<F> {
+    key: usize,
+    kept: F,
+    curves: Vec<(Vec<usize>, String)>,
+    /// Where the values of the key are drawn: at themselves, or at 1, 2, … if they are not numbers.
+    pub places: Vec<f64>,
+}
+
+impl<F: Fn(usize) -> bool + Copy> KeyPlot<F> {
+    pub fn new(plan: &Plan, key: usize, kept: F) -> Self {
+        let axis = &plan.axes[key];
+        let places = axis.numbers().unwrap_or_else(|| (1..=axis.values.len()).map(real).collect());
+        Self { key, kept, curves: combinations(plan, kept), places }
+    }
+
+    /// Place and curve of a run with the values `at` of the axes.
+    pub fn place(&self, at: &[usize]) -> Option<(usize, f64)> {
+        let kept = selected(at, self.kept);
+        let curve = self.curves.iter().position(|(known, _)| *known == kept)?;
+        Some((curve, *self.places.get(*at.get(self.key)?)?))
+    }
+
+    /// A curve through the means of `values` for every combination; marks for all of them where a mean is of several.
+    pub fn curves<'a>(&self, values: impl Iterator<Item = (&'a [usize], f64)>) -> Vec<Curve> {
+        let mut points: Vec<Vec<(f64, Vec<f64>)>> = vec![Vec::new(); self.curves.len()];
+        for (at, y) in values {
+            let Some((name, x)) = self.place(at) else { continue };
+            match points[name].iter_mut().find(|(at, _)| *at == x) {
+                Some((_, values)) => values.push(y),
+                None => points[name].push((x, vec![y])),
+            }
+        }
+        let (mut means, mut marks) = (Vec::new(), Vec::new());
+        for (name, mut points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if points.iter().any(|(_, values)| values.len() > 1) {
+                let all = points.iter().flat_map(|(x, values)| values.iter().map(|y| (*x, *y)));
+                marks.extend(all.map(|point| Curve { name, points: vec![point] }));
+            }
+            let mean = |(x, values): &(f64, Vec<f64>)| {
+                (*x, values.iter().sum::<f64>() / real(values.len()))
+            };
+            means.push(Curve { name, points: points.iter().map(mean).collect() });
+        }
+        means.extend(marks);
+        means
+    }
+
+    /// `panels` with the names of the curves; `alone` where there is one for all.
+    pub fn figure(self, alone: &str, panels: Vec<Panel>) -> Figure {
+        let name =
+            |(_, name): (Vec<usize>, String)| if name.is_empty() { alone.into() } else { name };
+        let names = self.curves.into_iter().map(name).collect();
+        Figure { names, guides: 0, columns: panels.len().clamp(1, ACROSS), panels }
+    }
+}

@@ -1,0 +1,225 @@
+//! Results of the members of a study, read back from their directories.
+
+mod distance;
+mod measures;
+pub mod states;
+
+use std::fs;
+use std::path::Path;
+
+pub use self::distance::{DIVERGED, Difference, Distance, Norm, REFERENCES_DIVERGED, first_beyond};
+pub use self::measures::{Measures, measure};
+use super::plan::Plan;
+use super::run::Timing;
+use crate::num::real;
+use crate::output::{Ledger, ResultDirectory, RunStatus, SelfIntersection, Standing};
+use crate::run::Result;
+use crate::run::run::Ending;
+use crate::sheet::read::surface;
+use crate::tally::Work;
+
+/// Status of a member.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum MemberStatus {
+    /// It completed.
+    Complete,
+    /// It could not be continued.
+    Failed,
+    /// Its process ended without a status.
+    Killed,
+    /// It completed, and a file of its results is missing or cut short since: it is to be made again.
+    Damaged,
+    /// It was asked to end before.
+    Interrupted,
+    /// A process works on it.
+    Running,
+    /// It has not begun.
+    #[default]
+    NotBegun,
+}
+
+impl MemberStatus {
+    /// All with their names, those that ended first.
+    pub const ALL: [(Self, &'static str); 7] = [
+        (Self::Complete, "complete"),
+        (Self::Failed, "failed"),
+        (Self::Killed, "killed"),
+        (Self::Damaged, "damaged"),
+        (Self::Interrupted, "interrupted"),
+        (Self::Running, "running"),
+        (Self::NotBegun, "not begun"),
+    ];
+
+    /// Whether it ended without results.
+    pub(crate) fn is_lost(self) -> bool {
+        matches!(self, Self::Failed | Self::Killed | Self::Damaged)
+    }
+}
+
+impl std::fmt::Display for MemberStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(Self::ALL[*self as usize].1)
+    }
+}
+
+/// Returns the status of the member in `directory` of a study, and the reason.
+pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
+    let Some(standing) = Standing::of(directory) else { return Default::default() };
+    let status = match standing.status {
+        RunStatus::Running if standing.in_use => MemberStatus::Running,
+        RunStatus::Running => MemberStatus::Killed,
+        RunStatus::Complete => match damaged_file(plan, directory) {
+            Some(file) => {
+                let reason = format!("{file} is missing or cut short: it is to be made again");
+                return (MemberStatus::Damaged, reason);
+            }
+            None => MemberStatus::Complete,
+        },
+        RunStatus::Interrupted => MemberStatus::Interrupted,
+        RunStatus::Failed => MemberStatus::Failed,
+    };
+    (status, standing.reason)
+}
+
+/// The first file of a complete member that is missing or cut short.
+fn damaged_file(plan: &Plan, directory: &Path) -> Option<&'static str> {
+    let times: Vec<f64> = read_measures(directory).iter().map(|m| m.time).collect();
+    let states = || states::times(&directory.join(ResultDirectory::STATES));
+    if times.is_empty() {
+        return Some(ResultDirectory::MEASURES);
+    }
+    if plan.states && states() != times {
+        return Some(ResultDirectory::STATES);
+    }
+    (plan.repeats > 0 && Timing::read(directory).is_none()).then_some(ResultDirectory::TIMING)
+}
+
+/// Results of a member, read from its directory.
+#[derive(Debug, Clone, Default)]
+pub struct Found {
+    /// Its keys and values.
+    pub name: String,
+    /// Which value of every axis it has.
+    pub at: Vec<usize>,
+    /// Its status.
+    pub status: MemberStatus,
+    /// Why; the first line.
+    pub reason: String,
+    /// Measures at the output times, as far as it came.
+    pub measures: Vec<Measures>,
+    /// The time at which no species changed any more, if the run ended for that.
+    pub steady: Option<f64>,
+    /// Processor time of relaxing the start and of all steps, s.
+    pub seconds: Option<f64>,
+    /// Largest resident memory, bytes.
+    pub memory: Option<u64>,
+    /// The work of that.
+    pub work: Option<Work>,
+    /// Work of relaxing the start.
+    pub start: Option<Work>,
+    /// Processor times of its steps.
+    pub timing: Option<Timing>,
+    /// Whether its sheet passes through itself in its last state, where its shape moves.
+    pub intersection: Option<SelfIntersection>,
+    /// Its last output state, for pictures.
+    pub shown: Option<Shown>,
+}
+
+impl Found {
+    /// Why it did not complete; empty if it did.
+    pub(crate) fn why_incomplete(&self) -> &str {
+        if self.status == MemberStatus::Complete { "" } else { &self.reason }
+    }
+
+    /// Largest resident memory, MB.
+    pub(crate) fn megabytes(&self) -> Option<f64> {
+        Some(real(usize::try_from(self.memory?).ok()?) / 1e6)
+    }
+}
+
+/// The last output state of a member.
+#[derive(Debug, Clone)]
+pub struct Shown {
+    /// Positions.
+    pub x: Vec<crate::Vec3>,
+    /// Vertices of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Name and values of the first species at the vertices, if there is one.
+    pub species: Option<(String, Vec<f64>)>,
+}
+
+/// Reads what there is of all members of the study in `root`; what pictures show only with `pictures`.
+#[must_use]
+pub fn gather(plan: &Plan, root: &Path, pictures: bool) -> Vec<Found> {
+    (0..plan.members.len()).map(|number| read(plan, root, number, pictures)).collect()
+}
+
+/// Reads what there is of member `number` of the study in `root`, with `picture` what that shows.
+pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
+    let directory = plan.directory(root, number);
+    let (status, reason) = status(plan, &directory);
+    // The status of a run that continues, or was killed, has no costs.
+    let ended = Standing::of(&directory).filter(|s| s.status != RunStatus::Running);
+    let measures = read_measures(&directory);
+    let steady = status == MemberStatus::Complete && reason == Ending::Steady.to_string();
+    let mut found = Found {
+        name: plan.name(number),
+        at: plan.members.get(number).map(|point| point.at.clone()).unwrap_or_default(),
+        status,
+        reason: reason.lines().next().unwrap_or_default().to_owned(),
+        steady: measures.last().map(|m| m.time).filter(|_| steady),
+        measures,
+        timing: Timing::read(&directory),
+        shown: if picture { read_shown(&directory) } else { None },
+        ..Found::default()
+    };
+    if let Some(ended) = ended {
+        (found.seconds, found.memory) = (ended.cpu_seconds, ended.peak_resident_bytes);
+        (found.work, found.start) = (ended.work, ended.start);
+        found.intersection = ended.intersection;
+    }
+    found
+}
+
+fn read_shown(directory: &Path) -> Option<Shown> {
+    let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
+    // Of a damaged file nothing is shown.
+    let exists = |vertex: &u32| (*vertex as usize) < surface.points.len();
+    if !surface.triangles.iter().flatten().all(exists) {
+        return None;
+    }
+    let species = surface.point_arrays.into_iter().find(|array| array.components == 1);
+    Some(Shown {
+        x: surface.points,
+        triangles: surface.triangles,
+        species: species.map(|array| (array.name, array.values)),
+    })
+}
+
+/// Time of the last output of the member in `directory`.
+pub(super) fn last_time(directory: &Path) -> Option<f64> {
+    read_measures(directory).last().map(|m| m.time)
+}
+
+fn read_measures(directory: &Path) -> Vec<Measures> {
+    let rows = read_rows(&directory.join(ResultDirectory::MEASURES));
+    rows.iter().filter_map(|row| Measures::from_row(row)).collect()
+}
+
+/// The numbers of every complete row below the head of a CSV file; none where there is no such file.
+fn read_rows(path: &Path) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(path).unwrap_or_default();
+    let rows = text.split_inclusive('\n').skip(1).filter(|row| row.ends_with('\n'));
+    let numbers = |row: &str| row.trim_end().split(',').filter_map(|n| n.parse().ok()).collect();
+    rows.map(numbers).collect()
+}
+
+/// Opens the table of measures at `path`; of an earlier one the rows of the output times `kept` remain.
+pub(super) fn open_measures(path: &Path, kept: &[f64]) -> Result<Ledger> {
+    let mut rows = read_rows(path);
+    rows.retain(|row| row.get(1).is_some_and(|time| kept.contains(time)));
+    let columns: Vec<String> = Measures::COLUMNS.split(',').map(str::to_owned).collect();
+    let mut measures = Ledger::create(path, &columns)?;
+    rows.iter().try_for_each(|row| measures.append(row))?;
+    Ok(measures)
+}

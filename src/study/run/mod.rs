@@ -1,0 +1,237 @@
+//! Runs of the members of a study: each in a process of its own, several at a time.
+
+mod memory;
+mod pool;
+pub mod slurm;
+mod timing;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+pub use self::memory::{Needs, available};
+pub use self::pool::Pool;
+pub use self::timing::Timing;
+use super::gather::states::StateFile;
+use super::gather::{MemberStatus, measure, open_measures, status};
+use super::plan::Plan;
+use crate::kinetics::Search;
+use crate::model::Evaluation;
+use crate::num::Short;
+use crate::output::{
+    Claim, Compression, Field, Frame, Interrupt, Ledger, Progress, ResultDirectory, vtu,
+};
+use crate::run::resume::{Resumed, resume};
+use crate::run::run::{self, Ending, Summary};
+use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo};
+use crate::scene::Scene;
+
+/// Observer that writes what a study keeps of a member at every output time: its state where the study
+/// compares fields, what its picture shows, a row of measures.
+struct Record<'a> {
+    directory: &'a ResultDirectory,
+    level: Option<f64>,
+    measures: Ledger,
+    states: Option<StateFile>,
+}
+
+impl Observer for Record<'_> {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
+        if !info.frame {
+            return Ok(());
+        }
+        if let Some(states) = &mut self.states {
+            states.append(at.state())?;
+        }
+        let measures = measure(at, self.level)?;
+        let (model, state) = (at.model(), at.state());
+        if model.sheet().triangle_count() > 0 {
+            let names = model.chemistry().map(|c| c.descriptor().species.first());
+            let name = names.flatten().map(|species| species.name.clone());
+            let values = at.species_at_vertices().into_iter().next();
+            let field = name.zip(values).map(|(name, values)| Field::scalar(name, values));
+            let frame = Frame {
+                time: state.time,
+                step: state.step,
+                points: &state.x,
+                triangles: model.sheet().triangles(),
+                point: field.into_iter().collect(),
+                cell: Vec::new(),
+                field_data: Vec::new(),
+            };
+            let path = self.directory.root().join(ResultDirectory::SHOWN);
+            vtu::write(&path, &frame, Compression::default())?;
+        }
+        // The row is last: with it the picture is there too.
+        Ok(self.measures.append(&measures.row(state.step))?)
+    }
+}
+
+/// Longest time that a member waits for another process that writes to its directory.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Runs member `number` of the study in `root`; `record` writes its provenance. One that is complete is not
+/// run; one that was interrupted or killed is resumed from its checkpoint. Any other results are replaced.
+///
+/// # Errors
+/// A scene or a file that is not the one that was planned; an error of the run.
+pub fn run(
+    plan: &Plan,
+    root: &Path,
+    number: usize,
+    record: &dyn Fn(&Scene, &Simulation, &ResultDirectory) -> Result<()>,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+) -> Result<Option<Summary>> {
+    let Some(point) = plan.members.get(number) else {
+        let message = format!("no member {number}: there are {}, from 0", plan.members.len());
+        return Err(Error::Refused(message));
+    };
+    let path = plan.directory(root, number);
+    wait_for_others(&path, interrupt);
+    if status(plan, &path).0 == MemberStatus::Complete {
+        return Ok(None);
+    }
+    if plan.fingerprint(number, &mut BTreeMap::new())? != point.fingerprint {
+        let file = plan.changed_file(number, &plan.files)?.map(|file| file.display().to_string());
+        let what = file.as_deref().unwrap_or("the scene, a file that it names or a plugin");
+        let message =
+            format!("{}: {what} has changed since the sweep was planned", plan.name(number));
+        return Err(Error::Refused(message));
+    }
+    let scene = plan.scene(number)?;
+    let search = plan.search();
+    let earlier = continued(plan, &path, &search);
+    let directory = match &earlier {
+        Some((directory, _)) => directory.clone(),
+        None => ResultDirectory::prepare(&path, true)?,
+    };
+    let summary = run::with_status(&directory, || {
+        let (mut simulation, from) = match earlier {
+            Some((_, Resumed { simulation, checkpoint, .. })) => (simulation, Some(checkpoint)),
+            None => (Simulation::new(&scene, &search)?, None),
+        };
+        if from.is_none() {
+            record(&scene, &simulation, &directory)?;
+        }
+        // Of one that is resumed, results up to the checkpoint are kept.
+        let kept = from.as_ref().map(Checkpoint::frames).unwrap_or_default();
+        let file = |name: &str| directory.root().join(name);
+        let states = plan
+            .states
+            .then(|| StateFile::reopen(&file(ResultDirectory::STATES), kept))
+            .transpose()?;
+        let mut limit = TimeLimit::watch(point.limit, scene.time.span.until.get(), interrupt);
+        let mut record = Record {
+            directory: &directory,
+            level: plan.level,
+            measures: open_measures(&file(ResultDirectory::MEASURES), kept)?,
+            states,
+        };
+        let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        let observers = (from.as_ref(), observers);
+        let summary =
+            run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
+        let interrupted = summary.ending == Ending::Interrupted;
+        if let Some(error) = limit.error(summary.time, point.limit).filter(|_| interrupted) {
+            return Err(error);
+        }
+        if plan.repeats > 0 && !interrupted {
+            drop(simulation);
+            Timing::of(&scene, &search, &summary, plan.repeats)?.write(&directory)?;
+        }
+        Ok(summary)
+    })?;
+    Ok(Some(summary))
+}
+
+/// The member in `path` set up to continue, if it was interrupted or killed and has a checkpoint that serves.
+fn continued(plan: &Plan, path: &Path, search: &Search) -> Option<(ResultDirectory, Resumed)> {
+    if !matches!(status(plan, path).0, MemberStatus::Interrupted | MemberStatus::Killed) {
+        return None;
+    }
+    let directory = ResultDirectory::reopen(path).ok()?;
+    let resumed = resume(&directory, None, search).ok()?;
+    // Its measures are known by the times of frames; a point has none.
+    if resumed.checkpoint.frames().is_empty() {
+        return None;
+    }
+    directory.claim().begin().ok()?;
+    Some((directory, resumed))
+}
+
+/// Waits while another process writes to the directory: a member of a study that was killed ends by itself,
+/// and may even be complete then.
+fn wait_for_others(path: &Path, interrupt: Interrupt) {
+    let since = Instant::now();
+    while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// A run that has used this share of its time limit …
+const SOON: f64 = 0.2;
+/// … and not gone this share of its way is given up.
+const LITTLE: f64 = 0.01;
+
+/// Ends a run that takes too long.
+#[derive(Default)]
+struct TimeLimit {
+    /// The time that the run has reached, as bits.
+    reached: AtomicU64,
+    /// Whether it was ended, and whether for going too little of its way.
+    expired: AtomicBool,
+    early: AtomicBool,
+}
+
+impl TimeLimit {
+    /// Asks the run to `until` to end when it has taken `limit` seconds, or sooner if it does not get on.
+    fn watch(limit: Option<u64>, until: f64, interrupt: Interrupt) -> Arc<Self> {
+        let watch = Arc::new(Self::default());
+        if let Some(limit) = limit {
+            let watched = Arc::clone(&watch);
+            thread::spawn(move || {
+                let all = Duration::from_secs(limit);
+                thread::sleep(all.mul_f64(SOON));
+                if f64::from_bits(watched.reached.load(Ordering::SeqCst)) > LITTLE * until {
+                    thread::sleep(all.mul_f64(1.0 - SOON));
+                } else {
+                    watched.early.store(true, Ordering::SeqCst);
+                }
+                watched.expired.store(true, Ordering::SeqCst);
+                interrupt.request();
+            });
+        }
+        watch
+    }
+
+    /// The error of a run that was ended at `time` because of the `limit`.
+    fn error(&self, time: f64, limit: Option<u64>) -> Option<Error> {
+        let limit = limit.filter(|_| self.expired.load(Ordering::SeqCst))?;
+        let time = Short(time);
+        let why = match self.early.load(Ordering::SeqCst) {
+            false => String::new(),
+            true => format!("less than {} % of its way in {} % of ", 100.0 * LITTLE, 100.0 * SOON),
+        };
+        Some(Error::Incomplete(format!("given up at t = {time}: {why}{LIMIT}{limit} s")))
+    }
+}
+
+/// Part of the message of a run that exceeded its time limit.
+const LIMIT: &str = "the time limit of ";
+
+/// The time limit, s, that a member which failed with `reason` was given up for, if that is why.
+pub(crate) fn limit_of(reason: &str) -> Option<u64> {
+    let (_, limit) = reason.split_once(LIMIT)?;
+    limit.split_once(' ')?.0.parse().ok()
+}
+
+impl Observer for Arc<TimeLimit> {
+    fn observe(&mut self, at: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
+        self.reached.store(at.state().time.to_bits(), Ordering::SeqCst);
+        Ok(())
+    }
+}

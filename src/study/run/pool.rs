@@ -1,0 +1,225 @@
+//! Members as child processes, as many at once as cores and memory allow.
+//!
+//! A child holds one end of a pipe. When that closes, because the study was asked to end or was killed
+//! itself, the child ends after its step as if it was interrupted, its files complete. A signal that asked
+//! the study to end is passed on through the pipe, as a number.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::memory::{Needs, peak};
+use crate::output::plot::label;
+use crate::output::{Interrupt, OutputError, ResultDirectory};
+use crate::run::{Result, peak_resident};
+use crate::study::gather::{MemberStatus, last_time, status};
+use crate::study::plan::Plan;
+
+/// Child processes that run the members of a study.
+pub struct Pool<'a> {
+    /// The members.
+    pub plan: &'a Plan,
+    /// The directory of the study.
+    pub root: &'a Path,
+    /// This program.
+    pub program: PathBuf,
+    /// Most members at once.
+    pub jobs: usize,
+    /// Bytes that all of them together may take, if that matters.
+    pub memory: Option<u64>,
+    /// Called with a line of text for everything that happens, and whether it is that a member has ended.
+    pub happens: &'a mut dyn FnMut(String, bool),
+}
+
+/// A member that runs.
+struct Running {
+    member: usize,
+    child: Child,
+    /// Closed to ask it to end.
+    leash: Option<ChildStdin>,
+    since: Instant,
+    /// Largest resident memory so far.
+    peak: u64,
+    /// Whether it has relaxed its start.
+    relaxed: bool,
+}
+
+/// Members that run and that have ended.
+struct Progress {
+    running: Vec<Running>,
+    needs: Needs,
+    /// Counts of members that have ended and of all.
+    ended: [usize; 2],
+    /// The last member that was reported to wait for memory.
+    waits: Option<usize>,
+}
+
+/// Interval between two checks of the children.
+const PAUSE: Duration = Duration::from_millis(20);
+/// Interval between two reports of the times that members have reached.
+const REPORT: Duration = Duration::from_secs(30);
+/// A member that has relaxed its start has built most of its tables after so long.
+const SETTLED: Duration = Duration::from_millis(500);
+
+impl Pool<'_> {
+    /// Runs `members`.
+    ///
+    /// # Errors
+    /// If a child cannot be started.
+    pub fn run(&mut self, members: &[usize], interrupt: Interrupt) -> Result<()> {
+        let mut waiting = members.iter().copied().peekable();
+        let needs = Needs::measured(self.plan, self.root);
+        let ended = [0, members.len()];
+        let mut progress = Progress { running: Vec::new(), needs, ended, waits: None };
+        let mut reported = Instant::now();
+        loop {
+            self.reap(&mut progress);
+            if reported.elapsed() > REPORT {
+                reported = Instant::now();
+                self.report(&progress);
+            }
+            if interrupt.requested() {
+                for mut leash in progress.running.iter_mut().filter_map(|r| r.leash.take()) {
+                    let signal = interrupt.signal().map_or_else(String::new, |s| s.to_string());
+                    // One that has ended does not read it.
+                    let _ = leash.write_all(signal.as_bytes());
+                }
+            } else if let Some(&member) = waiting.peek()
+                && progress.running.len() < self.jobs
+                && self.fits(member, &mut progress)
+            {
+                waiting.next();
+                progress.running.push(self.start(member)?);
+                self.say(member, &format!("begun, {} at once", progress.running.len()));
+                continue;
+            }
+            let done = waiting.peek().is_none() || interrupt.requested();
+            if progress.running.is_empty() && done {
+                return Ok(());
+            }
+            thread::sleep(PAUSE);
+        }
+    }
+
+    fn directory(&self, member: usize) -> PathBuf {
+        self.plan.directory(self.root, member)
+    }
+
+    fn say(&mut self, member: usize, text: &str) {
+        (self.happens)(format!("{}: {text}", self.plan.name(member)), false);
+    }
+
+    /// Reports the times that members have reached.
+    fn report(&mut self, progress: &Progress) {
+        let time = |running: &Running| {
+            let member = running.member;
+            let until =
+                self.plan.until(member).map_or(String::new(), |t| format!(" of {}", label(t)));
+            let time = last_time(&self.directory(member));
+            let time = time.map_or("at its start".into(), |t| format!("t = {}{until}", label(t)));
+            format!("{}: {time}", self.plan.name(member))
+        };
+        let all: Vec<String> = progress.running.iter().map(time).collect();
+        let [ended, of] = progress.ended;
+        (self.happens)(format!("[{ended}/{of}] {}", all.join("; ")), false);
+    }
+
+    /// Notes which children have ended, and the memory of the others.
+    fn reap(&mut self, progress: &mut Progress) {
+        for mut one in std::mem::take(&mut progress.running) {
+            if matches!(one.child.try_wait(), Ok(None)) {
+                one.peak = one.peak.max(peak_resident(Some(one.child.id())).unwrap_or(0));
+                one.relaxed |= one.since.elapsed() > SETTLED && self.has_rows(one.member);
+                progress.running.push(one);
+            } else {
+                // One that cannot be waited for any more has ended.
+                self.end(one, progress);
+            }
+        }
+        let size = |member: usize| self.plan.members[member].size;
+        let relaxed = progress.running.iter().filter(|r| r.relaxed);
+        progress.needs.running(relaxed.map(|r| (size(r.member), r.peak)).collect());
+    }
+
+    /// Notes how a member has ended.
+    fn end(&mut self, mut one: Running, progress: &mut Progress) {
+        let directory = self.directory(one.member);
+        let (mut status, mut reason) = status(self.plan, &directory);
+        if let Ok(Some(code)) = one.child.try_wait()
+            && matches!(status, MemberStatus::NotBegun | MemberStatus::Killed)
+        {
+            status = MemberStatus::Killed;
+            let log = fs::read_to_string(self.log(one.member)).unwrap_or_default();
+            let last = log.lines().last().map(str::to_owned);
+            reason = last.unwrap_or_else(|| format!("ended without a word: {code}"));
+        }
+        let peak = peak(&directory).unwrap_or(0).max(one.peak);
+        progress.needs.ended(self.plan.members[one.member].size, peak);
+        progress.ended[0] += 1;
+        let [ended, of] = progress.ended;
+        let (name, seconds) = (self.plan.name(one.member), one.since.elapsed().as_secs_f64());
+        let first = reason.lines().next().unwrap_or_default();
+        let text = format!("[{ended}/{of}] {name}: {status} after {seconds:.1} s: {first}");
+        (self.happens)(text, true);
+    }
+
+    /// Whether a member has relaxed its start: there is a row of measures.
+    fn has_rows(&self, member: usize) -> bool {
+        let path = self.directory(member).join(ResultDirectory::MEASURES);
+        fs::read(path).is_ok_and(|bytes| bytes.iter().filter(|b| **b == b'\n').count() > 1)
+    }
+
+    /// Whether there is memory for `member` beside those that run.
+    fn fits(&mut self, member: usize, progress: &mut Progress) -> bool {
+        let Some(memory) = self.memory else { return true };
+        let Progress { running, needs, waits, .. } = progress;
+        let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
+        let size = |member: usize| self.plan.members[member].size;
+        let wanted = needs.of(size(member));
+        if running.is_empty() {
+            if let Some(needs) = wanted.filter(|wanted| *wanted > memory).map(megabytes) {
+                let text = format!("needs about {needs} MB, more than there is; it runs alone");
+                self.say(member, &text);
+            }
+            return true;
+        }
+        // Nothing is known before the first has run.
+        let Some(wanted) = wanted else { return false };
+        let taken = |r: &Running| needs.of(size(r.member)).unwrap_or(0).max(r.peak);
+        let left = memory.saturating_sub(running.iter().map(taken).sum());
+        let fits = wanted <= left;
+        if !fits && waits.replace(member) != Some(member) {
+            let [needs, left] = [wanted, left].map(megabytes);
+            let text = format!("waits for memory: it needs about {needs} MB, {left} MB are left");
+            self.say(member, &text);
+        }
+        fits
+    }
+
+    fn start(&self, member: usize) -> Result<Running> {
+        let log = self.log(member);
+        fs::create_dir_all(self.root.join(Plan::MEMBERS)).map_err(OutputError::write(&log))?;
+        let messages = File::create(&log).map_err(OutputError::write(&log))?;
+        let mut child = Command::new(&self.program)
+            .args(["sweep", "member", "--leash"])
+            .arg(self.root)
+            .arg(member.to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(messages)
+            .spawn()
+            .map_err(OutputError::read(&self.program))?;
+        let leash = child.stdin.take();
+        Ok(Running { member, child, leash, since: Instant::now(), peak: 0, relaxed: false })
+    }
+
+    /// Where the messages of a member go.
+    fn log(&self, member: usize) -> PathBuf {
+        let mut name = self.directory(member).into_os_string();
+        name.push(".log");
+        name.into()
+    }
+}

@@ -1,0 +1,285 @@
+//! One scene over lists and ranges of its keys.
+//!
+//! ```text
+//! DIR/sweep.json              the plan: keys, values, members with their fingerprints
+//! DIR/members/h=0.5,D=0/      the run of one member, with measures.csv and shown.vtu
+//! DIR/sweep.csv, sweep.md     a row of measures and costs a member
+//! DIR/pictures.png            pictures of all members, arranged by the keys
+//! DIR/plot-h.svg, plot-h.png  the measures against a key
+//! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
+//! ```
+//!
+//! The members are planned, run and gathered as those of any [study](super); here are the table with one row a
+//! member, the plots and the contact sheet.
+
+use std::iter::once;
+use std::path::Path;
+
+use super::draw::picture::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
+use super::draw::plot::KeyPlot;
+use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
+use super::gather::{Found, Measures, MemberStatus, Shown};
+use super::plan::{Axis, Plan};
+use super::{draw, extent, write_files};
+use crate::num::real;
+use crate::output::SelfIntersection;
+use crate::output::picture::Picture;
+use crate::output::plot::{Figure, Panel, label};
+use crate::run::Result;
+
+/// Names of the files that gather a sweep.
+pub const TABLE: &str = "sweep.csv";
+/// The table for people.
+pub const PAGE: &str = "sweep.md";
+/// The pictures.
+pub const PICTURES: &str = "pictures.png";
+/// Prefix of the names of plots.
+pub const PLOT: &str = "plot-";
+
+/// Writes the tables of `members` into `root`.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_tables(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
+    let files = [(TABLE, csv(plan, members)), (PAGE, markdown(plan, members))];
+    write_files(root, files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec())
+}
+
+/// Writes tables, pictures and plots of `members` into `root`.
+///
+/// # Errors
+/// A picture that cannot be drawn, a file that cannot be written.
+pub fn write(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
+    write_tables(plan, members, root)?;
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    if let Some(pictures) = contact_sheet(plan, members)? {
+        files.push((PICTURES.to_owned(), pictures.png()?));
+    }
+    for key in drawn_keys(plan) {
+        let drawn = figure(plan, members, key);
+        if !drawn.panels.is_empty() {
+            files.extend(draw::files(&format!("{PLOT}{}", plan.plot_name(key)), &drawn)?);
+        }
+    }
+    write_files(root, files)
+}
+
+/// A number of a member.
+pub struct Column {
+    /// Its title, with the unit.
+    pub title: &'static str,
+    /// The number; none where there is none.
+    pub of: fn(&Found) -> Option<f64>,
+}
+
+fn last(found: &Found) -> Option<&Measures> {
+    found.measures.last()
+}
+
+/// Columns of the tables: results and costs of a member.
+pub const COLUMNS: [Column; 11] = [
+    Column { title: "time", of: |f| Some(last(f)?.time) },
+    Column { title: "spots", of: |f| Some(real(last(f)?.spots)) },
+    Column { title: "separation d [length]", of: |f| last(f)?.separation },
+    Column { title: "nearest centres [length]", of: |f| last(f)?.nearest },
+    Column { title: "share", of: |f| Some(last(f)?.share) },
+    Column { title: "amplitude [length]", of: |f| Some(last(f)?.amplitude) },
+    Column { title: "energy [energy]", of: |f| Some(last(f)?.energy) },
+    Column { title: "time to steady", of: |f| f.steady },
+    Column { title: "CPU [s]", of: |f| f.seconds },
+    Column { title: "memory [MB]", of: |f| f.megabytes() },
+    Column { title: "steps", of: |f| Some(real(usize::try_from(f.work?.steps).ok()?)) },
+];
+
+/// The table as CSV: `member`, the keys, `status`, the measures, all counts of work but `steps`, which is one of
+/// these, `reason`. Cells without a value are empty.
+#[must_use]
+pub fn csv(plan: &Plan, members: &[Found]) -> String {
+    let keys = plan.axes.iter().map(|axis| axis.key.as_str());
+    let titles = once("member").chain(keys).chain(once("status"));
+    let titles = titles.chain(COLUMNS.iter().map(|c| c.title)).map(str::to_owned);
+    let mut rows = vec![titles.chain(work_titles(&["steps"])).chain(["reason".into()]).collect()];
+    for (found, point) in members.iter().zip(&plan.members) {
+        let row = once(point.folder.clone()).chain(values(plan, found));
+        let row = row.chain(COLUMNS.iter().map(|c| number((c.of)(found))));
+        let row = row.chain(work_cells(found.work, &["steps"]));
+        rows.push(row.chain(once(found.why_incomplete().to_owned())).collect());
+    }
+    csv_table(&rows)
+}
+
+/// The same for people, in Markdown: without folders, numbers in few digits, and only columns that have
+/// numbers.
+#[must_use]
+pub fn markdown(plan: &Plan, members: &[Found]) -> String {
+    let known = |c: &&Column| members.iter().any(|f| (c.of)(f).is_some());
+    let columns: Vec<&Column> = COLUMNS.iter().filter(known).collect();
+    let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
+    let head = keys.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
+    let mut rows: Vec<Vec<String>> = vec![head.collect()];
+    let mut notes = String::new();
+    for found in members {
+        let numbers = columns.iter().map(|c| (c.of)(found).map_or("-".into(), label));
+        rows.push(values(plan, found).chain(numbers).collect());
+        if !found.why_incomplete().is_empty() {
+            notes += &format!("* {}: {}: {}\n", found.name, found.status, found.why_incomplete());
+        }
+    }
+    for found in members {
+        if let Some(words) = found.intersection.and_then(SelfIntersection::words) {
+            notes += &format!("* {}: {words}\n", found.name);
+        }
+    }
+    let between = if notes.is_empty() { "" } else { "\n" };
+    markdown_table(&rows) + between + &notes
+}
+
+/// The values of a member's keys, and its status.
+fn values(plan: &Plan, found: &Found) -> impl Iterator<Item = String> {
+    let values = plan.axes.iter().zip(&found.at).map(|(axis, k)| axis.value(*k).to_owned());
+    values.chain(once(found.status.to_string()))
+}
+
+/// Largest over least value of a measure from which on its axis is logarithmic.
+const WIDE: f64 = 100.0;
+/// The same of a key whose values are a list.
+const WIDE_KEY: f64 = 30.0;
+
+/// The measures against key `across`, a number of `plan.axes`; members that failed are crosses at the upper edge.
+#[must_use]
+pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
+    let axis = &plan.axes[across];
+    let plot = KeyPlot::new(plan, across, |k| {
+        k != across && plan.axes.get(k).is_some_and(|axis| !axis.is_seed())
+    });
+    let wide = axis.logarithmic || is_wide(plot.places.iter().copied(), WIDE_KEY);
+    let positive = plot.places.iter().all(|x| *x > 0.0) && axis.numbers().is_some();
+    let lost = members.iter().filter(|f| f.status.is_lost());
+    let failed: Vec<(usize, f64)> = lost.filter_map(|found| plot.place(&found.at)).collect();
+    let complete = || members.iter().filter(|f| f.status == MemberStatus::Complete);
+    let panel = |column: &Column| -> Option<Panel> {
+        let values = complete().filter_map(|f| Some((&f.at[..], (column.of)(f)?)));
+        let curves = plot.curves(values);
+        // A measure that no member has is not drawn, unless all failed.
+        if curves.is_empty() && (failed.is_empty() || complete().next().is_some()) {
+            return None;
+        }
+        let values = curves.iter().flat_map(|c| c.points.iter().map(|p| p.1));
+        Some(Panel {
+            title: column.title.to_owned(),
+            across: across_text(axis, !failed.is_empty()),
+            logarithmic: (positive && wide, is_wide(values, WIDE)),
+            curves,
+            failed: failed.clone(),
+            zeros: Vec::new(),
+        })
+    };
+    // The time reached is no result.
+    let panels = COLUMNS[1..].iter().filter_map(panel).collect();
+    plot.figure("all members", panels)
+}
+
+/// Which keys are drawn: those with several values, seeds only where there is nothing else.
+#[must_use]
+pub fn drawn_keys(plan: &Plan) -> Vec<usize> {
+    let all = (0..plan.axes.len()).filter(|k| plan.axes[*k].values.len() > 1);
+    let (seeds, keys): (Vec<usize>, Vec<usize>) = all.partition(|k| plan.axes[*k].is_seed());
+    if keys.is_empty() { seeds } else { keys }
+}
+
+/// Whether values are positive, and the largest more than `ratio` times the least.
+fn is_wide(values: impl Iterator<Item = f64>, ratio: f64) -> bool {
+    let (least, most) = extent(values);
+    least > 0.0 && most.is_finite() && most > ratio * least
+}
+
+fn across_text(axis: &Axis, crosses: bool) -> String {
+    let mut text = axis.key.clone();
+    if axis.numbers().is_none() {
+        let names = (0..axis.values.len()).map(|k| format!("{} {}", k + 1, axis.value(k)));
+        text = format!("{} ({})", axis.title(), names.collect::<Vec<_>>().join(", "));
+    }
+    if crosses { text + "   × failed" } else { text }
+}
+
+/// Pictures in a row from which on they are smaller, and how small.
+const MANY: usize = 8;
+const SMALL: usize = 180;
+/// Width of a letter, about; texts are cut off where a tile ends.
+const LETTER: usize = 9;
+/// Colour of a box in place of a picture.
+const FAILED: [u8; 3] = [255, 214, 214];
+const ABSENT: [u8; 3] = [232, 232, 232];
+/// Height of the bar below the last picture of one that failed.
+const BAR: usize = 6;
+/// Most pixels of a contact sheet across or down.
+const MOST_PIXELS: usize = 30_000;
+
+/// Pictures of `members`, coloured by the first species, all on one scale and seen from one place; `None`
+/// where there is no sheet to be seen.
+///
+/// # Errors
+/// If a picture cannot be drawn.
+pub fn contact_sheet(plan: &Plan, members: &[Found]) -> Result<Option<Picture>> {
+    let shown: Vec<&Shown> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
+    let shapes: Vec<Shape<'_>> = shown.iter().map(|shown| shape(shown)).collect();
+    let across = match &plan.axes[..] {
+        [_] => members.len().clamp(1, ACROSS),
+        axes => axes.last().map_or(1, |axis| axis.values.len().max(1)),
+    };
+    let tile = if across > MANY { SMALL } else { TILE };
+    let mut sheet = ContactSheet::new(&shapes, tile);
+    // Room for a word.
+    let height = sheet.height().max(LINE);
+    let row = 2 * LINE + height + GAP;
+    let bottom = GAP + row * members.len().div_ceil(across);
+    let size = ((tile * across).max(2 * TILE), bottom + LINE + GAP);
+    if shapes.is_empty() || size.0.max(size.1) > MOST_PIXELS {
+        return Ok(None);
+    }
+    sheet.resize(size.0, size.1);
+    let cut = |text: String| -> String { text.chars().take((tile - GAP) / LETTER).collect() };
+    let last = plan.axes.len().saturating_sub(1);
+    for (number, found) in members.iter().enumerate() {
+        let (left, top) = (number % across * tile, GAP + number / across * row);
+        let tile_label = plan.label(&found.at, |k| k == last);
+        let below = if last > 0 {
+            if number % across == 0 {
+                sheet.write(plan.label(&found.at, |k| k != last), left + GAP, top);
+            }
+            format!("{tile_label}, {}", caption(found))
+        } else {
+            sheet.write(cut(tile_label), left + GAP, top);
+            caption(found)
+        };
+        sheet.write(cut(below), left + GAP, top + LINE);
+        let (width, left_of_box, top) = (tile - GAP, left + GAP / 2, top + 2 * LINE);
+        let failed = matches!(found.status, MemberStatus::Failed | MemberStatus::Killed);
+        if let Some(shown) = &found.shown {
+            sheet.draw(&shape(shown), left, top);
+            if failed {
+                sheet.fill((width, BAR), FAILED, left_of_box, top + height);
+            }
+        } else {
+            let size = (width, height.saturating_sub(GAP).max(1));
+            sheet.fill(size, if failed { FAILED } else { ABSENT }, left_of_box, top + GAP / 2);
+        }
+    }
+    let name = shown.iter().find_map(|s| s.species.as_ref()).map_or("", |(name, _)| name);
+    sheet.finish(name, bottom).map(Some)
+}
+
+fn shape(shown: &Shown) -> Shape<'_> {
+    let values = shown.species.as_ref().map(|(_, values)| values);
+    Shape { x: &shown.x, triangles: &shown.triangles, values }
+}
+
+/// Time that a member has reached, and how it stands unless it is complete.
+fn caption(found: &Found) -> String {
+    let time = found.measures.last().map(|m| format!("t = {}", label(m.time)));
+    match (found.status, time) {
+        (MemberStatus::Complete, Some(time)) => time,
+        (status, Some(time)) => format!("{time}, {status}"),
+        (status, None) => status.to_string(),
+    }
+}
