@@ -160,7 +160,7 @@ pub use rumple_output as output;
 #[doc(inline)]
 pub use rumple_sheet as sheet;
 
-pub use rumple_core::register_kind;
+pub use rumple_core::{linear, register_kind, register_linear_solver};
 pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 pub use run::{Error, Result, Simulation};
 

@@ -26,4 +26,6 @@ pub use stepper::Stepper;
 
 pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 
-pub(crate) use rumple_numerics::{linear, ode, parallel};
+pub use rumple_numerics::linear;
+
+pub(crate) use rumple_numerics::{ode, parallel};

@@ -109,6 +109,15 @@ impl<'a> Reading<'a> {
         Ok(u64::from_le_bytes(*word))
     }
 
+    /// The next record within this one.
+    ///
+    /// # Errors
+    /// [`Malformed`].
+    pub fn record(&mut self) -> Result<Self, Malformed> {
+        let words = self.length(8)?;
+        Ok(Self { rest: self.take(8 * words)? })
+    }
+
     /// The next count, as of what is in memory.
     ///
     /// # Errors

@@ -8,6 +8,8 @@ mod hard;
 
 #[path = "../../examples/01_grown_spot.rs"]
 mod grown_spot;
+#[path = "../../examples/06_linear_solver.rs"]
+mod linear_solver;
 #[path = "../../examples/02_scene_from_code.rs"]
 mod scene_from_code;
 
@@ -31,6 +33,43 @@ fn grown_spot_buckles() {
 #[test]
 fn scene_from_code_is_checked() {
     scene_from_code::main().unwrap();
+}
+
+#[test]
+fn a_linear_solver_of_another_crate_relaxes_a_disc() {
+    linear_solver::main().unwrap();
+}
+
+/// A scene names it, for both methods with a factor; one that no crate has registered is refused with the names there are.
+#[test]
+fn scenes_name_a_registered_linear_solver() {
+    let energy = |keys: &[&str]| {
+        let (_, mut simulation) = prepare(PLATE, &[&["sheet.vertices=300"], keys].concat());
+        simulation.prepare().unwrap();
+        simulation.step(0.1).unwrap();
+        simulation.energies().unwrap().iter().map(|(_, energy)| energy).sum::<f64>()
+    };
+    let expected = energy(&[]);
+    for keys in [
+        &["equilibrium.preconditioner=\"faer-llt\""][..],
+        &["equilibrium={ method = \"newton\", linear_solver = \"faer-llt\" }"],
+    ] {
+        let other = energy(keys);
+        assert!((other / expected - 1.0).abs() < 1e-4, "{keys:?}: {other}, {expected}");
+    }
+    for (key, names) in [
+        ("equilibrium.preconditioner=\"faer-ltt\"", ["faer-llt", "multigrid"]),
+        (
+            "equilibrium={ method = \"newton\", linear_solver = \"faer-ltt\" }",
+            ["faer-llt", "factor"],
+        ),
+    ] {
+        let Err(error) = Scene::parse(PLATE, "plate.toml", &[key.to_owned()]) else {
+            panic!("{key}")
+        };
+        let message = error.rendered(false);
+        assert!(names.iter().all(|name| message.contains(name)), "{message}");
+    }
 }
 
 /// The plate follows the ball down: its lowest point is that of the ball, less what a penalty gives way.

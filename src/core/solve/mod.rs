@@ -10,6 +10,7 @@ pub mod diagnosis;
 pub mod equilibrium;
 mod error;
 pub mod explicit;
+pub mod linear_solvers;
 mod low_rank;
 pub mod monolithic;
 mod motion;

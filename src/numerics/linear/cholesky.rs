@@ -124,6 +124,19 @@ impl FrugalCholesky {
         self.double.is_some()
     }
 
+    /// Prepares for double precision, or for single precision.
+    ///
+    /// # Errors
+    /// As [`BlockCholesky::new`].
+    pub fn set_double(&mut self, double: bool) -> Result<(), LinearError> {
+        if double == self.is_double() {
+            return Ok(());
+        }
+        let pattern = Arc::clone(&self.pattern);
+        *self = if double { Self::in_double_precision(pattern)? } else { Self::new(pattern)? };
+        Ok(())
+    }
+
     /// Factorises `matrix`; with `insist`, in double precision if single precision fails, and from
     /// then on always.
     ///

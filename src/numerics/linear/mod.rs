@@ -22,6 +22,7 @@ mod panels;
 mod prolongator;
 mod rows;
 mod shifted;
+mod solver;
 mod sparse;
 mod stencils;
 mod strips;
@@ -43,6 +44,7 @@ pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
 pub use shifted::{Difference, Shifted};
+pub use solver::LinearSolver;
 pub use sparse::{Pattern, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 

@@ -193,7 +193,7 @@ impl Lbfgs {
         self.matrix.add_diagonal(self.shift * unit);
         self.factored = self.inverse.factorise(&self.matrix, terms, x, insist).is_ok();
         if self.factored {
-            let x = if self.kind == Preconditioner::Multigrid { x } else { &[] };
+            let x = if self.inverse.reads_shape() { x } else { &[] };
             self.made = Made { x: x.to_vec(), insist };
             self.history.clear();
         }
@@ -206,7 +206,7 @@ impl Lbfgs {
         self.keep_marked();
         self.supported = false;
         self.fit(potential, x).ok()?;
-        if self.kind != Preconditioner::Factor {
+        if !self.inverse.detects_indefinite() {
             return None;
         }
         let mut gradient = vec![Vec3::zeros(); x.len()];

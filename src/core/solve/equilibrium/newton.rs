@@ -21,11 +21,12 @@ use serde::{Deserialize, Serialize};
 use super::super::counters::Linear;
 use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
+use super::preconditioner::Preconditioner;
 use super::stop::{FLOOR, dot, iterated, largest, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation, is_flat};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank};
-use crate::linear::{BlockCholesky, BlockMatrix};
+use crate::linear::{BlockCholesky, BlockMatrix, BlockPattern, LinearError, LinearSolver};
 use crate::model::{Mechanics, Potential};
 
 use crate::num::checked::{AtLeast, Fraction, Positive};
@@ -46,6 +47,8 @@ pub struct NewtonSpec {
     pub path_error: Positive,
     /// No triangle's area may fall below this share in one step.
     pub area_share: Fraction,
+    /// How linear systems are solved: `factor`, or a registered solver that detects matrices that are not positive.
+    pub linear_solver: Preconditioner,
 }
 
 impl Default for NewtonSpec {
@@ -55,6 +58,7 @@ impl Default for NewtonSpec {
             max_iterations: const { AtLeast::constant(1000) },
             path_error: const { Positive::constant(0.1) },
             area_share: const { Fraction::constant(0.4) },
+            linear_solver: Preconditioner::Factor,
         }
     }
 }
@@ -81,9 +85,10 @@ impl EquilibriumSpec for NewtonSpec {
     }
 
     fn linear(&self, _: &Mechanics, _: bool) -> Vec<String> {
-        vec![
-            "Cholesky factor of the whole Hessian in double precision, a new one every step".into(),
-        ]
+        vec![format!(
+            "{} of the whole Hessian in double precision, a new one every step",
+            self.linear_solver.words()
+        )]
     }
 
     fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
@@ -108,11 +113,30 @@ const INVERSE_ITERATIONS: usize = 12;
 /// A share of a step as small as this leaves the trust region.
 const LEAVES: f64 = 0.02;
 
+/// The solver of this name for `pattern`.
+fn analysed(
+    solver: Preconditioner,
+    pattern: &Arc<BlockPattern>,
+) -> Result<Box<dyn LinearSolver>, LinearError> {
+    let solver: Box<dyn LinearSolver> = match solver {
+        Preconditioner::Factor | Preconditioner::Auto => {
+            Box::new(BlockCholesky::new(Arc::clone(pattern))?)
+        }
+        other => other.registered(pattern)?,
+    };
+    match solver.detects_indefinite() {
+        true => Ok(solver),
+        false => Err(LinearError::new(
+            "newton needs a linear solver that detects matrices that are not positive, such as `factor`",
+        )),
+    }
+}
+
 /// Linearly implicit steps for one sheet.
 pub struct Newton {
     options: NewtonSpec,
     matrix: BlockMatrix,
-    cholesky: BlockCholesky,
+    solver: Box<dyn LinearSolver>,
     meters: Linear,
 }
 
@@ -131,7 +155,7 @@ impl Newton {
             meters: meters.clone(),
             options,
             matrix: BlockMatrix::zeros(Arc::clone(pattern)),
-            cholesky: BlockCholesky::new(Arc::clone(pattern))?,
+            solver: analysed(options.linear_solver, pattern)?,
         })
     }
 
@@ -144,7 +168,7 @@ impl Newton {
 
     fn solve(&mut self, rhs: &mut [Vec3], update: &LowRankUpdate) {
         let _scope = self.meters.solve();
-        self.cholesky.solve(rhs);
+        self.solver.solve(rhs);
         update.correct(rhs);
     }
 
@@ -162,8 +186,8 @@ impl Newton {
     /// The factor of the matrix with `terms`, if it is positive.
     fn factorise(&mut self, terms: &[LowRank]) -> Option<LowRankUpdate> {
         let _scope = self.meters.factorise();
-        self.cholesky.factorise(&self.matrix).ok()?;
-        let update = LowRankUpdate::new(terms.to_vec(), |rhs| self.cholesky.solve(rhs));
+        self.solver.factorise(&self.matrix, &[], false).ok()?;
+        let update = LowRankUpdate::new(terms.to_vec(), |rhs| self.solver.solve(rhs));
         update.is_positive().then_some(update)
     }
 
@@ -171,7 +195,7 @@ impl Newton {
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
         if pattern != *self.matrix.pattern() {
-            self.cholesky = BlockCholesky::new(Arc::clone(&pattern))?;
+            self.solver = analysed(self.options.linear_solver, &pattern)?;
             self.matrix = BlockMatrix::zeros(pattern);
         }
         Ok(())

@@ -3,22 +3,26 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::super::counters::Linear;
+use super::super::linear_solvers::{self, LinearSolverKind};
 use super::super::low_rank::LowRankUpdate;
 use super::diagonal::Diagonal;
 use crate::Vec3;
 use crate::effects::LowRank;
-use crate::linear::{Block, BlockMatrix, BlockPattern, FrugalCholesky, Multigrid, NotPositive};
+use crate::linear::{
+    Block, BlockMatrix, BlockPattern, FrugalCholesky, LinearError, LinearSolver, Multigrid,
+    NotPositive,
+};
 use crate::parallel;
 use crate::record::{Malformed, Reading, Record};
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
 /// How the Hessian's positive part is inverted: `equilibrium.preconditioner` in a scene.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Preconditioner {
     /// Exactly, by a sparse Cholesky factor, whose size grows faster than the sheet.
     Factor,
@@ -32,9 +36,66 @@ pub enum Preconditioner {
     /// The factor up to 50 000 vertices, multigrid beyond; under drag multigrid beyond 1000.
     #[default]
     Auto,
+    /// By a solver of this name that a crate of the user has registered.
+    Registered(&'static str),
+}
+
+/// The names of those of the engine.
+const NAMES: [(&str, Preconditioner); 5] = [
+    ("factor", Preconditioner::Factor),
+    ("multigrid", Preconditioner::Multigrid),
+    ("blocks", Preconditioner::Blocks),
+    ("none", Preconditioner::None),
+    ("auto", Preconditioner::Auto),
+];
+
+impl Serialize for Preconditioner {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Preconditioner {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let allowed = || linear_solvers::names(&NAMES.map(|(name, _)| name));
+        Self::named(&name).ok_or_else(|| D::Error::unknown_variant(&name, allowed()))
+    }
 }
 
 impl Preconditioner {
+    /// The one of this name, of the engine or registered.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let own = NAMES.iter().find(|(own, _)| *own == name).map(|(_, own)| *own);
+        own.or_else(|| linear_solvers::find(name).map(|kind| Self::Registered(kind.name)))
+    }
+
+    /// The registered solver of this name, for `pattern`.
+    ///
+    /// # Errors
+    /// If none is registered under it, or it cannot do with the pattern.
+    pub(super) fn registered(
+        self,
+        pattern: &Arc<BlockPattern>,
+    ) -> Result<Box<dyn LinearSolver>, LinearError> {
+        let missing =
+            || LinearError::new(format!("`{}` is no registered linear solver", self.name()));
+        let LinearSolverKind { analyse, .. } =
+            linear_solvers::find(self.name()).ok_or_else(missing)?;
+        analyse(pattern)
+    }
+
+    /// Its name in scenes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let own = NAMES.iter().find(|(_, own)| *own == self);
+        match self {
+            Self::Registered(name) => name,
+            _ => own.map_or("", |(name, _)| name),
+        }
+    }
+
     /// What it is on a sheet of that many vertices, which moves under drag or not, and why, in words.
     pub(super) fn chosen(
         self,
@@ -72,6 +133,12 @@ impl Preconditioner {
                 }
             };
             return vec![format!("{what}, as {}", why(String::new()))];
+        }
+        if let Self::Registered(name) = self {
+            let why = why(String::new());
+            return vec![format!(
+                "linear solver `{name}` on the positive part of the Hessian, as {why}"
+            )];
         }
         let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
         if self.on(vertices, moving) == Self::Multigrid {
@@ -112,6 +179,7 @@ impl Preconditioner {
             Self::Blocks => "blocks on the diagonal",
             Self::None => "nothing",
             Self::Auto => "a Cholesky factor or, for large sheets, multigrid",
+            Self::Registered(name) => name,
         }
     }
 }
@@ -165,8 +233,7 @@ pub(super) struct Inverse {
 }
 
 enum Sparse {
-    Factor(Box<FrugalCholesky>),
-    Multigrid(Box<Multigrid>),
+    Solver(Box<dyn LinearSolver>),
     /// Inverses of the blocks on the diagonal, and a number for all that is learnt from steps.
     Blocks(Vec<Block>, f64),
     Learnt(Diagonal),
@@ -175,8 +242,7 @@ enum Sparse {
 impl Sparse {
     fn solve(&mut self, rhs: &mut [Vec3]) {
         match self {
-            Self::Factor(cholesky) => cholesky.solve(rhs),
-            Self::Multigrid(multigrid) => multigrid.solve(rhs),
+            Self::Solver(solver) => solver.solve(rhs),
             Self::Blocks(inverses, scale) => {
                 parallel::update(rhs, |i, v| *v = *scale * (inverses[i] * *v));
             }
@@ -199,12 +265,13 @@ impl Inverse {
         let sparse = match kind.on(rows, false) {
             Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows], 1.0),
             Preconditioner::None => Sparse::Learnt(Diagonal::new(rows, 1.0)),
-            Preconditioner::Multigrid => Sparse::Multigrid(Box::new(Multigrid::new(pattern)?)),
+            Preconditioner::Multigrid => Sparse::Solver(Box::new(Multigrid::new(pattern)?)),
+            Preconditioner::Registered(_) => Sparse::Solver(kind.registered(pattern)?),
             Preconditioner::Factor | Preconditioner::Auto => {
                 let double = precision.is_double(rows);
                 let new =
                     if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
-                Sparse::Factor(Box::new(new(Arc::clone(pattern))?))
+                Sparse::Solver(Box::new(new(Arc::clone(pattern))?))
             }
         };
         Ok(Self { sparse, low_rank: LowRankUpdate::default(), meters })
@@ -222,8 +289,7 @@ impl Inverse {
         let Self { sparse, low_rank, meters } = self;
         let _scope = meters.factorise();
         match sparse {
-            Sparse::Factor(cholesky) => cholesky.factorise(matrix, insist)?,
-            Sparse::Multigrid(multigrid) => multigrid.factorise(matrix, x, insist)?,
+            Sparse::Solver(solver) => solver.factorise(matrix, x, insist)?,
             Sparse::Blocks(inverses, scale) => {
                 *scale = 1.0;
                 let unit = matrix.mean_diagonal();
@@ -242,6 +308,16 @@ impl Inverse {
         matches!(self.sparse, Sparse::Blocks(..) | Sparse::Learnt(_))
     }
 
+    /// Whether it tells whether a matrix is positive.
+    pub(super) fn detects_indefinite(&self) -> bool {
+        matches!(&self.sparse, Sparse::Solver(solver) if solver.detects_indefinite())
+    }
+
+    /// Whether it reads the shape.
+    pub(super) fn reads_shape(&self) -> bool {
+        matches!(&self.sparse, Sparse::Solver(solver) if solver.reads_shape())
+    }
+
     /// Whether it has no use for a matrix.
     pub(super) fn is_learnt(&self) -> bool {
         matches!(self.sparse, Sparse::Learnt(_))
@@ -258,7 +334,7 @@ impl Inverse {
     /// after). Of blocks M it is their size, `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
     pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
         match &mut self.sparse {
-            Sparse::Factor(_) | Sparse::Multigrid(_) => {}
+            Sparse::Solver(_) => {}
             Sparse::Learnt(diagonal) => diagonal.learn(x, gradient),
             Sparse::Blocks(inverses, scale) => {
                 let change = |i: usize| gradient.1[i] - gradient.0[i];
@@ -282,21 +358,23 @@ impl Inverse {
 }
 
 /// What an [`Inverse`] has learnt besides the matrix that it is made of.
-pub(super) enum Learnt {
-    /// Whether a factor is in double precision.
-    Double(bool),
+pub(super) enum Learnt<'a> {
+    /// What a solver has written.
+    Solver(Reading<'a>),
     /// The size of blocks.
     Scale(f64),
     Diagonal(Diagonal),
-    Nothing,
 }
 
 impl Inverse {
     /// Writes what it has learnt.
     pub(super) fn store(&self, record: &mut Record) {
         match &self.sparse {
-            Sparse::Factor(cholesky) => record.flag(cholesky.is_double()),
-            Sparse::Multigrid(_) => {}
+            Sparse::Solver(solver) => {
+                let mut own = Record::default();
+                solver.store(&mut own);
+                record.record(&own);
+            }
             Sparse::Blocks(_, scale) => record.number(*scale),
             Sparse::Learnt(diagonal) => diagonal.store(record),
         }
@@ -313,16 +391,15 @@ impl Inverse {
     }
 
     /// Reads what one of this kind, for as many vertices, has written of what it has learnt.
-    pub(super) fn read(
-        reading: &mut Reading<'_>,
+    pub(super) fn read<'a>(
+        reading: &mut Reading<'a>,
         kind: Preconditioner,
         vertices: usize,
-    ) -> Result<Learnt, Malformed> {
+    ) -> Result<Learnt<'a>, Malformed> {
         Ok(match kind {
-            Preconditioner::Factor => Learnt::Double(reading.flag()?),
             Preconditioner::Blocks => Learnt::Scale(reading.number()?),
             Preconditioner::None => Learnt::Diagonal(Diagonal::restore(reading, vertices)?),
-            Preconditioner::Multigrid | Preconditioner::Auto => Learnt::Nothing,
+            _ => Learnt::Solver(reading.record()?),
         })
     }
 
@@ -339,13 +416,18 @@ impl Inverse {
         (0..count).map(|_| term(reading)).collect()
     }
 
-    /// Takes over what one of the same kind has learnt, after the matrix.
-    pub(super) fn take(&mut self, learnt: Learnt) {
+    /// Takes over what one of the same kind has learnt: a solver before the matrix, others after it.
+    pub(super) fn take(&mut self, learnt: Learnt<'_>) -> Result<(), Malformed> {
         match (&mut self.sparse, learnt) {
+            (Sparse::Solver(solver), Learnt::Solver(mut reading)) => {
+                solver.restore(&mut reading)?;
+                reading.end()?;
+            }
             (Sparse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
             (Sparse::Learnt(own), Learnt::Diagonal(diagonal)) => *own = diagonal,
-            _ => {}
+            _ => return Err(Malformed),
         }
+        Ok(())
     }
 }
 

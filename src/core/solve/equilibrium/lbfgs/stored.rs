@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::super::preconditioner::{FactorPrecision, Inverse, Learnt, Preconditioner};
+use super::super::preconditioner::{Inverse, Learnt, Preconditioner};
 use super::Lbfgs;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
@@ -90,27 +90,25 @@ impl Lbfgs {
         } else {
             None
         };
-        // Single precision may have been given up.
-        let precision = match learnt {
-            Learnt::Double(true) => FactorPrecision::Double,
-            Learnt::Double(false) => FactorPrecision::Single,
-            _ => self.options.precision,
-        };
+        let precision = self.options.precision;
         self.inverse = Inverse::new(self.kind, precision, &pattern, mechanics.tally())
             .map_err(|_| Malformed)?;
+        let later = match learnt {
+            Learnt::Solver(_) => self.inverse.take(learnt).map(|()| None)?,
+            learnt => Some(learnt),
+        };
         if let Some(matrix) = matrix {
             let x = reading.numbers()?;
             let x: Vec<Vec3> = x.as_chunks::<3>().0.iter().map(|x| Vec3::from(*x)).collect();
             let insist = reading.flag()?;
             let terms = Inverse::read_terms(reading, vertices)?;
-            if self.kind == Preconditioner::Multigrid && x.len() != vertices {
+            if self.inverse.reads_shape() && x.len() != vertices {
                 return Err(Malformed);
             }
             self.inverse.factorise(&matrix, terms, &x, insist).map_err(|_| Malformed)?;
             self.made = Made { x, insist };
             self.matrix = matrix;
         }
-        self.inverse.take(learnt);
-        Ok(())
+        later.map_or(Ok(()), |learnt| self.inverse.take(learnt))
     }
 }

@@ -1,0 +1,131 @@
+//! Solvers of symmetric positive definite systems over the vertices of a mesh.
+//!
+//! ```text
+//! A u = b        A: blocks of 3×3 (2×2 in a plane) over the vertices, in a fixed pattern
+//! ```
+//!
+//! Equilibrium methods know this trait only. A crate of a user brings another solver by one implementation and one
+//! registration (`rumple::register_linear_solver!`).
+
+use super::cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
+use super::{BlockMatrix, Multigrid};
+use crate::Vec3;
+use crate::record::{Malformed, Reading, Record};
+
+/// A solver for matrices of one pattern: analysed when it is made, then factorised and solved with any number of times.
+///
+/// Results must have the same bits on any number of threads, or runs have not.
+pub trait LinearSolver: Send {
+    /// Takes over `matrix`, of the pattern it was made for. `x` are the positions of the vertices where
+    /// [`Self::reads_shape`], empty otherwise; with `insist` it succeeds at some expense rather than fail.
+    ///
+    /// # Errors
+    /// [`NotPositive`] if the matrix is not positive definite or not finite; it is then unusable until the next one.
+    fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        x: &[Vec3],
+        insist: bool,
+    ) -> Result<(), NotPositive>;
+
+    /// Replaces `rhs` by the solution, or nearly, for the last matrix.
+    fn solve(&mut self, rhs: &mut [Vec3]);
+
+    /// Replaces `rhs` by the solution for the transposed matrix, which is the same.
+    fn solve_transposed(&mut self, rhs: &mut [Vec3]) {
+        self.solve(rhs);
+    }
+
+    /// Whether it fails for every matrix that is not positive definite, as a Cholesky factorisation does.
+    fn detects_indefinite(&self) -> bool {
+        true
+    }
+
+    /// Whether [`Self::factorise`] reads positions.
+    fn reads_shape(&self) -> bool {
+        false
+    }
+
+    /// Bytes that it keeps.
+    fn bytes(&self) -> usize;
+
+    /// Writes what the next factorisation depends on besides its matrix.
+    fn store(&self, _record: &mut Record) {}
+
+    /// Takes over what one for the same pattern has written.
+    ///
+    /// # Errors
+    /// [`Malformed`] for anything else.
+    fn restore(&mut self, _reading: &mut Reading<'_>) -> Result<(), Malformed> {
+        Ok(())
+    }
+}
+
+impl LinearSolver for BlockCholesky<f64> {
+    fn factorise(&mut self, matrix: &BlockMatrix, _: &[Vec3], _: bool) -> Result<(), NotPositive> {
+        Self::factorise(self, matrix)
+    }
+
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        Self::solve(self, rhs);
+    }
+
+    fn bytes(&self) -> usize {
+        8 * self.factor_size()
+    }
+}
+
+impl LinearSolver for FrugalCholesky {
+    fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        _: &[Vec3],
+        insist: bool,
+    ) -> Result<(), NotPositive> {
+        Self::factorise(self, matrix, insist)
+    }
+
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        Self::solve(self, rhs);
+    }
+
+    fn bytes(&self) -> usize {
+        self.factor_bytes()
+    }
+
+    /// Single precision may have been given up.
+    fn store(&self, record: &mut Record) {
+        record.flag(self.is_double());
+    }
+
+    fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
+        self.set_double(reading.flag()?).map_err(|_| Malformed)
+    }
+}
+
+impl LinearSolver for Multigrid {
+    fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        x: &[Vec3],
+        insist: bool,
+    ) -> Result<(), NotPositive> {
+        Self::factorise(self, matrix, x, insist)
+    }
+
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        Self::solve(self, rhs);
+    }
+
+    fn detects_indefinite(&self) -> bool {
+        false
+    }
+
+    fn reads_shape(&self) -> bool {
+        true
+    }
+
+    fn bytes(&self) -> usize {
+        Self::bytes(self)
+    }
+}
