@@ -1,0 +1,325 @@
+//! The iteration of one relaxation: direction, step length, and when it ends.
+
+use super::super::preconditioner::SMALL;
+use super::super::stop::{COLLAPSED, FLOOR, dot, iterated, largest, level, reached};
+use super::super::{Goal, Relaxation, Trust};
+use super::progress::{Outcome, Progress};
+use super::{Collapse, Gauge, Lbfgs, MOST_SHIFT, NEARLY_AT_REST, SHIFT};
+use crate::Vec3;
+use crate::model::Potential;
+use crate::num::checked::AtLeast;
+use crate::parallel;
+use crate::solve::SolveError;
+
+/// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
+/// iterations with one factor far from rest, differences in the last digit grow to other minima
+/// (`docs/notebook/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
+/// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
+pub(super) const REFRESH: (usize, usize) = (5, 15);
+/// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
+/// steps. On Model I, loosely relaxed, 30 needed a seventh less iterations than 100 with blocks.
+const REFRESH_PLAIN: (usize, usize) = (30, 100);
+/// Sufficient decrease.
+const ARMIJO: f64 = 1e-4;
+/// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
+/// metric is too soft: the shift grows.
+const SOFT: usize = 3;
+/// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
+/// grow: there the last digit would decide.
+const OTHER_WEIGHT: f64 = 2.5;
+/// Weights below this, in units of the stretching stiffness, are as good as none where a path is followed, by one
+/// minimisation with a weight and one without in turn.
+const NO_WEIGHT: f64 = 1e-5;
+/// Most iterations at forces below the tolerance, where displacements are bounded as well: a floppy sheet has modes
+/// without stiffness.
+const AT_REST: usize = 50;
+/// A relaxation leaves its trust region where this allows less than such a share of a step.
+const LEAVES: f64 = 0.02;
+/// Falls of the energy below this share of it count as none where a triangle has collapsed.
+const NO_FALL: f64 = 1e-6;
+/// Iterations after which an iteration that may turn triangles over is taken to go around the kink of one.
+const KINK: usize = 25;
+/// Shortest step tried, as a share of the proposed one.
+const SHORTEST: f64 = 1e-8;
+
+/// What stays the same during one relaxation.
+struct Rules {
+    /// Whether triangles may turn over, and below which quality.
+    turns: bool,
+    flat: f64,
+    /// Largest move of a vertex in one step.
+    longest: f64,
+    /// Least weight of the proximal term, and the distance to its minimum that counts as rest.
+    weight: f64,
+    slack: f64,
+}
+
+/// The iterate, with room for a trial step.
+struct Iterate {
+    done: Relaxation,
+    energy: f64,
+    gradient: Vec<Vec3>,
+    d: Vec<Vec3>,
+    trial: Vec<Vec3>,
+    trial_gradient: Vec<Vec3>,
+    /// Iterations since the factor was made. One kept from an earlier relaxation is not fresh: if no step is found with
+    /// it, it is renewed before giving up.
+    age: usize,
+    /// Halvings of steps since then.
+    halvings: usize,
+    /// Iterations with forces below the tolerance.
+    rested: usize,
+    /// Whether the factor has the largest shift there is.
+    stiffest: bool,
+}
+
+impl Iterate {
+    fn new(gradient: Vec<Vec3>, energy: f64) -> Self {
+        let none = vec![Vec3::zeros(); gradient.len()];
+        Self {
+            done: Relaxation::default(),
+            energy,
+            d: Vec::with_capacity(gradient.len()),
+            trial: none.clone(),
+            trial_gradient: none,
+            gradient,
+            age: 1,
+            halvings: 0,
+            rested: 0,
+            stiffest: false,
+        }
+    }
+
+    /// Whether forces are below the tolerance and nothing more is asked for.
+    fn is_at_rest(&mut self, balanced: bool, goal: &Goal<'_>) -> bool {
+        self.rested += usize::from(balanced);
+        let exact = self.rested > AT_REST
+            || self.done.residual <= FLOOR * goal.tolerance
+            || self.done.iterations >= goal.max_iterations;
+        balanced && (exact || goal.displacement == f64::INFINITY)
+    }
+
+    /// Takes over residual and energy of the iterate.
+    fn report(&mut self, potential: &Potential) {
+        self.done.residual = potential.residual(&self.gradient);
+        self.done.energy = self.energy;
+    }
+}
+
+impl Lbfgs {
+    /// Iterates from `x` until it is at rest, or gets nowhere over so many iterations as `patience` has.
+    ///
+    /// # Errors
+    /// As for [`Equilibrium::relax`](super::super::Equilibrium::relax).
+    pub(super) fn iterate(
+        &mut self,
+        potential: &mut Potential,
+        x: &mut [Vec3],
+        goal: &Goal<'_>,
+        patience: usize,
+    ) -> Result<(Relaxation, Outcome), SolveError> {
+        self.fixed.clear();
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        let energy = self.evaluate(potential, x, &mut gradient);
+        let mut at = Iterate::new(gradient, energy);
+        let rules = self.begin(potential, goal);
+        let kinks = rules.turns && self.inverse.is_plain();
+        let patience = if kinks { patience.min(KINK) } else { patience };
+        let mut progress = Progress::new(energy, potential.residual(&at.gradient), patience);
+        loop {
+            at.report(potential);
+            let balanced = reached(&at.done, goal, x)?;
+            if at.is_at_rest(balanced, goal) {
+                return Ok((at.done, Outcome::AtRest));
+            }
+            if progress.is_poor(&at.done) {
+                if balanced {
+                    return Ok((at.done, Outcome::AtRest));
+                }
+                if self.may_hand_over() {
+                    return Ok((at.done, Outcome::Poor));
+                }
+                // Around the kink of a flat triangle an iteration goes on without coming to rest.
+                if self.collapses(potential, x, &mut at)? {
+                    continue;
+                }
+            }
+            if !self.factored || at.age >= self.refresh {
+                self.renew(potential, x, goal, (&rules, &mut at))?;
+            }
+            let slope = self.descent_direction(&mut at);
+            let far_off = largest(&at.d);
+            if balanced && far_off <= goal.displacement {
+                return Ok((at.done, Outcome::AtRest));
+            }
+            // The step is taken all the same: what is left then is far less.
+            let last = far_off <= rules.slack;
+            let most = (rules.longest / far_off).min(1.0);
+            let Some(length) = within(goal.trust, x, &at.d, most) else {
+                // Forces as small as this tell no direction.
+                return if balanced {
+                    Ok((at.done, Outcome::AtRest))
+                } else {
+                    Err(SolveError::Departed)
+                };
+            };
+            let accepted =
+                self.search_line(potential, x, goal, (&rules, &mut at), (slope, length))?;
+            if (last || balanced) && accepted.is_none() {
+                return Ok((at.done, Outcome::AtRest));
+            }
+            let falls = accepted.is_some_and(|e| e < at.energy - NO_FALL * at.energy.abs());
+            let far = at.done.residual > 10.0 * goal.tolerance && !rules.turns;
+            if (accepted.is_none() || (far && !falls)) && self.collapses(potential, x, &mut at)? {
+                continue;
+            }
+            let Some(e) = accepted else {
+                if at.age == 0 && !at.stiffest {
+                    self.stiffen();
+                } else if at.age == 0 {
+                    return Ok((at.done, Outcome::NoStep));
+                }
+                self.factored = false;
+                continue;
+            };
+            self.accept(potential, x, &mut at, e);
+            if last {
+                at.report(potential);
+                return Ok((at.done, Outcome::AtRest));
+            }
+        }
+    }
+
+    /// Prepares for the energy of `potential`: whether the factor that there is serves it.
+    fn begin(&mut self, potential: &Potential, goal: &Goal<'_>) -> Rules {
+        let turns = self.options.collapse == Some(Collapse::Turn);
+        let anchor = potential.anchor().map(|anchor| (anchor.weights.least(), anchor.slack));
+        let (weight, slack) = anchor.unwrap_or_default();
+        // Under drag the energy is convex where steps are short, and its minimum near.
+        self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
+        self.supported = anchor.is_some() && goal.trust.is_none();
+        let unit = potential.force_scale() / potential.metric().mean_edge();
+        let floor = if goal.trust.is_some() { NO_WEIGHT * unit } else { 0.0 };
+        let ratio = (weight + floor) / (self.weight + floor);
+        let fits = weight == self.weight || ratio.ln().abs() <= OTHER_WEIGHT.ln();
+        self.factored &= fits;
+        // Pairs from another rest metric would mix two energies.
+        self.history.clear();
+        Rules {
+            turns,
+            flat: if turns { COLLAPSED } else { 0.0 },
+            longest: self.options.largest_move.get() * potential.metric().mean_edge(),
+            weight,
+            slack,
+        }
+    }
+
+    /// Renews the factor, and says how long it is kept.
+    fn renew(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        goal: &Goal<'_>,
+        (rules, at): (&Rules, &mut Iterate),
+    ) -> Result<(), SolveError> {
+        if at.age > 0 && at.halvings > SOFT * at.age {
+            self.stiffen();
+        }
+        self.keep_marked();
+        self.gauge = Gauge::new(potential, x, &at.gradient, goal.tolerance);
+        self.refactor(potential, x, at.done.residual)?;
+        self.weight = rules.weight;
+        at.stiffest = self.shift >= MOST_SHIFT || self.inverse.is_learnt();
+        self.shift = (0.1 * self.shift).max(SHIFT);
+        let far = x.len() <= SMALL && at.done.residual > NEARLY_AT_REST;
+        let usual = match (self.inverse.is_plain(), far) {
+            (true, _) if self.inverse.is_learnt() => REFRESH_PLAIN.1,
+            (true, _) => REFRESH_PLAIN.0,
+            (false, true) => REFRESH.0,
+            (false, false) => REFRESH.1,
+        };
+        self.refresh = self.options.refresh.map_or(usual, AtLeast::get);
+        (at.halvings, at.age) = (0, 0);
+        Ok(())
+    }
+
+    /// A direction in which the energy falls, with its slope.
+    fn descent_direction(&mut self, at: &mut Iterate) -> f64 {
+        self.direction(&at.gradient, &mut at.d);
+        let slope = dot(&at.gradient, &at.d);
+        if slope < 0.0 {
+            return slope;
+        }
+        self.history.clear();
+        self.direction(&at.gradient, &mut at.d);
+        dot(&at.gradient, &at.d)
+    }
+
+    /// The energy at the end of the longest step up to `length` that lowers it enough; none if there is no such step.
+    fn search_line(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        goal: &Goal<'_>,
+        (rules, at): (&Rules, &mut Iterate),
+        (slope, mut length): (f64, f64),
+    ) -> Result<Option<f64>, SolveError> {
+        let share = self.options.area_share.get();
+        loop {
+            if (goal.interrupted)() {
+                return Err(SolveError::Interrupted);
+            }
+            if length < SHORTEST || !length.is_finite() {
+                return Ok(None);
+            }
+            let d = &at.d;
+            parallel::fill(&mut at.trial, |i| x[i] + length * d[i]);
+            if potential.allows_turning(x, &at.trial, share, rules.flat) {
+                let e = self.evaluate(potential, &at.trial, &mut at.trial_gradient);
+                let descends = e <= at.energy + ARMIJO * length * slope;
+                // At round-off the slopes tell: still downhill, or not far uphill, at the end.
+                let level = level(potential, at.energy, e)
+                    && dot(&at.trial_gradient, &at.d) <= 0.9 * slope.abs();
+                if e.is_finite() && (descends || level) {
+                    return Ok(Some(e));
+                }
+                at.halvings += 1;
+            }
+            length *= 0.5;
+        }
+    }
+
+    /// Whether triangles have collapsed, which are then held.
+    fn collapses(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        at: &mut Iterate,
+    ) -> Result<bool, SolveError> {
+        let collapses = self.collapse(potential, x, &at.gradient, &mut at.done)?;
+        if collapses {
+            at.energy = self.evaluate(potential, x, &mut at.gradient);
+        }
+        Ok(collapses)
+    }
+
+    /// Takes the trial step, to the energy `e`, and learns from it.
+    fn accept(&mut self, potential: &Potential, x: &mut [Vec3], at: &mut Iterate, e: f64) {
+        self.history.remember((x, &at.trial), (&at.gradient, &at.trial_gradient));
+        if self.inverse.is_plain() {
+            self.inverse.learn((x, &at.trial), (&at.gradient, &at.trial_gradient));
+        }
+        x.copy_from_slice(&at.trial);
+        std::mem::swap(&mut at.gradient, &mut at.trial_gradient);
+        at.energy = e;
+        iterated(&mut at.done, potential);
+        at.age += 1;
+    }
+}
+
+/// The length of a step `d` from `x`, up to `most`, within the trust region; none where that is left.
+fn within(trust: Option<Trust<'_>>, x: &[Vec3], d: &[Vec3], most: f64) -> Option<f64> {
+    let Some(trust) = trust else { return Some(most) };
+    let within = trust.longest(x, d, most);
+    (!(within < LEAVES * most)).then_some(within)
+}
