@@ -4,7 +4,9 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::kinetics::Location;
+use crate::model::{Chemistry, Model};
 use crate::run::{self, Result, Simulation, laws, stiffness};
+use crate::scene::Scene;
 use crate::sheet::MeshReport;
 
 /// Arguments of `check`.
@@ -31,49 +33,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         return Ok(());
     }
     say!("{}: ready to run", scene.name());
-    if model.sheet().triangles().is_empty() {
-        say!("sheet      none: one point");
-    } else {
-        say!("sheet\n{}", MeshReport::new(model.sheet()));
-    }
-    let planar = model.mechanics().is_planar();
-    if planar {
-        say!("           planar: vertices move in their plane, two unknowns each");
-    }
-    if let Some(material) = run::material(&scene) {
-        say!(
-            "material   Y = {:.6e} force/length, B = {:.6e} energy",
-            material.stretching_modulus(),
-            material.bending_rigidity()
-        );
-    }
-    for effect in &scene.effects {
-        say!("effect     {}", effect.name());
-    }
+    print_sheet(&scene, model);
     if let Some(chemistry) = model.chemistry() {
-        let d = chemistry.descriptor();
-        say!(
-            "kinetics   {}{}",
-            d.title(),
-            if d.version.is_empty() { String::new() } else { format!(" {} ({})", d.version, d.id) }
-        );
-        for species in &d.species {
-            say!("species    {} on {}", species.name, chemistry.location().nouns());
-        }
-        for (parameter, field) in d.parameters.iter().zip(&chemistry.parameters().at_points) {
-            if field.len() > 1 {
-                say!("parameter  {} = {}", parameter.name, super::plugin::over_the_sheet(field));
-            }
-        }
-        for signal in chemistry.signals().wanted() {
-            say!("signal     {} [{}]", signal.name(), signal.unit());
-        }
-        if chemistry.location() == Location::Face && !chemistry.transports().is_empty() {
-            say!(
-                "warning    the Green-Gauss scheme hardly damps half of the face modes and does \
-                 not converge on irregular meshes; it is meant for comparison with the paper"
-            );
-        }
+        print_law(chemistry);
     }
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
@@ -86,6 +48,79 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
              and checkpoints are written there"
         );
     }
+    print_unknowns(&scene, model);
+    let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
+    let mechanics = model.mechanics();
+    if flat && !mechanics.is_planar() && !mechanics.is_empty() {
+        say!(
+            "warning    the initial shape is perfectly flat, and only forces out of the plane \
+             move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \
+             break the symmetry"
+        );
+    }
+    if let Some(listed) = simulation.breakpoints.listed() {
+        say!("steps      {listed}");
+    }
+    for note in &simulation.notes {
+        match note.strip_prefix("warning: ") {
+            Some(warning) => say!("warning    {warning}"),
+            None => say!("note       {note}"),
+        }
+    }
+    Ok(())
+}
+
+/// Prints the sheet, its material and the effects on it.
+fn print_sheet(scene: &Scene, model: &Model) {
+    if model.sheet().triangles().is_empty() {
+        say!("sheet      none: one point");
+    } else {
+        say!("sheet\n{}", MeshReport::new(model.sheet()));
+    }
+    if model.mechanics().is_planar() {
+        say!("           planar: vertices move in their plane, two unknowns each");
+    }
+    if let Some(material) = run::material(scene) {
+        say!(
+            "material   Y = {:.6e} force/length, B = {:.6e} energy",
+            material.stretching_modulus(),
+            material.bending_rigidity()
+        );
+    }
+    for effect in &scene.effects {
+        say!("effect     {}", effect.name());
+    }
+}
+
+/// Prints the law, its species, parameters and signals.
+fn print_law(chemistry: &Chemistry) {
+    let d = chemistry.descriptor();
+    say!(
+        "kinetics   {}{}",
+        d.title(),
+        if d.version.is_empty() { String::new() } else { format!(" {} ({})", d.version, d.id) }
+    );
+    for species in &d.species {
+        say!("species    {} on {}", species.name, chemistry.location().nouns());
+    }
+    for (parameter, field) in d.parameters.iter().zip(&chemistry.parameters().at_points) {
+        if field.len() > 1 {
+            say!("parameter  {} = {}", parameter.name, super::plugin::over_the_sheet(field));
+        }
+    }
+    for signal in chemistry.signals().wanted() {
+        say!("signal     {} [{}]", signal.name(), signal.unit());
+    }
+    if chemistry.location() == Location::Face && !chemistry.transports().is_empty() {
+        say!(
+            "warning    the Green-Gauss scheme hardly damps half of the face modes and does \
+             not converge on irregular meshes; it is meant for comparison with the paper"
+        );
+    }
+}
+
+/// Prints what is solved for.
+fn print_unknowns(scene: &Scene, model: &Model) {
     if model.moves() {
         say!(
             "relaxation {}, tolerance {:e}",
@@ -93,7 +128,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
             scene.equilibrium.tolerance()
         );
         // In a plane z is no unknown that something could hold.
-        let (axes, rigid) = if planar { (2, 3) } else { (3, 6) };
+        let (axes, rigid) = if model.mechanics().is_planar() { (2, 3) } else { (3, 6) };
         let pins = model.mechanics().pins();
         let fixed: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|fixed| **fixed).count();
         let free = axes * pins.len() - fixed;
@@ -113,22 +148,4 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
             (chemistry.points(model.sheet()), chemistry.descriptor().species.len());
         say!("unknowns   {} values of species", points * species);
     }
-    let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
-    if flat && !planar && !model.mechanics().is_empty() {
-        say!(
-            "warning    the initial shape is perfectly flat, and only forces out of the plane \
-             move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \
-             break the symmetry"
-        );
-    }
-    if let Some(listed) = simulation.breakpoints.listed() {
-        say!("steps      {listed}");
-    }
-    for note in &simulation.notes {
-        match note.strip_prefix("warning: ") {
-            Some(warning) => say!("warning    {warning}"),
-            None => say!("note       {note}"),
-        }
-    }
-    Ok(())
 }

@@ -114,8 +114,8 @@ impl<'a> Reading<'a> {
     /// # Errors
     /// [`Malformed`].
     pub fn record(&mut self) -> Result<Self, Malformed> {
-        let words = self.length(8)?;
-        Ok(Self { rest: self.take(8 * words)? })
+        let bytes = self.length(8)?;
+        Ok(Self { rest: self.take(bytes)? })
     }
 
     /// The next count, as of what is in memory.

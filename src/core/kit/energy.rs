@@ -7,7 +7,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::{ROUND_OFF, Report, STEP, TIMES, UNDECLARED, WRONG};
 use super::{crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors};
 use crate::Vec3;
-use crate::effects::{EnergyTerm, HessianPart};
+use crate::effects::{EnergyTerm, HessianPart, LowRank};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::sheet::Sheet;
@@ -50,27 +50,19 @@ pub(super) fn of_energy(
 
     let plane = at_rest.first().map_or(0.0, |x| x.z);
     let flat = at_rest.iter().all(|x| x.z == plane);
-
     for time in TIMES {
         potential.set_conditions(Some(&uneven), time);
         if flat && !leaves_plane {
-            let in_plane: Vec<Vec3> = x.iter().map(|x| Vec3::new(x.x, x.y, plane)).collect();
-            let (_, gradient) = energy_and_gradient(&mut potential, &in_plane);
-            let limit = ROUND_OFF * largest(&gradient);
-            if !finite(&gradient) {
-                fault(format!("the gradient is not finite in a plane (time {time})"));
-            } else if gradient.iter().any(|g| g.z.abs() > limit) {
-                fault(UNDECLARED.into());
-            }
+            stays_in_plane(&mut potential, (&x, plane, time), &mut fault);
         }
         let (energy, gradient) = energy_and_gradient(&mut potential, &x);
-        let (alone, steep) = (potential.energy(&x), finite(&gradient));
+        let alone = potential.energy(&x);
         if !(energy.is_finite() && alone.is_finite()) {
             fault(format!(
                 "the energy is not finite: {energy}, without the gradient {alone} (time {time})"
             ));
         }
-        if !steep {
+        if !finite(&gradient) {
             fault(format!("the gradient is not finite (time {time})"));
         }
         let mut matrix = BlockMatrix::zeros(potential.pattern(&x));
@@ -82,39 +74,9 @@ pub(super) fn of_energy(
         if !low_rank.iter().all(|term| term.stiffness.is_finite() && finite(&term.direction)) {
             fault(format!("a term of low rank is not finite (time {time})"));
         }
+        let at = Derivatives { x: &x, time, edge, scale: there.abs(), gradient, matrix, low_rank };
         for d in &directions {
-            let h = STEP * edge;
-            let (up, down) = (moved(&x, d, h), moved(&x, d, -h));
-            let exact = dot(&gradient, d);
-            let rise = (potential.energy(&up) - potential.energy(&down)) / (2.0 * h);
-            let size = exact.abs().max(rise.abs()).max(1e-6 * norm(&gradient) * norm(d));
-            // The energy itself has a round-off that a small slope may not exceed.
-            let noise = 1e-13 * there.abs() / h;
-            if exceeds((rise - exact).abs(), WRONG * size + noise) {
-                fault(format!("the gradient gives {exact:e}, differences {rise:e} (time {time})"));
-            }
-            let mut product = multiply(&matrix, d);
-            if !finite(&product) {
-                fault(format!("the second derivatives are not finite (time {time})"));
-                continue;
-            }
-            for term in &low_rank {
-                let share = term.stiffness * dot(&term.direction, d);
-                product.iter_mut().zip(&term.direction).for_each(|(p, v)| *p += share * v);
-            }
-            let (_, above) = energy_and_gradient(&mut potential, &up);
-            let (_, below) = energy_and_gradient(&mut potential, &down);
-            let slope: Vec<Vec3> =
-                above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * h)).collect();
-            let error = norm(&moved(&slope, &product, -1.0));
-            let size = norm(&slope).max(norm(&product)).max(1e-9 * norm(&gradient) / edge);
-            if exceeds(error, WRONG * size) {
-                let relative = error / size;
-                fault(format!(
-                    "the second derivatives differ from differences of the gradient by {relative:.1e} \
-                     (relative; time {time})"
-                ));
-            }
+            at.against_differences(&mut potential, d, &mut fault);
         }
         positive_part(&mut potential, &x, &directions, &mut fault);
         by_lengths(&mut potential, (&x, time), &uneven, &mut fault);
@@ -123,6 +85,78 @@ pub(super) fn of_energy(
         }
     }
     Ok(())
+}
+
+/// Whether an energy that declares no force out of the plane has none.
+fn stays_in_plane(
+    potential: &mut Potential,
+    (x, plane, time): (&[Vec3], f64, f64),
+    fault: &mut impl FnMut(String),
+) {
+    let in_plane: Vec<Vec3> = x.iter().map(|x| Vec3::new(x.x, x.y, plane)).collect();
+    let (_, gradient) = energy_and_gradient(potential, &in_plane);
+    let limit = ROUND_OFF * largest(&gradient);
+    if !finite(&gradient) {
+        fault(format!("the gradient is not finite in a plane (time {time})"));
+    } else if gradient.iter().any(|g| g.z.abs() > limit) {
+        fault(UNDECLARED.into());
+    }
+}
+
+/// First and second derivatives at a shape.
+struct Derivatives<'a> {
+    x: &'a [Vec3],
+    time: f64,
+    /// Mean edge.
+    edge: f64,
+    /// Size of the energy.
+    scale: f64,
+    gradient: Vec<Vec3>,
+    matrix: BlockMatrix,
+    low_rank: Vec<LowRank>,
+}
+
+impl Derivatives<'_> {
+    /// Compares them with differences along `d`.
+    fn against_differences(
+        &self,
+        potential: &mut Potential,
+        d: &[Vec3],
+        fault: &mut impl FnMut(String),
+    ) {
+        let Self { x, time, edge, scale, gradient, matrix, low_rank } = self;
+        let h = STEP * edge;
+        let (up, down) = (moved(x, d, h), moved(x, d, -h));
+        let exact = dot(gradient, d);
+        let rise = (potential.energy(&up) - potential.energy(&down)) / (2.0 * h);
+        let size = exact.abs().max(rise.abs()).max(1e-6 * norm(gradient) * norm(d));
+        // The energy itself has a round-off that a small slope may not exceed.
+        let noise = 1e-13 * scale / h;
+        if exceeds((rise - exact).abs(), WRONG * size + noise) {
+            fault(format!("the gradient gives {exact:e}, differences {rise:e} (time {time})"));
+        }
+        let mut product = multiply(matrix, d);
+        if !finite(&product) {
+            fault(format!("the second derivatives are not finite (time {time})"));
+            return;
+        }
+        for term in low_rank {
+            let share = term.stiffness * dot(&term.direction, d);
+            product.iter_mut().zip(&term.direction).for_each(|(p, v)| *p += share * v);
+        }
+        let (_, above) = energy_and_gradient(potential, &up);
+        let (_, below) = energy_and_gradient(potential, &down);
+        let slope: Vec<Vec3> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        let error = norm(&moved(&slope, &product, -1.0));
+        let size = norm(&slope).max(norm(&product)).max(1e-9 * norm(gradient) / edge);
+        if exceeds(error, WRONG * size) {
+            let relative = error / size;
+            fault(format!(
+                "the second derivatives differ from differences of the gradient by {relative:.1e} \
+                 (relative; time {time})"
+            ));
+        }
+    }
 }
 
 /// Whether the positive part of the second derivatives is that.
