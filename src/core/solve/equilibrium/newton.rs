@@ -332,7 +332,7 @@ impl Newton {
             return false;
         }
         let mode = &mut at.step;
-        parallel::fill(mode, |i| noise(i));
+        parallel::fill(mode, noise);
         for _ in 0..INVERSE_ITERATIONS {
             gauge.project(mode);
             self.solve(mode, update);
