@@ -32,6 +32,35 @@ SCENES = {
     "hard/dome": [QUASI_STATIC],
     "hard/scales": [QUASI_STATIC],
 }
+MATERIAL = "poisson = 0.3333333333333333"
+SHELL = 'effect = [{ kind = "stretching" }, { kind = "bending" }'
+END = 'kind = "pin", where = { half-space = { point = [%s9.99, 0, 0], normal = [%s1, 0, 0] } }, axes = "xyz"'
+# Scenes that are not shipped: name, text.
+OWN = {
+    "strip whose ends approach": f"""
+sheet = {{ shape = "rectangle", width = 20.0, height = 4.0, vertices = 400, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ {END % ("-", "-")} }}, {{ {END % ("", "")}, displacement = [-6.0, 0, 0], ramp = {{ formula = "t" }} }}]
+time = {{ until = 1.0, integrator = {{ kind = "staggered", longest_step = 0.05 }} }}
+""",
+    "shell that loses volume": f"""
+sheet = {{ shape = "sphere", radius = 5.0, irregular = true, vertices = 500 }}
+material = {{ young = 1e4, {MATERIAL}, thickness = 0.1, drag = 0.001 }}
+{SHELL}, {{ kind = "volume", stiffness = 1e4, ramp = {{ formula = "1 - 0.6*t" }} }}]
+time = {{ until = 0.05, integrator = {{ kind = "staggered", longest_step = 0.001 }} }}
+""",
+    "disc that grows at its edge": f"""
+sheet = {{ shape = "disc", radius = 10.0, vertices = 500, imperfection = {{ amplitude = 1e-2, seed = 5 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.3, drag = 0.001 }}
+{SHELL}, {{ kind = "diffusion", species = "a", coefficient = 0.05 }}]
+time = {{ until = 3.0 }}
+[kinetics]
+species.a = {{ typical = 1.0, lower = 0.0 }}
+rates.a = "k*where_edge*(1 - a)"
+length_factor = "1 + g*a"
+parameters = {{ k = 1.0, g = 0.25, where_edge = {{ formula = "logistic(4*(sqrt(x^2+y^2) - 8))" }} }}
+""",
+}
 VARIANTS = {
     "multigrid": ['equilibrium.preconditioner="multigrid"'],
     "newton": ['equilibrium.method="newton"'],
@@ -61,6 +90,7 @@ def sets(keys):
 
 def run(rumple, scene, keys, limit, out):
     """Total energy at the end and seconds of the run, or a word on what happened."""
+    out = Path(out) / "run"
     begun = time.monotonic()
     command = [rumple, "run", scene, "--out", out, "--force", "--quiet", "--threads", "1", *sets(keys)]
     try:
@@ -70,7 +100,7 @@ def run(rumple, scene, keys, limit, out):
     if done.returncode:
         words = [line for line in done.stderr.splitlines() if line.startswith("error")]
         return None, (words or ["failed"])[0][:60]
-    with open(Path(out) / "ledger.csv", encoding="utf-8") as file:
+    with open(out / "ledger.csv", encoding="utf-8") as file:
         last = list(csv.DictReader(file))[-1]
     total = last.get("total energy [energy]") or next(v for k, v in last.items() if k.startswith("energy of"))
     return float(total), time.monotonic() - begun
@@ -85,10 +115,14 @@ def main():
     print("| scene | energy | s |", " | ".join(VARIANTS), "|")
     print("| --- | --- | --- |", " | ".join("---" for _ in VARIANTS), "|")
     with tempfile.TemporaryDirectory() as out:
-        for name, keys in SCENES.items():
+        for name in [*SCENES, *OWN]:
             if options.only not in name:
                 continue
+            keys = SCENES.get(name, [])
             scene = MODELS / f"{name}.toml"
+            if name in OWN:
+                scene = Path(out) / "own.toml"
+                scene.write_text(OWN[name], encoding="utf-8")
             energy, seconds = run(options.rumple, scene, keys, options.limit, out)
             if energy is None:
                 print(f"| {name} | {seconds} | |", flush=True)

@@ -4,7 +4,6 @@ use clap::Args;
 
 use super::SceneArgs;
 use crate::kinetics::Location;
-use crate::model::{Chemistry, Model};
 use crate::run::{self, Result, Simulation, laws, stiffness};
 use crate::scene::Scene;
 use crate::sheet::MeshReport;
@@ -27,16 +26,13 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     simulation.notes.extend(faults);
     simulation.evaluate().potential()?;
     let stiffness = stiffness::lines(&scene, &mut simulation)?;
-    let model = simulation.model();
     if args.resolved {
         say!("{}", scene.resolved()?.trim_end());
         return Ok(());
     }
     say!("{}: ready to run", scene.name());
-    print_sheet(&scene, model);
-    if let Some(chemistry) = model.chemistry() {
-        print_law(chemistry);
-    }
+    print_sheet(&scene, &simulation);
+    print_law(&simulation);
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
     for (k, line) in stiffness.iter().enumerate() {
@@ -48,9 +44,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
              and checkpoints are written there"
         );
     }
-    print_unknowns(&scene, model);
+    print_unknowns(&scene, &simulation);
     let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
-    let mechanics = model.mechanics();
+    let mechanics = simulation.model().mechanics();
     if flat && !mechanics.is_planar() && !mechanics.is_empty() {
         say!(
             "warning    the initial shape is perfectly flat, and only forces out of the plane \
@@ -71,7 +67,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
 }
 
 /// Prints the sheet, its material and the effects on it.
-fn print_sheet(scene: &Scene, model: &Model) {
+fn print_sheet(scene: &Scene, simulation: &Simulation) {
+    let model = simulation.model();
     if model.sheet().triangles().is_empty() {
         say!("sheet      none: one point");
     } else {
@@ -93,7 +90,8 @@ fn print_sheet(scene: &Scene, model: &Model) {
 }
 
 /// Prints the law, its species, parameters and signals.
-fn print_law(chemistry: &Chemistry) {
+fn print_law(simulation: &Simulation) {
+    let Some(chemistry) = simulation.model().chemistry() else { return };
     let d = chemistry.descriptor();
     say!(
         "kinetics   {}{}",
@@ -120,7 +118,8 @@ fn print_law(chemistry: &Chemistry) {
 }
 
 /// Prints what is solved for.
-fn print_unknowns(scene: &Scene, model: &Model) {
+fn print_unknowns(scene: &Scene, simulation: &Simulation) {
+    let model = simulation.model();
     if model.moves() {
         say!(
             "relaxation {}, tolerance {:e}",
