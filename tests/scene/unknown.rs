@@ -85,7 +85,7 @@ fn a_key_of_another_kind_says_whose_it_is() {
         "unknown key preconditioner in [equilibrium]",
         Some(
             "preconditioner belongs to method = \"lbfgs\"; \
-             allowed: method, tolerance, max_iterations, path_error, area_share",
+             allowed: method, tolerance, max_iterations, path_error, area_share, linear_solver",
         ),
     );
     wrong(
