@@ -82,7 +82,7 @@ impl LinearSolver for FaerLlt {
 
 rumple::register_linear_solver!("faer-llt", FaerLlt::analyse);
 
-/// Relaxes a clamped disc under pressure by both, and compares.
+/// Relaxes a disc that is held at its boundary under a load along its normal by both, and compares.
 ///
 /// # Errors
 /// None is expected.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::geometry::VertexArea;
 use crate::model::{Evaluation, Model, State};
 use crate::solve::equilibrium::Relaxation;
-use crate::solve::{Integrator, Result, StepReport, Workspace};
+use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace};
 
 /// A problem that is set up, to be stepped and evaluated; made by [`Problem::stepper`](crate::problem::Problem::stepper).
 pub struct Stepper {
@@ -31,7 +31,7 @@ impl Stepper {
         self.workspace.at(&self.state)
     }
 
-    /// Makes the start satisfy the rows without storage, and the shape rest: before the first step.
+    /// Makes the start satisfy the equations without a time derivative, and brings the shape to rest: before the first step.
     ///
     /// # Errors
     /// If a relaxation or a law fails.
@@ -47,11 +47,16 @@ impl Stepper {
         self.workspace.relax(&mut self.state)
     }
 
-    /// One step that does not pass the time `until`, which is later than that of the state.
+    /// One step that does not pass the time `until`. Kinks and jumps in time of laws, ramps and growth are no ends of steps:
+    /// a pulse between two of them is not seen.
     ///
     /// # Errors
-    /// Whatever no smaller step cures: the state and what solvers remember are then as before, bit for bit.
+    /// [`SolveError::NoStep`] if `until` is not after the time of the state. Whatever no smaller step cures: the state and
+    /// what solvers remember are then as before, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
+        if !(until > self.state.time) {
+            return Err(SolveError::NoStep { time: self.state.time, until });
+        }
         self.workspace.mark();
         let Self { integrator, workspace, state, .. } = self;
         let report = integrator.advance(workspace, state, until);

@@ -6,6 +6,7 @@ mod counted;
 mod faults;
 mod growth;
 mod planted;
+mod problem;
 mod registered;
 mod running;
 mod unlisted;

@@ -7,7 +7,7 @@ use std::fmt;
 pub enum Part {
     /// The sheet.
     Sheet,
-    /// The material, which is missing.
+    /// The material.
     Material,
     /// The law.
     Law,

@@ -20,7 +20,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A scene is translated into one; a program of its own, or another language, needs no scene.
+//! A scene is translated into one; a program of its own, or another language, needs no scene. Species start at 0: set
+//! `stepper.state.species` before [`Stepper::prepare`]. What `rumple check` and `run` add is not here: steps that end where a
+//! law, a ramp or growth jumps or bends in time (call [`Stepper::step`] with such times), notes (on a load that is too small
+//! for `tolerance`, say), invariants and files.
 
 mod error;
 mod setup;
@@ -115,8 +118,7 @@ pub struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// A sheet on which nothing acts yet; quasi-static, with the integrator and the equilibrium method that scenes have
-    /// by default.
+    /// A sheet on which nothing acts yet; quasi-static, by `staggered` and `lbfgs` with their defaults.
     pub fn on(sheet: impl Into<Arc<Sheet>>) -> Self {
         Self {
             sheet: sheet.into(),
@@ -176,7 +178,7 @@ impl<'a> Problem<'a> {
         Self { drag, ..self }
     }
 
-    /// The end of the span at whose times ramps are compared.
+    /// The end of the time span: pins that move one vertex to different places within it are refused. Nothing ends there.
     #[must_use]
     pub fn until(self, until: f64) -> Self {
         Self { until, ..self }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
-use crate::effects::{Effect, EffectContext, LengthFactor, Prescribed, TransportTerm};
+use crate::effects::{Effect, EffectContext, LengthFactor, Material, Prescribed, TransportTerm};
 use crate::geometry::VertexArea;
-use crate::kinetics::{Signal, SignalRead};
+use crate::kinetics::{Location, Signal, SignalRead};
 use crate::model::{Chemistry, Drag, Mechanics, MechanicsParts, Potential, Signals};
 use crate::solve::{Integrator, Relaxer};
 
@@ -18,8 +18,55 @@ pub(super) struct Bound {
 }
 
 impl Problem<'_> {
-    /// Refuses what a problem without species or material cannot have.
+    /// Refuses what does not fit together.
     pub(super) fn check(&self) -> Result<(), ProblemError> {
+        self.check_material()?;
+        self.check_plane()?;
+        if self.law.as_ref().is_some_and(|law| law.location() == Location::Edge) {
+            let message = "no species lives on edges";
+            return Err(ProblemError::new(Part::Law, message, Some("on vertices or faces")));
+        }
+        self.check_needs()
+    }
+
+    /// Refuses a material that no sheet has.
+    fn check_material(&self) -> Result<(), ProblemError> {
+        let Some(material) = &self.material else { return Ok(()) };
+        let Material { young, poisson, thickness } = *material;
+        for (name, value) in [("young", young), ("thickness", thickness)] {
+            if !(value > 0.0 && value.is_finite()) {
+                let message = format!("{name} is {value}; it must be positive and finite");
+                return Err(ProblemError::new(Part::Material, message, None));
+            }
+        }
+        if !(poisson > -1.0 && poisson <= 0.5) {
+            let message = format!("poisson is {poisson}; it must be above -1 and at most 0.5");
+            return Err(ProblemError::new(Part::Material, message, None));
+        }
+        Ok(())
+    }
+
+    /// Refuses what moves a planar sheet out of its plane.
+    fn check_plane(&self) -> Result<(), ProblemError> {
+        let rest = self.sheet.rest();
+        if !self.planar {
+            return Ok(());
+        }
+        if rest.iter().any(|x| x.z != rest[0].z) {
+            let message = "a planar problem has a flat sheet, z = const";
+            return Err(ProblemError::new(Part::Sheet, message, None));
+        }
+        for (number, effect) in self.effects.iter().enumerate() {
+            if let Some(key) = effect.needs().out_of_plane {
+                let message = format!("{} acts out of the plane of a planar sheet", effect.name());
+                return Err(ProblemError::new(Part::Effect(number, key.into()), message, None));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses effects and signals without the species or the material that they need.
+    fn check_needs(&self) -> Result<(), ProblemError> {
         let kinetics = self.law.as_ref().map(|law| law.kinetics.descriptor());
         let signals: Vec<SignalRead> = kinetics
             .map(|d| d.signals.iter().chain(&d.observed).copied().collect())

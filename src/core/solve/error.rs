@@ -39,6 +39,14 @@ fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> Strin
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
+    /// A step to a time that is not later.
+    #[error("no step leads from time {time} to {until}")]
+    NoStep {
+        /// The time of the state.
+        time: f64,
+        /// The time asked for.
+        until: f64,
+    },
     /// The model has no value, or refuses a state.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -78,7 +78,8 @@ impl Law {
 }
 
 /// Which formula of a law is wrong, and how.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{formula:?}: {error}")]
 pub struct LawError {
     /// Which.
     pub formula: Which,

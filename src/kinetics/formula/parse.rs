@@ -14,7 +14,8 @@ use super::foreign::written_here;
 use crate::error::nearest;
 
 /// What is wrong with a formula, and where in its text.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message} (byte {}){}", span.start, help.as_ref().map(|help| format!("; {help}")).unwrap_or_default())]
 pub struct FormulaError {
     /// Bytes of the text.
     pub span: Range<usize>,
