@@ -265,7 +265,7 @@ impl Newton {
             self.matrix.add_diagonal((*sigma - shifted) * unit);
             shifted = *sigma;
             let Some(update) = self.factorise(&terms) else {
-                saddle = balanced && *sigma <= LEAST;
+                saddle |= balanced && *sigma <= LEAST;
                 *sigma = (8.0 * *sigma).max(1e-6);
                 continue;
             };
