@@ -74,7 +74,6 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
     if scene.sheet.planar {
-        planar::check(scene, &sheet)?;
         planar::note_signals(kinetics, &mut notes);
     }
     let problem = problem(scene, &sheet, laws.as_ref())?;
@@ -178,6 +177,7 @@ pub(super) fn placed(scene: &Scene, error: &ProblemError) -> Error {
         Part::Effect(number, key) if key.is_empty() => at(&format!("effect[{number}]")),
         Part::Effect(number, key) => at(&format!("effect[{number}].{key}")),
         Part::Sheet => at("sheet"),
+        Part::Planar => at("sheet.planar"),
         Part::Law => at("kinetics"),
         Part::Integrator => at("time.integrator"),
         Part::Drag => at("material.drag"),

@@ -92,7 +92,7 @@ fn mistakes_name_their_part() {
     }
     let sphere = generate(&Shape::Sphere { radius: 1.0, irregular: false }, 100, 1).unwrap();
     let (part, _) = refused(Problem::on(sphere).planar(true));
-    assert_eq!(part, Part::Sheet);
+    assert_eq!(part, Part::Planar);
     let pressure = Pressure { value: Finite::ONE, ramp: None };
     let planar = Problem::on(disc()).planar(true).material(STEEL).effect(Stretching::default());
     let (part, message) = refused(planar.effect(pressure));

@@ -7,6 +7,8 @@ use std::fmt;
 pub enum Part {
     /// The sheet.
     Sheet,
+    /// That it moves in its plane only.
+    Planar,
     /// The material.
     Material,
     /// The law.
@@ -27,6 +29,7 @@ impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sheet => f.write_str("sheet"),
+            Self::Planar => f.write_str("planar"),
             Self::Material => f.write_str("material"),
             Self::Law => f.write_str("law"),
             Self::Effects => f.write_str("effects"),

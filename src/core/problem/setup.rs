@@ -46,23 +46,32 @@ impl Problem<'_> {
         Ok(())
     }
 
-    /// Refuses what moves a planar sheet out of its plane.
+    /// Refuses a planar sheet that does not lie in a plane z = const, and effects that act out of it.
     fn check_plane(&self) -> Result<(), ProblemError> {
         let rest = self.sheet.rest();
-        if !self.planar {
-            return Ok(());
+        let Some(plane) = rest.first().map(|x| x.z).filter(|_| self.planar) else { return Ok(()) };
+        if let Some(vertex) = rest.iter().position(|x| x.z != plane) {
+            let z = rest[vertex].z;
+            let message = format!(
+                "the sheet does not lie in a plane z = const: vertex {vertex} is at z = {z}, vertex 0 at \
+                 z = {plane}"
+            );
+            let help = "leave planar out, or turn the mesh so that all z are the same number";
+            return Err(ProblemError::new(Part::Planar, message, Some(help)));
         }
-        if rest.iter().any(|x| x.z != rest[0].z) {
-            let message = "a planar problem has a flat sheet, z = const";
-            return Err(ProblemError::new(Part::Sheet, message, None));
-        }
-        for (number, effect) in self.effects.iter().enumerate() {
-            if let Some(key) = effect.needs().out_of_plane {
-                let message = format!("{} acts out of the plane of a planar sheet", effect.name());
-                return Err(ProblemError::new(Part::Effect(number, key.into()), message, None));
-            }
-        }
-        Ok(())
+        let found = self.effects.iter().enumerate();
+        let mut found = found.filter_map(|(k, e)| e.needs().out_of_plane.map(|key| (k, e, key)));
+        let Some((number, effect, key)) = found.next() else { return Ok(()) };
+        let message = format!(
+            "{} acts along z, and the vertices of a planar sheet do not move there",
+            effect.name()
+        );
+        let help = match key {
+            "kind" => "leave the effect out, or sheet.planar",
+            "axes" => "axes = \"x\", \"y\" or \"xy\": z is fixed already",
+            _ => "give it no z component, or leave sheet.planar out",
+        };
+        Err(ProblemError::new(Part::Effect(number, key.into()), message, Some(help)))
     }
 
     /// Refuses effects and signals without the species or the material that they need.
