@@ -4,7 +4,7 @@
 //! The factor carries the stiff directions (stretching, short bending waves), the memory learns
 //! what the positive part leaves out (compressive geometric stiffness). The factor is kept while it
 //! serves, across calls too. Rigid motions are fixed by a gauge. Where the metric turns out too soft it is
-//! stiffened, and where the iteration gets nowhere Newton's method has a turn (`turns`). Steps are limited so that no
+//! stiffened, and where the iteration stalls it falls back to Newton's method (`newton_fallback`). Steps are limited so that no
 //! triangle collapses: the energy of the cotangent curvature jumps there, and a long memory would not
 //! survive it.
 //!

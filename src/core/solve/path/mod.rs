@@ -65,6 +65,7 @@ const SHRINK: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
 /// or after so many times the iterations after which a single relaxation has.
 const MOST: u64 = 3;
+
 /// A shape that follows its equilibrium, with what it keeps from step to step.
 #[derive(Debug, Default, Clone)]
 pub(super) struct EquilibriumPath {

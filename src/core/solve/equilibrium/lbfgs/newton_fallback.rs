@@ -1,9 +1,8 @@
-//! L-BFGS and Newton's method in turn, until one of them comes to rest.
+//! Fallback from L-BFGS to Newton's method and back, until one of them converges.
 //!
-//! What makes one of them crawl need not hinder the other: L-BFGS has no curvature where the energy is not convex,
-//! and each step of Newton's method costs a factorisation. Who has got nowhere leaves the next turn to the
-//! other, and every turn has twice the patience of the last one of its kind, so no more than some multiple of the
-//! time is lost that the better of them needs alone.
+//! What makes one of them stall need not hinder the other: L-BFGS has no curvature where the energy is not convex,
+//! and each step of Newton's method costs a factorisation. They alternate, each time with twice the iterations of the
+//! last time, so the cost is bounded by a multiple of what the better of them needs alone.
 
 use super::super::newton::{Newton, NewtonSpec};
 use super::super::stop::{after, stalled};
