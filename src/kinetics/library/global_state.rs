@@ -33,8 +33,6 @@ pub(crate) fn is_checked() -> bool {
 #[derive(Debug)]
 pub(super) struct GlobalState {
     floating_point: FloatingPoint,
-    #[cfg(unix)]
-    has_children: bool,
 }
 
 impl GlobalState {
@@ -42,8 +40,6 @@ impl GlobalState {
     pub(super) fn record() -> Option<Self> {
         is_checked().then(|| Self {
             floating_point: FloatingPoint::now(),
-            #[cfg(unix)]
-            has_children: process::has_children(),
         })
     }
 
@@ -51,7 +47,7 @@ impl GlobalState {
     pub(super) fn restore(self) -> Option<String> {
         let floating_point = self.floating_point.restore();
         #[cfg(unix)]
-        let process = process::restore(self.has_children).map(str::to_owned);
+        let process = process::restore().map(str::to_owned);
         #[cfg(not(unix))]
         let process = None;
         floating_point.or(process)

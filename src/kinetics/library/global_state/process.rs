@@ -10,6 +10,7 @@ use std::sync::{OnceLock, RwLock};
 #[derive(Debug)]
 struct Reference {
     process: u32,
+    has_children: bool,
     working_directory: Option<(PathBuf, Directory)>,
     /// Standard files that are open, each with a duplicate.
     standard: Vec<(RawFd, RawFd)>,
@@ -35,6 +36,7 @@ pub(super) fn record_reference() {
         };
         Reference {
             process: std::process::id(),
+            has_children: has_children(libc::WNOWAIT),
             working_directory: std::env::current_dir().ok().zip(directory()),
             standard: (0..3).filter_map(duplicate).collect(),
         }
@@ -48,13 +50,15 @@ pub(in crate::library) fn keep_open(file: RawFd) {
 }
 
 /// Restores the state after a call; says what the plugin has changed. Never returns in a copy of the process.
-pub(super) fn restore(had_children: bool) -> Option<&'static str> {
+pub(super) fn restore() -> Option<&'static str> {
     let reference = REFERENCE.get()?;
     if std::process::id() != reference.process {
         // SAFETY: ends a copy that a plugin has forked, without the exit hooks of the original: both would answer.
         unsafe { libc::_exit(0) };
     }
-    if !had_children && has_children() {
+    // Whichever thread forked: its copy may still write to memory that is shared with the caller.
+    if !reference.has_children && has_children(libc::WNOWAIT) {
+        has_children(0);
         return Some("forks the process");
     }
     if let Some((path, expected)) = &reference.working_directory
@@ -78,14 +82,15 @@ fn directory() -> Option<Directory> {
     fs::metadata(".").ok().map(|found| (found.dev(), found.ino()))
 }
 
-/// Whether the process has children that were not waited for, including those that send no signal when they end.
-pub(super) fn has_children() -> bool {
+/// Whether the process has children that were not waited for, including those that send no signal when they end. One
+/// that has ended is reaped, unless `how` is `WNOWAIT`.
+fn has_children(how: libc::c_int) -> bool {
     #[cfg(target_os = "linux")]
     const ANY_KIND: libc::c_int = libc::__WALL;
     #[cfg(not(target_os = "linux"))]
     const ANY_KIND: libc::c_int = 0;
-    let options = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT | ANY_KIND;
-    // SAFETY: the structure is valid when all of it is zero; no child is reaped.
+    let options = libc::WEXITED | libc::WNOHANG | how | ANY_KIND;
+    // SAFETY: the structure is valid when all of it is zero.
     unsafe {
         let mut found: libc::siginfo_t = std::mem::zeroed();
         libc::waitid(libc::P_ALL, 0, &raw mut found, options) == 0
