@@ -38,9 +38,7 @@ pub(super) struct GlobalState {
 impl GlobalState {
     /// Records the state before a call, if calls are checked.
     pub(super) fn record() -> Option<Self> {
-        is_checked().then(|| Self {
-            floating_point: FloatingPoint::now(),
-        })
+        is_checked().then(|| Self { floating_point: FloatingPoint::now() })
     }
 
     /// Restores the state after the call; says what the plugin has changed.
