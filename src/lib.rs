@@ -164,8 +164,8 @@ pub use rumple_core::{linear, register_kind, register_linear_solver};
 pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
 pub use run::{Error, Result, Simulation};
 
-pub use rumple_core::Stepper;
 pub(crate) use rumple_core::document;
+pub use rumple_core::{Stepper, stepper};
 pub(crate) use rumple_numerics::parallel;
 
 /// Compiles the code of the guide to effects.

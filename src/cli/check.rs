@@ -38,14 +38,14 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     for (k, line) in stiffness.iter().enumerate() {
         say!("{:<10} {line}", if k == 0 { "stiffness" } else { "" });
     }
-    if let Some(after) = simulation.integrator.renewed_after() {
+    if let Some(after) = simulation.stepper.integrator.renewed_after() {
         say!(
             "           the history of past steps cannot be checkpointed: it restarts from the state every {after} steps, \
              and checkpoints are written there"
         );
     }
     print_unknowns(&scene, &simulation);
-    let flat = simulation.state.x.iter().all(|x| x.z == simulation.state.x[0].z);
+    let flat = simulation.stepper.state.x.iter().all(|x| x.z == simulation.stepper.state.x[0].z);
     let mechanics = simulation.model().mechanics();
     if flat && !mechanics.is_planar() && !mechanics.is_empty() {
         say!(
@@ -54,7 +54,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
              break the symmetry"
         );
     }
-    if let Some(listed) = simulation.breakpoints.listed() {
+    if let Some(listed) = simulation.stepper.breakpoints.listed() {
         say!("steps      {listed}");
     }
     for note in &simulation.notes {

@@ -64,7 +64,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     if let Some(surface) = &given {
         inspect::take_state(&mut simulation, surface)?;
         // Ramps, growth and laws are evaluated at the time of the frame.
-        simulation.state.time = surface.time.unwrap_or(simulation.state.time);
+        simulation.stepper.state.time = surface.time.unwrap_or(simulation.stepper.state.time);
     }
     // Standard output is for the numbers.
     simulation.notes.iter().for_each(|note| super::warn(note));
@@ -113,8 +113,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         None => {}
     }
     if let Some(file) = &vtu {
-        let Simulation { workspace, state, fields, .. } = &mut simulation;
-        let mut frame = fields.frame(&mut workspace.at(state))?;
+        let mut frame = simulation.frame()?;
         if let Some(report) = &stability {
             add_modes(&mut frame, &report.spectrum.modes);
         }

@@ -5,6 +5,7 @@
 //! scenes, runs, studies and the program are built on it (crate `rumple`). What a caller is asked for while it works
 //! (interruption, progress) goes through [`solve::Control`].
 
+mod breakpoints;
 pub mod document;
 pub mod effects;
 pub mod kit;
@@ -12,7 +13,7 @@ pub mod model;
 pub mod problem;
 pub mod registry;
 pub mod solve;
-mod stepper;
+pub mod stepper;
 
 #[doc(inline)]
 pub use rumple_geometry as geometry;
@@ -21,6 +22,7 @@ pub use rumple_kinetics as kinetics;
 #[doc(inline)]
 pub use rumple_sheet as sheet;
 
+pub use breakpoints::Breakpoints;
 pub use problem::Problem;
 pub use stepper::Stepper;
 

@@ -2,8 +2,12 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
+use crate::Breakpoints;
 use crate::geometry::VertexArea;
 use crate::model::{Evaluation, Model, State};
+use crate::record::{Malformed, Record};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace};
 
@@ -17,6 +21,16 @@ pub struct Stepper {
     pub integrator: Box<dyn Integrator>,
     /// The areas of vertices: one rule for forces and signals.
     pub area: VertexArea,
+    /// Times at which steps end.
+    pub breakpoints: Breakpoints,
+}
+
+/// What a [`Stepper`] remembers besides its state: with both, one that is newly made of the same problem makes the same
+/// steps, bit for bit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Memory {
+    workspace: Record,
+    integrator: Record,
 }
 
 impl Stepper {
@@ -31,11 +45,19 @@ impl Stepper {
         self.workspace.at(&self.state)
     }
 
+    /// Finds the times at which laws that read the time jump or bend, with the species of the state; says what is not
+    /// certain about them. Later calls do nothing.
+    pub fn find_breakpoints(&mut self) -> Option<String> {
+        let Self { workspace, state, breakpoints, .. } = self;
+        breakpoints.sample(&mut workspace.at(state))
+    }
+
     /// Makes the start satisfy the equations without a time derivative, and brings the shape to rest: before the first step.
     ///
     /// # Errors
     /// If a relaxation or a law fails.
     pub fn prepare(&mut self) -> Result<Relaxation> {
+        self.find_breakpoints();
         self.integrator.prepare(&mut self.workspace, &mut self.state)
     }
 
@@ -47,22 +69,64 @@ impl Stepper {
         self.workspace.relax(&mut self.state)
     }
 
-    /// One step that does not pass the time `until`. Kinks and jumps in time of laws, ramps and growth are no ends of steps:
-    /// a pulse between two of them is not seen.
+    /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.
     ///
     /// # Errors
     /// [`SolveError::NoStep`] if `until` is not after the time of the state. Whatever no smaller step cures: the state and
     /// what solvers remember are then as before, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
-        if !(until > self.state.time) {
-            return Err(SolveError::NoStep { time: self.state.time, until });
+        self.step_by(until, |stepper, until| {
+            stepper.integrator.advance(&mut stepper.workspace, &mut stepper.state, until)
+        })
+    }
+
+    /// The same; `advance` makes the step itself, with what is checked of it: [`Integrator::advance`] once or more.
+    ///
+    /// # Errors
+    /// As for [`Stepper::step`], and those of `advance`.
+    pub fn step_by<E: From<SolveError>>(
+        &mut self,
+        until: f64,
+        advance: impl FnOnce(&mut Self, f64) -> Result<StepReport, E>,
+    ) -> Result<StepReport, E> {
+        let time = self.state.time;
+        if !(until > time) {
+            return Err(SolveError::NoStep { time, until }.into());
         }
+        let work = self.model().tally().work();
+        let (causes, not_finite) = (self.workspace.tries().causes(), self.model().not_finite());
         self.workspace.mark();
-        let Self { integrator, workspace, state, .. } = self;
-        let report = integrator.advance(workspace, state, until);
-        let report = report.inspect_err(|_| workspace.roll_back())?;
+        let window = self.breakpoints.window(time, until);
+        self.state.time = window.start;
+        let report = advance(self, window.goal).inspect_err(|_| {
+            self.state.time = time;
+            self.workspace.roll_back();
+        })?;
+        if self.state.time == window.goal {
+            self.state.time = window.shown;
+        }
         self.model().tally().count(|work| work.steps += 1);
-        Ok(report)
+        Ok(StepReport {
+            work: self.model().tally().work() - work,
+            rejected: self.workspace.tries().causes().since(causes),
+            not_finite: self.model().not_finite() - not_finite,
+            ..report
+        })
+    }
+
+    /// What later steps depend on besides the state: all of it where [`Integrator::is_storable`].
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        Memory { workspace: self.workspace.memory(), integrator: self.integrator.memory() }
+    }
+
+    /// Takes over the memory of one of the same problem.
+    ///
+    /// # Errors
+    /// [`Malformed`] if it is of another problem.
+    pub fn restore(&mut self, memory: &Memory) -> Result<(), Malformed> {
+        self.workspace.restore(&memory.workspace)?;
+        self.integrator.restore(&memory.integrator, self.state.x.len())
     }
 
     /// Energy of every effect that has one, by name.

@@ -5,7 +5,7 @@
 //!
 //! 64 bytes   a line of text: format and program, with their versions, filled up by spaces
 //!  8 bytes   length of the content
-//!            the content, little-endian; what it means is up to its writer
+//!            the content, a record
 //! 32 bytes   SHA-256 of all that
 //! ```
 //!
@@ -15,13 +15,14 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use rumple_numerics::record::Record;
 use sha2::{Digest, Sha256};
 
 use super::{OutputError, ResultDirectory, atomic};
 
 /// Version of the format, and the program that writes it: another one computes other bits.
 const WRITER: &str =
-    concat!("rumple checkpoint 3, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
+    concat!("rumple checkpoint 4, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
 const HEADER: usize = 64;
 const HASH: usize = 32;
 
@@ -64,7 +65,7 @@ impl CheckpointFiles {
     ///
     /// # Errors
     /// [`OutputError::Write`] from the operating system; what was there before is then untouched.
-    pub fn write(&mut self, content: &[u8]) -> Result<PathBuf, OutputError> {
+    pub fn write(&mut self, content: &Record) -> Result<PathBuf, OutputError> {
         let folder = self.directory.checkpoints();
         fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
         let path = self.directory.checkpoint(self.next);
@@ -84,8 +85,9 @@ impl CheckpointFiles {
 ///
 /// # Errors
 /// [`OutputError::Write`] from the operating system; what was there before is then untouched.
-pub fn write(path: &Path, content: &[u8]) -> Result<(), OutputError> {
+pub fn write(path: &Path, content: &Record) -> Result<(), OutputError> {
     let header = format!("{WRITER:<width$}\n", width = HEADER - 1);
+    let content = content.as_bytes();
     let length = (content.len() as u64).to_le_bytes();
     let parts = [header.as_bytes(), &length, content];
     let mut hasher = Sha256::new();
@@ -101,7 +103,7 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// [`Unusable`].
-pub fn read(path: &Path) -> Result<Vec<u8>, Unusable> {
+pub fn read(path: &Path) -> Result<Record, Unusable> {
     let unread = |_| Unusable::Damaged("it cannot be read");
     let mut file = fs::File::open(path).map_err(unread)?;
     let mut bytes = Vec::new();
@@ -129,7 +131,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Unusable> {
     match length {
         Some((length, word)) if (length as u64).to_le_bytes() == word => {
             bytes.drain(..HEADER + 8);
-            Ok(bytes)
+            Ok(bytes.into())
         }
         _ => Err(Unusable::Damaged("its length is wrong")),
     }

@@ -13,34 +13,25 @@
 
 use std::path::Path;
 
-use super::checkpoint::{read_state, store_state};
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::SolverMemory;
 use super::{Result, Simulation};
 use crate::model::State;
 use crate::output::checkpoint;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::Record;
 use crate::scene::Scene;
 
 /// Where a run begins.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Beginning {
     scene: String,
     at_rest: bool,
     state: State,
-    solvers: Option<Vec<f64>>,
+    solvers: Option<SolverMemory>,
 }
 
 impl Beginning {
-    fn of(content: &[u8]) -> Result<Self, Malformed> {
-        let mut reading = Reading::new(content);
-        let read = Self {
-            scene: reading.text()?,
-            at_rest: reading.flag()?,
-            state: read_state(&mut reading)?,
-            solvers: reading.option(Reading::numbers)?,
-        };
-        reading.end()?;
-        Ok(read)
-    }
-
     /// Puts `simulation`, newly made from `scene`, there.
     ///
     /// # Errors
@@ -53,7 +44,7 @@ impl Beginning {
             scene.error_at("time.from", &message, Some(help))
         };
         let content = checkpoint::read(path).map_err(|error| refuse(format!("it {error}")))?;
-        let Ok(read) = Self::of(&content) else {
+        let Ok(read) = content.read() else {
             return Err(refuse("it holds something else than the start of a run".into()).into());
         };
         let Self { scene: before, at_rest, state, solvers } = read;
@@ -72,23 +63,14 @@ impl Beginning {
         }
         let same = same(&before, &scene.resolved()?);
         if let Some(solvers) = solvers.filter(|_| same) {
-            let bytes: Vec<u8> = solvers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
-            let mut reading = Reading::new(&bytes);
-            let vertices = state.x.len();
-            let Simulation { workspace, integrator, invariants, .. } = &mut *simulation;
-            let taken = workspace
-                .restore(&mut reading)
-                .and_then(|()| {
-                    invariants.as_mut().map_or(Ok(()), |laws| laws.restore(&mut reading))
-                })
-                .and_then(|()| integrator.restore(&mut reading, vertices));
+            let taken = solvers.restore(simulation);
             if taken.is_err() {
                 return Err(
                     refuse("what it holds of solvers is not that of the scene".into()).into()
                 );
             }
         }
-        simulation.state = state;
+        simulation.stepper.state = state;
         simulation.at_rest = at_rest;
         Ok(())
     }
@@ -104,19 +86,11 @@ impl Beginning {
         simulation: &Simulation,
         (state, at_rest): (&State, bool),
     ) -> Result<()> {
-        let mut record = Record::default();
-        record.text(scene);
-        record.flag(at_rest);
-        store_state(&mut record, state);
-        let mut solvers = Record::default();
-        simulation.workspace.store(&mut solvers);
-        if let Some(laws) = &simulation.invariants {
-            laws.store(&mut solvers);
-        }
-        let stored = simulation.integrator.store(&mut solvers);
         // Those that have relaxed a start in vain are not as they began.
-        record.option((stored && at_rest).then_some(&solvers), Record::record);
-        Ok(checkpoint::write(path, &record.into_bytes())?)
+        let solvers = at_rest && simulation.stepper.integrator.is_storable();
+        let solvers = solvers.then(|| SolverMemory::of(simulation));
+        let beginning = Self { scene: scene.to_owned(), at_rest, state: state.clone(), solvers };
+        Ok(checkpoint::write(path, &Record::of(&beginning))?)
     }
 }
 

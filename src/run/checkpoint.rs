@@ -17,15 +17,19 @@
 
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 use super::fingerprint::MadeFrom;
+use super::invariants;
 use super::processor::Processor;
 use super::{Result, Simulation};
 use crate::model::State;
 use crate::num::real;
 use crate::output::{CheckpointFiles, Progress, ResultDirectory};
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::scene::{CheckpointSpec, Scene};
-use crate::tally::{Meter, Spent, Work};
+use crate::stepper;
+use crate::tally::{Meter, Spent};
 
 /// Where the scene says nothing, the first checkpoint is not before this: short runs have none.
 const FIRST: Duration = Duration::from_secs(60);
@@ -35,7 +39,7 @@ const SHARE: u32 = 100;
 const HELD: Duration = Duration::from_millis(500);
 
 /// How far the results of a run are, besides its state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Place {
     /// What relaxing the start has cost.
     pub(super) start: Spent,
@@ -51,92 +55,46 @@ pub(super) struct Place {
     pub(super) watch: Option<(usize, Option<bool>)>,
 }
 
-/// A checkpoint that was read.
-#[derive(Debug)]
+/// What the solvers of a run remember.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct SolverMemory {
+    stepper: stepper::Memory,
+    invariants: Option<invariants::Memory>,
+}
+
+impl SolverMemory {
+    pub(super) fn of(simulation: &Simulation) -> Self {
+        Self {
+            stepper: simulation.stepper.memory(),
+            invariants: simulation.invariants.as_ref().map(invariants::Invariants::memory),
+        }
+    }
+
+    /// Has the solvers of `simulation`, newly made from the same, remember it.
+    ///
+    /// # Errors
+    /// [`Malformed`] if it does not fit.
+    pub(super) fn restore(self, simulation: &mut Simulation) -> Result<(), Malformed> {
+        simulation.stepper.restore(&self.stepper)?;
+        match (&mut simulation.invariants, self.invariants) {
+            (Some(laws), Some(memory)) => laws.restore(memory),
+            (None, None) => Ok(()),
+            _ => Err(Malformed),
+        }
+    }
+}
+
+/// A checkpoint.
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
     pub(super) made_from: MadeFrom,
     pub(super) place: Place,
     pub(super) spent: Spent,
     state: State,
-    solvers: Vec<f64>,
-}
-
-fn store_spent(record: &mut Record, spent: &Spent) {
-    spent.work.values().iter().for_each(|count| record.count(*count));
-    record.numbers(&[spent.cpu_seconds, spent.wall_seconds]);
-}
-
-fn read_spent(reading: &mut Reading<'_>) -> Result<Spent, Malformed> {
-    let mut counts = [0; Work::NAMES.len()];
-    for count in &mut counts {
-        *count = reading.count()?;
-    }
-    let [cpu_seconds, wall_seconds] = reading.numbers()?[..] else { return Err(Malformed) };
-    Ok(Spent { work: Work::of(counts), cpu_seconds, wall_seconds })
-}
-
-impl Place {
-    fn store(&self, record: &mut Record) {
-        store_spent(record, &self.start);
-        record.number(self.wall);
-        record.numbers(&self.frames);
-        self.digests.iter().for_each(|digest| record.count(*digest));
-        record.count(self.events as u64);
-        record.option(self.watch, |record, (modes, unstable)| {
-            record.count(modes as u64);
-            record.option(unstable, Record::flag);
-        });
-    }
-
-    fn read(reading: &mut Reading<'_>) -> Result<Self, Malformed> {
-        let (start, wall, frames) = (read_spent(reading)?, reading.number()?, reading.numbers()?);
-        let digests = frames.iter().map(|_| reading.count()).collect::<Result<_, _>>()?;
-        Ok(Self {
-            start,
-            wall,
-            frames,
-            digests,
-            events: reading.size()?,
-            watch: reading
-                .option(|reading| Ok((reading.size()?, reading.option(Reading::flag)?)))?,
-        })
-    }
-}
-
-pub(super) fn store_state(record: &mut Record, state: &State) {
-    record.number(state.time);
-    record.count(state.step);
-    record.points(&state.x);
-    record.count(state.species.len() as u64);
-    state.species.iter().for_each(|values| record.numbers(values));
-}
-
-pub(super) fn read_state(reading: &mut Reading<'_>) -> Result<State, Malformed> {
-    let (time, step) = (reading.number()?, reading.count()?);
-    let x = reading.numbers()?;
-    let x = x.as_chunks::<3>().0.iter().map(|x| crate::Vec3::from(*x));
-    let x: Vec<_> = x.collect();
-    let count = reading.size()?;
-    let species = (0..count).map(|_| reading.numbers()).collect::<Result<_, _>>()?;
-    Ok(State { time, step, x: x.into(), species })
+    solvers: SolverMemory,
 }
 
 impl Checkpoint {
-    /// Of the content of its file.
-    ///
-    /// # Errors
-    /// [`Malformed`] if that is something else.
-    pub(super) fn of(content: &[u8]) -> Result<Self, Malformed> {
-        let mut reading = Reading::new(content);
-        let made_from = MadeFrom::read(&mut reading)?;
-        let place = Place::read(&mut reading)?;
-        let spent = read_spent(&mut reading)?;
-        let state = read_state(&mut reading)?;
-        let solvers = reading.numbers()?;
-        reading.end()?;
-        Ok(Self { made_from, place, spent, state, solvers })
-    }
-
     /// The time that it is of.
     #[must_use]
     pub fn time(&self) -> f64 {
@@ -165,15 +123,8 @@ impl Checkpoint {
         if new.x.len() != self.state.x.len() || lengths(new) != lengths(&self.state) {
             return Err(Malformed);
         }
-        let bytes: Vec<u8> = self.solvers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
-        let mut reading = Reading::new(&bytes);
-        simulation.workspace.restore(&mut reading)?;
-        if let Some(laws) = &mut simulation.invariants {
-            laws.restore(&mut reading)?;
-        }
-        simulation.integrator.restore(&mut reading, self.state.x.len())?;
-        reading.end()?;
-        simulation.state = self.state.clone();
+        self.solvers.clone().restore(simulation)?;
+        simulation.stepper.state = self.state.clone();
         simulation.spent = self.spent;
         simulation.processor = Processor::default();
         Ok(())
@@ -183,7 +134,7 @@ impl Checkpoint {
 /// Takes the checkpoints of a run.
 pub(super) struct Checkpoints {
     files: CheckpointFiles,
-    made_from: Record,
+    made_from: MadeFrom,
     began: Instant,
     /// Of time.
     every: Option<f64>,
@@ -202,22 +153,10 @@ pub(super) struct Checkpoints {
 }
 
 struct Held {
-    /// What it is made from and where it is, and the solvers; the state is between the two.
-    records: [Record; 2],
-    state: State,
+    checkpoint: Checkpoint,
     at: Instant,
     took: Duration,
     written: bool,
-}
-
-impl Held {
-    fn content(&self) -> Vec<u8> {
-        let [before, solvers] = &self.records;
-        let mut record = before.clone();
-        store_state(&mut record, &self.state);
-        record.record(solvers);
-        record.into_bytes()
-    }
 }
 
 impl Checkpoints {
@@ -232,11 +171,9 @@ impl Checkpoints {
         let CheckpointSpec { every, wall, keep } = spec.unwrap_or_default();
         let now = Instant::now();
         let wall = Duration::from_secs_f64(wall.get().min(1e9));
-        let mut made_from = Record::default();
-        MadeFrom::of(scene, simulation)?.store(&mut made_from);
         let mut made = Self {
             files: CheckpointFiles::of(directory, keep.get())?,
-            made_from,
+            made_from: MadeFrom::of(scene, simulation)?,
             began: now,
             every: every.map(f64::from),
             next: 1,
@@ -247,7 +184,7 @@ impl Checkpoints {
             failed: 0,
             meter: simulation.model().tally().meter("output", "checkpoints", &["made or written"]),
         };
-        made.passes(simulation.state.time);
+        made.passes(simulation.stepper.state.time);
         Ok(made)
     }
 
@@ -267,10 +204,10 @@ impl Checkpoints {
     /// After a step: rebuilds the integrator where that is its turn; whether a checkpoint is due by the
     /// scene's schedule. Depends on nothing but steps and times.
     pub(super) fn renew(&mut self, simulation: &mut Simulation) -> bool {
-        let due = self.passes(simulation.state.time);
-        let after = simulation.integrator.renewed_after();
-        if after.is_some_and(|after| due || simulation.state.step.is_multiple_of(after)) {
-            simulation.integrator.renew();
+        let due = self.passes(simulation.stepper.state.time);
+        let after = simulation.stepper.integrator.renewed_after();
+        if after.is_some_and(|after| due || simulation.stepper.state.step.is_multiple_of(after)) {
+            simulation.stepper.integrator.renew();
         }
         due
     }
@@ -286,7 +223,7 @@ impl Checkpoints {
         let now = Instant::now();
         let due = due || now >= self.due;
         // An integrator of diffsol can be stored in few steps: none of them is missed.
-        let seldom = simulation.integrator.renewed_after().is_some();
+        let seldom = simulation.stepper.integrator.renewed_after().is_some();
         let least = if seldom { Duration::ZERO } else { HELD };
         let since = |held: &Held| now - held.at >= least.max(SHARE * held.took);
         if due || self.held.as_ref().is_none_or(since) {
@@ -301,20 +238,15 @@ impl Checkpoints {
     fn hold(&mut self, simulation: &Simulation, place: impl FnOnce() -> Place) {
         let _scope = self.meter.scope(0);
         let at = Instant::now();
-        if !simulation.integrator.store(&mut Record::default()) {
-            return;
-        }
-        let mut solvers = Record::default();
-        simulation.workspace.store(&mut solvers);
-        if let Some(laws) = &simulation.invariants {
-            laws.store(&mut solvers);
-        }
-        if simulation.integrator.store(&mut solvers) {
-            let mut record = self.made_from.clone();
-            place().store(&mut record);
-            store_spent(&mut record, &simulation.spent());
-            let (records, state) = ([record, solvers], simulation.state.clone());
-            self.held = Some(Held { records, state, at, took: at.elapsed(), written: false });
+        if simulation.stepper.integrator.is_storable() {
+            let checkpoint = Checkpoint {
+                made_from: self.made_from.clone(),
+                place: place(),
+                spent: simulation.spent(),
+                state: simulation.stepper.state.clone(),
+                solvers: SolverMemory::of(simulation),
+            };
+            self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
         }
     }
 
@@ -323,7 +255,7 @@ impl Checkpoints {
         let Some(held) = self.held.as_mut().filter(|held| !held.written) else { return };
         let _scope = self.meter.scope(0);
         let began = Instant::now();
-        match self.files.write(&held.content()) {
+        match self.files.write(&Record::of(&held.checkpoint)) {
             Ok(_) => held.written = true,
             Err(error) => {
                 self.failed += 1;
@@ -348,7 +280,7 @@ impl Checkpoints {
             self.hold(simulation, place);
         }
         self.write(progress);
-        self.held.as_ref().filter(|held| held.written).map(|held| held.state.step)
+        self.held.as_ref().filter(|held| held.written).map(|held| held.checkpoint.step())
     }
 
     /// Writes the last one of a run that has ended, from where it may be asked to go further;
@@ -360,7 +292,7 @@ impl Checkpoints {
         progress: &mut Progress,
     ) {
         if self.asked || self.began.elapsed() >= FIRST {
-            simulation.integrator.renew();
+            simulation.stepper.integrator.renew();
             self.hold(simulation, place);
             self.write(progress);
         }

@@ -1,14 +1,14 @@
 //! What a run was made from, so that it is continued with the same.
 
+use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::{Error, Result, Simulation};
 use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::record::{Malformed, Reading, Record};
 use crate::scene::Scene;
 
 /// Scene, mesh and files of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct MadeFrom {
     /// The scene with all its defaults.
     scene: String,
@@ -41,23 +41,6 @@ impl MadeFrom {
             mesh: MeshRecord::of(sheet.rest(), sheet.triangles()).sha256,
             files,
         })
-    }
-
-    pub(super) fn store(&self, record: &mut Record) {
-        record.text(&self.scene);
-        record.text(&self.mesh);
-        record.count(self.files.len() as u64);
-        self.files.iter().flatten().for_each(|text| record.text(text));
-    }
-
-    pub(super) fn read(reading: &mut Reading<'_>) -> Result<Self, Malformed> {
-        let (scene, mesh) = (reading.text()?, reading.text()?);
-        let count = reading.size()?;
-        let file = |reading: &mut Reading<'_>| -> Result<[String; 3], Malformed> {
-            Ok([reading.text()?, reading.text()?, reading.text()?])
-        };
-        let files = (0..count).map(|_| file(reading)).collect::<Result<_, _>>()?;
-        Ok(Self { scene, mesh, files })
     }
 
     /// That `now` is the same, as far as it matters from here on.

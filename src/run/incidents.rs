@@ -46,7 +46,7 @@ impl Incidents {
     pub(super) fn note_snap(&mut self, simulation: &Simulation, report: &StepReport) -> Result<()> {
         let done = &report.relaxation;
         if done.jumps > 0 {
-            let (time, step) = (simulation.state.time, simulation.state.step);
+            let (time, step) = (simulation.stepper.state.time, simulation.stepper.state.step);
             let released = Some(done.released);
             self.events.append(&Event {
                 time,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde_json::{Map, Value, json};
 
 use super::{Error, Result, Simulation, planar};
+use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::Curvature;
 use crate::kinetics::Location;
@@ -70,7 +71,7 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
              z = {plane}"
         )));
     }
-    simulation.state.x.copy_from_slice(&surface.points);
+    simulation.stepper.state.x.copy_from_slice(&surface.points);
     let model = Arc::clone(simulation.model());
     let Some(chemistry) = model.chemistry() else { return Ok(()) };
     let arrays = match chemistry.location() {
@@ -89,7 +90,7 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") }
             )));
         };
-        let place = &mut simulation.state.species[s];
+        let place = &mut simulation.stepper.state.species[s];
         if array.components != 1 || array.values.len() != place.len() {
             return Err(refuse(format!(
                 "array `{}` of the state has {} numbers, expected {}",
@@ -149,7 +150,7 @@ fn vectors(v: &[Vec3]) -> Value {
 /// # Errors
 /// If the plugin fails, optimal lengths make no triangle, or an energy is not finite.
 pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
-    let Simulation { workspace, state, area, .. } = simulation;
+    let Stepper { workspace, state, area, .. } = &mut simulation.stepper;
     let (state, model) = (&*state, Arc::clone(&workspace.model));
     let sheet = model.sheet();
     let mut at = workspace.at(state);

@@ -8,7 +8,6 @@
 
 mod beginning;
 mod binding;
-mod breakpoints;
 mod built;
 mod checkpoint;
 mod costs;

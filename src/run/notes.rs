@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::{Result, Simulation, rest_areas};
+use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::aligned;
 use crate::model::{Drag, Mechanics, Potential};
@@ -174,7 +175,7 @@ pub(super) fn on_explicit_step(
     simulation: &mut Simulation,
 ) -> Result<Option<String>> {
     let Some(step) = scene.time.integrator.explicit_step() else { return Ok(None) };
-    let Simulation { workspace, state, .. } = simulation;
+    let Stepper { workspace, state, .. } = &mut simulation.stepper;
     let limit = diagnosis::explicit_limit(workspace, state)?.filter(|limit| step > *limit);
     Ok(limit.map(|limit| format!("warning: {}", diagnosis::too_long(step, limit))))
 }

@@ -5,14 +5,12 @@ use std::sync::Arc;
 
 use super::beginning::Beginning;
 use super::binding;
-use super::breakpoints::Breakpoints;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::laws::Laws;
 use super::processor::Processor;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
-use crate::Stepper;
 use crate::Vec3;
 use crate::effects::Material;
 use crate::kinetics::{Kinetics, Location, Search, Signal};
@@ -77,9 +75,8 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         planar::note_signals(kinetics, &mut notes);
     }
     let problem = problem(scene, &sheet, laws.as_ref())?;
-    let Stepper { mut workspace, integrator, area, .. } =
-        binding::stepper(scene, &problem, &mut built, &mut notes)?;
-    let model = Arc::clone(&workspace.model);
+    let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
+    let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
     let chemistry = model.chemistry();
     let rest_area: LazyCell<Arc<[f64]>, _> = LazyCell::new(|| rest_areas(&sheet).into());
@@ -87,22 +84,19 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         true => Arc::clone(&rest_area),
         false => Arc::default(),
     };
-    let state = start::state(scene, &sheet, chemistry)?;
-    let fields = Fields::new(scene, chemistry, area.clone(), &rest_area, material.as_ref())?;
-    let invariants = Invariants::of(scene, &mut workspace, &state)?;
-    built.end(workspace.model.tally());
+    stepper.state = start::state(scene, &sheet, chemistry)?;
+    let fields =
+        Fields::new(scene, chemistry, stepper.area.clone(), &rest_area, material.as_ref())?;
+    let invariants = Invariants::of(scene, &mut stepper)?;
+    built.end(stepper.model().tally());
     let mut simulation = Simulation {
-        area,
-        workspace,
-        state,
+        stepper,
         at_rest: false,
-        integrator,
         plugins: laws.map(|laws| laws.files).unwrap_or_default(),
         fields,
         notes,
         faults: Vec::new(),
         built,
-        breakpoints: Breakpoints::default(),
         invariants,
         spent: crate::tally::Spent::default(),
         processor: Processor::default(),
@@ -112,8 +106,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     }
     // A start that no sheet can have is refused; later a run would end with it.
     simulation.evaluate().length_factor()?;
-    simulation.breakpoints = Breakpoints::of(scene, &mut simulation.evaluate());
-    simulation.notes.extend(simulation.breakpoints.note.clone());
+    simulation.notes.extend(simulation.stepper.find_breakpoints());
     Ok(simulation)
 }
 

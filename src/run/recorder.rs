@@ -14,6 +14,7 @@ use super::stability_monitor::StabilityMonitor;
 use super::summary::{Ending, Summary};
 use super::warnings::Warnings;
 use super::{Error, Result, Simulation, report};
+use crate::Stepper;
 use crate::output::ProgressLine;
 use crate::solve::StepReport;
 
@@ -130,7 +131,7 @@ impl<'a> Recorder<'a> {
         directory.claim().tell(|reached| reached.start = start);
         let mut schedule = OutputSchedule::of(scene);
         if let Some(place) = place {
-            schedule.resume(&simulation.state, place.frames.last().copied());
+            schedule.resume(&simulation.stepper.state, place.frames.last().copied());
         }
         // Not even the start, or the analysis of its stability, may be complete.
         let complete = from.is_some() || !interrupt.requested();
@@ -166,16 +167,16 @@ impl<'a> Recorder<'a> {
         others: &mut [&mut dyn Observer],
     ) -> Result<Option<Ending>> {
         let stopwatch = Instant::now();
-        let new = self.schedule.is_new(simulation.state.step);
+        let new = self.schedule.is_new(simulation.stepper.state.step);
         let due = new && self.checkpoints.renew(simulation);
         let frames_before = self.outputs.count();
-        let scheduled = self.schedule.is_due(simulation.state.time);
+        let scheduled = self.schedule.is_due(simulation.stepper.state.time);
         let ending = match self.observe(simulation, latest, others) {
             Ok(ending) => ending,
             Err(error) => return Err(self.stopped(simulation, error)),
         };
         self.report_intersection();
-        self.schedule.pass(simulation.state.time);
+        self.schedule.pass(simulation.stepper.state.time);
         // A frame of an interruption is not one of the run without it.
         let extra = ending == Some(Ending::Interrupted) && !scheduled;
         let frames = if extra { frames_before } else { self.outputs.count() };
@@ -191,7 +192,8 @@ impl<'a> Recorder<'a> {
         others: &mut [&mut dyn Observer],
     ) -> Result<Option<Ending>> {
         let spent = simulation.spent();
-        let Simulation { workspace, state, invariants, .. } = &mut *simulation;
+        let Simulation { stepper: Stepper { workspace, state, .. }, invariants, .. } =
+            &mut *simulation;
         let laws = invariants.as_ref().map(Invariants::row).unwrap_or_default();
         let state = &*state;
         let mut at = workspace.at(state);
@@ -279,8 +281,8 @@ impl<'a> Recorder<'a> {
             // It may have been interrupted.
             self.clean &= !self.session.interrupt.requested();
         }
-        let time = simulation.state.time;
-        let cut = time == self.target() || simulation.breakpoints.include(time);
+        let time = simulation.stepper.state.time;
+        let cut = time == self.target() || simulation.stepper.breakpoints.include(time);
         for text in self.warnings.after(simulation, latest, cut) {
             self.session.progress.message(&text);
         }
@@ -294,7 +296,7 @@ impl<'a> Recorder<'a> {
         }
         self.session.progress.update(&ProgressLine {
             time,
-            step: simulation.state.step,
+            step: simulation.stepper.state.step,
             dt: latest.step,
             residual: latest.relaxation.residual,
             left: self.prediction.left().unwrap_or_default(),

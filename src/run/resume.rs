@@ -105,7 +105,7 @@ fn last(directory: &ResultDirectory) -> Result<(Checkpoint, Vec<String>), Vec<St
     for (_, path) in found.into_iter().rev() {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let read = checkpoint::read(&path).and_then(|content| {
-            Checkpoint::of(&content).map_err(|_| Unusable::Damaged("it holds something else"))
+            content.read::<Checkpoint>().map_err(|_| Unusable::Damaged("it holds something else"))
         });
         match read {
             Ok(checkpoint) => match missing(directory, &checkpoint) {

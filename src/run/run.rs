@@ -100,7 +100,7 @@ fn start(
     simulation: &mut Simulation,
     incidents: &mut Incidents,
 ) -> Result<StepReport> {
-    let start = simulation.state.clone();
+    let start = simulation.stepper.state.clone();
     if simulation.model().moves() && !simulation.at_rest {
         session.progress.message("relaxing the initial shape");
     }
@@ -121,8 +121,12 @@ fn start(
         return Ok(first);
     }
     if !simulation.at_rest
-        && let Some(note) =
-            notes::on_start(session.scene, simulation.sheet(), &start.x, &simulation.state.x)
+        && let Some(note) = notes::on_start(
+            session.scene,
+            simulation.sheet(),
+            &start.x,
+            &simulation.stepper.state.x,
+        )
     {
         session.progress.message(&note);
     }

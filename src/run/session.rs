@@ -26,19 +26,19 @@ impl Session<'_> {
         if matches!(error, Error::Output(_)) {
             return error;
         }
-        let error = super::located(error, simulation.sheet(), &simulation.state.x);
+        let error = super::located(error, simulation.sheet(), &simulation.stepper.state.x);
         let error = failure::diagnosed(self.scene, simulation, error);
         // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
         if let Some(start) = start {
-            simulation.state.clone_from(start);
+            simulation.stepper.state.clone_from(start);
         }
         match failure::write(self.scene, simulation, self.directory, (&error, start)) {
             // The first failure is the one to report.
             Err(_) => error,
             Ok(folder) => Error::Stopped(Failure {
                 error: Box::new(error),
-                time: simulation.state.time,
-                step: simulation.state.step,
+                time: simulation.stepper.state.time,
+                step: simulation.stepper.state.step,
                 folder,
             }),
         }

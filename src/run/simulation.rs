@@ -3,19 +3,18 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::breakpoints::Breakpoints;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
 use super::{Error, Fields, Result, prepare};
-use crate::geometry::VertexArea;
+use crate::Stepper;
 use crate::kinetics::Search;
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::Relaxation;
-use crate::solve::{Control, Integrator, StepReport, Workspace};
+use crate::solve::{Control, StepReport};
 use crate::tally::Spent;
 
 /// A scene that is set up: its model, its state, and how it advances.
@@ -37,13 +36,10 @@ use crate::tally::Spent;
 /// # Ok::<(), rumple::Error>(())
 /// ```
 pub struct Simulation {
-    /// The areas of the vertices: one rule for forces, signals, fields and reports.
-    pub(crate) area: VertexArea,
-    pub(crate) workspace: Workspace,
-    pub(crate) state: State,
+    /// Model, state and integrator.
+    pub(crate) stepper: Stepper,
     /// Whether it begins in the middle of a run, where nothing is relaxed before the first step.
     pub(crate) at_rest: bool,
-    pub(crate) integrator: Box<dyn Integrator>,
     /// The files of the plugins.
     pub(crate) plugins: Vec<PathBuf>,
     /// What is written in frames.
@@ -54,8 +50,6 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// What its effects brought, and what it cost to make.
     pub(crate) built: Built,
-    /// Times at which steps end.
-    pub(crate) breakpoints: Breakpoints,
     /// The laws of nature that steps are held to, if the scene lists some.
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
@@ -76,29 +70,29 @@ impl Simulation {
     /// The model.
     #[must_use]
     pub fn model(&self) -> &Arc<Model> {
-        &self.workspace.model
+        &self.stepper.workspace.model
     }
 
     /// The sheet.
     #[must_use]
     pub fn sheet(&self) -> &Arc<Sheet> {
-        self.workspace.model.sheet()
+        self.stepper.workspace.model.sheet()
     }
 
     /// Where it is.
     #[must_use]
     pub fn state(&self) -> &State {
-        &self.state
+        &self.stepper.state
     }
 
     /// Where it is, to be changed: positions and species keep their numbers.
     pub fn state_mut(&mut self) -> &mut State {
-        &mut self.state
+        &mut self.stepper.state
     }
 
     /// The model at its state.
     pub fn evaluate(&mut self) -> Evaluation<'_> {
-        self.workspace.at(&self.state)
+        self.stepper.evaluate()
     }
 
     /// What a person should know: odd things about the mesh, the scene or the plugin.
@@ -116,12 +110,12 @@ impl Simulation {
     /// Largest force on a vertex that counts as rest, in units of the force scale.
     #[must_use]
     pub fn force_tolerance(&self) -> f64 {
-        self.workspace.force_tolerance()
+        self.stepper.workspace.force_tolerance()
     }
 
     /// Who may interrupt long work and receives reports of its progress.
     pub fn set_control(&mut self, control: Control) {
-        self.workspace.control = control;
+        self.stepper.workspace.control = control;
     }
 
     /// Makes the start satisfy the rows without storage, and the shape rest: before the first step. One that
@@ -132,10 +126,10 @@ impl Simulation {
     pub fn prepare(&mut self) -> Result<Relaxation> {
         let done = match self.at_rest {
             true => Relaxation::default(),
-            false => self.spend(|s| s.integrator.prepare(&mut s.workspace, &mut s.state)).0?,
+            false => self.spend(|s| s.stepper.prepare()).0?,
         };
         if let Some(laws) = &mut self.invariants {
-            laws.begin(&mut self.workspace, &self.state)?;
+            laws.begin(&mut self.stepper.workspace, &self.stepper.state)?;
         }
         Ok(done)
     }
@@ -145,7 +139,7 @@ impl Simulation {
     /// # Errors
     /// If a law or the relaxation fails.
     pub fn relax(&mut self) -> Result<Relaxation> {
-        Ok(self.workspace.relax(&mut self.state)?)
+        Ok(self.stepper.relax()?)
     }
 
     /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.
@@ -155,27 +149,17 @@ impl Simulation {
     /// remember are as before then, bit for bit, but for what a library remembers: such an integrator restarts
     /// from the state.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
-        if !(until > self.state.time) {
-            let message = format!("no step leads from time {} to {until}", self.state.time);
-            return Err(Error::Refused(message));
-        }
-        let before = (self.workspace.tries().causes(), self.model().not_finite());
-        let (report, spent) = self.spend(|s| -> Result<StepReport> {
-            s.workspace.mark();
-            let report = s.within_breakpoints(until, |s, until| {
-                let Self { integrator, workspace, state, .. } = s;
-                match &mut s.invariants {
-                    None => integrator.advance(workspace, state, until).map_err(Error::from),
-                    Some(laws) => laws.step(&mut **integrator, workspace, state, until),
+        let step = |simulation: &mut Self| {
+            let Self { stepper, invariants, .. } = simulation;
+            stepper.step_by(until, |stepper, until| match invariants {
+                None => {
+                    let Stepper { integrator, workspace, state, .. } = stepper;
+                    integrator.advance(workspace, state, until).map_err(Error::from)
                 }
-            });
-            let report = report.inspect_err(|_| s.workspace.roll_back())?;
-            s.model().tally().count(|work| work.steps += 1);
-            Ok(report)
-        });
-        let rejected = self.workspace.tries().causes().since(before.0);
-        let not_finite = self.model().not_finite() - before.1;
-        Ok(StepReport { work: spent.work, rejected, not_finite, ..report? })
+                Some(laws) => laws.step(stepper, until),
+            })
+        };
+        self.spend(step).0
     }
 
     /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,
@@ -204,7 +188,7 @@ impl Simulation {
     /// # Errors
     /// If a law fails.
     pub fn frame(&mut self) -> Result<Frame<'_>> {
-        self.fields.frame(&mut self.workspace.at(&self.state))
+        self.fields.frame(&mut self.stepper.evaluate())
     }
 
     /// Energy of every effect that has one, by name.
@@ -212,8 +196,6 @@ impl Simulation {
     /// # Errors
     /// If a law fails.
     pub fn energies(&mut self) -> Result<Vec<(String, f64)>> {
-        let energies = self.evaluate().energies()?;
-        let names = self.model().mechanics().names().map(str::to_owned);
-        Ok(names.zip(energies).collect())
+        Ok(self.stepper.energies()?)
     }
 }

@@ -36,7 +36,7 @@ impl StabilityReport {
             let message = "the scene lists no effect with an energy: stability is undefined";
             return Err(Error::Refused(message.into()));
         }
-        let x = simulation.state.x.clone();
+        let x = simulation.stepper.state.x.clone();
         let mut at = simulation.evaluate();
         let residual = at.residual()?;
         let potential = at.potential()?;

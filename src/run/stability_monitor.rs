@@ -73,7 +73,7 @@ impl StabilityMonitor {
             .map_err(|source| crate::output::OutputError::Write { path: modes, source })?;
         Ok(Some(Self {
             stability: Stability::new(simulation.model().mechanics())?
-                .with_control(&simulation.workspace.control),
+                .with_control(&simulation.stepper.workspace.control),
             modes: spec.modes.get(),
             perturb: spec.perturb.map(f64::from),
             moving: scene.time.policy.storage().mechanics > 0.0,
@@ -206,12 +206,12 @@ impl StabilityMonitor {
         done: &mut Relaxation,
         (events, progress): (&mut Events, &mut Progress),
     ) -> Result<f64> {
-        let saddle = simulation.state.x.clone();
+        let saddle = simulation.stepper.state.x.clone();
         displace(simulation, mode, by)?;
         match simulation.relax() {
             Ok(later) => done.add(&later),
             Err(error) => {
-                simulation.state.x = saddle;
+                simulation.stepper.state.x = saddle;
                 return Err(error);
             }
         }
@@ -231,8 +231,7 @@ impl StabilityMonitor {
         modes: &[Mode],
         (events, progress): (&mut Events, &mut Progress),
     ) -> Result<()> {
-        let Simulation { workspace, state, fields, .. } = &mut *simulation;
-        let mut frame = fields.frame(&mut workspace.at(state))?;
+        let mut frame = simulation.frame()?;
         add_modes(&mut frame, modes);
         let path = self.directory.mode(self.written);
         vtu::write(&path, &frame, self.compression)?;
@@ -240,8 +239,8 @@ impl StabilityMonitor {
         let file = path.strip_prefix(self.directory.root()).unwrap_or(&path);
         let eigenvalue = modes.first().map_or(f64::NAN, |m| m.eigenvalue);
         events.append(&Event {
-            time: simulation.state.time,
-            step: simulation.state.step,
+            time: simulation.stepper.state.time,
+            step: simulation.stepper.state.step,
             kind,
             eigenvalue: Some(eigenvalue),
             negative: Some(negative),
@@ -250,7 +249,7 @@ impl StabilityMonitor {
         })?;
         let mut text = format!(
             "time {}: {kind}; {}, smallest eigenvalue {eigenvalue:.3e} force/length^3, modes in {}",
-            simulation.state.time,
+            simulation.stepper.state.time,
             directions(negative),
             path.display()
         );
@@ -272,12 +271,12 @@ impl StabilityMonitor {
 /// # Errors
 /// If the plugin fails there; the shape is as before then.
 fn displace(simulation: &mut Simulation, mode: &Mode, by: f64) -> Result<()> {
-    let before = simulation.state.x.clone();
-    for (x, v) in simulation.state.x.iter_mut().zip(&mode.shape) {
+    let before = simulation.stepper.state.x.clone();
+    for (x, v) in simulation.stepper.state.x.iter_mut().zip(&mode.shape) {
         *x += by * v;
     }
     let evaluated = simulation.evaluate().potential().map(|_| ());
-    Ok(evaluated.inspect_err(|_| simulation.state.x = before)?)
+    Ok(evaluated.inspect_err(|_| simulation.stepper.state.x = before)?)
 }
 
 /// A relative path as every system writes it.
@@ -292,7 +291,7 @@ pub(super) fn warn_of_flat_start(
     progress: &mut Progress,
 ) -> Result<()> {
     let mechanics = simulation.model().mechanics().clone();
-    let x: &[Vec3] = &simulation.state.x;
+    let x: &[Vec3] = &simulation.stepper.state.x;
     let flat = x.iter().all(|v| v.z == x[0].z);
     // With all z fixed there is no way out of the plane to warn of.
     let fixed = mechanics.pins().iter().all(|p| p[2]);

@@ -28,7 +28,7 @@ impl Warnings {
     ) -> Vec<String> {
         let mut new = self.faults.unreported(simulation);
         simulation.faults.extend_from_slice(&new);
-        new.extend(self.shrinking.after(report, simulation.state.time, cut));
+        new.extend(self.shrinking.after(report, simulation.stepper.state.time, cut));
         if let Some(reason) = report.reason.take() {
             self.rejected += 1;
             if self.rejected == REPORT_AFTER {
@@ -73,7 +73,7 @@ impl Faults {
         {
             self.bad = true;
             let error = Error::Kinetics(KineticsError::BadOutput(Box::new(bad.clone())));
-            let error = located(error, simulation.sheet(), &simulation.state.x);
+            let error = located(error, simulation.sheet(), &simulation.stepper.state.x);
             news.push(format!("{error}; this was in a rejected step"));
         }
         news

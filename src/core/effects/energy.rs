@@ -2,6 +2,8 @@
 
 use std::any::Any;
 
+use serde::{Deserialize, Serialize};
+
 use crate::Vec3;
 use crate::geometry::{Conditions, Shape};
 use crate::linear::BlockMatrix;
@@ -39,7 +41,7 @@ impl Coupling {
 }
 
 /// The second derivatives `stiffness · d ⊗ d`, d one vector a vertex.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LowRank {
     /// Energy per squared unit of d·x.
     pub stiffness: f64,

@@ -3,12 +3,15 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::Vec3;
 use crate::sheet::Sheet;
 
 /// Positions of the vertices. Copies share them until one is changed: the states of a shape that does not move
 /// have them once.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(from = "Vec<Vec3>", into = "Vec<Vec3>")]
 pub struct Positions(Arc<Vec<Vec3>>);
 
 impl Positions {
@@ -89,7 +92,7 @@ impl<'a> IntoIterator for &'a Positions {
 }
 
 /// Positions and species at one time.
-#[derive(Debug, PartialEq, Default)]
+#[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     /// Time, in the unit that the kinetics' rates use.
     pub time: f64,

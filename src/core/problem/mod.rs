@@ -21,9 +21,8 @@
 //! ```
 //!
 //! A scene is translated into one; a program of its own, or another language, needs no scene. Species start at 0: set
-//! `stepper.state.species` before [`Stepper::prepare`]. What `rumple check` and `run` add is not here: steps that end where a
-//! law, a ramp or growth jumps or bends in time (call [`Stepper::step`] with such times), notes (on a load that is too small
-//! for `tolerance`, say), invariants and files.
+//! `stepper.state.species` before [`Stepper::prepare`]. What `rumple check` and
+//! `run` add is not here: notes (on a load that is too small for `tolerance`, say), invariants and files.
 
 mod error;
 mod setup;
@@ -31,6 +30,7 @@ mod setup;
 use std::ops::Deref;
 use std::sync::Arc;
 
+use crate::Breakpoints;
 use crate::effects::{Effect, EffectContext, EffectSpec, Material, Measure};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location};
@@ -243,7 +243,10 @@ impl<'a> Problem<'a> {
         let drag = self.built_drag(&mechanics)?;
         let storage = self.policy.storage();
         let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
-        Ok(Stepper { workspace: Workspace::new(model, relaxer), state, integrator, area })
+        let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
+        let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
+        let workspace = Workspace::new(model, relaxer);
+        Ok(Stepper { workspace, state, integrator, area, breakpoints })
     }
 }
 

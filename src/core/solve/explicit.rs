@@ -21,7 +21,6 @@ use super::{
 use crate::model::{Coupled, Part, State, Storage};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
-use crate::record::{Malformed, Reading, Record};
 
 /// Parameters of the explicit integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -157,12 +156,5 @@ impl Integrator for Euler {
         report.relaxation.residual = workspace.residual_to_tell(&next)?;
         *state = next;
         Ok(report)
-    }
-    fn store(&self, _: &mut Record) -> bool {
-        true
-    }
-
-    fn restore(&mut self, _: &mut Reading<'_>, _: usize) -> Result<(), Malformed> {
-        Ok(())
     }
 }

@@ -28,7 +28,7 @@ pub use workspace::{PathObserver, Relaxer};
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;
 use crate::num::decimal;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::tally::Work;
 use equilibrium::{Equilibrium, Relaxation};
 use rejections::Causes;
@@ -191,15 +191,24 @@ pub trait Integrator: Send {
     /// Forgets what cannot be stored, and goes on from any state as one does that is newly made.
     fn renew(&mut self) {}
 
-    /// Writes all that later steps depend on besides the state, and whether that was possible: what a library
-    /// remembers cannot be written, and is there from the first step after [`Integrator::renew`] on.
-    fn store(&self, record: &mut Record) -> bool;
+    /// What later steps depend on besides the state: all of it where [`Self::is_storable`].
+    fn memory(&self) -> Record {
+        Record::default()
+    }
 
-    /// Takes over what one with the same choices has written: later steps have the same bits.
+    /// Whether [`Self::memory`] is all of it: what a library remembers cannot be written, and is there from the
+    /// first step after [`Integrator::renew`] on.
+    fn is_storable(&self) -> bool {
+        true
+    }
+
+    /// Takes over the memory of one with the same choices: later steps have the same bits.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    fn restore(&mut self, reading: &mut Reading<'_>, vertices: usize) -> Result<(), Malformed>;
+    fn restore(&mut self, _memory: &Record, _vertices: usize) -> Result<(), Malformed> {
+        Ok(())
+    }
 }
 
 /// A relative tolerance and the absolute one that has the same ratio to it as before.

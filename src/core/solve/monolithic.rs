@@ -22,7 +22,6 @@ use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Model, Part, State, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
-use crate::record::{Malformed, Reading, Record};
 use crate::tally::Meter;
 
 /// Steps after which a run restarts the integration, so that it can be continued from there: what diffsol
@@ -279,11 +278,7 @@ impl Integrator for Monolithic {
         self.forget();
     }
 
-    fn store(&self, _: &mut Record) -> bool {
+    fn is_storable(&self) -> bool {
         self.is_new()
-    }
-
-    fn restore(&mut self, _: &mut Reading<'_>, _: usize) -> Result<(), Malformed> {
-        Ok(())
     }
 }

@@ -29,7 +29,7 @@ use super::{Result, Workspace, counters};
 use crate::Vec3;
 use crate::model::{Anchor, State};
 use crate::parallel;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::Malformed;
 
 /// a of sdirk2, `1 - 1/√2`.
 const A: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -117,26 +117,22 @@ impl Last {
 }
 
 impl Motion {
-    /// Writes it.
-    pub(super) fn store(&self, record: &mut Record) {
-        // Of the last stage no more is used in later steps.
-        let last = self.last.as_ref().map(|last| (last.time, &last.velocity));
-        let last = last.or(self.start.as_ref().map(|(time, velocity)| (*time, velocity)));
-        record.option(last, |record, (time, velocity)| {
-            record.number(time);
-            record.points(velocity);
-        });
+    /// When the last step ended, and the velocities there: no more of it is used in later steps.
+    pub(super) fn memory(&self) -> Option<(f64, Vec<Vec3>)> {
+        let last = self.last.as_ref().map(|last| (last.time, last.velocity.clone()));
+        last.or_else(|| self.start.clone())
     }
 
-    /// Reads what one for as many `vertices` has written.
+    /// Takes over the memory of one for as many `vertices`.
     pub(super) fn restore(
         &mut self,
-        reading: &mut Reading<'_>,
+        memory: Option<(f64, Vec<Vec3>)>,
         vertices: usize,
     ) -> Result<(), Malformed> {
-        self.last = None;
-        self.start =
-            reading.option(|reading| Ok((reading.number()?, reading.points(vertices)?)))?;
+        if memory.as_ref().is_some_and(|(_, velocity)| velocity.len() != vertices) {
+            return Err(Malformed);
+        }
+        (self.last, self.start) = (None, memory);
         Ok(())
     }
 

@@ -47,11 +47,13 @@ mod steady;
 
 pub use spec::{Method, StaggeredSpec};
 
+use serde::{Deserialize, Serialize};
+
 use super::chemistry::{ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod, Stepping};
-use super::path::{EquilibriumPath, release};
+use super::path::{self, EquilibriumPath, release};
 use super::rejections::{Cause, Try};
 use super::route::Route;
 use super::{
@@ -60,7 +62,7 @@ use super::{
 use crate::Vec3;
 use crate::model::{SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
 const GROWTH: f64 = 2.0;
@@ -122,6 +124,16 @@ struct Staggered {
     policy: Storage,
 }
 
+/// What later steps depend on.
+#[derive(Debug, Serialize, Deserialize)]
+struct Memory {
+    step: Option<f64>,
+    first: Option<f64>,
+    error: f64,
+    motion: Option<(f64, Vec<Vec3>)>,
+    path: path::Memory,
+}
+
 impl Integrator for Staggered {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
         let done = release(workspace, state)?;
@@ -159,21 +171,21 @@ impl Integrator for Staggered {
         self.chemistry.forget();
     }
 
-    fn store(&self, record: &mut Record) -> bool {
-        record.option(self.step, Record::number);
-        record.option(self.first, Record::number);
-        record.number(self.error);
-        self.motion.store(record);
-        self.path.store(record);
+    fn memory(&self) -> Record {
+        let Self { step, first, error, motion, path, .. } = self;
+        let (motion, path) = (motion.memory(), path.memory());
+        Record::of(&Memory { step: *step, first: *first, error: *error, motion, path })
+    }
+
+    fn is_storable(&self) -> bool {
         self.by_diffsol.is_none() && self.chemistry.is_new()
     }
 
-    fn restore(&mut self, reading: &mut Reading<'_>, vertices: usize) -> Result<(), Malformed> {
-        (self.step, self.first) =
-            (reading.option(Reading::number)?, reading.option(Reading::number)?);
-        self.error = reading.number()?;
-        self.motion.restore(reading, vertices)?;
-        self.path.restore(reading, vertices)
+    fn restore(&mut self, memory: &Record, vertices: usize) -> Result<(), Malformed> {
+        let Memory { step, first, error, motion, path } = memory.read()?;
+        (self.step, self.first, self.error) = (step, first, error);
+        self.motion.restore(motion, vertices)?;
+        self.path.restore(path, vertices)
     }
 }
 

@@ -17,7 +17,7 @@ use super::{Result, SolveError};
 use crate::Vec3;
 use crate::model::{Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 
 /// The caller of long work, which may be interrupted and reports its progress.
 #[derive(Clone)]
@@ -163,20 +163,19 @@ impl Workspace {
         self.relaxer.as_ref().is_some_and(|relaxer| relaxer.equilibrium.reaches_rest())
     }
 
-    /// Writes what later relaxations depend on besides their states.
-    pub fn store(&self, record: &mut Record) {
-        if let Some(relaxer) = &self.relaxer {
-            relaxer.equilibrium.store(record);
-        }
+    /// What later relaxations depend on besides their states.
+    #[must_use]
+    pub fn memory(&self) -> Record {
+        self.relaxer.as_ref().map_or_else(Record::default, |relaxer| relaxer.equilibrium.memory())
     }
 
-    /// Takes over what one for the same model has written.
+    /// Takes over the memory of one for the same model.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    pub fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
+    pub fn restore(&mut self, memory: &Record) -> Result<(), Malformed> {
         match &mut self.relaxer {
-            Some(relaxer) => relaxer.equilibrium.restore(reading, self.model.mechanics()),
+            Some(relaxer) => relaxer.equilibrium.restore(memory, self.model.mechanics()),
             None => Ok(()),
         }
     }

@@ -8,21 +8,25 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use serde::{Deserialize, Serialize};
+
 use super::BlockPattern;
 use crate::Vec3;
 use crate::parallel::BLOCK;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::Malformed;
 
 /// One 3×3 block.
 pub type Block = nalgebra::Matrix3<f64>;
 
 /// One 2×2 block.
-pub(super) type PlaneBlock = nalgebra::Matrix2<f64>;
+pub type PlaneBlock = nalgebra::Matrix2<f64>;
 
-/// Blocks one after the other.
-#[derive(Debug, Clone)]
-enum Values {
+/// The blocks of a matrix, one after the other.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub enum Values {
+    /// Of a matrix in space.
     Space(Vec<Block>),
+    /// Of one in a plane.
     Plane(Vec<PlaneBlock>),
 }
 
@@ -171,31 +175,23 @@ impl BlockMatrix {
         }
     }
 
-    /// Writes the values; the pattern is up to the caller.
-    pub fn store(&self, record: &mut Record) {
-        match &self.value {
-            Values::Space(all) => record.numbers(all.iter().flat_map(|block| block.iter())),
-            Values::Plane(all) => record.numbers(all.iter().flat_map(|block| block.iter())),
-        }
+    /// The values; those of another matrix with the same pattern can be put in their place.
+    #[must_use]
+    pub fn values(&self) -> &Values {
+        &self.value
     }
 
-    /// Reads the values that one of the same pattern has written.
+    /// Replaces the values by those of a matrix with the same pattern.
     ///
     /// # Errors
     /// [`Malformed`] if there are more or fewer.
-    pub fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
-        let numbers = reading.numbers()?;
-        match &mut self.value {
-            Values::Space(all) if numbers.len() == 9 * all.len() => {
-                let from = numbers.as_chunks::<9>().0;
-                all.iter_mut().zip(from).for_each(|(block, from)| block.copy_from_slice(from));
-            }
-            Values::Plane(all) if numbers.len() == 4 * all.len() => {
-                let from = numbers.as_chunks::<4>().0;
-                all.iter_mut().zip(from).for_each(|(block, from)| block.copy_from_slice(from));
-            }
+    pub fn set_values(&mut self, values: Values) -> Result<(), Malformed> {
+        match (&self.value, &values) {
+            (Values::Space(old), Values::Space(new)) if old.len() == new.len() => {}
+            (Values::Plane(old), Values::Plane(new)) if old.len() == new.len() => {}
             _ => return Err(Malformed),
         }
+        self.value = values;
         Ok(())
     }
 

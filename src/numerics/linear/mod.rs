@@ -32,7 +32,7 @@ mod symmetric_rows;
 
 pub use analysis::Precision;
 pub use assembly::{Assembly, Entries, Part};
-pub use block_matrix::{Block, BlockMatrix, RowMut};
+pub use block_matrix::{Block, BlockMatrix, RowMut, Values};
 pub use block_pattern::{BlockPattern, Neighbours};
 pub use cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 pub use dense::SmallLu;

@@ -10,7 +10,7 @@
 use super::cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
 use super::{BlockMatrix, Multigrid};
 use crate::Vec3;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 
 /// A solver for matrices of one pattern: analysed when it is made, then factorised and solved with any number of times.
 ///
@@ -49,14 +49,16 @@ pub trait LinearSolver: Send {
     /// Bytes that it keeps.
     fn bytes(&self) -> usize;
 
-    /// Writes what the next factorisation depends on besides its matrix.
-    fn store(&self, _record: &mut Record) {}
+    /// What the next factorisation depends on besides its matrix.
+    fn memory(&self) -> Record {
+        Record::default()
+    }
 
-    /// Takes over what one for the same pattern has written.
+    /// Takes over the memory of one for the same pattern.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    fn restore(&mut self, _reading: &mut Reading<'_>) -> Result<(), Malformed> {
+    fn restore(&mut self, _memory: &Record) -> Result<(), Malformed> {
         Ok(())
     }
 }
@@ -94,12 +96,12 @@ impl LinearSolver for FrugalCholesky {
     }
 
     /// Single precision may have been given up.
-    fn store(&self, record: &mut Record) {
-        record.flag(self.is_double());
+    fn memory(&self) -> Record {
+        Record::of(&self.is_double())
     }
 
-    fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
-        self.set_double(reading.flag()?).map_err(|_| Malformed)
+    fn restore(&mut self, memory: &Record) -> Result<(), Malformed> {
+        self.set_double(memory.read()?).map_err(|_| Malformed)
     }
 }
 

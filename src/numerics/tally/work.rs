@@ -106,7 +106,7 @@ impl AddAssign for Work {
 }
 
 /// Work with the time that it took.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spent {
     /// What was done.
     pub work: Work,

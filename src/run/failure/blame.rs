@@ -43,7 +43,7 @@ impl Blame {
             blame.vertex = simulation.sheet().triangles().get(t).map(|corners| corners[0] as usize);
         }
         if !blame.named {
-            let stuck = simulation.workspace.stuck().cloned();
+            let stuck = simulation.stepper.workspace.stuck().cloned();
             blame.vertex = strongest(simulation, stuck.as_ref());
         }
         if blame.point.is_none() {
@@ -128,8 +128,8 @@ fn strongest(simulation: &mut Simulation, stuck: Option<&State>) -> Option<usize
     if !simulation.model().moves() {
         return None;
     }
-    let state = stuck.cloned().unwrap_or_else(|| simulation.state.clone());
-    let gradient = simulation.workspace.at(&state).gradient().ok()?;
+    let state = stuck.cloned().unwrap_or_else(|| simulation.stepper.state.clone());
+    let gradient = simulation.stepper.workspace.at(&state).gradient().ok()?;
     largest(gradient.iter().map(|g| g.norm()))
 }
 

@@ -19,6 +19,7 @@ mod state;
 use std::path::PathBuf;
 
 use super::{Error, Result, Simulation};
+use crate::Stepper;
 use crate::model::State;
 use crate::output::{FailureFolder, ResultDirectory, atomic};
 use crate::scene::Scene;
@@ -30,7 +31,7 @@ pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error
     if !matches!(error, Error::Solve(_) | Error::Kinetics(_)) {
         return error;
     }
-    let Simulation { workspace, state, .. } = simulation;
+    let Stepper { workspace, state, .. } = &mut simulation.stepper;
     // Where the model has no value there is nothing to see.
     let limit = diagnosis::explicit_limit(workspace, state).ok().flatten();
     let too_long =

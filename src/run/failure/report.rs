@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blame::Blame;
+use crate::Stepper;
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::model::State;
@@ -77,7 +78,7 @@ fn facts(
 /// The force of every effect at the vertex to blame.
 fn forces(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     let Some(vertex) = blame.vertex.filter(|_| simulation.model().moves()) else { return };
-    let stuck = simulation.workspace.stuck().cloned();
+    let stuck = simulation.stepper.workspace.stuck().cloned();
     let now = simulation.state().clone();
     let states = [("the last good state", Some(now)), ("where the last try stuck", stuck)];
     for (what, state) in states.into_iter().filter_map(|(what, state)| Some((what, state?))) {
@@ -100,7 +101,7 @@ fn forces_at(
     vertex: usize,
 ) -> Option<Vec<(String, Vec3)>> {
     let model = Arc::clone(simulation.model());
-    let mut at = simulation.workspace.at(state);
+    let mut at = simulation.stepper.workspace.at(state);
     let left = -*at.gradient().ok()?.get(vertex)?;
     let potential = at.potential().ok()?;
     let mut all: Vec<(String, Vec3)> = Vec::new();
@@ -119,7 +120,7 @@ fn forces_at(
 fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     let model = Arc::clone(simulation.model());
     let (Some(chemistry), Some(point)) = (model.chemistry(), blame.point) else { return };
-    let Simulation { workspace, state, .. } = simulation;
+    let Stepper { workspace, state, .. } = &mut simulation.stepper;
     let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
     let mut at = workspace.at(state);
     let Ok(signals) = at.signals().cloned() else { return };
@@ -155,7 +156,7 @@ fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
 
 /// Why the last tries were rejected.
 fn rejected(text: &mut String, simulation: &Simulation) {
-    let tries: Vec<_> = simulation.workspace.tries().last().collect();
+    let tries: Vec<_> = simulation.stepper.workspace.tries().last().collect();
     let Some(last) = tries.last() else { return };
     let _ = writeln!(text, "## Tries that were rejected, the last {}\n", tries.len());
     head(text, &["cause", "tries"]);

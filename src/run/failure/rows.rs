@@ -21,7 +21,8 @@ pub(super) fn last(path: &Path, simulation: &Simulation, error: &Error) -> Strin
     let rows = &rows[rows.len().saturating_sub(LAST)..];
     let number = |row: &str| row.split(',').next().and_then(|step| step.parse::<u64>().ok());
     let first = rows.first().and_then(|row| number(row)).unwrap_or(0);
-    let mut tries = simulation.workspace.tries().last().filter(|t| t.step > first).peekable();
+    let mut tries =
+        simulation.stepper.workspace.tries().last().filter(|t| t.step > first).peekable();
     let mut table = format!("{header},{ADDED}\n");
     let mut add = |table: &mut String, until: Option<u64>| {
         while let Some(rejected) = tries.next_if(|t| until.is_none_or(|until| t.step <= until)) {

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::Stepper;
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::output::{Field, Frame, vtu};
@@ -17,8 +18,8 @@ use crate::scene::Scene;
 /// A sheet without triangles; a file that cannot be written.
 pub(super) fn write(path: &Path, scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     let model = Arc::clone(simulation.model());
-    let stuck = simulation.workspace.stuck().cloned();
-    let Simulation { workspace, state, .. } = simulation;
+    let stuck = simulation.stepper.workspace.stuck().cloned();
+    let Stepper { workspace, state, .. } = &mut simulation.stepper;
     let state = &*state;
     let mut at = workspace.at(state);
     let (mut point, mut cell) = (Vec::new(), Vec::new());

@@ -60,7 +60,11 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
         match stepped {
             Ok(report) => {
                 let time = simulation.state().time;
-                outlook.step(&report, time, time >= target || simulation.breakpoints.include(time));
+                outlook.step(
+                    &report,
+                    time,
+                    time >= target || simulation.stepper.breakpoints.include(time),
+                );
             }
             Err(error) => {
                 let interrupted = matches!(error, Error::Solve(SolveError::Interrupted));

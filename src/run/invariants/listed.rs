@@ -1,17 +1,20 @@
 //! The laws that a scene lists, and the steps that are held to them.
 
+use serde::{Deserialize, Serialize};
+
 use super::crossings::NoCrossings;
 use super::energy::EnergyBalance;
 use super::forces::FreeBalance;
 use super::topology::GaussBonnet;
 use super::totals::Total;
 use super::{Broken, Law, Said, Step};
+use crate::Stepper;
 use crate::model::State;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::run::{Error, Result};
 use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
 use crate::solve::rejections::{Cause, Try};
-use crate::solve::{Integrator, StepReport, Workspace, end_of_step};
+use crate::solve::{StepReport, Workspace, end_of_step};
 
 /// A step that breaks a law is tried again this much shorter,
 const SHORTER: f64 = 0.25;
@@ -31,26 +34,25 @@ pub(crate) struct Invariants {
     short: Option<ShortSteps>,
 }
 
-/// What an integrator remembered where a step began.
-struct Memory(Vec<u8>);
+/// What later steps depend on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Memory {
+    begun: bool,
+    short: Option<ShortSteps>,
+    /// Of every law its memory, and its largest value with when.
+    laws: Vec<(Vec<f64>, (f64, f64))>,
+}
 
-impl Memory {
-    fn of(integrator: &dyn Integrator) -> Self {
-        let mut record = Record::default();
-        // What cannot be written restarts.
-        let _whole = integrator.store(&mut record);
-        Self(record.into_bytes())
-    }
-
-    fn put_back(&self, integrator: &mut dyn Integrator, vertices: usize) {
-        integrator.renew();
-        let restored = integrator.restore(&mut Reading::new(&self.0), vertices);
-        debug_assert!(restored.is_ok(), "it has written this itself");
-    }
+/// Brings the integrator back to where a step began.
+fn put_back(memory: &Record, stepper: &mut Stepper) {
+    // What cannot be written restarts.
+    stepper.integrator.renew();
+    let restored = stepper.integrator.restore(memory, stepper.state.x.len());
+    debug_assert!(restored.is_ok(), "it has written this itself");
 }
 
 /// Steps that are kept short.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct ShortSteps {
     /// They are no longer than this.
     longest: f64,
@@ -107,11 +109,8 @@ impl Invariants {
     ///
     /// # Errors
     /// A law that cannot hold for the scene, with its place there.
-    pub(crate) fn of(
-        scene: &Scene,
-        workspace: &mut Workspace,
-        state: &State,
-    ) -> Result<Option<Self>> {
+    pub(crate) fn of(scene: &Scene, stepper: &mut Stepper) -> Result<Option<Self>> {
+        let Stepper { workspace, state, .. } = stepper;
         let Some(spec) = &scene.invariants else { return Ok(None) };
         let InvariantsSpec { every, energy, force, gauss_bonnet, crossings, totals } = spec;
         let mut all = Vec::new();
@@ -191,41 +190,32 @@ impl Invariants {
     /// # Errors
     /// [`Broken`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
     /// as before then, bit for bit, but for what a library remembers, which restarts.
-    pub(crate) fn step(
-        &mut self,
-        integrator: &mut dyn Integrator,
-        workspace: &mut Workspace,
-        state: &mut State,
-        until: f64,
-    ) -> Result<StepReport> {
+    pub(crate) fn step(&mut self, stepper: &mut Stepper, until: f64) -> Result<StepReport> {
         let short = self.short;
-        let vertices = workspace.model.sheet().vertex_count();
-        let memory = Memory::of(integrator);
-        let done = self.step_within(integrator, &memory, workspace, state, until);
+        let memory = stepper.integrator.memory();
+        let done = self.step_within(stepper, &memory, until);
         if done.is_err() {
             self.short = short;
-            memory.put_back(integrator, vertices);
+            put_back(&memory, stepper);
         }
         done
     }
 
     fn step_within(
         &mut self,
-        integrator: &mut dyn Integrator,
-        memory: &Memory,
-        workspace: &mut Workspace,
-        state: &mut State,
+        stepper: &mut Stepper,
+        memory: &Record,
         until: f64,
     ) -> Result<StepReport> {
-        self.begin(workspace, state)?;
-        let before = state.clone();
+        self.begin(&mut stepper.workspace, &stepper.state)?;
+        let before = stepper.state.clone();
         let (mut target, mut reason) = (until, None::<Broken>);
         if let Some(short) = self.short {
             target = end_of_step(before.time, short.longest, until);
         }
         loop {
-            let advanced = integrator.advance(workspace, state, target);
-            let mut report = match advanced {
+            let Stepper { workspace, state, integrator, .. } = &mut *stepper;
+            let mut report = match integrator.advance(workspace, state, target) {
                 Ok(report) => report,
                 // What stops a shorter step is not why it had to be shorter.
                 Err(error) if error.is_recoverable() => {
@@ -240,26 +230,7 @@ impl Invariants {
                     return Ok(report);
                 }
                 Ok(Some(broken)) => {
-                    let end = state.time;
-                    state.clone_from(&before);
-                    workspace.roll_back();
-                    workspace.mark();
-                    memory.put_back(integrator, workspace.model.sheet().vertex_count());
-                    workspace.reject(Try {
-                        step: before.step + 1,
-                        time: before.time,
-                        length: report.step,
-                        error: report.error,
-                        cause: Cause::Invariant,
-                        message: broken.to_string(),
-                    });
-                    let longest = SHORTER * report.step;
-                    let full = self.short.map_or(report.step, |short| short.full);
-                    self.short = Some(ShortSteps { longest, full });
-                    if !(longest >= (SHORTEST * full).max(ROUND_OFF * end)) {
-                        return Err(Broken { step: Some(report.step), ..broken }.into());
-                    }
-                    target = before.time + longest;
+                    target = self.reject(stepper, (&before, memory), &report, &broken)?;
                     reason = Some(broken);
                 }
                 Err(error) => {
@@ -268,6 +239,39 @@ impl Invariants {
                 }
             }
         }
+    }
+
+    /// Rejects the step from `before`, which has broken a law; where the next attempt is to end.
+    ///
+    /// # Errors
+    /// `broken` where no step is shorter.
+    fn reject(
+        &mut self,
+        stepper: &mut Stepper,
+        (before, memory): (&State, &Record),
+        report: &StepReport,
+        broken: &Broken,
+    ) -> Result<f64> {
+        let end = stepper.state.time;
+        stepper.state.clone_from(before);
+        stepper.workspace.roll_back();
+        stepper.workspace.mark();
+        put_back(memory, stepper);
+        stepper.workspace.reject(Try {
+            step: before.step + 1,
+            time: before.time,
+            length: report.step,
+            error: report.error,
+            cause: Cause::Invariant,
+            message: broken.to_string(),
+        });
+        let longest = SHORTER * report.step;
+        let full = self.short.map_or(report.step, |short| short.full);
+        self.short = Some(ShortSteps { longest, full });
+        if !(longest >= (SHORTEST * full).max(ROUND_OFF * end)) {
+            return Err(Broken { step: Some(report.step), ..broken.clone() }.into());
+        }
+        Ok(before.time + longest)
     }
 
     /// What breaks a limit between two states; nothing, and all is taken over, if the step may be accepted.
@@ -306,30 +310,24 @@ impl Invariants {
         self.short = self.short.map(longer).filter(|short| short.longest < short.full);
     }
 
-    /// Writes what later steps depend on.
-    pub(crate) fn store(&self, record: &mut Record) {
-        record.flag(self.begun);
-        record.option(self.short, |record, short| record.numbers(&[short.longest, short.full]));
-        for listed in &self.all {
-            record.numbers(&listed.memory);
-            record.numbers(&[listed.worst.0, listed.worst.1]);
-        }
+    /// What later steps depend on.
+    pub(crate) fn memory(&self) -> Memory {
+        let Self { begun, short, .. } = *self;
+        let laws = self.all.iter().map(|listed| (listed.memory.clone(), listed.worst)).collect();
+        Memory { begun, short, laws }
     }
 
-    /// Takes over what those of the same scene have written.
+    /// Takes over the memory of those of the same scene.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    pub(crate) fn restore(&mut self, reading: &mut Reading<'_>) -> Result<(), Malformed> {
-        self.begun = reading.flag()?;
-        self.short = reading.option(|reading| match reading.numbers()?[..] {
-            [longest, full] => Ok(ShortSteps { longest, full }),
-            _ => Err(Malformed),
-        })?;
-        for listed in &mut self.all {
-            listed.memory = reading.numbers()?;
-            let [value, time] = reading.numbers()?[..] else { return Err(Malformed) };
-            listed.worst = (value, time);
+    pub(crate) fn restore(&mut self, memory: Memory) -> Result<(), Malformed> {
+        if memory.laws.len() != self.all.len() {
+            return Err(Malformed);
+        }
+        (self.begun, self.short) = (memory.begun, memory.short);
+        for (listed, (memory, worst)) in self.all.iter_mut().zip(memory.laws) {
+            (listed.memory, listed.worst) = (memory, worst);
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ mod topology;
 mod totals;
 
 pub use broken::Broken;
-pub(crate) use listed::Invariants;
+pub(crate) use listed::{Invariants, Memory};
 
 use super::Result;
 use crate::model::{Evaluation, State};

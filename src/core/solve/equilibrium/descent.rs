@@ -29,7 +29,7 @@ use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::parallel;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::solve::{EquilibriumSpec, SolveError};
 
 /// Settings of [`Descent`]; parameters of `equilibrium.method = "descent"` in a scene.
@@ -163,12 +163,12 @@ impl Equilibrium for Descent {
         }
         Ok(done)
     }
-    fn store(&self, record: &mut Record) {
-        record.number(self.step);
+    fn memory(&self) -> Record {
+        Record::of(&self.step)
     }
 
-    fn restore(&mut self, reading: &mut Reading<'_>, _: &Mechanics) -> Result<(), Malformed> {
-        self.step = reading.number()?;
+    fn restore(&mut self, memory: &Record, _: &Mechanics) -> Result<(), Malformed> {
+        self.step = memory.read()?;
         Ok(())
     }
 }

@@ -9,14 +9,16 @@
 //!
 //! Reference: Gilbert & Lemaréchal, Math. Program. 45 (1989), doi:10.1007/BF01589113.
 
+use serde::{Deserialize, Serialize};
+
 use crate::Vec3;
 use crate::parallel;
-use crate::record::{Malformed, Reading, Record};
 
 /// Stiffnesses stay within this factor of the first one.
 const RANGE: f64 = 1e8;
 
 /// The diagonal D.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Diagonal {
     stiffness: Vec<Vec3>,
     least: f64,
@@ -59,16 +61,9 @@ impl Diagonal {
         });
     }
 
-    /// Writes it.
-    pub(super) fn store(&self, record: &mut Record) {
-        record.numbers(&[self.least, self.most]);
-        record.points(&self.stiffness);
-    }
-
-    /// Reads what one for as many rows has written.
-    pub(super) fn restore(reading: &mut Reading<'_>, rows: usize) -> Result<Self, Malformed> {
-        let [least, most] = reading.numbers()?[..] else { return Err(Malformed) };
-        Ok(Self { stiffness: reading.points(rows)?, least, most })
+    /// Rows that it is for.
+    pub(super) fn rows(&self) -> usize {
+        self.stiffness.len()
     }
 
     /// Replaces `rhs` by D⁻¹ rhs.

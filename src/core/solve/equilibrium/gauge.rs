@@ -22,7 +22,7 @@ use crate::linear::BlockMatrix;
 use crate::model::{Motion, Potential, free_motions, minimal_pins};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
-use crate::record::{Malformed, Reading, Record};
+use crate::record::Malformed;
 
 /// A motion is hindered if the force along it, shared by all vertices, exceeds this share of the
 /// tolerance: it would then keep a relaxation from its end.
@@ -86,20 +86,21 @@ impl Gauge {
         });
     }
 
-    /// Writes it.
-    pub(super) fn store(&self, record: &mut Record) {
-        record.count(self.motions.len() as u64);
-        self.motions.iter().for_each(|motion| record.points(motion));
+    /// The motions that are taken out.
+    pub(super) fn motions(&self) -> &[Vec<Vec3>] {
+        &self.motions
     }
 
-    /// Reads what one for as many `vertices` has written; springs are in the matrix that they support.
+    /// Takes over the motions of one for as many `vertices`; springs are in the matrix that they support.
     pub(super) fn restore(
         &mut self,
-        reading: &mut Reading<'_>,
+        motions: Vec<Vec<Vec3>>,
         vertices: usize,
     ) -> Result<(), Malformed> {
-        let count = reading.size()?;
-        self.motions = (0..count).map(|_| reading.points(vertices)).collect::<Result<_, _>>()?;
+        if motions.iter().any(|motion| motion.len() != vertices) {
+            return Err(Malformed);
+        }
+        self.motions = motions;
         self.springs.clear();
         Ok(())
     }

@@ -29,7 +29,7 @@ use super::EquilibriumSpec;
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::parallel;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::solve::SolveError;
 
 /// When a relaxation may stop.
@@ -161,19 +161,17 @@ pub trait Equilibrium: Send {
     /// That step has failed: later relaxations have the bits of one that was never made.
     fn roll_back(&mut self, _mechanics: &Mechanics) {}
 
-    /// Writes all that a later relaxation depends on besides its arguments.
-    fn store(&self, _record: &mut Record) {}
+    /// All that a later relaxation depends on besides its arguments.
+    fn memory(&self) -> Record {
+        Record::default()
+    }
 
-    /// Takes over what one of the same kind, for the same `mechanics`, has written: later relaxations have
-    /// the same bits.
+    /// Takes over the memory of one of the same kind, for the same `mechanics`: later relaxations have the same
+    /// bits.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    fn restore(
-        &mut self,
-        _reading: &mut Reading<'_>,
-        _mechanics: &Mechanics,
-    ) -> Result<(), Malformed> {
+    fn restore(&mut self, _memory: &Record, _mechanics: &Mechanics) -> Result<(), Malformed> {
         Ok(())
     }
 }

@@ -17,7 +17,7 @@ use crate::linear::{
     NotPositive,
 };
 use crate::parallel;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
@@ -358,73 +358,38 @@ impl Inverse {
 }
 
 /// What an [`Inverse`] has learnt besides the matrix that it is made of.
-pub(super) enum Learnt<'a> {
-    /// What a solver has written.
-    Solver(Reading<'a>),
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) enum Learnt {
+    /// The memory of a solver.
+    Solver(Record),
     /// The size of blocks.
     Scale(f64),
     Diagonal(Diagonal),
 }
 
 impl Inverse {
-    /// Writes what it has learnt.
-    pub(super) fn store(&self, record: &mut Record) {
+    /// What it has learnt.
+    pub(super) fn learnt(&self) -> Learnt {
         match &self.sparse {
-            Sparse::Solver(solver) => {
-                let mut own = Record::default();
-                solver.store(&mut own);
-                record.record(&own);
-            }
-            Sparse::Blocks(_, scale) => record.number(*scale),
-            Sparse::Learnt(diagonal) => diagonal.store(record),
+            Sparse::Solver(solver) => Learnt::Solver(solver.memory()),
+            Sparse::Blocks(_, scale) => Learnt::Scale(*scale),
+            Sparse::Learnt(diagonal) => Learnt::Diagonal(diagonal.clone()),
         }
     }
 
-    /// Writes the terms of low rank.
-    pub(super) fn store_terms(&self, record: &mut Record) {
-        let terms = self.low_rank.terms();
-        record.count(terms.len() as u64);
-        for term in terms {
-            record.number(term.stiffness);
-            record.points(&term.direction);
-        }
-    }
-
-    /// Reads what one of this kind, for as many vertices, has written of what it has learnt.
-    pub(super) fn read<'a>(
-        reading: &mut Reading<'a>,
-        kind: Preconditioner,
-        vertices: usize,
-    ) -> Result<Learnt<'a>, Malformed> {
-        Ok(match kind {
-            Preconditioner::Blocks => Learnt::Scale(reading.number()?),
-            Preconditioner::None => Learnt::Diagonal(Diagonal::restore(reading, vertices)?),
-            _ => Learnt::Solver(reading.record()?),
-        })
-    }
-
-    /// Reads terms of low rank.
-    pub(super) fn read_terms(
-        reading: &mut Reading<'_>,
-        vertices: usize,
-    ) -> Result<Vec<LowRank>, Malformed> {
-        let term = |reading: &mut Reading<'_>| -> Result<LowRank, Malformed> {
-            let stiffness = reading.number()?;
-            Ok(LowRank { stiffness, direction: reading.points(vertices)? })
-        };
-        let count = reading.size()?;
-        (0..count).map(|_| term(reading)).collect()
+    /// The terms of low rank.
+    pub(super) fn terms(&self) -> &[LowRank] {
+        self.low_rank.terms()
     }
 
     /// Takes over what one of the same kind has learnt: a solver before the matrix, others after it.
-    pub(super) fn take(&mut self, learnt: Learnt<'_>) -> Result<(), Malformed> {
+    pub(super) fn restore(&mut self, learnt: Learnt) -> Result<(), Malformed> {
         match (&mut self.sparse, learnt) {
-            (Sparse::Solver(solver), Learnt::Solver(mut reading)) => {
-                solver.restore(&mut reading)?;
-                reading.end()?;
-            }
+            (Sparse::Solver(solver), Learnt::Solver(memory)) => solver.restore(&memory)?,
             (Sparse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
-            (Sparse::Learnt(own), Learnt::Diagonal(diagonal)) => *own = diagonal,
+            (Sparse::Learnt(own), Learnt::Diagonal(diagonal)) if own.rows() == diagonal.rows() => {
+                *own = diagonal;
+            }
             _ => return Err(Malformed),
         }
         Ok(())

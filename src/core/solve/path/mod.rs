@@ -33,13 +33,16 @@ mod rest;
 
 pub(super) use release::release;
 
+use serde::{Deserialize, Serialize};
+
 use super::equilibrium::Relaxation;
 use super::motion::{Motion, Stepping};
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
+use crate::Vec3;
 use crate::model::{Positions, State};
 use crate::num::real;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::Malformed;
 use jumps::{Jumps, Loss};
 
 /// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With a hundred
@@ -84,24 +87,26 @@ struct SubStep {
     error: f64,
 }
 
+/// What later steps depend on.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Memory {
+    step: Option<f64>,
+    motion: Option<(f64, Vec<Vec3>)>,
+}
+
 impl EquilibriumPath {
-    /// Writes it.
-    pub(super) fn store(&self, record: &mut Record) {
-        record.option(self.step, Record::number);
-        self.motion.store(record);
+    /// What later steps depend on.
+    pub(super) fn memory(&self) -> Memory {
+        Memory { step: self.step, motion: self.motion.memory() }
     }
 
-    /// Reads what one for as many `vertices` has written.
+    /// Takes over the memory of one for as many `vertices`.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    pub(super) fn restore(
-        &mut self,
-        reading: &mut Reading<'_>,
-        vertices: usize,
-    ) -> Result<(), Malformed> {
-        self.step = reading.option(Reading::number)?;
-        self.motion.restore(reading, vertices)
+    pub(super) fn restore(&mut self, memory: Memory, vertices: usize) -> Result<(), Malformed> {
+        self.step = memory.step;
+        self.motion.restore(memory.motion, vertices)
     }
 
     /// Lets the shape of `from`, an equilibrium, follow while conditions change to those of `next`, whose

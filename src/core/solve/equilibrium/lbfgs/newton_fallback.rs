@@ -11,7 +11,7 @@ use super::Lbfgs;
 use super::progress::{Outcome, handed_over, patience};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 use crate::solve::SolveError;
 
 impl Equilibrium for Lbfgs {
@@ -69,15 +69,11 @@ impl Equilibrium for Lbfgs {
         self.return_to_mark(mechanics);
     }
 
-    fn store(&self, record: &mut Record) {
-        self.write(record);
+    fn memory(&self) -> Record {
+        self.written()
     }
 
-    fn restore(
-        &mut self,
-        reading: &mut Reading<'_>,
-        mechanics: &Mechanics,
-    ) -> Result<(), Malformed> {
-        self.read(reading, mechanics)
+    fn restore(&mut self, memory: &Record, mechanics: &Mechanics) -> Result<(), Malformed> {
+        self.take_over(memory.read()?, mechanics)
     }
 }

@@ -5,7 +5,7 @@
 
 use super::Lbfgs;
 use crate::model::Mechanics;
-use crate::record::{Reading, Record};
+use crate::record::Record;
 
 /// Where a step began.
 #[derive(Debug, Default)]
@@ -39,21 +39,15 @@ impl Lbfgs {
 
     pub(super) fn return_to_mark(&mut self, mechanics: &Mechanics) {
         let Some(mut mark) = self.mark.take() else { return };
-        match mark.record.take().map(Record::into_bytes) {
+        match mark.record.take() {
             None => self.exchange(&mut mark),
             // What was written by itself can be read.
-            Some(bytes) => {
-                if self.read(&mut Reading::new(&bytes), mechanics).is_err() {
+            Some(record) => {
+                if record.read().and_then(|memory| self.take_over(memory, mechanics)).is_err() {
                     self.factored = false;
                 }
             }
         }
-    }
-
-    fn written(&self) -> Record {
-        let mut record = Record::default();
-        self.write(&mut record);
-        record
     }
 
     /// Small numbers of `mark` against those that are.

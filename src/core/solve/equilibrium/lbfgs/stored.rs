@@ -3,17 +3,21 @@
 //! Of the factor the matrix is written that it was made of, and it is made again: the same bits. The
 //! memory of steps restarts with every relaxation.
 
+use std::borrow::Cow;
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 use super::super::preconditioner::{Inverse, Learnt, Preconditioner};
 use super::Lbfgs;
 use crate::Vec3;
-use crate::linear::BlockMatrix;
+use crate::effects::LowRank;
+use crate::linear::{BlockMatrix, Values};
 use crate::model::Mechanics;
-use crate::record::{Malformed, Reading, Record};
+use crate::record::{Malformed, Record};
 
 /// How the factor was made, besides its matrix.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone, Serialize, Deserialize)]
 pub(super) struct Made {
     /// At which shape; empty where only the matrix matters.
     pub(super) x: Vec<Vec3>,
@@ -21,94 +25,123 @@ pub(super) struct Made {
     pub(super) insist: bool,
 }
 
+/// All that later relaxations depend on.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Memory<'a> {
+    multigrid: bool,
+    weight: f64,
+    shift: f64,
+    refresh: usize,
+    learnt: Learnt,
+    /// None before the first.
+    factor: Option<Factor<'a>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Factor<'a> {
+    /// Rigid motions that are taken out.
+    motions: Cow<'a, [Vec<Vec3>]>,
+    /// None where the metric is learnt from steps alone.
+    matrix: Option<Matrix<'a>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Matrix<'a> {
+    /// Its pattern, where pairs of the moment are a part of it.
+    pairs: Option<Vec<[u32; 2]>>,
+    values: Cow<'a, Values>,
+    made: Cow<'a, Made>,
+    terms: Cow<'a, [LowRank]>,
+}
+
 impl Lbfgs {
-    pub(super) fn write(&self, record: &mut Record) {
-        record.flag(self.kind == Preconditioner::Multigrid);
-        record.numbers(&[self.weight, self.shift]);
-        record.count(self.refresh as u64);
-        self.inverse.store(record);
-        record.flag(self.factored);
-        if !self.factored {
-            return;
-        }
-        self.gauge.store(record);
-        if self.inverse.is_learnt() {
-            return;
-        }
-        let pattern = self.matrix.pattern();
-        // Pairs of the moment are a part of it.
-        let pairs = (0..pattern.rows()).flat_map(|i| pattern.row(i).iter().map(move |j| (i, *j)));
-        record.option(self.of_the_moment.then_some(pairs), |record, pairs| {
-            record.count(pattern.start(pattern.rows()) as u64);
-            pairs.for_each(|(i, j)| record.count((i as u64) << 32 | u64::from(j)));
-        });
-        self.matrix.store(record);
-        record.points(&self.made.x);
-        record.flag(self.made.insist);
-        self.inverse.store_terms(record);
+    /// Its [`Memory`].
+    pub(super) fn written(&self) -> Record {
+        Record::of(&Memory {
+            multigrid: self.kind == Preconditioner::Multigrid,
+            weight: self.weight,
+            shift: self.shift,
+            refresh: self.refresh,
+            learnt: self.inverse.learnt(),
+            factor: self.factored.then(|| Factor {
+                motions: Cow::Borrowed(self.gauge.motions()),
+                matrix: (!self.inverse.is_learnt()).then(|| self.matrix_memory()),
+            }),
+        })
     }
 
-    pub(super) fn read(
+    fn matrix_memory(&self) -> Matrix<'_> {
+        let pattern = self.matrix.pattern();
+        let pairs = (0..pattern.rows())
+            .flat_map(|i| pattern.row(i).iter().map(move |j| [u32::try_from(i).unwrap_or(*j), *j]));
+        Matrix {
+            pairs: self.of_the_moment.then(|| pairs.collect()),
+            values: Cow::Borrowed(self.matrix.values()),
+            made: Cow::Borrowed(&self.made),
+            terms: Cow::Borrowed(self.inverse.terms()),
+        }
+    }
+
+    pub(super) fn take_over(
         &mut self,
-        reading: &mut Reading<'_>,
+        memory: Memory<'_>,
         mechanics: &Mechanics,
     ) -> Result<(), Malformed> {
-        let multigrid = reading.flag()?;
+        let Memory { multigrid, weight, shift, refresh, learnt, factor } = memory;
         self.kind = match self.options.preconditioner {
             Preconditioner::Auto if multigrid => Preconditioner::Multigrid,
             Preconditioner::Auto => Preconditioner::Factor,
             chosen => chosen,
         };
-        let [weight, shift] = reading.numbers()?[..] else { return Err(Malformed) };
-        (self.weight, self.shift) = (weight, shift);
-        self.refresh = reading.size()?;
-        let vertices = mechanics.sheet().vertex_count();
-        let learnt = Inverse::read(reading, self.kind, vertices)?;
-        self.factored = reading.flag()?;
-        let mut pattern = Arc::clone(mechanics.pattern());
-        if self.factored {
-            self.gauge.restore(reading, vertices)?;
+        (self.weight, self.shift, self.refresh) = (weight, shift, refresh);
+        self.factored = factor.is_some();
+        let mut matrix = None;
+        if let Some(factor) = factor {
+            let vertices = mechanics.sheet().vertex_count();
+            self.gauge.restore(factor.motions.into_owned(), vertices)?;
+            matrix = factor.matrix;
         }
-        let matrix = if self.factored && self.kind != Preconditioner::None {
-            let pairs = reading.option(|reading| {
-                let count = reading.size()?;
-                let half = |bits: u64| u32::try_from(bits & u64::from(u32::MAX)).unwrap_or(0);
-                let pair = |bits: u64| [half(bits >> 32), half(bits)];
-                (0..count).map(|_| reading.count().map(pair)).collect::<Result<Vec<_>, _>>()
-            })?;
-            self.of_the_moment = pairs.is_some();
-            if let Some(pairs) = pairs {
-                let inside = |v: &u32| (*v as usize) < vertices;
-                if !pairs.iter().flatten().all(inside) {
+        let pattern = match matrix.as_ref().map(|matrix| &matrix.pairs) {
+            Some(Some(pairs)) => {
+                let vertices = mechanics.sheet().vertex_count();
+                if !pairs.iter().flatten().all(|v| (*v as usize) < vertices) {
                     return Err(Malformed);
                 }
-                pattern = mechanics.pattern_with(&pairs);
+                self.of_the_moment = true;
+                mechanics.pattern_with(pairs)
             }
-            let mut matrix = BlockMatrix::zeros(Arc::clone(&pattern));
-            matrix.restore(reading)?;
-            Some(matrix)
-        } else {
-            None
+            _ => Arc::clone(mechanics.pattern()),
         };
-        let precision = self.options.precision;
-        self.inverse = Inverse::new(self.kind, precision, &pattern, mechanics.tally())
+        self.inverse = Inverse::new(self.kind, self.options.precision, &pattern, mechanics.tally())
             .map_err(|_| Malformed)?;
-        let later = match learnt {
-            Learnt::Solver(_) => self.inverse.take(learnt).map(|()| None)?,
-            learnt => Some(learnt),
+        let (before, after) = match learnt {
+            Learnt::Solver(_) => (Some(learnt), None),
+            learnt => (None, Some(learnt)),
         };
+        before.map_or(Ok(()), |learnt| self.inverse.restore(learnt))?;
         if let Some(matrix) = matrix {
-            let x = reading.numbers()?;
-            let x: Vec<Vec3> = x.as_chunks::<3>().0.iter().map(|x| Vec3::from(*x)).collect();
-            let insist = reading.flag()?;
-            let terms = Inverse::read_terms(reading, vertices)?;
-            if self.inverse.reads_shape() && x.len() != vertices {
-                return Err(Malformed);
-            }
-            self.inverse.factorise(&matrix, terms, &x, insist).map_err(|_| Malformed)?;
-            self.made = Made { x, insist };
-            self.matrix = matrix;
+            self.factorise_again(matrix, BlockMatrix::zeros(pattern))?;
         }
-        later.map_or(Ok(()), |learnt| self.inverse.take(learnt))
+        after.map_or(Ok(()), |learnt| self.inverse.restore(learnt))
+    }
+
+    /// Makes the factor of a matrix that was written.
+    fn factorise_again(
+        &mut self,
+        memory: Matrix<'_>,
+        mut matrix: BlockMatrix,
+    ) -> Result<(), Malformed> {
+        let Matrix { pairs, values, made, terms } = memory;
+        let (made, terms) = (made.into_owned(), terms.into_owned());
+        matrix.set_values(values.into_owned())?;
+        let vertices = matrix.pattern().rows();
+        let fits = !self.inverse.reads_shape() || made.x.len() == vertices;
+        if !fits || terms.iter().any(|term| term.direction.len() != vertices) {
+            return Err(Malformed);
+        }
+        self.of_the_moment = pairs.is_some();
+        self.inverse.factorise(&matrix, terms, &made.x, made.insist).map_err(|_| Malformed)?;
+        (self.made, self.matrix) = (made, matrix);
+        Ok(())
     }
 }

@@ -3,12 +3,12 @@
 //! A step leads from just after one breakpoint to just before the next one, so that every evaluation within it is on
 //! one side of a jump; what happens in between is round-off. The state is shown at the breakpoint itself.
 
-use super::Simulation;
+use crate::effects::EffectSpec;
 use crate::kinetics::breakpoints::{SAMPLES, sampled};
 use crate::kinetics::{Batch, Column, Kinetics, Signal, field};
 use crate::model::{Chemistry, Evaluation};
 use crate::num::{Short, real};
-use crate::scene::Scene;
+use crate::sheet::Sheet;
 
 /// Distance of evaluations from a breakpoint, relative to its time: times of stages are rounded.
 const MARGIN: f64 = 64.0 * f64::EPSILON;
@@ -24,15 +24,15 @@ const BLIND: usize = 100;
 /// So many breakpoints are listed.
 const LISTED: usize = 6;
 
-/// The breakpoints of a run.
+/// The breakpoints of a problem from time 0 to its end.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Breakpoints {
+pub struct Breakpoints {
     /// Ascending.
     times: Vec<f64>,
-    /// End of the run.
+    /// End of the problem.
     until: f64,
-    /// What is known of them beside, in words.
-    pub(crate) note: Option<String>,
+    /// Whether those of the laws are among them.
+    sampled: bool,
 }
 
 /// Where a step begins, where it is to end at the latest, and the time shown there.
@@ -44,22 +44,31 @@ pub(super) struct Window {
 }
 
 impl Breakpoints {
-    /// Those of a scene, at its start.
-    pub(super) fn of(scene: &Scene, at: &mut Evaluation<'_>) -> Self {
-        let until = scene.time.span.until.get();
-        let (sheet, mut times) = (at.model().sheet(), Vec::new());
-        for effect in &scene.effects {
-            times.extend(effect.breakpoints(sheet, until));
-        }
-        let mut note = None;
-        if let Some(chemistry) = at.model().chemistry()
-            && chemistry.signals().wanted().contains(&Signal::Time)
-        {
-            note = of_laws(chemistry, at, until, &mut times);
-        }
-        let mut made = Self { times, until, note };
+    /// Those of `effects` until the time `until`.
+    pub(crate) fn of<'a>(
+        effects: impl IntoIterator<Item = &'a dyn EffectSpec>,
+        sheet: &Sheet,
+        until: f64,
+    ) -> Self {
+        let times = effects.into_iter().flat_map(|effect| effect.breakpoints(sheet, until));
+        let mut made = Self { times: times.collect(), until, sampled: false };
         made.arrange();
         made
+    }
+
+    /// Adds those of the laws, from their formulas or by sampling them with the species of the state, once; says what
+    /// is not certain about them.
+    pub(crate) fn sample(&mut self, at: &mut Evaluation<'_>) -> Option<String> {
+        if std::mem::replace(&mut self.sampled, true) {
+            return None;
+        }
+        let chemistry = at.model().chemistry()?;
+        if !chemistry.signals().wanted().contains(&Signal::Time) {
+            return None;
+        }
+        let note = of_laws(chemistry, at, self.until, &mut self.times);
+        self.arrange();
+        note
     }
 
     /// Brings the times into their order; those that no step can tell apart are one.
@@ -87,7 +96,8 @@ impl Breakpoints {
     }
 
     /// Whether there is one at `time`.
-    pub(super) fn include(&self, time: f64) -> bool {
+    #[must_use]
+    pub fn include(&self, time: f64) -> bool {
         let next = self.times.partition_point(|other| *other < time);
         let near = self.times[next.saturating_sub(1)..].iter().take(2);
         near.into_iter().any(|breakpoint| self.is_at(*breakpoint, time))
@@ -120,7 +130,7 @@ impl Breakpoints {
 
     /// The first of them, in words; none without any.
     #[must_use]
-    pub(crate) fn listed(&self) -> Option<String> {
+    pub fn listed(&self) -> Option<String> {
         if self.times.is_empty() {
             return None;
         }
@@ -157,7 +167,7 @@ fn of_laws(
                 (!known).then(|| {
                     format!(
                         "the rates of {name} read the time and were sampled at {} times of the start: what lasts less than \
-                         {} between them is stepped over unless time.integrator.longest_step is shorter",
+                         {} between them is stepped over unless longest_step is shorter",
                         SAMPLES + 1,
                         Short(until / real(SAMPLES))
                     )
@@ -241,24 +251,4 @@ fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option
 
 fn columns(all: &[Vec<f64>]) -> Vec<Column<'_>> {
     all.iter().map(Into::into).collect()
-}
-
-impl Simulation {
-    /// Leads the step from `self.state` within its window, and shows its end at the breakpoint itself.
-    pub(super) fn within_breakpoints<R, E>(
-        &mut self,
-        until: f64,
-        step: impl FnOnce(&mut Self, f64) -> Result<R, E>,
-    ) -> Result<R, E> {
-        let shown = self.state.time;
-        let window = self.breakpoints.window(shown, until);
-        self.state.time = window.start;
-        let done = step(self, window.goal);
-        match &done {
-            Err(_) => self.state.time = shown,
-            Ok(_) if self.state.time == window.goal => self.state.time = window.shown,
-            Ok(_) => {}
-        }
-        done
-    }
 }
