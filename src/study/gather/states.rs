@@ -2,20 +2,21 @@
 //!
 //! ```text
 //! header   16 bytes of text
-//! state    length and time, of 64 bits each, little-endian; then the state, a record of that length
+//! state    time, step, count of vertices, count of species, count of points of every species
+//!          positions, then values of every species
 //! ```
 //!
-//! A file is appended to; a last state that is cut short is none.
+//! Numbers are little-endian, of 64 bits. A file is appended to; a last state that is cut short is none.
 
 use std::fs::{self, File};
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use crate::Vec3;
 use crate::model::State;
 use crate::output::OutputError;
-use crate::record::Record;
 
-const HEADER: &[u8; 16] = b"rumple states 2\n";
+const HEADER: &[u8; 16] = b"rumple states 1\n";
 
 /// Writes states one after the other.
 pub struct StateFile {
@@ -43,10 +44,13 @@ impl StateFile {
     /// # Errors
     /// From the operating system.
     pub fn append(&mut self, state: &State) -> Result<(), OutputError> {
-        let record = Record::of(state);
-        let record = record.as_bytes();
-        let head = [(record.len() as u64).to_le_bytes(), state.time.to_le_bytes()];
-        let bytes = [&head[0], &head[1], record].concat();
+        let mut bytes = state.time.to_le_bytes().to_vec();
+        let counts = [state.x.len(), state.species.len()];
+        let counts = counts.into_iter().chain(state.species.iter().map(Vec::len));
+        bytes.extend(state.step.to_le_bytes());
+        bytes.extend(counts.flat_map(|count| (count as u64).to_le_bytes()));
+        bytes.extend(state.x.iter().flat_map(|x| x.iter()).flat_map(|x| x.to_le_bytes()));
+        bytes.extend(state.species.iter().flatten().flat_map(|c| c.to_le_bytes()));
         self.file.write_all(&bytes).map_err(OutputError::write(&self.path))
     }
 }
@@ -69,26 +73,38 @@ pub(crate) fn times(path: &Path) -> Vec<f64> {
         return Vec::new();
     }
     let next = || {
-        let (bytes, time) = head(&mut reader)?;
-        let end = reader.stream_position().ok()?.checked_add(bytes)?;
+        let (time, _, vertices, points) = head(&mut reader)?;
+        let coordinates = vertices.checked_mul(3)?;
+        let numbers = points.iter().try_fold(coordinates, |sum, n| sum.checked_add(*n))?;
+        let end = reader.stream_position().ok()?.checked_add(numbers.checked_mul(8)? as u64)?;
         reader.seek(SeekFrom::Start(end)).ok().filter(|_| end <= length)?;
         Some(time)
     };
     std::iter::from_fn(next).collect()
 }
 
-/// Length and time of the state that begins here.
-fn head(reader: &mut impl Read) -> Option<(u64, f64)> {
+/// Time, step, count of vertices and counts of points of every species of the state that begins here.
+fn head(reader: &mut impl Read) -> Option<(f64, u64, usize, Vec<usize>)> {
     let mut word = || {
         let mut word = [0; 8];
         reader.read_exact(&mut word).ok().map(|()| word)
     };
-    Some((u64::from_le_bytes(word()?), f64::from_le_bytes(word()?)))
+    let (time, step) = (f64::from_le_bytes(word()?), u64::from_le_bytes(word()?));
+    let mut count = || usize::try_from(u64::from_le_bytes(word()?)).ok();
+    let (vertices, species) = (count()?, count()?);
+    // Ends with the bytes, whatever the count of species.
+    Some((time, step, vertices, (0..species).map(|_| count()).collect::<Option<_>>()?))
 }
 
 fn state(rest: &mut &[u8]) -> Option<State> {
-    let (bytes, _) = head(rest)?;
-    let (record, after) = rest.split_at_checked(usize::try_from(bytes).ok()?)?;
-    *rest = after;
-    Record::from(record.to_vec()).read().ok()
+    let (time, step, vertices, points) = head(rest)?;
+    let mut numbers = |count: usize| -> Option<Vec<f64>> {
+        let (bytes, after) = rest.split_at_checked(count.checked_mul(8)?)?;
+        *rest = after;
+        Some(bytes.as_chunks().0.iter().map(|word| f64::from_le_bytes(*word)).collect())
+    };
+    let x = numbers(vertices.checked_mul(3)?)?;
+    let x: Vec<Vec3> = x.as_chunks().0.iter().map(|x: &[f64; 3]| Vec3::from(*x)).collect();
+    let species = points.into_iter().map(numbers).collect::<Option<_>>()?;
+    Some(State { time, step, x: x.into(), species })
 }
