@@ -161,7 +161,7 @@ pub use rumple_output as output;
 pub use rumple_sheet as sheet;
 
 pub use rumple_core::{linear, register_kind, register_linear_solver};
-pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
+pub use rumple_numerics::{Vec3, checked_number, num, record, reduction, tally};
 pub use run::{Error, Result, Simulation};
 
 pub(crate) use rumple_core::document;

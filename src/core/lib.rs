@@ -5,7 +5,6 @@
 //! scenes, runs, studies and the program are built on it (crate `rumple`). What a caller is asked for while it works
 //! (interruption, progress) goes through [`solve::Control`].
 
-mod breakpoints;
 pub mod document;
 pub mod effects;
 pub mod kit;
@@ -22,11 +21,10 @@ pub use rumple_kinetics as kinetics;
 #[doc(inline)]
 pub use rumple_sheet as sheet;
 
-pub use breakpoints::Breakpoints;
 pub use problem::Problem;
-pub use stepper::Stepper;
+pub use stepper::{Breakpoints, Stepper};
 
-pub use rumple_numerics::{Vec3, checked_number, num, record, tally};
+pub use rumple_numerics::{Vec3, checked_number, num, record, reduction, tally};
 
 pub use rumple_numerics::linear;
 

@@ -1,15 +1,18 @@
 //! A problem that is set up: its model, its state, and how it advances.
 
+mod breakpoints;
+
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Breakpoints;
 use crate::geometry::VertexArea;
 use crate::model::{Evaluation, Model, State};
 use crate::record::{Malformed, Record};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace};
+
+pub use breakpoints::Breakpoints;
 
 /// A problem that is set up, to be stepped and evaluated; made by [`Problem::stepper`](crate::problem::Problem::stepper).
 pub struct Stepper {

@@ -5,7 +5,8 @@
 //! * [`linear`]: sparse matrices of 3×3 blocks, their factors, multigrid, Krylov methods;
 //! * [`tally`]: what work costs, counted;
 //! * [`ode`]: implicit integrators of `M dy/dt = F(t, y)`; the one room that knows diffsol;
-//! * [`record`]: numbers as bytes and back.
+//! * [`reduction`]: sums, maxima and decisions over the whole sheet;
+//! * [`record`]: what solvers remember, as bytes and back.
 //!
 //! A crate of its own, so that the instances of the generic libraries below are compiled once and
 //! not with every change of an effect.
@@ -15,6 +16,7 @@ pub mod num;
 pub mod ode;
 pub mod parallel;
 pub mod record;
+pub mod reduction;
 pub mod tally;
 
 /// A point or vector in space, in units of length unless said otherwise.

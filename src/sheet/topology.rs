@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use rumple_numerics::parallel::patches::Patches;
+use rumple_numerics::reduction::Reduction;
 
 /// Why a sheet was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -119,6 +120,7 @@ pub struct Sheet {
     triangle_edges: Vec<[u32; 3]>,
     vertex_edges: Incidence,
     boundary: Vec<bool>,
+    reduction: Reduction,
     // Made when they are first asked for: chemistry on a still shape needs none of them.
     vertex_triangles: OnceLock<Incidence>,
     edge_patches: OnceLock<Patches<2>>,
@@ -181,6 +183,7 @@ impl Sheet {
             edges,
             triangle_edges,
             vertex_edges,
+            reduction: Reduction::default(),
             boundary,
             vertex_triangles: OnceLock::new(),
             edge_patches: OnceLock::new(),
@@ -207,6 +210,19 @@ impl Sheet {
     #[inline]
     pub fn rest(&self) -> &[Vec3] {
         &self.rest
+    }
+
+    /// The same sheet, as a part of one that is spread over several ranks.
+    #[must_use]
+    pub fn reduced_by(self, reduction: Reduction) -> Self {
+        Self { reduction, ..self }
+    }
+
+    /// What sums, maxima and decisions over the whole sheet are taken over.
+    #[must_use]
+    #[inline]
+    pub fn reduction(&self) -> &Reduction {
+        &self.reduction
     }
 
     /// The same to be shared, by whoever keeps them.

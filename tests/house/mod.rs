@@ -19,7 +19,7 @@ const PLAN: [(&str, &[&str]); 17] = [
     ),
     ("scene", &["document", "registry", "output", "solve", "model", "effects", "kinetics"]),
     ("problem", &["stepper", "solve", "model", "effects", "kinetics", "geometry", "sheet"]),
-    ("stepper", &["solve", "model", "geometry"]),
+    ("stepper", &["solve", "model", "effects", "kinetics", "geometry", "sheet"]),
     ("kit", &["model", "effects", "kinetics", "sheet"]),
     ("solve", &["model", "effects", "registry", "sheet"]),
     ("model", &["effects", "kinetics", "geometry", "sheet"]),
@@ -151,4 +151,19 @@ fn observers_change_nothing() {
     let wrong: Vec<&Use> =
         all.iter().filter(|u| u.from == "output" && ["model", "solve"].contains(&&*u.to)).collect();
     assert!(wrong.is_empty(), "{}", listed(&wrong));
+}
+
+/// What solvers and the model sum or compare over a whole sheet passes its reduction. These two hand it what they have
+/// summed over what they own.
+#[test]
+fn no_solver_sums_by_itself() {
+    let by_itself = ["parallel::sum", "parallel::max", "parallel::reduce", "vectors::dots"];
+    let files: BTreeSet<String> = uses()
+        .into_iter()
+        .filter(|u| ["solve", "model"].contains(&&*u.from))
+        .filter(|u| by_itself.iter().any(|name| u.path.ends_with(name)))
+        .map(|u| u.file)
+        .collect();
+    let expected = ["core/model/chemistry.rs", "core/solve/chemistry/chebyshev.rs"];
+    assert_eq!(files, expected.map(str::to_owned).into());
 }

@@ -25,6 +25,7 @@ use crate::effects::{HessianPart, LowRank, Work};
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
 use crate::parallel;
+use crate::reduction::Reduction;
 use crate::tally::Meter;
 
 /// μ in units of the stiffness of the sheet at rest along ∂g.
@@ -85,10 +86,11 @@ impl Constraints {
     }
 
     /// The shares s with `Σ_l (∂g_k·∂g_l) s_l = right_k`; zero for constraints that depend on one another.
-    fn shares(&self, right: &[f64]) -> Vec<f64> {
+    fn shares(&self, reduction: &Reduction, right: &[f64]) -> Vec<f64> {
         let count = self.count();
-        let gram =
-            DMatrix::from_fn(count, count, |k, l| dot(&self.gradients[k], &self.gradients[l]));
+        let gram = DMatrix::from_fn(count, count, |k, l| {
+            reduction.dot(&self.gradients[k], &self.gradients[l])
+        });
         let solved = gram.cholesky().map(|gram| gram.solve(&DVector::from_column_slice(right)));
         match solved {
             Some(solved) if solved.iter().all(|s| s.is_finite()) => solved.as_slice().to_vec(),
@@ -159,10 +161,6 @@ impl Constraints {
     }
 }
 
-fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::sum(a.len(), |i| a[i].dot(&b[i]))
-}
-
 impl Potential {
     /// Whether there are constraints.
     #[must_use]
@@ -178,10 +176,10 @@ impl Potential {
         }
         let sheet = std::sync::Arc::clone(self.sheet());
         self.constraint_values(sheet.rest());
-        let all = &self.constraints.gradients;
+        let (all, reduction) = (&self.constraints.gradients, self.reduction());
         let gram = DMatrix::from_fn(all.len(), all.len(), |k, l| {
-            let size = (dot(&all[k], &all[k]) * dot(&all[l], &all[l])).sqrt();
-            if size > 0.0 { dot(&all[k], &all[l]) / size } else { 0.0 }
+            let size = (reduction.dot(&all[k], &all[k]) * reduction.dot(&all[l], &all[l])).sqrt();
+            if size > 0.0 { reduction.dot(&all[k], &all[l]) / size } else { 0.0 }
         });
         gram.symmetric_eigenvalues().iter().any(|value| !(*value > 1e-10))
     }
@@ -229,7 +227,7 @@ impl Potential {
         let (mechanics, constraints, shape) = self.constrained(rest);
         constraints.evaluate(mechanics, &shape);
         for (stiffness, gradient) in constraints.stiffness.iter_mut().zip(&constraints.gradients) {
-            let square = dot(gradient, gradient);
+            let square = mechanics.sheet().reduction().dot(gradient, gradient);
             let resists = matrix.quadratic(gradient);
             let resists = if resists > 0.0 { resists } else { matrix.mean_diagonal() * square };
             *stiffness = if square > 0.0 { STIFFER * resists / (square * square) } else { 0.0 };
@@ -247,8 +245,10 @@ impl Potential {
         self.unconstrained_gradient(x, &mut gradient);
         let (mechanics, constraints, shape) = self.constrained(x);
         let values = constraints.evaluate(mechanics, &shape);
-        let along: Vec<f64> = constraints.gradients.iter().map(|by| dot(by, &gradient)).collect();
-        let mut multipliers = constraints.shares(&along);
+        let reduction = mechanics.sheet().reduction();
+        let along = constraints.gradients.iter().map(|by| reduction.dot(by, &gradient));
+        let along: Vec<f64> = along.collect();
+        let mut multipliers = constraints.shares(reduction, &along);
         if !driving {
             let more =
                 values.iter().zip(&constraints.stiffness).map(|(g, stiffness)| g * stiffness);
@@ -285,7 +285,7 @@ impl Potential {
             if left <= ROUND_OFF {
                 break;
             }
-            let shares = constraints.shares(&values);
+            let shares = constraints.shares(mechanics.sheet().reduction(), &values);
             for (share, by) in shares.iter().zip(&self.constraints.gradients) {
                 parallel::update(x, |i, x| *x -= *share * by[i]);
             }

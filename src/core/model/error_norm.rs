@@ -12,8 +12,7 @@
 //! sheet is not averaged away.
 
 use super::{Model, State};
-use crate::num::real;
-use crate::parallel;
+use crate::reduction::Reduction;
 
 /// Points that change by less than this share of the unit do not count as changed.
 const QUIET: f64 = 0.1;
@@ -30,9 +29,11 @@ impl Model {
         let Some(chemistry) = &self.chemistry else { return 0.0 };
         let of = |(s, species): (usize, &crate::kinetics::Species)| {
             let (start, a, b) = (&start.species[s], &a.species[s], &b.species[s]);
-            let largest = parallel::max(b.len(), |i| b[i].abs());
+            let largest = self.sheet().reduction().max(b.len(), |i| b[i].abs());
             let unit = atol * species.typical + rtol * largest;
-            misfit(b.len(), unit, |i| (b[i] - start[i], b[i] - a[i], b[i] / largest))
+            misfit(self.sheet().reduction(), b.len(), unit, |i| {
+                (b[i] - start[i], b[i] - a[i], b[i] / largest)
+            })
         };
         let species = chemistry.descriptor().species.iter().enumerate();
         species.map(of).fold(0.0, f64::max)
@@ -51,7 +52,7 @@ impl Model {
             return 0.0;
         }
         let (rest, largest) = (self.sheet().rest(), self.largest_displacement(b));
-        misfit(rest.len(), self.length_unit(largest, tolerance), |i| {
+        misfit(self.sheet().reduction(), rest.len(), self.length_unit(largest, tolerance), |i| {
             let moved = (b.x[i] - start.x[i]).norm();
             (moved, (b.x[i] - a.x[i]).norm(), (b.x[i] - rest[i]).norm() / largest)
         })
@@ -65,7 +66,7 @@ impl Model {
 
     fn largest_displacement(&self, state: &State) -> f64 {
         let rest = self.sheet().rest();
-        parallel::max(rest.len(), |i| (state.x[i] - rest[i]).norm())
+        self.sheet().reduction().max(rest.len(), |i| (state.x[i] - rest[i]).norm())
     }
 
     fn length_unit(&self, largest: f64, (rtol, atol): (f64, f64)) -> f64 {
@@ -74,14 +75,19 @@ impl Model {
 }
 
 /// Of `points`, each with its change in the step, its difference, and its size as a share of the largest.
-fn misfit(points: usize, unit: f64, at: impl Fn(usize) -> (f64, f64, f64) + Sync) -> f64 {
-    let sum = parallel::sum(points, |i| at(i).1.powi(2));
+fn misfit(
+    reduction: &Reduction,
+    points: usize,
+    unit: f64,
+    at: impl Fn(usize) -> (f64, f64, f64) + Sync,
+) -> f64 {
+    let sum = reduction.sum(points, |i| at(i).1.powi(2));
     if sum == 0.0 {
         return 0.0;
     }
-    let changed = parallel::sum(points, |i| if at(i).0.abs() > QUIET * unit { 1.0 } else { 0.0 });
-    let carrying = parallel::sum(points, |i| at(i).2.powi(2));
+    let changed = reduction.sum(points, |i| if at(i).0.abs() > QUIET * unit { 1.0 } else { 0.0 });
+    let carrying = reduction.sum(points, |i| at(i).2.powi(2));
     // Where v is 0 everywhere nothing carries it.
-    let carrying = if carrying.is_finite() { carrying } else { real(points) };
+    let carrying = if carrying.is_finite() { carrying } else { reduction.count(points) };
     sum.sqrt() / (unit * changed.max(carrying).max(1.0).sqrt())
 }

@@ -13,7 +13,6 @@ use super::potential::Potential;
 use super::signals::Signals;
 use super::state::State;
 use crate::Vec3;
-use crate::parallel;
 use crate::sheet::SheetError;
 
 /// Memory of evaluations, one after the other. Its values are those of the last one, and nothing reads
@@ -290,7 +289,9 @@ impl<'a> Evaluation<'a> {
         self.signals()?;
         self.surface();
         let Memory { surface, signals, .. } = &*self.memory;
-        Ok(Some(chemistry.spectral_bounds(surface, &species, signals)?))
+        let mut bounds = chemistry.spectral_bounds(surface, &species, signals)?;
+        self.model.sheet().reduction().maxima(&mut bounds);
+        Ok(Some(bounds))
     }
 
     /// Largest `|dc/dt|` over all points, in units of each species' typical magnitude, 1/time.
@@ -299,10 +300,11 @@ impl<'a> Evaluation<'a> {
     /// As for [`Evaluation::potential`].
     pub fn fastest_rate(&mut self) -> Result<f64, ModelError> {
         let Some(chemistry) = self.model.chemistry() else { return Ok(0.0) };
+        let reduction = self.model.sheet().reduction();
         let rates = self.rates()?;
         let mut largest: f64 = 0.0;
         for (species, rate) in chemistry.descriptor().species.iter().zip(rates) {
-            let fastest = parallel::max(rate.len(), |i| rate[i].abs());
+            let fastest = reduction.max(rate.len(), |i| rate[i].abs());
             largest = largest.max(fastest / species.typical);
         }
         Ok(largest)
@@ -319,6 +321,7 @@ impl<'a> Evaluation<'a> {
         }
         let gradient = self.gradient()?;
         let speed = |i: usize| gradient[i].norm() / (weight * model.drag().at(i));
-        Ok(parallel::max(gradient.len(), speed) / model.mechanics().reference().mean_edge())
+        Ok(model.sheet().reduction().max(gradient.len(), speed)
+            / model.mechanics().reference().mean_edge())
     }
 }

@@ -9,7 +9,6 @@ use crate::Vec3;
 use crate::effects::{EnergyTerm, Pins, Prescribed};
 use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
-use crate::parallel;
 use crate::sheet::quality::triangle_quality;
 use crate::sheet::{Sheet, SheetError};
 use crate::tally::{Meter, Tally};
@@ -206,7 +205,7 @@ impl Mechanics {
     /// How many of the six rigid motions of the sheet at rest the pins do not hold.
     #[must_use]
     pub fn free_motions(&self) -> usize {
-        free_motions(self.sheet.rest(), &self.pins, |_| 1.0).0.len()
+        free_motions(self.sheet.rest(), &self.pins, self.sheet.reduction(), |_| 1.0).0.len()
     }
 
     /// Largest force on a vertex that each effect applies from outside to the sheet at rest, by
@@ -301,7 +300,7 @@ impl Mechanics {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
             (b - a).cross(&(c - a))
         };
-        let worst = parallel::max(triangles.len(), |t| {
+        let worst = self.sheet.reduction().max(triangles.len(), |t| {
             let (old, new) = (cross(from, t), cross(to, t));
             let keeps = new.norm() >= share * old.norm() && old.dot(&new) > 0.0;
             let may_turn = || triangle_quality(triangles[t].map(|v| from[v as usize])) < flat;

@@ -13,6 +13,7 @@ use crate::effects::{HessianPart, LowRank, Pins, Work};
 use crate::geometry::{Conditions, RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
 use crate::parallel;
+use crate::reduction::Reduction;
 use crate::sheet::Sheet;
 use crate::tally::Meter;
 
@@ -252,15 +253,21 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             total += term.evaluate(shape, work, None)
         });
-        let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x));
+        let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x, self.reduction()));
         total + anchor + self.hold_energy(x)
+    }
+
+    /// What sums over the whole sheet are taken over.
+    #[must_use]
+    pub fn reduction(&self) -> &Reduction {
+        self.mechanics.sheet().reduction()
     }
 
     /// Energy of the forces that hold the vertices, 0 at rest.
     fn hold_energy(&self, x: &[Vec3]) -> f64 {
         let Some(force) = &self.hold else { return 0.0 };
         let rest = self.mechanics.sheet().rest();
-        -parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
+        -self.reduction().sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -293,7 +300,7 @@ impl Potential {
             total += term.evaluate(shape, work, Some(&mut *gradient));
         });
         if let Some(anchor) = &self.anchor {
-            total += anchor.add(x, gradient);
+            total += anchor.add(x, gradient, self.reduction());
         }
         if let Some(force) = &self.hold {
             parallel::update(gradient, |i, g| *g -= force[i]);
@@ -306,7 +313,7 @@ impl Potential {
     /// Largest force on a vertex in units of [`Potential::force_scale`].
     #[must_use]
     pub fn residual(&self, gradient: &[Vec3]) -> f64 {
-        let largest = parallel::max(gradient.len(), |i| gradient[i].norm_squared()).sqrt();
+        let largest = self.reduction().largest(gradient);
         if largest == 0.0 { 0.0 } else { largest / self.force_scale }
     }
 

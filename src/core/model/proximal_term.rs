@@ -13,6 +13,7 @@ use super::mechanics::Mechanics;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
 use crate::parallel;
+use crate::reduction::Reduction;
 
 /// The shape that a potential pulls to, and how strongly.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,18 +39,18 @@ impl Anchor {
     }
 
     /// Adds to the gradient at `x`; the energy.
-    pub(super) fn add(&self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
+    pub(super) fn add(&self, x: &[Vec3], gradient: &mut [Vec3], reduction: &Reduction) -> f64 {
         parallel::update(gradient, |i, g| *g += self.weights.apply(i, x[i] - self.x[i]));
-        self.energy(x)
+        self.energy(x, reduction)
     }
 
     /// Its energy at `x`.
-    pub(super) fn energy(&self, x: &[Vec3]) -> f64 {
+    pub(super) fn energy(&self, x: &[Vec3], reduction: &Reduction) -> f64 {
         let pull = |i: usize| {
             let d = x[i] - self.x[i];
             0.5 * d.dot(&self.weights.apply(i, d))
         };
-        parallel::sum(x.len(), pull)
+        reduction.sum(x.len(), pull)
     }
 
     /// Adds its second derivatives.

@@ -12,8 +12,8 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
 use crate::Vec3;
 use crate::effects::Pins;
-use crate::num::real;
 use crate::parallel;
+use crate::reduction::Reduction;
 
 /// Mean square of the fixed components of a motion, relative to its own, that counts as 0: round-off
 /// leaves some 1e-16.
@@ -30,22 +30,23 @@ pub struct Motion {
     pub parameters: Vector6<f64>,
 }
 
-/// `Σ_i m_i a_i · b_i`.
-fn inner(mass: &(impl Fn(usize) -> f64 + Sync), a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::sum(a.len(), |i| mass(i) * a[i].dot(&b[i]))
-}
-
 /// The motions of `x` that move no vertex in a fixed direction, orthonormal in `mass`, and R.
 #[must_use]
 pub fn free_motions(
     x: &[Vec3],
     pins: &Pins,
+    reduction: &Reduction,
     mass: impl Fn(usize) -> f64 + Sync,
 ) -> (Vec<Motion>, f64) {
-    let count = real(x.len().max(1));
-    let centre: Vec3 = x.iter().sum::<Vec3>() / count;
-    let square: f64 = x.iter().map(|x| (x - centre).norm_squared()).sum();
-    let radius = (square / count).sqrt();
+    let inner = |a: &[Vec3], b: &[Vec3]| reduction.sum(a.len(), |i| mass(i) * a[i].dot(&b[i]));
+    let count = reduction.count(x.len()).max(1.0);
+    let own = reduction.owned(x.len());
+    let mut centre: Vec3 = x[..own].iter().sum();
+    reduction.total(centre.as_mut_slice());
+    centre /= count;
+    let mut square = [x[..own].iter().map(|x| (x - centre).norm_squared()).sum::<f64>()];
+    reduction.total(&mut square);
+    let radius = (square[0] / count).sqrt();
     if !(radius > 0.0 && radius.is_finite()) {
         return (Vec::new(), 1.0);
     }
@@ -54,15 +55,17 @@ pub fn free_motions(
         if p < 3 { axis } else { axis.cross(&(x[i] - centre)) / radius }
     };
     let mut fixed = Matrix6::zeros();
-    let mut rows = 0usize;
-    for (i, pin) in pins.iter().enumerate() {
+    let mut rows = [0.0];
+    for (i, pin) in pins.iter().take(own).enumerate() {
         for a in (0..3).filter(|&a| pin[a]) {
             let row = Vector6::from_fn(|p, _| basis(p, i)[a]);
             fixed += row * row.transpose();
-            rows += 1;
+            rows[0] += 1.0;
         }
     }
-    let eigen = SymmetricEigen::new(fixed / real(rows.max(1)));
+    reduction.total(&mut rows);
+    reduction.total(fixed.as_mut_slice());
+    let eigen = SymmetricEigen::new(fixed / rows[0].max(1.0));
     let mut all: Vec<Motion> = Vec::new();
     for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FREE) {
         let mut parameters: Vector6<f64> = eigen.eigenvectors.column(k).into();
@@ -71,13 +74,13 @@ pub fn free_motions(
             let v = (0..6).map(|p| parameters[p] * basis(p, i)).sum::<Vec3>();
             Vec3::from_fn(|a, _| if pins[i][a] { 0.0 } else { v[a] })
         });
-        let before = inner(&mass, &shape, &shape);
+        let before = inner(&shape, &shape);
         for other in &all {
-            let share = inner(&mass, &other.shape, &shape);
+            let share = inner(&other.shape, &shape);
             parallel::update(&mut shape, |i, v| *v -= share * other.shape[i]);
             parameters -= share * other.parameters;
         }
-        let square = inner(&mass, &shape, &shape);
+        let square = inner(&shape, &shape);
         // A sheet without extent across an axis does not feel a turn about it.
         if square > 1e-20 * before && square > 0.0 {
             let scale = 1.0 / square.sqrt();

@@ -30,7 +30,6 @@ mod setup;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::Breakpoints;
 use crate::effects::{Effect, EffectContext, EffectSpec, Material, Measure};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location};
@@ -42,7 +41,7 @@ use crate::sheet::Sheet;
 use crate::solve::equilibrium::LbfgsSpec;
 use crate::solve::staggered::StaggeredSpec;
 use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
-use crate::stepper::Stepper;
+use crate::stepper::{Breakpoints, Stepper};
 pub use error::{Part, ProblemError};
 use setup::Bound;
 

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::Vec3;
 use crate::effects::LowRank;
 use crate::parallel;
+use crate::reduction::Reduction;
 
 /// What terms of low rank change in the solutions with a factor.
 #[derive(Debug, Default)]
@@ -25,15 +26,16 @@ pub(super) struct LowRankUpdate {
     inverse: Option<DMatrix<f64>>,
     /// `positive(C) - positive(S)`.
     turned: isize,
-}
-
-fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::sum(a.len(), |i| a[i].dot(&b[i]))
+    reduction: Reduction,
 }
 
 impl LowRankUpdate {
     /// Of `terms`; `solve` replaces a vector by its solution with A.
-    pub(super) fn new(mut terms: Vec<LowRank>, mut solve: impl FnMut(&mut [Vec3])) -> Self {
+    pub(super) fn new(
+        mut terms: Vec<LowRank>,
+        reduction: &Reduction,
+        mut solve: impl FnMut(&mut [Vec3]),
+    ) -> Self {
         terms.retain(|term| term.stiffness != 0.0);
         let count = terms.len();
         if count == 0 {
@@ -45,7 +47,7 @@ impl LowRankUpdate {
             solve(&mut z);
             solved.push(z);
         }
-        let entry = |a: usize, b: usize| dot(&terms[a].direction, &solved[b]);
+        let entry = |a: usize, b: usize| reduction.dot(&terms[a].direction, &solved[b]);
         let small = DMatrix::from_fn(count, count, |a, b| {
             let own = if a == b { 1.0 / terms[a].stiffness } else { 0.0 };
             own + 0.5 * (entry(a, b) + entry(b, a))
@@ -55,7 +57,7 @@ impl LowRankUpdate {
         let s = above(&mut terms.iter().map(|term| term.stiffness));
         let turned = c.cast_signed() - s.cast_signed();
         let inverse = small.try_inverse().filter(|m| m.iter().all(|v| v.is_finite()));
-        Self { terms, solved, inverse, turned }
+        Self { terms, solved, inverse, turned, reduction: reduction.clone() }
     }
 
     /// The terms.
@@ -76,7 +78,9 @@ impl LowRankUpdate {
     /// Turns the solution with A into the one with B.
     pub(super) fn correct(&self, w: &mut [Vec3]) {
         let Some(inverse) = &self.inverse else { return };
-        let along = DVector::from_fn(self.terms.len(), |a, _| dot(&self.terms[a].direction, w));
+        let along = DVector::from_fn(self.terms.len(), |a, _| {
+            self.reduction.dot(&self.terms[a].direction, w)
+        });
         let share = inverse * along;
         for (z, share) in self.solved.iter().zip(share.iter()) {
             parallel::update(w, |i, w| *w -= *share * z[i]);
@@ -86,7 +90,7 @@ impl LowRankUpdate {
     /// Adds `D S Dᵀ v` to `out`.
     pub(super) fn add_product(&self, v: &[Vec3], out: &mut [Vec3]) {
         for term in &self.terms {
-            let share = term.stiffness * dot(&term.direction, v);
+            let share = term.stiffness * self.reduction.dot(&term.direction, v);
             parallel::update(out, |i, out| *out += share * term.direction[i]);
         }
     }

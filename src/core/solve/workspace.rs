@@ -18,6 +18,7 @@ use crate::Vec3;
 use crate::model::{Evaluation, Memory, Model, Potential, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Record};
+use crate::reduction::Reduction;
 
 /// The caller of long work, which may be interrupted and reports its progress.
 #[derive(Clone)]
@@ -151,6 +152,11 @@ impl Workspace {
     /// Iterations so far, those of rejected searches included.
     pub(super) fn iterations(&self) -> u64 {
         self.model.tally().work().iterations
+    }
+
+    /// What sums over the whole sheet are taken over.
+    pub(super) fn reduction(&self) -> &Reduction {
+        self.model.sheet().reduction()
     }
 
     /// Iterations after which a relaxation has failed.

@@ -28,7 +28,7 @@ use names::Names;
 use program::Program;
 
 use super::descriptor::{Capabilities, Descriptor, FORMULA, Observable};
-use super::{Batch, Column, Kinetics, Outcome, Parameter, Signal, SignalRead, Species};
+use super::{Batch, Column, Kinetics, Location, Outcome, Parameter, Signal, SignalRead, Species};
 
 /// One formula of a law.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,6 +61,73 @@ pub struct Law {
 }
 
 impl Law {
+    /// A law without species, to be completed.
+    ///
+    /// ```
+    /// use rumple_kinetics::formula::{FormulaKinetics, Law};
+    ///
+    /// let law = Law::named("logistic")
+    ///     .parameter("r", 2.0)
+    ///     .species("u", "r*u*(1 - u)")
+    ///     .length_factor("1 + 0.1*u");
+    /// let kinetics = FormulaKinetics::new(&law)?;
+    /// # Ok::<(), rumple_kinetics::formula::LawError>(())
+    /// ```
+    #[must_use]
+    pub fn named(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            species: Vec::new(),
+            parameters: Vec::new(),
+            values: Vec::new(),
+            lets: Vec::new(),
+            rates: Vec::new(),
+            length_factor: None,
+            observables: Vec::new(),
+        }
+    }
+
+    /// Adds a species with its rate: of typical magnitude 1, of any value, and without diffusion of its own; change
+    /// [`Law::species`] where that does not fit.
+    #[must_use]
+    pub fn species(mut self, name: &str, rate: &str) -> Self {
+        self.species.push(Species {
+            name: name.to_owned(),
+            unit: String::new(),
+            doc: String::new(),
+            typical: 1.0,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            diffusion: 0.0,
+            location: Location::Vertex,
+        });
+        self.rates.push(Formula { name: name.to_owned(), text: rate.to_owned() });
+        self
+    }
+
+    /// Adds a parameter with its value.
+    #[must_use]
+    pub fn parameter(mut self, name: &str, value: f64) -> Self {
+        self.parameters.push(Parameter {
+            name: name.to_owned(),
+            unit: String::new(),
+            doc: String::new(),
+            default: super::descriptor::Default::Value(value),
+            lower: f64::NEG_INFINITY,
+            lower_open: false,
+            upper: f64::INFINITY,
+            upper_open: false,
+        });
+        self.values.push(Some(value));
+        self
+    }
+
+    /// Sets the length factor.
+    #[must_use]
+    pub fn length_factor(self, formula: &str) -> Self {
+        Self { length_factor: Some(formula.to_owned()), ..self }
+    }
+
     /// Whether a species, a parameter or a `let` has this name.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {

@@ -147,7 +147,8 @@ const STILL: f64 = 1e-9;
 /// Largest displacement and largest part of one along the normals at rest.
 fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
     let (sheet, rest) = (model.sheet(), model.sheet().rest());
-    let (motions, radius) = free_motions(rest, model.mechanics().pins(), |_| 1.0);
+    let (motions, radius) =
+        free_motions(rest, model.mechanics().pins(), model.sheet().reduction(), |_| 1.0);
     let placed = match motions.len() {
         0 => x.to_vec(),
         6 => aligned(x, rest),

@@ -32,7 +32,12 @@ impl Layout {
         let mut pins = Cow::Borrowed(mechanics.pins());
         if moves && still {
             // Without storage the rows of forces say nothing about rigid motions.
-            let (motions, _) = free_motions(mechanics.sheet().rest(), &pins, |_| 1.0);
+            let (motions, _) = free_motions(
+                mechanics.sheet().rest(),
+                &pins,
+                mechanics.sheet().reduction(),
+                |_| 1.0,
+            );
             for (vertex, axis) in minimal_pins(&motions, &pins) {
                 pins.to_mut()[vertex][axis] = true;
             }

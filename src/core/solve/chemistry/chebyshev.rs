@@ -17,6 +17,7 @@
 
 use crate::num::{real, whole};
 use crate::parallel;
+use crate::reduction::Reduction;
 use crate::solve::{Result, SolveError};
 use crate::tally::Work;
 
@@ -50,6 +51,8 @@ pub struct Tolerance<'a> {
 /// The integrator with its work arrays.
 #[derive(Debug, Default)]
 pub struct Chebyshev {
+    /// What the error norm is summed over, and unknowns of a point.
+    over: (Reduction, usize),
     work: Work,
     f0: Vec<f64>,
     f: Vec<f64>,
@@ -59,6 +62,11 @@ pub struct Chebyshev {
 }
 
 impl Chebyshev {
+    /// Sums errors by `reduction`, with so many unknowns `per_point`, one point after the other.
+    pub fn sum_over(&mut self, reduction: &Reduction, per_point: usize) {
+        self.over = (reduction.clone(), per_point);
+    }
+
     /// Work done so far: substeps and calls of `rate`.
     #[must_use]
     pub fn work(&self) -> Work {
@@ -224,12 +232,15 @@ impl Chebyshev {
     /// Error estimate of the step in `y2` in units of the tolerance; not finite if any value is not.
     fn error(&self, h: f64, tolerance: &Tolerance<'_>) -> f64 {
         let (y0, y, f0, f) = (&self.y0, &self.y2, &self.f0, &self.f);
-        let sum = parallel::sum(y.len(), |i| {
+        let (reduction, per_point) = (&self.over.0, self.over.1.max(1));
+        let points = y.len() / per_point;
+        let mut own = [parallel::sum(per_point * reduction.owned(points), |i| {
             let estimate = 0.8 * (y0[i] - y[i]) + 0.4 * h * (f0[i] + f[i]);
             let unit = tolerance.absolute[i] + tolerance.relative * y0[i].abs().max(y[i].abs());
             (estimate / unit).powi(2)
-        });
-        (sum / real(y.len().max(1))).sqrt()
+        })];
+        reduction.total(&mut own);
+        (own[0] / (real(per_point) * reduction.count(points)).max(1.0)).sqrt()
     }
 }
 

@@ -68,10 +68,10 @@ pub fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<D
     if potential.anchor().is_some() {
         return None;
     }
-    let (motions, _) = free_motions(x, potential.pins(), |_| 1.0);
+    let reduction = potential.reduction().clone();
+    let (motions, _) = free_motions(x, potential.pins(), &reduction, |_| 1.0);
     let along = |force: &[Vec3]| -> f64 {
-        let share = |shape: &[Vec3]| parallel::sum(shape.len(), |i| shape[i].dot(&force[i]));
-        motions.iter().map(|motion| share(&motion.shape).powi(2)).sum::<f64>().sqrt()
+        motions.iter().map(|motion| reduction.dot(&motion.shape, force).powi(2)).sum::<f64>().sqrt()
     };
     let mut gradient = vec![Vec3::zeros(); x.len()];
     potential.energy_gradient(x, &mut gradient);
@@ -137,7 +137,7 @@ pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
     let rest = potential.sheet().rest().to_vec();
     let work = names.into_iter().enumerate().map(|(which, name)| {
         let force = potential.force_of(which, x);
-        (parallel::sum(x.len(), |i| force[i].dot(&(x[i] - rest[i]))), name)
+        (potential.reduction().sum(x.len(), |i| force[i].dot(&(x[i] - rest[i]))), name)
     });
     let (_, name) = work.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(work, _)| *work > 0.0)?;
     Some(Diagnosis {

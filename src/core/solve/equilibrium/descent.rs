@@ -23,7 +23,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{dot, iterated, largest, level, reached, stalled};
+use super::stop::{iterated, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
@@ -127,23 +127,24 @@ impl Equilibrium for Descent {
         let mut gradient = vec![Vec3::zeros(); n];
         let (mut trial, mut trial_gradient) = (gradient.clone(), gradient.clone());
         let edge = potential.metric().mean_edge();
+        let reduction = potential.reduction().clone();
         let longest = self.options.largest_move.get() * edge;
         let softness = edge / potential.force_scale();
         let energy = potential.energy_gradient(x, &mut gradient);
         let residual = potential.residual(&gradient);
         let mut done = Relaxation { energy, residual, ..Relaxation::default() };
         let enough = self.options.steps.map_or(usize::MAX, AtLeast::get);
-        while done.iterations < enough && !reached(&done, goal, x)? {
-            let square = dot(&gradient, &gradient);
-            let limit = longest / largest(&gradient);
+        while done.iterations < enough && !reached(potential, &done, goal, x)? {
+            let square = reduction.dot(&gradient, &gradient);
+            let limit = longest / reduction.largest(&gradient);
             let step = (self.step * softness).min(limit);
             parallel::fill(&mut trial, |i| x[i] - step * gradient[i]);
             let mut accepted = None;
             if potential.allows(x, &trial, self.options.area_share.get()) {
                 let energy = potential.energy_gradient(&trial, &mut trial_gradient);
                 let descends = energy <= done.energy - DECREASE * step * square;
-                let level =
-                    level(potential, done.energy, energy) && dot(&gradient, &trial_gradient) >= 0.0;
+                let level = level(potential, done.energy, energy)
+                    && reduction.dot(&gradient, &trial_gradient) >= 0.0;
                 accepted = (energy.is_finite() && (descends || level)).then_some(energy);
             }
             let Some(energy) = accepted else {

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vec3;
 use crate::parallel;
+use crate::reduction::Reduction;
 
 /// Stiffnesses stay within this factor of the first one.
 const RANGE: f64 = 1e8;
@@ -39,13 +40,19 @@ impl Diagonal {
 
     /// Learns from the step from one shape to the next and the change of its gradient, each as (before,
     /// after), if the energy is convex along it.
-    pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
+    pub(super) fn learn(
+        &mut self,
+        x: (&[Vec3], &[Vec3]),
+        gradient: (&[Vec3], &[Vec3]),
+        reduction: &Reduction,
+    ) {
         let n = self.stiffness.len();
         let (step, change) = (|i: usize| x.1[i] - x.0[i], |i: usize| gradient.1[i] - gradient.0[i]);
         let all = &self.stiffness;
-        let curvature = parallel::sum(n, |i| step(i).dot(&change(i)));
-        let through = parallel::sum(n, |i| change(i).component_div(&all[i]).dot(&change(i)));
-        let along = parallel::sum(n, |i| step(i).component_mul(&all[i]).dot(&step(i)));
+        let [curvature, through, along] = reduction.sums(n, |i| {
+            let (s, y) = (step(i), change(i));
+            [s.dot(&y), y.component_div(&all[i]).dot(&y), s.component_mul(&all[i]).dot(&s)]
+        });
         let scale = through / curvature;
         if !(curvature > 0.0 && scale > 0.0 && scale.is_finite() && along > 0.0) {
             return;

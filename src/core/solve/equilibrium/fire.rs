@@ -18,7 +18,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{dot, iterated, largest, reached, stalled};
+use super::stop::{iterated, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
@@ -115,6 +115,7 @@ impl Equilibrium for Fire {
         let mut gradient = vec![Vec3::zeros(); n];
         let (mut velocity, mut trial) = (gradient.clone(), gradient.clone());
         let edge = potential.metric().mean_edge();
+        let reduction = potential.reduction().clone();
         let unit = (edge / potential.force_scale()).sqrt();
         let longest_move = self.options.largest_move.get() * edge;
         let share = self.options.area_share.get();
@@ -122,8 +123,8 @@ impl Equilibrium for Fire {
         let residual = potential.residual(&gradient);
         let mut done = Relaxation { energy, residual, ..Relaxation::default() };
         let (mut step, mut steer, mut downhill) = (FIRST, STEER, 0);
-        while !reached(&done, goal, x)? {
-            let uphill = dot(&gradient, &velocity) >= 0.0;
+        while !reached(potential, &done, goal, x)? {
+            let uphill = reduction.dot(&gradient, &velocity) >= 0.0;
             if uphill {
                 let back = 0.5 * step * unit;
                 parallel::fill(&mut trial, |i| x[i] - back * velocity[i]);
@@ -147,13 +148,15 @@ impl Equilibrium for Fire {
             loop {
                 let dt = step * unit;
                 parallel::update(&mut velocity, |i, v| *v -= dt * gradient[i]);
-                let (speed, force) =
-                    (dot(&velocity, &velocity).sqrt(), dot(&gradient, &gradient).sqrt());
+                let (speed, force) = (
+                    reduction.dot(&velocity, &velocity).sqrt(),
+                    reduction.dot(&gradient, &gradient).sqrt(),
+                );
                 let turn = steer * speed / force;
                 parallel::update(&mut velocity, |i, v| {
                     *v = (1.0 - steer) * *v - turn * gradient[i];
                 });
-                let scale = (longest_move / (dt * largest(&velocity))).min(1.0);
+                let scale = (longest_move / (dt * reduction.largest(&velocity))).min(1.0);
                 if scale < 1.0 {
                     parallel::update(&mut velocity, |_, v| *v *= scale);
                 }

@@ -20,9 +20,9 @@ use nalgebra::DVector;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
 use crate::model::{Motion, Potential, free_motions, minimal_pins};
-use crate::num::real;
-use crate::parallel::{self, BLOCK};
+use crate::parallel;
 use crate::record::Malformed;
+use crate::reduction::Reduction;
 
 /// A motion is hindered if the force along it, shared by all vertices, exceeds this share of the
 /// tolerance: it would then keep a relaxation from its end.
@@ -34,6 +34,7 @@ pub(super) struct Gauge {
     motions: Vec<Vec<Vec3>>,
     /// Vertices and axes with springs.
     springs: Vec<(usize, usize)>,
+    reduction: Reduction,
 }
 
 impl Gauge {
@@ -49,10 +50,12 @@ impl Gauge {
             return Self::default();
         }
         let pins = potential.pins();
-        let (mut motions, _) = free_motions(x, pins, |_| 1.0);
-        remove_hindered(&mut motions, gradient, HINDERED * tolerance * potential.force_scale());
+        let (mut motions, _) = free_motions(x, pins, potential.reduction(), |_| 1.0);
+        let limit = HINDERED * tolerance * potential.force_scale();
+        remove_hindered(&mut motions, gradient, limit, potential.reduction());
         let springs = minimal_pins(&motions, pins);
-        Self { motions: motions.into_iter().map(|motion| motion.shape).collect(), springs }
+        let motions = motions.into_iter().map(|motion| motion.shape).collect();
+        Self { motions, springs, reduction: potential.reduction().clone() }
     }
 
     /// Supports `matrix`, which is to be inverted, by springs of this `stiffness`.
@@ -69,16 +72,9 @@ impl Gauge {
             return;
         }
         // All products in one pass.
-        let block = |b: usize| {
-            let range = b * BLOCK..((b + 1) * BLOCK).min(v.len());
-            let mut shares = [0.0; 6];
-            for (share, motion) in shares.iter_mut().zip(motions) {
-                *share = range.clone().map(|i| motion[i].dot(&v[i])).sum();
-            }
-            shares
-        };
-        let add = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|k| a[k] + b[k]);
-        let shares = parallel::reduce(v.len().div_ceil(BLOCK), &block, &add).unwrap_or_default();
+        let shares: [f64; 6] = self.reduction.sums(v.len(), |i| {
+            std::array::from_fn(|k| motions.get(k).map_or(0.0, |motion| motion[i].dot(&v[i])))
+        });
         parallel::update(v, |i, v| {
             for (share, motion) in shares.iter().zip(motions) {
                 *v -= *share * motion[i];
@@ -113,12 +109,17 @@ impl Gauge {
 
 /// Takes the one combination of `motions` out along which `gradient` acts, if its force on a vertex
 /// is above `limit`.
-fn remove_hindered(motions: &mut Vec<Motion>, gradient: &[Vec3], limit: f64) {
+fn remove_hindered(
+    motions: &mut Vec<Motion>,
+    gradient: &[Vec3],
+    limit: f64,
+    reduction: &Reduction,
+) {
     let count = motions.len();
-    let along = DVector::from_fn(count, |k, _| super::stop::dot(&motions[k].shape, gradient));
+    let along = DVector::from_fn(count, |k, _| reduction.dot(&motions[k].shape, gradient));
     let size = along.norm();
     // The largest velocity is some 1/√n.
-    if !(size > limit * real(gradient.len()).sqrt()) {
+    if !(size > limit * reduction.count(gradient.len()).sqrt()) {
         return;
     }
     // A Householder reflection turns the last axis into that combination; the others stay free.

@@ -18,7 +18,8 @@ use std::collections::VecDeque;
 
 use crate::Vec3;
 use crate::parallel;
-use crate::parallel::vectors::{add_all, dots};
+use crate::parallel::vectors::add_all;
+use crate::reduction::Reduction;
 
 /// Curvatures along a step that are below this share of what they could be are round-off.
 const ROUND_OFF: f64 = 1e-14;
@@ -40,6 +41,7 @@ impl Pair {
 /// The last pairs of a step and a change of the gradient.
 pub(super) struct History {
     planar: bool,
+    reduction: Reduction,
     longest: usize,
     pairs: VecDeque<Pair>,
     /// Memory of a pair that is forgotten.
@@ -49,10 +51,14 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Of at most `longest` pairs.
-    pub(super) fn new(planar: bool, longest: usize) -> Self {
+    /// Of at most `longest` pairs, with products by `reduction`.
+    pub(super) fn new(planar: bool, longest: usize, reduction: Reduction) -> Self {
         let (spare, work) = (Pair::default(), Vec::new());
-        Self { planar, longest, pairs: VecDeque::new(), spare, work }
+        Self { planar, reduction, longest, pairs: VecDeque::new(), spare, work }
+    }
+
+    fn dots<'a>(&self, vectors: impl Iterator<Item = &'a [f64]>, w: &[f64]) -> Vec<f64> {
+        self.reduction.dots(vectors, w, if self.planar { 2 } else { 3 })
     }
 
     pub(super) fn clear(&mut self) {
@@ -65,8 +71,9 @@ impl History {
         let Pair { mut step, mut change, mut products } = std::mem::take(&mut self.spare);
         self.flatten(x.0.len(), |i| x.1[i] - x.0[i], &mut step);
         self.flatten(x.0.len(), |i| gradient.1[i] - gradient.0[i], &mut change);
-        let own = dots([step.as_slice(), &change].into_iter(), &change);
-        let (curvature, size) = (own[0], own[1] * dots([step.as_slice()].into_iter(), &step)[0]);
+        let own = self.dots([step.as_slice(), &change].into_iter(), &change);
+        let (curvature, size) =
+            (own[0], own[1] * self.dots([step.as_slice()].into_iter(), &step)[0]);
         if !(curvature > ROUND_OFF * size.sqrt()) {
             self.spare = Pair { step, change, products };
             return;
@@ -78,7 +85,7 @@ impl History {
             }
         }
         products.clear();
-        products.extend(dots(self.pairs.iter().map(|pair| pair.step.as_slice()), &change));
+        products.extend(self.dots(self.pairs.iter().map(|pair| pair.step.as_slice()), &change));
         products.push_back(curvature);
         self.pairs.push_back(Pair { step, change, products });
     }
@@ -116,7 +123,7 @@ impl History {
         let mut q = std::mem::take(&mut self.work);
         self.flatten(d.len(), |i| d[i], &mut q);
         let pairs = &self.pairs;
-        let mut alpha = dots(pairs.iter().map(|pair| pair.step.as_slice()), &q);
+        let mut alpha = self.dots(pairs.iter().map(|pair| pair.step.as_slice()), &q);
         for j in (0..pairs.len()).rev() {
             alpha[j] /= pairs[j].curvature();
             for i in 0..j {
@@ -128,7 +135,7 @@ impl History {
         first(d);
         self.flatten(d.len(), |i| d[i], &mut q);
         // Becomes α - β.
-        let beta = dots(pairs.iter().map(|pair| pair.change.as_slice()), &q);
+        let beta = self.dots(pairs.iter().map(|pair| pair.change.as_slice()), &q);
         for (i, beta) in beta.into_iter().enumerate() {
             let earlier = alpha.iter().zip(&pairs[i].products).take(i);
             let sum: f64 = earlier.map(|(share, product)| share * product).sum();

@@ -90,7 +90,7 @@ impl Lbfgs {
             options,
             matrix,
             kind,
-            inverse: Inverse::new(kind, options.precision, &pattern, mechanics.tally())?,
+            inverse: Inverse::new(kind, options.precision, &pattern, mechanics)?,
             gauge: Gauge::default(),
             factored: false,
             made: Made::default(),
@@ -100,7 +100,11 @@ impl Lbfgs {
             refresh: iteration::REFRESH.1,
             shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
-            history: History::new(mechanics.is_planar(), options.memory.get()),
+            history: History::new(
+                mechanics.is_planar(),
+                options.memory.get(),
+                mechanics.sheet().reduction().clone(),
+            ),
             fixed: Vec::new(),
             mark: None,
         })
@@ -189,9 +193,9 @@ impl Lbfgs {
         let kind = preconditioner.on(pattern.rows(), self.supported);
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
-            let tally = potential.mechanics().tally();
-            let _scope = Linear::of(tally).factors.kept();
-            self.inverse = Inverse::new(kind, precision, &pattern, tally)?;
+            let mechanics = potential.mechanics();
+            let _scope = Linear::of(mechanics.tally()).factors.kept();
+            self.inverse = Inverse::new(kind, precision, &pattern, mechanics)?;
             self.kind = kind;
             self.factored = false;
         }

@@ -28,8 +28,8 @@ pub use stop::explained;
 use super::EquilibriumSpec;
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
-use crate::parallel;
 use crate::record::{Malformed, Record};
+use crate::reduction::Reduction;
 use crate::solve::SolveError;
 
 /// When a relaxation may stop.
@@ -75,12 +75,12 @@ pub struct Trust<'a> {
 
 impl Trust<'_> {
     /// Whether `x` lies within.
-    fn contains(&self, x: &[Vec3]) -> bool {
-        !(distance(self.centre, x) > self.radius)
+    fn contains(&self, x: &[Vec3], reduction: &Reduction) -> bool {
+        !(reduction.distance(self.centre, x) > self.radius)
     }
 
     /// The largest t up to `most` for which `x + t d` lies within, if `x` does.
-    fn longest(&self, x: &[Vec3], d: &[Vec3], most: f64) -> f64 {
+    fn longest(&self, x: &[Vec3], d: &[Vec3], most: f64, reduction: &Reduction) -> f64 {
         // |p + t d|² = r² of every vertex, with p = x - c.
         let of = |i: usize| {
             let (p, d) = (x[i] - self.centre[i], d[i]);
@@ -89,18 +89,14 @@ impl Trust<'_> {
             // Its inverse: a maximum is what there is.
             a / ((b * b + a * c).sqrt() - b).max(f64::MIN_POSITIVE)
         };
-        (1.0 / parallel::max(x.len(), of)).min(most)
+        (1.0 / reduction.max(x.len(), of)).min(most)
     }
 }
 
-/// `max_i |b_i - a_i|`.
-pub(in crate::solve) fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::max(a.len(), |i| (b[i] - a[i]).norm_squared()).sqrt()
-}
-
 /// Whether a sheet lies in a plane z = const: no motion leads out of it, and the scene says how symmetry is broken.
-pub(in crate::solve) fn is_flat(x: &[Vec3]) -> bool {
-    x.iter().all(|point| point.z == x[0].z)
+pub(in crate::solve) fn is_flat(x: &[Vec3], reduction: &Reduction) -> bool {
+    let highest = reduction.max(x.len(), |i| x[i].z);
+    highest == -reduction.max(x.len(), |i| -x[i].z)
 }
 
 /// What a relaxation did.

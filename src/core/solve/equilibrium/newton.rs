@@ -22,7 +22,7 @@ use super::super::counters::Linear;
 use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
 use super::preconditioner::Preconditioner;
-use super::stop::{FLOOR, dot, iterated, largest, level, reached, stalled};
+use super::stop::{FLOOR, iterated, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation, is_flat};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank};
@@ -32,6 +32,7 @@ use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::num::real;
 use crate::parallel;
+use crate::reduction::Reduction;
 use crate::solve::{EquilibriumSpec, SolveError};
 
 /// Settings of [`Newton`]; parameters of `equilibrium.method = "newton"` in a scene.
@@ -184,10 +185,10 @@ impl Newton {
     }
 
     /// The factor of the matrix with `terms`, if it is positive.
-    fn factorise(&mut self, terms: &[LowRank]) -> Option<LowRankUpdate> {
+    fn factorise(&mut self, reduction: &Reduction, terms: &[LowRank]) -> Option<LowRankUpdate> {
         let _scope = self.meters.factorise();
         self.solver.factorise(&self.matrix, &[], false).ok()?;
-        let update = LowRankUpdate::new(terms.to_vec(), |rhs| self.solver.solve(rhs));
+        let update = LowRankUpdate::new(terms.to_vec(), reduction, |rhs| self.solver.solve(rhs));
         update.is_positive().then_some(update)
     }
 
@@ -264,7 +265,7 @@ impl Newton {
             }
             self.matrix.add_diagonal((*sigma - shifted) * unit);
             shifted = *sigma;
-            let Some(update) = self.factorise(&terms) else {
+            let Some(update) = self.factorise(potential.reduction(), &terms) else {
                 saddle |= balanced && *sigma <= LEAST;
                 *sigma = (8.0 * *sigma).max(1e-6);
                 continue;
@@ -277,10 +278,12 @@ impl Newton {
             self.solve(&mut at.step, &update);
             gauge.project(&mut at.step);
             // The last step is taken all the same: what is left then is far less.
-            let last = balanced && *sigma <= LEAST && largest(&at.step) <= goal.displacement;
+            let last = balanced
+                && *sigma <= LEAST
+                && potential.reduction().largest(&at.step) <= goal.displacement;
             let mut length = 1.0;
             if let Some(trust) = goal.trust.filter(|_| balanced) {
-                length = trust.longest(at.x, &at.step, length);
+                length = trust.longest(at.x, &at.step, length, potential.reduction());
                 // Forces as small as this tell no direction.
                 if length < LEAVES {
                     return Ok(Tried::AtRest);
@@ -301,7 +304,7 @@ impl Newton {
             gauge.project(&mut at.defect);
             self.solve(&mut at.defect, &update);
             gauge.project(&mut at.defect);
-            let error = 0.5 * largest(&at.defect) / allowed;
+            let error = 0.5 * potential.reduction().largest(&at.defect) / allowed;
             let descends = e <= at.energy || level(potential, at.energy, e);
             if !(e.is_finite() && descends && error <= 1.0) {
                 if last {
@@ -328,7 +331,7 @@ impl Newton {
         goal: &Goal<'_>,
         (gauge, update): (&Gauge, &LowRankUpdate),
     ) -> bool {
-        if goal.trust.is_none() || is_flat(at.x) {
+        if goal.trust.is_none() || is_flat(at.x, potential.reduction()) {
             return false;
         }
         let mode = &mut at.step;
@@ -336,11 +339,11 @@ impl Newton {
         for _ in 0..INVERSE_ITERATIONS {
             gauge.project(mode);
             self.solve(mode, update);
-            let scale = 1.0 / largest(mode);
+            let scale = 1.0 / potential.reduction().largest(mode);
             parallel::update(mode, |_, v| *v *= scale);
         }
         gauge.project(mode);
-        let downhill = if dot(&at.gradient, mode) > 0.0 { -1.0 } else { 1.0 };
+        let downhill = if potential.reduction().dot(&at.gradient, mode) > 0.0 { -1.0 } else { 1.0 };
         for sign in [downhill, -downhill] {
             let far = sign * goal.displacement;
             parallel::fill(&mut at.trial, |i| at.x[i] + far * at.step[i]);
@@ -380,7 +383,7 @@ impl Equilibrium for Newton {
         loop {
             done.residual = potential.residual(&at.gradient);
             done.energy = at.energy;
-            let balanced = reached(&done, goal, at.x)?;
+            let balanced = reached(potential, &done, goal, at.x)?;
             // Forces as small as none tell nothing about a saddle.
             let exact = rested >= AT_REST
                 || rested > 0 && done.residual <= FLOOR * goal.tolerance
@@ -416,6 +419,6 @@ impl Equilibrium for Newton {
         let gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
         gauge.support(&mut self.matrix, unit);
         self.matrix.add_diagonal(LEAST * unit);
-        Some(self.factorise(&terms).is_some())
+        Some(self.factorise(potential.reduction(), &terms).is_some())
     }
 }

@@ -16,10 +16,11 @@ use crate::linear::{
     Block, BlockMatrix, BlockPattern, FrugalCholesky, LinearError, LinearSolver, Multigrid,
     NotPositive,
 };
+use crate::model::Mechanics;
 use crate::parallel;
 use crate::record::{Malformed, Record};
+use crate::reduction::Reduction;
 use crate::solve::SolveError;
-use crate::tally::Tally;
 
 /// How the Hessian's positive part is inverted: `equilibrium.preconditioner` in a scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -229,6 +230,7 @@ const LARGE_UNDER_DRAG: usize = 1000;
 pub(super) struct Inverse {
     sparse: Sparse,
     low_rank: LowRankUpdate,
+    reduction: Reduction,
     meters: Linear,
 }
 
@@ -257,9 +259,10 @@ impl Inverse {
         kind: Preconditioner,
         precision: FactorPrecision,
         pattern: &Arc<BlockPattern>,
-        tally: &Tally,
+        mechanics: &Mechanics,
     ) -> Result<Self, SolveError> {
-        let meters = Linear::of(tally);
+        let reduction = mechanics.sheet().reduction().clone();
+        let meters = Linear::of(mechanics.tally());
         let _scope = meters.factors.kept();
         let rows = pattern.rows();
         let sparse = match kind.on(rows, false) {
@@ -274,7 +277,7 @@ impl Inverse {
                 Sparse::Solver(Box::new(new(Arc::clone(pattern))?))
             }
         };
-        Ok(Self { sparse, low_rank: LowRankUpdate::default(), meters })
+        Ok(Self { sparse, low_rank: LowRankUpdate::default(), reduction, meters })
     }
 
     /// Takes over `matrix` and the `terms` of low rank, the Hessian or its positive part at `x`; with
@@ -286,7 +289,7 @@ impl Inverse {
         x: &[Vec3],
         insist: bool,
     ) -> Result<(), NotPositive> {
-        let Self { sparse, low_rank, meters } = self;
+        let Self { sparse, low_rank, reduction, meters } = self;
         let _scope = meters.factorise();
         match sparse {
             Sparse::Solver(solver) => solver.factorise(matrix, x, insist)?,
@@ -298,7 +301,7 @@ impl Inverse {
             // It has no use for a matrix.
             Sparse::Learnt(_) => {}
         }
-        *low_rank = LowRankUpdate::new(terms, |rhs| sparse.solve(rhs));
+        *low_rank = LowRankUpdate::new(terms, reduction, |rhs| sparse.solve(rhs));
         if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
     }
 
@@ -335,12 +338,13 @@ impl Inverse {
     pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
         match &mut self.sparse {
             Sparse::Solver(_) => {}
-            Sparse::Learnt(diagonal) => diagonal.learn(x, gradient),
+            Sparse::Learnt(diagonal) => diagonal.learn(x, gradient, &self.reduction),
             Sparse::Blocks(inverses, scale) => {
                 let change = |i: usize| gradient.1[i] - gradient.0[i];
-                let all = inverses.len();
-                let along = parallel::sum(all, |i| (x.1[i] - x.0[i]).dot(&change(i)));
-                let through = parallel::sum(all, |i| change(i).dot(&(inverses[i] * change(i))));
+                let [along, through] = self.reduction.sums(inverses.len(), |i| {
+                    let y = change(i);
+                    [(x.1[i] - x.0[i]).dot(&y), y.dot(&(inverses[i] * y))]
+                });
                 let size = along / through;
                 if size > 0.0 && size.is_finite() {
                     *scale = size;

@@ -1,9 +1,8 @@
-//! When an iteration ends, and the sums it needs: the same for all methods.
+//! When an iteration ends: the same for all methods.
 
 use super::{Goal, Relaxation};
 use crate::Vec3;
 use crate::model::Potential;
-use crate::parallel;
 use crate::sheet::quality::triangle_quality;
 use crate::solve::{SolveError, diagnosis};
 
@@ -17,11 +16,16 @@ pub(super) const FLOOR: f64 = 1e-4;
 ///
 /// # Errors
 /// Numbers that are not finite, too many iterations, an interruption.
-pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>, x: &[Vec3]) -> Result<bool, SolveError> {
+pub(super) fn reached(
+    potential: &Potential,
+    done: &Relaxation,
+    goal: &Goal<'_>,
+    x: &[Vec3],
+) -> Result<bool, SolveError> {
     if !(done.energy.is_finite() && done.residual.is_finite()) {
         return Err(SolveError::NotFinite);
     }
-    if goal.trust.is_some_and(|trust| !trust.contains(x)) {
+    if goal.trust.is_some_and(|trust| !trust.contains(x, potential.reduction())) {
         return Err(SolveError::Departed);
     }
     if done.residual <= goal.tolerance {
@@ -35,7 +39,7 @@ pub(super) fn reached(done: &Relaxation, goal: &Goal<'_>, x: &[Vec3]) -> Result<
         });
     }
     (goal.report)(done);
-    if (goal.interrupted)() {
+    if potential.reduction().any((goal.interrupted)()) {
         return Err(SolveError::Interrupted);
     }
     Ok(false)
@@ -128,14 +132,4 @@ const ROUND_OFF: f64 = 1e-12;
 pub(super) fn level(potential: &Potential, before: f64, after: f64) -> bool {
     let edge = potential.force_scale() * potential.metric().mean_edge();
     (after - before).abs() <= ROUND_OFF * (before.abs() + edge)
-}
-
-/// `Σ_i a_i · b_i`.
-pub(super) fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::sum(a.len(), |i| a[i].dot(&b[i]))
-}
-
-/// `max_i |a_i|`.
-pub(super) fn largest(a: &[Vec3]) -> f64 {
-    parallel::max(a.len(), |i| a[i].norm_squared()).sqrt()
 }

@@ -12,12 +12,10 @@
 //! follows sub-steps makes up for what these lag behind, which is no more than the viscosity can hold back; one that
 //! loses far more has jumped. What a jump releases is what its sub-steps and the minimisation lose.
 
-use super::super::equilibrium::distance;
 use super::super::route::Route;
 use super::super::{Result, Workspace};
 use super::rest::energy;
 use crate::model::State;
-use crate::parallel;
 
 /// In a jump D is at least this share of U(x; q') - U(x'; q'). Along branches 0.04 and less was seen, where a sub-step is
 /// one snap 0.28 to 1; in between lie small snaps in sub-steps that move further, which go unrecorded.
@@ -82,11 +80,12 @@ impl Loss {
     ) -> Result<Option<Self>> {
         let model = workspace.model.clone();
         let mechanics = model.mechanics();
-        if distance(&before.x, &after.x) < STILL * mechanics.reference().mean_edge() {
+        let reduction = model.sheet().reduction();
+        if reduction.distance(&before.x, &after.x) < STILL * mechanics.reference().mean_edge() {
             return Ok(None);
         }
         let weights = model.drag().weights(model.sheet(), &before.x, drag);
-        let dissipated = parallel::sum(before.x.len(), |i| {
+        let dissipated = reduction.sum(before.x.len(), |i| {
             let moved = after.x[i] - before.x[i];
             moved.dot(&weights.apply(i, moved))
         });

@@ -9,7 +9,7 @@
 //! stays near. An equilibrium with a direction of negative stiffness is none that a sheet rests in: it is left along
 //! that direction.
 
-use super::super::equilibrium::{Relaxation, distance, is_flat};
+use super::super::equilibrium::{Relaxation, is_flat};
 use super::super::motion::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
@@ -64,10 +64,11 @@ pub(super) fn stabilise(
     let (_, end) = route.clock();
     let mut done = Relaxation::default();
     let edge = workspace.model.mechanics().reference().mean_edge();
+    let reduction = workspace.reduction().clone();
     let before = energy(workspace, route, end, state)?;
     let mut left = 0;
     for _ in 0..SADDLES {
-        if is_flat(&state.x) {
+        if is_flat(&state.x, &reduction) {
             break;
         }
         let (at, held) = route.at(end, state);
@@ -77,7 +78,7 @@ pub(super) fn stabilise(
         parallel::update(&mut x, |i, x| *x += SEED * edge * mode[i]);
         state.x = x.into();
         done.add(&rest(workspace, route, state)?);
-        if distance(&saddle, &state.x) < NEUTRAL * edge {
+        if reduction.distance(&saddle, &state.x) < NEUTRAL * edge {
             state.x = saddle;
             break;
         }
@@ -121,6 +122,7 @@ pub(super) fn flow(
     }
     let viscosity = viscosity(workspace, route, state)?;
     let edge = workspace.model.mechanics().reference().mean_edge();
+    let reduction = workspace.reduction().clone();
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
     // Pseudo-time at fixed conditions.
     let (mut t, mut step) = (end, end - start);
@@ -134,7 +136,7 @@ pub(super) fn flow(
             Ok(next) if next.error <= 1.0 => {
                 done.add(&next.done);
                 workspace.pass(&state.x, &next.x, true)?;
-                let moved = distance(&state.x, &next.x) / edge;
+                let moved = reduction.distance(&state.x, &next.x) / edge;
                 (state.x, t) = (next.x, t + step);
                 step *= factor(next.error, GROWTH);
                 // It dies down only after it has grown.

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::restricted::{Restricted, inner};
+use super::restricted::Restricted;
 use crate::Vec3;
 use crate::effects::Pins;
 use crate::parallel;
@@ -42,7 +42,7 @@ type Pair = (f64, Vec<Vec3>);
 
 impl Pencil<'_, '_> {
     fn inner(&self, a: &[Vec3], b: &[Vec3]) -> f64 {
-        inner(self.restricted.mass(), a, b)
+        self.restricted.inner(a, b)
     }
 
     /// `(H - σ M)⁻¹ M v`.

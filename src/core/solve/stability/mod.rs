@@ -38,7 +38,7 @@ use crate::effects::{HessianPart, LowRank};
 use crate::linear::{BlockLdlt, BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
 use crate::num::real;
-use crate::parallel;
+use crate::reduction::Reduction;
 use crate::tally::Tally;
 
 /// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
@@ -95,6 +95,7 @@ pub struct Stability {
     matrix: BlockMatrix,
     ldlt: BlockLdlt,
     tally: Tally,
+    reduction: Reduction,
     control: Control,
 }
 
@@ -119,6 +120,7 @@ impl Stability {
             matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
             ldlt: BlockLdlt::new(pattern)?,
             tally: mechanics.tally().clone(),
+            reduction: sheet.reduction().clone(),
             control: Control::default(),
         })
     }
@@ -205,20 +207,21 @@ impl Stability {
         let terms = potential.low_rank(x, HessianPart::Full);
         let diagonal = self.matrix.mean_diagonal();
         let mean_mass = self.mass.iter().sum::<f64>() / real(self.mass.len().max(1));
-        let force = parallel::sum(x.len(), |i| gradient[i].norm_squared()).sqrt();
+        let force = self.reduction.dot(&gradient, &gradient).sqrt();
         let limits = rigid::Limits { force, round_off: 10.0 * RESOLUTION * diagonal };
-        let whole = LowRankUpdate::new(terms.clone(), |_| ());
+        let whole = LowRankUpdate::new(terms.clone(), &self.reduction, |_| ());
         let image = |v: &[Vec3]| {
             let mut out = product(&self.matrix, v);
             whole.add_product(v, &mut out);
             out
         };
-        let motions = rigid::motions(x, potential.pins(), &self.mass, image, &limits);
+        let motions =
+            rigid::motions(x, potential.pins(), &self.mass, &self.reduction, image, &limits);
         Ok((diagonal / mean_mass, motions, terms))
     }
 
     fn restricted(&mut self, rigid: Vec<Vec<Vec3>>, terms: Vec<LowRank>) -> Restricted<'_> {
-        let factor = (&mut self.ldlt, &self.tally);
+        let factor = (&mut self.ldlt, &self.tally, &self.reduction);
         Restricted::new(factor, &self.matrix, &self.mass, rigid, terms)
     }
 }

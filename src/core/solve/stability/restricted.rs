@@ -20,6 +20,7 @@ use crate::Vec3;
 use crate::effects::LowRank;
 use crate::linear::{BlockLdlt, BlockMatrix};
 use crate::parallel;
+use crate::reduction::Reduction;
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
@@ -37,6 +38,7 @@ pub(super) struct Count {
 pub(super) struct Restricted<'a> {
     ldlt: &'a mut BlockLdlt,
     tally: &'a Tally,
+    reduction: &'a Reduction,
     matrix: &'a BlockMatrix,
     mass: &'a [f64],
     rigid: Vec<Vec<Vec3>>,
@@ -47,15 +49,10 @@ pub(super) struct Restricted<'a> {
     shift: f64,
 }
 
-/// `Σ_i m_i a_i · b_i`.
-pub(super) fn inner(mass: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
-    parallel::sum(a.len(), |i| mass[i] * a[i].dot(&b[i]))
-}
-
 impl<'a> Restricted<'a> {
     /// Not yet factorised; `rigid` is orthonormal in the mass.
     pub(super) fn new(
-        (ldlt, tally): (&'a mut BlockLdlt, &'a Tally),
+        (ldlt, tally, reduction): (&'a mut BlockLdlt, &'a Tally, &'a Reduction),
         matrix: &'a BlockMatrix,
         mass: &'a [f64],
         rigid: Vec<Vec<Vec3>>,
@@ -63,7 +60,24 @@ impl<'a> Restricted<'a> {
     ) -> Self {
         let (solved, inverse) = (Vec::new(), DMatrix::zeros(0, 0));
         let update = LowRankUpdate::default();
-        Self { ldlt, tally, matrix, mass, rigid, terms, update, solved, inverse, shift: 0.0 }
+        Self {
+            ldlt,
+            tally,
+            reduction,
+            matrix,
+            mass,
+            rigid,
+            terms,
+            update,
+            solved,
+            inverse,
+            shift: 0.0,
+        }
+    }
+
+    /// `Σ_i m_i a_i · b_i`.
+    pub(super) fn inner(&self, a: &[Vec3], b: &[Vec3]) -> f64 {
+        self.reduction.sum(a.len(), |i| self.mass[i] * a[i].dot(&b[i]))
     }
 
     /// The mass of every vertex.
@@ -83,7 +97,7 @@ impl<'a> Restricted<'a> {
         self.tally.count(|work| work.factorisations += 1);
         let sparse = self.ldlt.factorise(self.matrix, |i| shift * mass[i])?;
         let ldlt = &mut *self.ldlt;
-        self.update = LowRankUpdate::new(self.terms.clone(), |rhs| ldlt.solve(rhs));
+        self.update = LowRankUpdate::new(self.terms.clone(), self.reduction, |rhs| ldlt.solve(rhs));
         let more = self.update.more_negative();
         let Some(negative) = more.and_then(|more| sparse.checked_add_signed(more)) else {
             return Ok(Count { negative: sparse, error: f64::NAN });
@@ -99,7 +113,7 @@ impl<'a> Restricted<'a> {
             self.solve_whole(&mut z);
             self.solved.push(z);
         }
-        let entry = |a: usize, b: usize| inner(mass, &self.rigid[a], &self.solved[b]);
+        let entry = |a: usize, b: usize| self.inner(&self.rigid[a], &self.solved[b]);
         let gram = DMatrix::from_fn(count, count, |a, b| 0.5 * (entry(a, b) + entry(b, a)));
         let turned =
             SymmetricEigen::new(gram.clone()).eigenvalues.iter().filter(|g| **g > 0.0).count();
@@ -129,7 +143,7 @@ impl<'a> Restricted<'a> {
         let mut left = product(self.matrix, &y);
         self.update.add_product(&y, &mut left);
         parallel::update(&mut left, |i, v| *v += shift * mass[i] * y[i] - rhs[i]);
-        let largest = |v: &[Vec3]| parallel::max(v.len(), |i| v[i].norm_squared()).sqrt();
+        let largest = |v: &[Vec3]| self.reduction.largest(v);
         largest(&left) / (self.matrix.mean_diagonal() * largest(&y) + largest(&rhs))
     }
 
@@ -147,7 +161,7 @@ impl<'a> Restricted<'a> {
         if count == 0 {
             return;
         }
-        let along = DVector::from_fn(count, |a, _| inner(self.mass, &self.rigid[a], w));
+        let along = DVector::from_fn(count, |a, _| self.inner(&self.rigid[a], w));
         let share = &self.inverse * along;
         for (z, share) in self.solved.iter().zip(share.iter()) {
             parallel::update(w, |i, w| *w -= *share * z[i]);

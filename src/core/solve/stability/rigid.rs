@@ -16,6 +16,7 @@ use crate::Vec3;
 use crate::effects::Pins;
 use crate::model::free_motions;
 use crate::parallel;
+use crate::reduction::Reduction;
 
 /// What |H v| is compared with.
 pub(super) struct Limits {
@@ -30,18 +31,17 @@ pub(super) fn motions(
     x: &[Vec3],
     pins: &Pins,
     mass: &[f64],
+    reduction: &Reduction,
     image: impl Fn(&[Vec3]) -> Vec<Vec3>,
     limits: &Limits,
 ) -> Vec<Vec<Vec3>> {
-    let (candidates, radius) = free_motions(x, pins, |i| mass[i]);
+    let (candidates, radius) = free_motions(x, pins, reduction, |i| mass[i]);
     let images: Vec<Vec<Vec3>> = candidates.iter().map(|c| image(&c.shape)).collect();
     let count = candidates.len();
     if count == 0 {
         return Vec::new();
     }
-    let gram = DMatrix::from_fn(count, count, |a, b| {
-        parallel::sum(x.len(), |i| images[a][i].dot(&images[b][i]))
-    });
+    let gram = DMatrix::from_fn(count, count, |a, b| reduction.dot(&images[a], &images[b]));
     let eigen = SymmetricEigen::new(gram);
     let mut found = Vec::new();
     for k in 0..count {
@@ -54,7 +54,7 @@ pub(super) fn motions(
             parallel::update(&mut image, |i, v| *v += q[c] * images[c][i]);
             parameters += q[c] * candidate.parameters;
         }
-        let norm = |v: &[Vec3]| parallel::sum(v.len(), |i| v[i].norm_squared()).sqrt();
+        let norm = |v: &[Vec3]| reduction.dot(v, v).sqrt();
         let turn = parameters.fixed_rows::<3>(3).norm() / radius;
         let limit = 2.0 * turn * limits.force + limits.round_off * norm(&shape);
         if norm(&image) <= limit {

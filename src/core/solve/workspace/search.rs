@@ -162,7 +162,7 @@ impl Workspace {
         let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
         potential.set_anchor(None);
         potential.set_hold(None);
-        let moved = equilibrium::distance(&start, &x) / edge;
+        let moved = potential.reduction().distance(&start, &x) / edge;
         state.x = x.into();
         let quiet =
             |error: &SolveError| matches!(error, SolveError::Interrupted | SolveError::Departed);

@@ -1,7 +1,7 @@
 //! The iteration of one relaxation: direction, step length, and when it ends.
 
 use super::super::preconditioner::SMALL;
-use super::super::stop::{COLLAPSED, FLOOR, dot, iterated, largest, level, reached};
+use super::super::stop::{COLLAPSED, FLOOR, iterated, level, reached};
 use super::super::{Goal, Relaxation, Trust};
 use super::progress::{Outcome, Progress};
 use super::{Collapse, Gauge, Lbfgs, MOST_SHIFT, NEARLY_AT_REST, SHIFT};
@@ -9,6 +9,7 @@ use crate::Vec3;
 use crate::model::Potential;
 use crate::num::checked::AtLeast;
 use crate::parallel;
+use crate::reduction::Reduction;
 use crate::solve::SolveError;
 
 /// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
@@ -128,7 +129,7 @@ impl Lbfgs {
         let mut progress = Progress::new(energy, potential.residual(&at.gradient), patience);
         loop {
             at.report(potential);
-            let balanced = reached(&at.done, goal, x)?;
+            let balanced = reached(potential, &at.done, goal, x)?;
             if at.is_at_rest(balanced, goal) {
                 return Ok((at.done, Outcome::AtRest));
             }
@@ -147,15 +148,15 @@ impl Lbfgs {
             if !self.factored || at.age >= self.refresh {
                 self.renew(potential, x, goal, (&rules, &mut at))?;
             }
-            let slope = self.descent_direction(&mut at);
-            let far_off = largest(&at.d);
+            let slope = self.descent_direction(potential.reduction(), &mut at);
+            let far_off = potential.reduction().largest(&at.d);
             if balanced && far_off <= goal.displacement {
                 return Ok((at.done, Outcome::AtRest));
             }
             // The step is taken all the same: what is left then is far less.
             let last = far_off <= rules.slack;
             let most = (rules.longest / far_off).min(1.0);
-            let Some(length) = within(goal.trust, x, &at.d, most) else {
+            let Some(length) = within(potential.reduction(), goal.trust, x, (&at.d, most)) else {
                 // Forces as small as this tell no direction.
                 return if balanced {
                     Ok((at.done, Outcome::AtRest))
@@ -244,15 +245,15 @@ impl Lbfgs {
     }
 
     /// A direction in which the energy falls, with its slope.
-    fn descent_direction(&mut self, at: &mut Iterate) -> f64 {
+    fn descent_direction(&mut self, reduction: &Reduction, at: &mut Iterate) -> f64 {
         self.direction(&at.gradient, &mut at.d);
-        let slope = dot(&at.gradient, &at.d);
+        let slope = reduction.dot(&at.gradient, &at.d);
         if slope < 0.0 {
             return slope;
         }
         self.history.clear();
         self.direction(&at.gradient, &mut at.d);
-        dot(&at.gradient, &at.d)
+        reduction.dot(&at.gradient, &at.d)
     }
 
     /// The energy at the end of the longest step up to `length` that lowers it enough; none if there is no such step.
@@ -266,7 +267,7 @@ impl Lbfgs {
     ) -> Result<Option<f64>, SolveError> {
         let share = self.options.area_share.get();
         loop {
-            if (goal.interrupted)() {
+            if potential.reduction().any((goal.interrupted)()) {
                 return Err(SolveError::Interrupted);
             }
             if length < SHORTEST || !length.is_finite() {
@@ -279,7 +280,7 @@ impl Lbfgs {
                 let descends = e <= at.energy + ARMIJO * length * slope;
                 // At round-off the slopes tell: still downhill, or not far uphill, at the end.
                 let level = level(potential, at.energy, e)
-                    && dot(&at.trial_gradient, &at.d) <= 0.9 * slope.abs();
+                    && potential.reduction().dot(&at.trial_gradient, &at.d) <= 0.9 * slope.abs();
                 if e.is_finite() && (descends || level) {
                     return Ok(Some(e));
                 }
@@ -318,8 +319,13 @@ impl Lbfgs {
 }
 
 /// The length of a step `d` from `x`, up to `most`, within the trust region; none where that is left.
-fn within(trust: Option<Trust<'_>>, x: &[Vec3], d: &[Vec3], most: f64) -> Option<f64> {
+fn within(
+    reduction: &Reduction,
+    trust: Option<Trust<'_>>,
+    x: &[Vec3],
+    (d, most): (&[Vec3], f64),
+) -> Option<f64> {
     let Some(trust) = trust else { return Some(most) };
-    let within = trust.longest(x, d, most);
+    let within = trust.longest(x, d, most, reduction);
     (!(within < LEAVES * most)).then_some(within)
 }

@@ -112,7 +112,7 @@ impl Lbfgs {
             }
             _ => Arc::clone(mechanics.pattern()),
         };
-        self.inverse = Inverse::new(self.kind, self.options.precision, &pattern, mechanics.tally())
+        self.inverse = Inverse::new(self.kind, self.options.precision, &pattern, mechanics)
             .map_err(|_| Malformed)?;
         let (before, after) = match learnt {
             Learnt::Solver(_) => (Some(learnt), None),

@@ -1,0 +1,148 @@
+//! Sums, maxima and decisions over the whole sheet.
+//!
+//! Whatever a solver or a stepper sums, compares or decides over all points passes one value, a [`Reduction`]; the
+//! rest of its work is local to a point and its neighbours. By default it means this process: its threads, and the same
+//! bits on any number of them ([`parallel`]). Where a sheet is spread over ranks, an [`AllReduce`] combines what these
+//! give; of the points of a rank those that it owns come first, and copies of its neighbours' are not counted.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::Vec3;
+use crate::parallel::{self, vectors};
+
+/// Combines the numbers of all ranks, in the same order on each.
+pub trait AllReduce: Send + Sync {
+    /// Replaces every number by its sum over the ranks.
+    fn sum(&self, values: &mut [f64]);
+
+    /// Replaces every number by the largest of all ranks; NaN wins over every number.
+    fn max(&self, values: &mut [f64]);
+
+    /// How many of `count` points here, vertices or faces, are owned by this rank; they come first.
+    fn owned(&self, count: usize) -> usize;
+}
+
+/// What sums, maxima and decisions are taken over.
+#[derive(Clone, Default)]
+pub struct Reduction(Option<Arc<dyn AllReduce>>);
+
+impl fmt::Debug for Reduction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.is_some() { "Reduction(ranks)" } else { "Reduction(threads)" })
+    }
+}
+
+impl Reduction {
+    /// Over several ranks.
+    #[must_use]
+    pub fn over(ranks: Arc<dyn AllReduce>) -> Self {
+        Self(Some(ranks))
+    }
+
+    /// How many of `count` points here are owned; they come first.
+    #[must_use]
+    pub fn owned(&self, count: usize) -> usize {
+        self.0.as_ref().map_or(count, |ranks| ranks.owned(count))
+    }
+
+    /// Sums over the ranks of numbers that each has already summed over what it owns.
+    pub fn total(&self, values: &mut [f64]) {
+        if let Some(ranks) = &self.0 {
+            ranks.sum(values);
+        }
+    }
+
+    /// The largest over the ranks of numbers that each has already compared over what it owns; NaN wins.
+    pub fn maxima(&self, values: &mut [f64]) {
+        if let Some(ranks) = &self.0 {
+            ranks.max(values);
+        }
+    }
+
+    /// How many points there are, of which `count` are here.
+    #[must_use]
+    pub fn count(&self, count: usize) -> f64 {
+        let mut all = [crate::num::real(self.owned(count))];
+        self.total(&mut all);
+        all[0]
+    }
+
+    /// `Σ_i f(i)` over all points, of which `count` are here.
+    pub fn sum(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
+        let mut sum = [parallel::sum(self.owned(count), f)];
+        self.total(&mut sum);
+        sum[0]
+    }
+
+    /// K sums at once.
+    pub fn sums<const K: usize>(
+        &self,
+        count: usize,
+        f: impl Fn(usize) -> [f64; K] + Sync,
+    ) -> [f64; K] {
+        let count = self.owned(count);
+        let add = |a: [f64; K], b: [f64; K]| std::array::from_fn(|k| a[k] + b[k]);
+        let block = |b: usize| {
+            let range = b * parallel::BLOCK..((b + 1) * parallel::BLOCK).min(count);
+            range.map(&f).fold([0.0; K], add)
+        };
+        let blocks = count.div_ceil(parallel::BLOCK);
+        let mut sums = parallel::reduce(blocks, &block, &add).unwrap_or([0.0; K]);
+        self.total(&mut sums);
+        sums
+    }
+
+    /// The largest `f(i)` over all points, of which `count` are here; NaN wins over every number, no points give -∞.
+    pub fn max(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
+        let mut largest = [parallel::max(self.owned(count), f)];
+        self.maxima(&mut largest);
+        largest[0]
+    }
+
+    /// Whether `here` holds on any rank.
+    #[must_use]
+    pub fn any(&self, here: bool) -> bool {
+        let mut any = [if here { 1.0 } else { 0.0 }];
+        self.maxima(&mut any);
+        any[0] > 0.0
+    }
+
+    /// Whether `here` holds on every rank.
+    #[must_use]
+    pub fn all(&self, here: bool) -> bool {
+        !self.any(!here)
+    }
+
+    /// `Σ_i a_i · b_i`.
+    #[must_use]
+    pub fn dot(&self, a: &[Vec3], b: &[Vec3]) -> f64 {
+        self.sum(a.len(), |i| a[i].dot(&b[i]))
+    }
+
+    /// The products `v · w` for every `v` of `vectors`, in the order they come: vectors of `per_point` numbers a point,
+    /// each read once, and one exchange between ranks.
+    pub fn dots<'a>(
+        &self,
+        vectors: impl Iterator<Item = &'a [f64]>,
+        w: &[f64],
+        per_point: usize,
+    ) -> Vec<f64> {
+        let owned = per_point * self.owned(w.len() / per_point);
+        let mut all = vectors::dots(vectors.map(|v| &v[..owned]), &w[..owned]);
+        self.total(&mut all);
+        all
+    }
+
+    /// `max_i |a_i|`.
+    #[must_use]
+    pub fn largest(&self, a: &[Vec3]) -> f64 {
+        self.max(a.len(), |i| a[i].norm_squared()).sqrt()
+    }
+
+    /// `max_i |b_i - a_i|`.
+    #[must_use]
+    pub fn distance(&self, a: &[Vec3], b: &[Vec3]) -> f64 {
+        self.max(a.len(), |i| (b[i] - a[i]).norm_squared()).sqrt()
+    }
+}
