@@ -120,17 +120,6 @@ impl<T: Precision> Analysis<T> {
         });
     }
 
-    /// Adds `shift(i)` to the diagonal entries of vertex i of the values taken over.
-    pub(super) fn add_diagonal(&mut self, shift: impl Fn(usize) -> f64) {
-        let axes = self.axes();
-        for i in 0..self.pattern.rows() {
-            for a in 0..axes {
-                let place = &mut self.value[self.column_start[axes * i + a] as usize];
-                *place = T::of(place.number() + shift(i));
-            }
-        }
-    }
-
     /// The values taken over, as the lower triangle in compressed columns.
     pub(super) fn matrix(&self) -> SparseColMatRef<'_, u32, T> {
         let n = self.unknowns();

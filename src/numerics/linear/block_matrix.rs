@@ -181,6 +181,20 @@ impl BlockMatrix {
         &self.value
     }
 
+    /// Takes over the values of `other`, plus `shift(i)` on the diagonal of every row i.
+    ///
+    /// # Panics
+    /// If the pattern of `other` is another one.
+    pub fn take_shifted(&mut self, other: &Self, shift: impl Fn(usize) -> f64) {
+        assert!(self.pattern == other.pattern, "the matrices have different patterns");
+        self.value.clone_from(&other.value);
+        for i in 0..self.pattern.rows() {
+            for axis in 0..self.pattern.axes() {
+                self.stiffen(i, axis, shift(i));
+            }
+        }
+    }
+
     /// Replaces the values by those of a matrix with the same pattern.
     ///
     /// # Errors

@@ -165,7 +165,7 @@ impl TwoFields {
             Some(ldlt) => ldlt,
             None => indefinite.insert(BlockLdlt::new(Arc::clone(shape.pattern()))?),
         };
-        let negative = ldlt.factorise(shape, |_| 0.0)?;
+        let negative = ldlt.factorise(shape)?;
         // Round-off may let one of them find what the other does not: no second try with the same matrix.
         *is_positive = (false, negative == 0);
         Ok(())

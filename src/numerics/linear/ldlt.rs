@@ -42,6 +42,7 @@ pub struct BlockLdlt {
     rhs: Vec<f64>,
     factor_memory: MemBuffer,
     solve_memory: MemBuffer,
+    negative: Option<usize>,
 }
 
 impl BlockLdlt {
@@ -69,24 +70,32 @@ impl BlockLdlt {
             forward: vec![0; n],
             inverse: vec![0; n],
             rhs: vec![0.0; n],
+            negative: None,
             analysis,
             factor_memory,
             solve_memory,
         })
     }
 
-    /// Factorises `matrix + diag(shift)`, one shift a vertex, and counts its negative eigenvalues.
+    /// Negative eigenvalues of the last matrix.
+    #[must_use]
+    pub fn negative(&self) -> Option<usize> {
+        self.negative
+    }
+
+    /// Numbers in the factor.
+    #[must_use]
+    pub fn factor_size(&self) -> usize {
+        self.factor.len()
+    }
+
+    /// Factorises `matrix`, and counts its negative eigenvalues.
     ///
     /// # Errors
     /// [`LinearError`] for a matrix with entries that are not finite, or one so
     /// singular that a pivot vanishes.
-    pub fn factorise(
-        &mut self,
-        matrix: &BlockMatrix,
-        shift: impl Fn(usize) -> f64,
-    ) -> Result<usize, LinearError> {
+    pub fn factorise(&mut self, matrix: &BlockMatrix) -> Result<usize, LinearError> {
         self.analysis.load(matrix, 1.0);
-        self.analysis.add_diagonal(shift);
         self.analysis.symbolic().factorize_numeric_intranode_lblt(
             &mut self.factor,
             &mut self.off_diagonal,
@@ -98,7 +107,8 @@ impl BlockLdlt {
             MemStack::new(&mut self.factor_memory),
             pivoting(),
         );
-        self.negative_pivots()
+        self.negative = self.negative_pivots();
+        self.negative
             .ok_or_else(|| LinearError::new("a pivot of the Hessian is zero or not finite"))
     }
 

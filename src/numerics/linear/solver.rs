@@ -1,14 +1,14 @@
-//! Solvers of symmetric positive definite systems over the vertices of a mesh.
+//! Solvers of symmetric systems over the vertices of a mesh.
 //!
 //! ```text
 //! A u = b        A: blocks of 3×3 (2×2 in a plane) over the vertices, in a fixed pattern
 //! ```
 //!
-//! Equilibrium methods know this trait only. A crate of a user brings another solver by one implementation and one
+//! Equilibrium methods and stability know this trait only. A crate of a user brings another solver by one implementation and one
 //! registration (`rumple::register_linear_solver!`).
 
 use super::cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
-use super::{BlockMatrix, Multigrid};
+use super::{BlockLdlt, BlockMatrix, Multigrid};
 use crate::Vec3;
 use crate::record::{Malformed, Record};
 
@@ -20,7 +20,8 @@ pub trait LinearSolver: Send {
     /// [`Self::reads_shape`], empty otherwise; with `insist` it succeeds at some expense rather than fail.
     ///
     /// # Errors
-    /// [`NotPositive`] if the matrix is not positive definite or not finite; it is then unusable until the next one.
+    /// [`NotPositive`] if the matrix is not finite, or not positive definite where [`Self::detects_indefinite`]; it is
+    /// then unusable until the next one.
     fn factorise(
         &mut self,
         matrix: &BlockMatrix,
@@ -39,6 +40,12 @@ pub trait LinearSolver: Send {
     /// Whether it fails for every matrix that is not positive definite, as a Cholesky factorisation does.
     fn detects_indefinite(&self) -> bool {
         true
+    }
+
+    /// Negative eigenvalues of the last matrix, where indefinite ones are factorised and their inertia is known: what the
+    /// stability of shapes is judged with.
+    fn negative_eigenvalues(&self) -> Option<usize> {
+        None
     }
 
     /// Whether [`Self::factorise`] reads positions.
@@ -70,6 +77,28 @@ impl LinearSolver for BlockCholesky<f64> {
 
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
+    }
+
+    fn bytes(&self) -> usize {
+        8 * self.factor_size()
+    }
+}
+
+impl LinearSolver for BlockLdlt {
+    fn factorise(&mut self, matrix: &BlockMatrix, _: &[Vec3], _: bool) -> Result<(), NotPositive> {
+        Self::factorise(self, matrix).map(|_| ()).map_err(|_| NotPositive)
+    }
+
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        Self::solve(self, rhs);
+    }
+
+    fn detects_indefinite(&self) -> bool {
+        false
+    }
+
+    fn negative_eigenvalues(&self) -> Option<usize> {
+        self.negative()
     }
 
     fn bytes(&self) -> usize {

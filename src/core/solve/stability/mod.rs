@@ -31,11 +31,12 @@ mod rigid;
 use std::sync::Arc;
 
 use self::restricted::{Count, Restricted};
+use super::linear_solvers::Analyse;
 use super::low_rank::LowRankUpdate;
 use super::{Control, SolveError};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank};
-use crate::linear::{BlockLdlt, BlockMatrix, LinearError};
+use crate::linear::{BlockLdlt, BlockMatrix, LinearError, LinearSolver};
 use crate::model::{Mechanics, Potential};
 use crate::num::real;
 use crate::reduction::Reduction;
@@ -93,18 +94,29 @@ impl Spectrum {
 pub struct Stability {
     mass: Vec<f64>,
     matrix: BlockMatrix,
-    ldlt: BlockLdlt,
+    /// With a multiple of the mass.
+    shifted: BlockMatrix,
+    solver: Box<dyn LinearSolver>,
+    analyse: Analyse,
     tally: Tally,
     reduction: Reduction,
     control: Control,
 }
 
 impl Stability {
-    /// Prepares the factorisation for the effects of `mechanics`.
+    /// Prepares the factorisation for the effects of `mechanics`, by LDLᵀ.
     ///
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics) -> Result<Self, SolveError> {
+        Self::solved_by(mechanics, |pattern| Ok(Box::new(BlockLdlt::new(Arc::clone(pattern))?)))
+    }
+
+    /// The same with a solver that counts negative eigenvalues ([`LinearSolver::negative_eigenvalues`]).
+    ///
+    /// # Errors
+    /// Those of `analyse`.
+    pub fn solved_by(mechanics: &Mechanics, analyse: Analyse) -> Result<Self, SolveError> {
         let sheet = mechanics.sheet();
         let mut mass = vec![0.0; sheet.vertex_count()];
         for triangle in sheet.triangles() {
@@ -114,11 +126,13 @@ impl Stability {
                 mass[*v as usize] += area / 3.0;
             }
         }
-        let pattern = Arc::clone(mechanics.pattern());
+        let pattern = mechanics.pattern();
         Ok(Self {
             mass,
-            matrix: BlockMatrix::zeros(Arc::clone(&pattern)),
-            ldlt: BlockLdlt::new(pattern)?,
+            matrix: BlockMatrix::zeros(Arc::clone(pattern)),
+            shifted: BlockMatrix::zeros(Arc::clone(pattern)),
+            solver: analyse(pattern)?,
+            analyse,
             tally: mechanics.tally().clone(),
             reduction: sheet.reduction().clone(),
             control: Control::default(),
@@ -198,7 +212,8 @@ impl Stability {
     fn assemble(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<Parts, SolveError> {
         let pattern = potential.pattern(x);
         if pattern != *self.matrix.pattern() {
-            self.ldlt = BlockLdlt::new(Arc::clone(&pattern))?;
+            self.solver = (self.analyse)(&pattern)?;
+            self.shifted = BlockMatrix::zeros(Arc::clone(&pattern));
             self.matrix = BlockMatrix::zeros(pattern);
         }
         let mut gradient = vec![Vec3::zeros(); x.len()];
@@ -221,7 +236,7 @@ impl Stability {
     }
 
     fn restricted(&mut self, rigid: Vec<Vec<Vec3>>, terms: Vec<LowRank>) -> Restricted<'_> {
-        let factor = (&mut self.ldlt, &self.tally, &self.reduction);
+        let factor = (&mut *self.solver, &mut self.shifted, &self.tally, &self.reduction);
         Restricted::new(factor, &self.matrix, &self.mass, rigid, terms)
     }
 }

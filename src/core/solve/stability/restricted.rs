@@ -18,7 +18,7 @@ use super::super::low_rank::LowRankUpdate;
 use super::product;
 use crate::Vec3;
 use crate::effects::LowRank;
-use crate::linear::{BlockLdlt, BlockMatrix};
+use crate::linear::{BlockMatrix, LinearError, LinearSolver};
 use crate::parallel;
 use crate::reduction::Reduction;
 use crate::solve::SolveError;
@@ -34,9 +34,15 @@ pub(super) struct Count {
     pub(super) error: f64,
 }
 
+/// A solver with its matrix, and what counts and sums.
+pub(super) type Factor<'a> =
+    (&'a mut (dyn LinearSolver + 'static), &'a mut BlockMatrix, &'a Tally, &'a Reduction);
+
 /// The factor of `H + s M` and what restricts it.
 pub(super) struct Restricted<'a> {
-    ldlt: &'a mut BlockLdlt,
+    solver: &'a mut (dyn LinearSolver + 'static),
+    /// H + s M.
+    shifted: &'a mut BlockMatrix,
     tally: &'a Tally,
     reduction: &'a Reduction,
     matrix: &'a BlockMatrix,
@@ -52,7 +58,7 @@ pub(super) struct Restricted<'a> {
 impl<'a> Restricted<'a> {
     /// Not yet factorised; `rigid` is orthonormal in the mass.
     pub(super) fn new(
-        (ldlt, tally, reduction): (&'a mut BlockLdlt, &'a Tally, &'a Reduction),
+        (solver, shifted, tally, reduction): Factor<'a>,
         matrix: &'a BlockMatrix,
         mass: &'a [f64],
         rigid: Vec<Vec<Vec3>>,
@@ -61,7 +67,8 @@ impl<'a> Restricted<'a> {
         let (solved, inverse) = (Vec::new(), DMatrix::zeros(0, 0));
         let update = LowRankUpdate::default();
         Self {
-            ldlt,
+            solver,
+            shifted,
             tally,
             reduction,
             matrix,
@@ -95,9 +102,13 @@ impl<'a> Restricted<'a> {
         let mass = self.mass;
         self.shift = shift;
         self.tally.count(|work| work.factorisations += 1);
-        let sparse = self.ldlt.factorise(self.matrix, |i| shift * mass[i])?;
-        let ldlt = &mut *self.ldlt;
-        self.update = LowRankUpdate::new(self.terms.clone(), self.reduction, |rhs| ldlt.solve(rhs));
+        self.shifted.take_shifted(self.matrix, |i| shift * mass[i]);
+        let solver = &mut *self.solver;
+        let unsound = || LinearError::new("a pivot of the Hessian is zero or not finite");
+        solver.factorise(self.shifted, &[], false).map_err(|_| unsound())?;
+        let sparse = solver.negative_eigenvalues().ok_or_else(unsound)?;
+        self.update =
+            LowRankUpdate::new(self.terms.clone(), self.reduction, |rhs| solver.solve(rhs));
         let more = self.update.more_negative();
         let Some(negative) = more.and_then(|more| sparse.checked_add_signed(more)) else {
             return Ok(Count { negative: sparse, error: f64::NAN });
@@ -150,7 +161,7 @@ impl<'a> Restricted<'a> {
     /// Replaces `w` by the solution on the whole space.
     fn solve_whole(&mut self, w: &mut [Vec3]) {
         self.tally.count(|work| work.solves += 1);
-        self.ldlt.solve(w);
+        self.solver.solve(w);
         self.update.correct(w);
     }
 
