@@ -55,11 +55,30 @@ impl Stepper {
         breakpoints.sample(&mut workspace.at(state))
     }
 
+    /// That the state, which anybody may set, is one of this problem.
+    fn check(&self) -> Result<()> {
+        let model = self.model();
+        let (sheet, State { x, species, .. }) = (model.sheet(), &self.state);
+        let expect = |what: &str, found: usize, expected: usize| match found == expected {
+            true => Ok(()),
+            false => Err(SolveError::Shape { what: what.to_owned(), found, expected }),
+        };
+        expect("positions", x.len(), sheet.vertex_count())?;
+        let Some(chemistry) = model.chemistry() else { return expect("species", species.len(), 0) };
+        let names = &chemistry.descriptor().species;
+        expect("species", species.len(), names.len())?;
+        let (points, mut all) = (chemistry.points(sheet), names.iter().zip(species));
+        all.try_for_each(|(c, values)| {
+            expect(&format!("values of {}", c.name), values.len(), points)
+        })
+    }
+
     /// Makes the start satisfy the equations without a time derivative, and brings the shape to rest: before the first step.
     ///
     /// # Errors
     /// If a relaxation or a law fails.
     pub fn prepare(&mut self) -> Result<Relaxation> {
+        self.check()?;
         self.find_breakpoints();
         self.integrator.prepare(&mut self.workspace, &mut self.state)
     }
@@ -69,13 +88,14 @@ impl Stepper {
     /// # Errors
     /// If a law or the relaxation fails.
     pub fn relax(&mut self) -> Result<Relaxation> {
+        self.check()?;
         self.workspace.relax(&mut self.state)
     }
 
     /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.
     ///
     /// # Errors
-    /// [`SolveError::NoStep`] if `until` is not after the time of the state. Whatever no smaller step cures: the state and
+    /// [`SolveError::Shape`] for a state of another sheet or other species; [`SolveError::NoStep`] if `until` is not after the time of the state. Whatever no smaller step cures: the state and
     /// what solvers remember are then as before, bit for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         self.step_by(until, |stepper, until| {
@@ -96,6 +116,7 @@ impl Stepper {
         if !(until > time) {
             return Err(SolveError::NoStep { time, until }.into());
         }
+        self.check()?;
         let work = self.model().tally().work();
         let (causes, not_finite) = (self.workspace.tries().causes(), self.model().not_finite());
         self.workspace.mark();
@@ -137,6 +158,7 @@ impl Stepper {
     /// # Errors
     /// If a law fails.
     pub fn energies(&mut self) -> Result<Vec<(String, f64)>> {
+        self.check()?;
         let energies = self.evaluate().energies()?;
         let names = self.model().mechanics().names().map(str::to_owned);
         Ok(names.zip(energies).collect())

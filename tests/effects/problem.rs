@@ -101,3 +101,23 @@ fn mistakes_name_their_part() {
     let (part, _) = refused(Problem::on(disc()).material(STEEL).effect(Bending::default()));
     assert_eq!(part, Part::Effects);
 }
+
+/// A state is anybody's to set: one of another sheet, or with values that are missing, is refused.
+#[test]
+fn a_state_of_other_lengths_is_refused() {
+    let mut stepper = plate(disc()).stepper().unwrap();
+    let count = stepper.state.x.len();
+    let refused = |stepper: &mut rumple::Stepper| {
+        let all = [stepper.prepare().err(), stepper.step(1.0).err(), stepper.energies().err()];
+        all.map(|error| error.expect("it is accepted").to_string())
+    };
+    stepper.state.species = vec![vec![0.0; 300]];
+    for message in refused(&mut stepper) {
+        assert_eq!(message, "the state has 1 species, expected 0");
+    }
+    stepper.state.species.clear();
+    stepper.state.x = stepper.state.x[1..].to_vec().into();
+    for message in refused(&mut stepper) {
+        assert_eq!(message, format!("the state has {} positions, expected {count}", count - 1));
+    }
+}

@@ -88,7 +88,7 @@ impl EffectSpec for Diffusion {
         let Some((descriptor, location)) = context.kinetics else {
             return refuse(
                 "species",
-                format!("`{}` cannot diffuse: the scene has no kinetics", self.species),
+                format!("`{}` cannot diffuse: there are no kinetics", self.species),
                 "add a [kinetics] table with a plugin".into(),
             );
         };

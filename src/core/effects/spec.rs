@@ -112,7 +112,7 @@ impl<'a> EffectContext<'a> {
     pub fn material(&self) -> Result<&'a Material, EffectError> {
         self.material.ok_or_else(|| EffectError {
             key: "kind",
-            message: "this effect needs a [material], which the scene lacks".into(),
+            message: "this effect needs a material, and there is none".into(),
             help: Some("add [material] with young, poisson and thickness".into()),
         })
     }

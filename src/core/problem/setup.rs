@@ -82,10 +82,8 @@ impl Problem<'_> {
             .unwrap_or_default();
         let chemical = self.effects.iter().position(|e| e.needs().species);
         if let (None, Some(number)) = (kinetics, chemical) {
-            let message = format!(
-                "{} needs species, and the scene has no kinetics",
-                self.effects[number].name()
-            );
+            let message =
+                format!("{} needs species, and there are no kinetics", self.effects[number].name());
             let part = Part::Effect(number, "kind".into());
             return Err(ProblemError::new(part, message, Some("add a [kinetics] table")));
         }
@@ -154,15 +152,14 @@ impl Problem<'_> {
         let help = "add [[effect]] kind = \"stretching\"";
         if mechanics.is_empty() {
             if let Some(name) = mechanics.constraint_names().next() {
-                let message =
-                    format!("{name} is a constraint, but the scene lists no effect with an energy");
+                let message = format!("{name} is a constraint, but no effect has an energy");
                 return Err(ProblemError::new(Part::Effects, message, Some(help)));
             }
             return Ok(None);
         }
         let mut potential = Potential::new(mechanics);
         if !(potential.force_scale() > 0.0) {
-            let message = "no effect of the scene resists stretching";
+            let message = "no effect resists stretching";
             return Err(ProblemError::new(Part::Effects, message, Some(help)));
         }
         if potential.constraints_depend() {
@@ -220,9 +217,8 @@ impl Problem<'_> {
         }
         if mechanics.is_constrained() && !self.integrator.keeps_constraints(storage) {
             let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
-            let message = format!(
-                "this integrator does not keep constraints, and the scene has some ({names})"
-            );
+            let message =
+                format!("this integrator does not keep constraints, and there are some ({names})");
             let help = "integrator = \"staggered\" keeps them under every policy, and so does \
                         integrator = { kind = \"explicit\", method = \"euler\" }";
             return Err(refused(message, Some(help)));

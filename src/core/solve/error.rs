@@ -47,6 +47,16 @@ pub enum SolveError {
         /// The time asked for.
         until: f64,
     },
+    /// A state of another sheet or of other species.
+    #[error("the state has {found} {what}, expected {expected}")]
+    Shape {
+        /// Of what: positions, species, or values of a species.
+        what: String,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
     /// The model has no value, or refuses a state.
     #[error(transparent)]
     Model(#[from] ModelError),

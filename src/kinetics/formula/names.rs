@@ -51,7 +51,7 @@ impl<'a> Names<'a> {
         let mut varying = 0;
         let number = |(k, parameter): (usize, &'a Parameter)| {
             let numbers = (k, varying);
-            varying += usize::from(law.values[k].is_none());
+            varying += usize::from(law.values.get(k).is_none_or(Option::is_none));
             (parameter.name.as_str(), numbers)
         };
         let parameters = law.parameters.iter().enumerate().map(number).collect();
