@@ -7,6 +7,7 @@ mod jacobian;
 mod motion;
 mod path;
 mod policies;
+mod rotated;
 mod stiff;
 mod threads;
 mod transactions;
