@@ -31,10 +31,17 @@ SCENES = {
     "hard/spot": [],
     "hard/dome": [QUASI_STATIC],
     "hard/scales": [QUASI_STATIC],
+    "hard/motors": ["time.until=5"],
+    "accuracy/before": ["sheet.vertices=1000", "time.until=0.5"],
+    "accuracy/ring": [QUASI_STATIC, "sheet.vertices=800", "time.until=0.5"],
+    "shells/emptied": ["sheet.vertices=1000"],
 }
 MATERIAL = "poisson = 0.3333333333333333"
 SHELL = 'effect = [{ kind = "stretching" }, { kind = "bending" }'
 END = 'kind = "pin", where = { half-space = { point = [%s9.99, 0, 0], normal = [%s1, 0, 0] } }, axes = "xyz"'
+SIDE = 'kind = "pin", where = { half-space = { point = [0, %s4.99, 0], normal = [0, %s1, 0] } }, axes = "xyz"'
+RAMP = 'ramp = { formula = "t" }'
+STEPS = "time = { until = 1.0, integrator = { kind = \"staggered\", longest_step = 0.05 } }"
 # Scenes that are not shipped: name, text.
 OWN = {
     "strip whose ends approach": f"""
@@ -59,6 +66,60 @@ species.a = {{ typical = 1.0, lower = 0.0 }}
 rates.a = "k*where_edge*(1 - a)"
 length_factor = "1 + g*a"
 parameters = {{ k = 1.0, g = 0.25, where_edge = {{ formula = "logistic(4*(sqrt(x^2+y^2) - 8))" }} }}
+""",
+    "sheet stretched between clamps": f"""
+sheet = {{ shape = "rectangle", width = 20.0, height = 10.0, vertices = 900, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.05, drag = 0.01 }}
+{SHELL}, {{ {END % ("-", "-")} }}, {{ {END % ("", "")}, displacement = [3.0, 0, 0], {RAMP} }}]
+{STEPS}
+""",
+    "sheared strip": f"""
+sheet = {{ shape = "rectangle", width = 30.0, height = 10.0, vertices = 900, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ {SIDE % ("-", "-")} }}, {{ {SIDE % ("", "")}, displacement = [0.5, 0, 0], {RAMP} }}]
+{STEPS}
+""",
+    "strip lifted at an end": f"""
+sheet = {{ shape = "rectangle", width = 20.0, height = 3.0, vertices = 400, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ {END % ("-", "-")} }}, {{ {END % ("", "")}, displacement = [-6.0, 2.0, 7.0], {RAMP} }}]
+{STEPS}
+""",
+    "free disc, boundary grows by factor": f"""
+sheet = {{ shape = "disc", radius = 10.0, vertices = 600, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ kind = "growth", factor = "1 + 0.2*t*(x^2 + y^2)/100" }}]
+{STEPS}
+""",
+    "free annulus, inner boundary grows": f"""
+sheet = {{ shape = "annulus", inner = 3.0, outer = 10.0, vertices = 600, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ kind = "growth", factor = "1 + 0.3*t*exp(-(sqrt(x^2 + y^2) - 3)/1.5)" }}]
+{STEPS}
+""",
+    "shell of exact volume": f"""
+sheet = {{ shape = "sphere", radius = 5.0, irregular = true, vertices = 600 }}
+material = {{ young = 1e4, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ kind = "volume", exact = true, ramp = {{ formula = "1 - 0.4*t" }} }}]
+{STEPS}
+""",
+    "balloon below its limit load": f"""
+sheet = {{ shape = "sphere", radius = 5.0, irregular = true, vertices = 600 }}
+material = {{ young = 1e4, {MATERIAL}, thickness = 0.1, drag = 0.01 }}
+{SHELL}, {{ kind = "pressure", value = 100.0, {RAMP} }}]
+{STEPS}
+""",
+    "grown stripe, fixed boundary": f"""
+sheet = {{ shape = "rectangle", width = 20.0, height = 20.0, vertices = 900, imperfection = {{ amplitude = 1e-2, seed = 3 }} }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.3, drag = 0.01 }}
+{SHELL}, {{ kind = "pin", where = "rim", axes = "xyz" }}, {{ kind = "growth", factor = "1 + 0.1*t*exp(-x^2/10)" }}]
+{STEPS}
+""",
+    "sphere, grown cap": f"""
+sheet = {{ shape = "sphere", radius = 5.0, irregular = true, vertices = 800 }}
+material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
+{SHELL}, {{ kind = "growth", factor = "1 + 0.3*t/(1 + exp(3*(3 - z)))" }}]
+{STEPS}
 """,
 }
 VARIANTS = {

@@ -12,7 +12,7 @@ pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::{Error, Result, Simulation, laws, notes, stability_monitor};
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
-use crate::solve::{Control, SolveError, StepReport};
+use crate::solve::{Control, SolveError, StepReport, diagnosis};
 
 /// Runs `simulation` and writes into `directory`.
 ///
@@ -84,6 +84,10 @@ fn stepped(
             return Ok(recorder.finish(simulation, ending));
         }
         match simulation.step(recorder.target()) {
+            Ok(_) if diagnosis::blows_up(simulation.model(), simulation.state()) => {
+                let error = SolveError::BlowUp { time: simulation.state.time };
+                return Err(recorder.stopped(simulation, error.into()));
+            }
             Ok(report) => {
                 latest = report;
                 recorder.accept(simulation, &mut latest)?;

@@ -8,6 +8,7 @@ mod motion;
 mod path;
 mod policies;
 mod ranks;
+mod rotated;
 mod stiff;
 mod threads;
 mod transactions;

@@ -148,6 +148,17 @@ fn a_balloon_beyond_what_it_holds_ends_at_its_limit_load() {
     assert_says(&message, &["limit load", "simultaneous", "stopped at time 0.33"]);
 }
 
+/// The message blamed a law, and the advice of the quasi-static run led there.
+#[test]
+fn a_balloon_that_moves_beyond_its_limit_load_is_no_fault_of_a_law() {
+    let folder = folder(&shell("vertices = 200", 500.0));
+    let keys = ["--set", "time.policy=\"simultaneous\"", "--set", "material.drag=0.1"];
+    let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..]].concat();
+    let message = failing(folder.path(), &args);
+    let parts = ["the cause is the load", "pressure has stretched edges", "blows up", "time.until"];
+    assert_says(&message, &parts);
+}
+
 /// It folds flat in one step and is turned over in another one.
 #[test]
 fn a_shell_that_is_turned_over_in_parts_is_no_result() {

@@ -279,6 +279,12 @@ pub enum SolveError {
         /// When.
         time: f64,
     },
+    /// A shape under drag moves without bound.
+    #[error("the motion of the shape under drag blows up near time {time}")]
+    BlowUp {
+        /// When.
+        time: f64,
+    },
     /// The volume that a closed sheet encloses changes its sign in a quasi-static step, without pins that lead it there, or while a
     /// start is released.
     #[error(

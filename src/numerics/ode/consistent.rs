@@ -9,10 +9,11 @@
 //! ∂F_a/∂y_a δ = -F_a        a: rows and unknowns without storage
 //! ```
 
+use super::error_norm::Grouping;
 use super::{OdeError, OdeProblem, Options, Result};
 use crate::linear::Shifted;
 
-/// Largest change, in units of the tolerance of an unknown, that counts as none.
+/// Largest change, in units of the tolerance of a displacement or another unknown, that counts as none.
 const STILL: f64 = 0.1;
 /// Iterations after which the start stays as it was.
 const MOST: usize = 20;
@@ -33,6 +34,7 @@ pub(super) fn make_consistent(
     let mut tried = y.to_vec();
     let mut change = vec![0.0; y.len()];
     let mut last = f64::INFINITY;
+    let grouping = Grouping::new(options.displacements.as_ref());
     for iteration in 0..MOST {
         // Beyond the start Newton's method may come to where nothing can be evaluated.
         let forgive = |error: OdeError| match error.is_recoverable() && iteration > 0 {
@@ -62,13 +64,11 @@ pub(super) fn make_consistent(
         if newton.solve(jacobian, row, &mut change, &options.tally).is_err() {
             return Ok(());
         }
-        let mut largest: f64 = 0.0;
-        for ((tried, change), atol) in tried.iter_mut().zip(&change).zip(atol) {
-            *tried += change;
-            // NaN counts as well.
-            let size = change.abs() / (atol + options.rtol * tried.abs());
-            largest = if size > largest || size.is_nan() { size } else { largest };
-        }
+        tried.iter_mut().zip(&change).for_each(|(tried, change)| *tried += change);
+        let sizes = grouping.ratios(&change, &tried, (atol, options.rtol));
+        // NaN counts as well.
+        let larger = |most: f64, size: f64| if size > most || size.is_nan() { size } else { most };
+        let largest = sizes.fold(0.0, larger).sqrt();
         if !(largest < last) {
             return Ok(());
         }

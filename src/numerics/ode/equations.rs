@@ -4,11 +4,13 @@ use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use diffsol::{
-    ConstantOp, FaerContext, FaerVec, LinearOp, NonLinearOp, NonLinearOpJacobian, OdeEquations,
-    OdeEquationsRef, OdeSolverProblem, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
+    ConstantOp, LinearOp, NonLinearOp, NonLinearOpJacobian, OdeEquations, OdeEquationsRef,
+    OdeSolverProblem, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
 };
 
+use super::error_norm::Grouping;
 use super::iteration_matrix::Combination;
+use super::unknowns::Unknowns;
 use super::{Failure, OdeError};
 use crate::linear::{Difference, Sparse};
 
@@ -42,8 +44,8 @@ pub(super) struct Equations {
     /// Until the first integrator has begun there.
     start: Mutex<Vec<f64>>,
     unknowns: usize,
-    context: FaerContext,
-    nothing: FaerVec<f64>,
+    context: Grouping,
+    nothing: Unknowns,
 }
 
 /// What the linear solver needs as well.
@@ -100,21 +102,20 @@ impl Shared {
 
 /// The absolute tolerances of a problem.
 pub(super) fn tolerances(problem: &OdeSolverProblem<Equations>) -> &[f64] {
-    problem.atol.inner().col_as_slice(0)
+    problem.atol.inner().as_slice()
 }
 
 impl Equations {
     /// The equations of `problem` from `start`.
-    pub(super) fn new(problem: Box<dyn OdeProblem>, start: Vec<f64>) -> Self {
-        let context = FaerContext::default();
+    pub(super) fn new(problem: Box<dyn OdeProblem>, start: Vec<f64>, context: Grouping) -> Self {
         let stored = problem.stored();
         let inner = Mutex::new(Inner { problem, error: None, failed_at: f64::NAN });
         Self {
             unknowns: start.len(),
             shared: Arc::new(Shared { inner, stored }),
             start: Mutex::new(start),
+            nothing: Unknowns::zeros(0, context.clone()),
             context,
-            nothing: FaerVec::zeros(0, context),
         }
     }
 
@@ -124,7 +125,7 @@ impl Equations {
     }
 
     /// The start.
-    pub(super) fn init_vector(&self) -> FaerVec<f64> {
+    pub(super) fn init_vector(&self) -> Unknowns {
         self.init().call(0.0)
     }
 
@@ -153,12 +154,12 @@ impl Equations {
         self.shared.stored.as_deref()
     }
 
-    fn evaluate(&self, y: &FaerVec<f64>, time: f64, out: &mut FaerVec<f64>) {
+    fn evaluate(&self, y: &Unknowns, time: f64, out: &mut Unknowns) {
         let shared = &mut *self.shared.lock();
-        let out = out.inner_mut().col_as_slice_mut(0);
+        let out = out.inner_mut().as_mut_slice();
         // After an error that no shorter step cures nothing more is worth evaluating.
         let hopeless = shared.error.as_ref().is_some_and(|e| !e.is_recoverable());
-        let y = y.inner().col_as_slice(0);
+        let y = y.inner().as_slice();
         let done = if hopeless {
             out.fill(f64::NAN);
             return;
@@ -175,9 +176,9 @@ impl Equations {
     }
 
     /// Evaluates ∂F/∂y where the problem keeps it; whether there is one.
-    fn differentiate(&self, y: &FaerVec<f64>, time: f64) -> bool {
+    fn differentiate(&self, y: &Unknowns, time: f64) -> bool {
         let shared = &mut *self.shared.lock();
-        match shared.problem.jacobian(time, y.inner().col_as_slice(0)) {
+        match shared.problem.jacobian(time, y.inner().as_slice()) {
             Ok(_) => true,
             Err(error) => {
                 shared.failed_at = time;
@@ -195,11 +196,11 @@ macro_rules! operator {
 
         impl Op for $name<'_> {
             type T = f64;
-            type V = FaerVec<f64>;
+            type V = Unknowns;
             type M = Combination;
-            type C = FaerContext;
+            type C = Grouping;
 
-            fn context(&self) -> &FaerContext {
+            fn context(&self) -> &Grouping {
                 &self.0.context
             }
             fn nstates(&self) -> usize {
@@ -229,36 +230,30 @@ operator!(
 );
 
 impl NonLinearOp for RightHandSide<'_> {
-    fn call_inplace(&self, y: &FaerVec<f64>, time: f64, out: &mut FaerVec<f64>) {
+    fn call_inplace(&self, y: &Unknowns, time: f64, out: &mut Unknowns) {
         self.0.evaluate(y, time, out);
     }
 }
 
 impl NonLinearOpJacobian for RightHandSide<'_> {
-    fn jac_mul_inplace(
-        &self,
-        y: &FaerVec<f64>,
-        time: f64,
-        v: &FaerVec<f64>,
-        out: &mut FaerVec<f64>,
-    ) {
+    fn jac_mul_inplace(&self, y: &Unknowns, time: f64, v: &Unknowns, out: &mut Unknowns) {
         if self.0.differentiate(y, time) {
-            let (v, out) = (v.inner().col_as_slice(0), out.inner_mut().col_as_slice_mut(0));
+            let (v, out) = (v.inner().as_slice(), out.inner_mut().as_mut_slice());
             self.0.with(|problem| problem.last_jacobian().multiply(v, out));
         } else {
             out.fill(f64::NAN);
         }
     }
 
-    fn jacobian_inplace(&self, y: &FaerVec<f64>, time: f64, matrix: &mut Combination) {
+    fn jacobian_inplace(&self, y: &Unknowns, time: f64, matrix: &mut Combination) {
         let there = self.0.differentiate(y, time);
         matrix.set(&self.0.shared, [0.0, if there { 1.0 } else { f64::NAN }]);
     }
 }
 
 impl LinearOp for Mass<'_> {
-    fn gemv_inplace(&self, x: &FaerVec<f64>, _: f64, beta: f64, y: &mut FaerVec<f64>) {
-        let (x, y) = (x.inner().col_as_slice(0), y.inner_mut().col_as_slice_mut(0));
+    fn gemv_inplace(&self, x: &Unknowns, _: f64, beta: f64, y: &mut Unknowns) {
+        let (x, y) = (x.inner().as_slice(), y.inner_mut().as_mut_slice());
         for (i, (x, y)) in x.iter().zip(y).enumerate() {
             *y = self.0.shared.mass(i) * x + beta * *y;
         }
@@ -270,9 +265,9 @@ impl LinearOp for Mass<'_> {
 }
 
 impl ConstantOp for Start<'_> {
-    fn call_inplace(&self, _: f64, y: &mut FaerVec<f64>) {
+    fn call_inplace(&self, _: f64, y: &mut Unknowns) {
         let start = self.0.start.lock().unwrap_or_else(PoisonError::into_inner);
-        let y = y.inner_mut().col_as_slice_mut(0);
+        let y = y.inner_mut().as_mut_slice();
         if start.len() == y.len() {
             y.copy_from_slice(&start);
         }
@@ -281,11 +276,11 @@ impl ConstantOp for Start<'_> {
 
 impl Op for Equations {
     type T = f64;
-    type V = FaerVec<f64>;
+    type V = Unknowns;
     type M = Combination;
-    type C = FaerContext;
+    type C = Grouping;
 
-    fn context(&self) -> &FaerContext {
+    fn context(&self) -> &Grouping {
         &self.context
     }
     fn nstates(&self) -> usize {
@@ -335,11 +330,11 @@ impl OdeEquations for Equations {
         Start(self)
     }
 
-    fn set_params(&mut self, p: &FaerVec<f64>) {
+    fn set_params(&mut self, p: &Unknowns) {
         self.nothing.copy_from(p);
     }
 
-    fn get_params(&self, p: &mut FaerVec<f64>) {
+    fn get_params(&self, p: &mut Unknowns) {
         p.copy_from(&self.nothing);
     }
 }

@@ -12,6 +12,7 @@ use self_cell::self_cell;
 
 use super::consistent::make_consistent;
 use super::equations::{Equations, tolerances};
+use super::error_norm::Grouping;
 use super::stepper::{Problem, Stepper, problem};
 use super::{Accept, OdeProblem, Options, Rejected, Result};
 use crate::linear::Shifted;
@@ -107,6 +108,7 @@ fn begin(
     (start, atol): (Vec<f64>, Vec<f64>),
     options: &Arc<Options>,
 ) -> Result<Running> {
-    let equations = Equations::new(of, start);
+    let context = Grouping::new(options.displacements.as_ref());
+    let equations = Equations::new(of, start, context);
     Running::try_new(problem(equations, time, atol, options)?, |owner| Stepper::new(owner, options))
 }

@@ -9,12 +9,12 @@
 use std::ops::Mul;
 use std::sync::Arc;
 
-use diffsol::{
-    FaerContext, FaerVec, LaError, Matrix, MatrixCommon, Scale, Vector, VectorCommon, VectorIndex,
-};
-use diffsol_la::{Dense, DenseRef, FaerVecIndex};
+use diffsol::{LaError, Matrix, MatrixCommon, Scale, Vector, VectorCommon, VectorIndex};
+use diffsol_la::{Dense, DenseRef};
 
 use super::equations::Shared;
+use super::error_norm::{Grouping, Places};
+use super::unknowns::Unknowns;
 
 /// `a M + b ∂F/∂y`. What diffsol does not ask of a matrix in the methods used here makes its factors NaN,
 /// which the linear solver refuses.
@@ -25,7 +25,7 @@ pub(super) struct Combination {
     factors: [f64; 2],
     /// Where M and ∂F/∂y are; none in a matrix that was not filled.
     shared: Option<Arc<Shared>>,
-    context: FaerContext,
+    context: Grouping,
 }
 
 impl Combination {
@@ -46,9 +46,9 @@ impl Combination {
 }
 
 impl MatrixCommon for Combination {
-    type V = FaerVec<f64>;
+    type V = Unknowns;
     type T = f64;
-    type C = FaerContext;
+    type C = Grouping;
     type Inner = [f64; 2];
 
     fn nrows(&self) -> usize {
@@ -88,7 +88,7 @@ impl Matrix for Combination {
         None
     }
 
-    fn context(&self) -> &FaerContext {
+    fn context(&self) -> &Grouping {
         &self.context
     }
 
@@ -97,14 +97,14 @@ impl Matrix for Combination {
     }
 
     /// No row counts as one without storage: starts are made consistent before.
-    fn partition_indices_by_zero_diagonal(&self) -> (FaerVecIndex, FaerVecIndex) {
-        let of = |rows: Vec<usize>| FaerVecIndex::from_vec(rows, self.context);
+    fn partition_indices_by_zero_diagonal(&self) -> (Places, Places) {
+        let of = |rows: Vec<usize>| Places::from_vec(rows, self.context.clone());
         (of(Vec::new()), of((0..self.size[0]).collect()))
     }
 
-    fn gemv(&self, alpha: f64, x: &FaerVec<f64>, beta: f64, y: &mut FaerVec<f64>) {
+    fn gemv(&self, alpha: f64, x: &Unknowns, beta: f64, y: &mut Unknowns) {
         let Some(shared) = &self.shared else { return y.fill(f64::NAN) };
-        let (x, y) = (x.inner().col_as_slice(0), y.inner_mut().col_as_slice_mut(0));
+        let (x, y) = (x.inner().as_slice(), y.inner_mut().as_mut_slice());
         let product = shared.product(self.factors, x);
         for (y, product) in y.iter_mut().zip(product) {
             *y = alpha * product + if beta == 0.0 { 0.0 } else { beta * *y };
@@ -115,7 +115,7 @@ impl Matrix for Combination {
         self.clone_from(other);
     }
 
-    fn zeros(rows: usize, columns: usize, context: FaerContext) -> Self {
+    fn zeros(rows: usize, columns: usize, context: Grouping) -> Self {
         Self { size: [rows, columns], factors: [0.0; 2], shared: None, context }
     }
 
@@ -123,36 +123,36 @@ impl Matrix for Combination {
         rows: usize,
         columns: usize,
         _: Option<Dense<Self>>,
-        context: FaerContext,
+        context: Grouping,
     ) -> Self {
         Self::zeros(rows, columns, context)
     }
 
     /// M, which is the identity where diffsol makes a diagonal matrix.
-    fn from_diagonal(diagonal: &FaerVec<f64>) -> Self {
-        let values = diagonal.inner().col_as_slice(0);
+    fn from_diagonal(diagonal: &Unknowns) -> Self {
+        let values = diagonal.inner().as_slice();
         let factor = if values.iter().all(|v| *v == 1.0) { 1.0 } else { f64::NAN };
         let size = [values.len(); 2];
-        Self { size, factors: [factor, 0.0], shared: None, context: *diagonal.context() }
+        Self { size, factors: [factor, 0.0], shared: None, context: diagonal.context().clone() }
     }
 
-    fn set_column(&mut self, _: usize, _: &FaerVec<f64>) {
+    fn set_column(&mut self, _: usize, _: &Unknowns) {
         self.spoil();
     }
 
-    fn add_column_to_vector(&self, _: usize, v: &mut FaerVec<f64>) {
+    fn add_column_to_vector(&self, _: usize, v: &mut Unknowns) {
         v.fill(f64::NAN);
     }
 
-    fn add_columns_to_batched_vector(&self, v: &mut FaerVec<f64>) {
+    fn add_columns_to_batched_vector(&self, v: &mut Unknowns) {
         v.fill(f64::NAN);
     }
 
-    fn set_data_with_indices(&mut self, _: &FaerVecIndex, _: &FaerVecIndex, _: &FaerVec<f64>) {
+    fn set_data_with_indices(&mut self, _: &Places, _: &Places, _: &Unknowns) {
         self.spoil();
     }
 
-    fn gather(&mut self, _: &Self, _: &FaerVecIndex) {
+    fn gather(&mut self, _: &Self, _: &Places) {
         self.spoil();
     }
 
@@ -172,7 +172,7 @@ impl Matrix for Combination {
         _: usize,
         _: Vec<(usize, usize)>,
         _: Vec<f64>,
-        _: FaerContext,
+        _: Grouping,
     ) -> Result<Self, LaError> {
         Err(LaError::Other("a combination of M and ∂F/∂y has no entries of its own".into()))
     }

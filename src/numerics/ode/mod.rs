@@ -18,10 +18,13 @@
 
 mod consistent;
 mod equations;
+mod error_norm;
+mod history;
 mod integration;
 mod iteration_matrix;
 mod newton;
 mod stepper;
+mod unknowns;
 
 pub use equations::OdeProblem;
 pub use integration::Integration;

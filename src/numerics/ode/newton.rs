@@ -3,11 +3,13 @@
 use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use diffsol::{FaerContext, FaerVec, LaError, LaLinearOp, Matrix, Vector};
+use diffsol::{LaError, LaLinearOp, Matrix, Vector};
 use diffsol_la::LinearSolver;
 
 use super::equations::Shared;
+use super::error_norm::Grouping;
 use super::iteration_matrix::Combination;
+use super::unknowns::Unknowns;
 use super::{OdeError, Options, Result};
 use crate::linear::{Difference, Factor, LinearChoice};
 use crate::tally::{Meter, Tally};
@@ -84,21 +86,19 @@ impl NewtonSolver {
 }
 
 impl LinearSolver<Combination> for NewtonSolver {
-    fn set_sparsity<C: LaLinearOp<V = FaerVec<f64>, T = f64, M = Combination, C = FaerContext>>(
+    fn set_sparsity<C: LaLinearOp<V = Unknowns, T = f64, M = Combination, C = Grouping>>(
         &mut self,
         _: &C,
     ) {
         self.factor = RefCell::default();
     }
 
-    fn set_linearisation<
-        C: LaLinearOp<V = FaerVec<f64>, T = f64, M = Combination, C = FaerContext>,
-    >(
+    fn set_linearisation<C: LaLinearOp<V = Unknowns, T = f64, M = Combination, C = Grouping>>(
         &mut self,
         op: &C,
     ) {
         let Some(shared) = &self.shared else { return };
-        let mut matrix = Combination::zeros(op.nrows(), op.ncols(), *op.context());
+        let mut matrix = Combination::zeros(op.nrows(), op.ncols(), op.context().clone());
         op.matrix_inplace(&mut matrix);
         let factors = matrix.factors();
         // The Jacobian could not be evaluated: no time is lost on its factor.
@@ -111,8 +111,8 @@ impl LinearSolver<Combination> for NewtonSolver {
         self.factor = RefCell::new(Some(factor));
     }
 
-    fn solve_in_place(&self, x: &mut FaerVec<f64>) -> Result<(), LaError> {
-        let x = x.inner_mut().col_as_slice_mut(0);
+    fn solve_in_place(&self, x: &mut Unknowns) -> Result<(), LaError> {
+        let x = x.inner_mut().as_mut_slice();
         let begin = |meter: &Meter| if x.len() <= FEW { meter.brief(0) } else { meter.scope(0) };
         let _scope = self.meters.as_ref().map(|[_, solution]| begin(solution));
         match &mut *self.factor.borrow_mut() {
@@ -124,7 +124,7 @@ impl LinearSolver<Combination> for NewtonSolver {
         }
     }
 
-    fn solve_transpose_in_place(&self, _: &mut FaerVec<f64>) -> Result<(), LaError> {
+    fn solve_transpose_in_place(&self, _: &mut Unknowns) -> Result<(), LaError> {
         Err(LaError::Other("transposed systems are not solved".into()))
     }
 }

@@ -3,14 +3,15 @@
 use std::sync::Arc;
 
 use diffsol::{
-    Bdf, BdfState, ExplicitRk, FaerContext, FaerVec, NonLinearOp, OdeBuilder, OdeEquations,
-    OdeSolverMethod, OdeSolverProblem, OdeSolverState, OdeSolverStopReason, RkState, Sdirk,
-    Tableau, Vector, VectorCommon,
+    Bdf, BdfState, ExplicitRk, NonLinearOp, OdeBuilder, OdeEquations, OdeSolverMethod,
+    OdeSolverProblem, OdeSolverState, OdeSolverStopReason, Op, RkState, Sdirk, Tableau, Vector,
+    VectorCommon,
 };
 
-use super::equations::{Equations, tolerances};
+use super::equations::Equations;
 use super::iteration_matrix::Combination;
 use super::newton::{NewtonSolver, Spare};
+use super::unknowns::Unknowns;
 use super::{Accept, OdeError, OdeMethod, Rejected, Result};
 use crate::linear::{Displacements, LinearChoice};
 use crate::tally::Tally;
@@ -134,13 +135,13 @@ impl<'a> Stepper<'a> {
     /// If F cannot be evaluated there.
     pub(super) fn restart(&mut self, time: f64, y: &[f64], span: f64) -> Result<()> {
         self.problem.eqn.take_error();
-        let y = vector(y);
+        let y = vector(self.problem, y);
         let first = Self::first_step(self.problem, &self.options, span, time, &y)?;
         self.shortest = SHORTEST * first;
         self.begin(time, y, first)
     }
 
-    fn begin(&mut self, time: f64, y: FaerVec<f64>, step: f64) -> Result<()> {
+    fn begin(&mut self, time: f64, y: Unknowns, step: f64) -> Result<()> {
         // Dropped first: the old solver leaves its factor to the new one.
         self.method = None;
         let steps = (step, self.shortest);
@@ -151,17 +152,12 @@ impl<'a> Stepper<'a> {
     }
 
     /// dy/dt where it is known: F in rows with storage, 0 in the others.
-    fn slope(
-        problem: &Problem,
-        options: &Options,
-        time: f64,
-        y: &FaerVec<f64>,
-    ) -> Result<FaerVec<f64>> {
+    fn slope(problem: &Problem, options: &Options, time: f64, y: &Unknowns) -> Result<Unknowns> {
         let mut slope = problem.eqn.rhs().call(y, time);
         if let Some(error) = problem.eqn.take_error() {
             return Err(error);
         }
-        let values = slope.inner_mut().col_as_slice_mut(0);
+        let values = slope.inner_mut().as_mut_slice();
         if let Some(stored) = problem.eqn.stored() {
             for (value, stored) in values.iter_mut().zip(stored) {
                 if !stored {
@@ -181,20 +177,14 @@ impl<'a> Stepper<'a> {
         options: &Options,
         span: f64,
         time: f64,
-        y: &FaerVec<f64>,
+        y: &Unknowns,
     ) -> Result<f64> {
         if let Some(step) = options.step {
             return Ok(step);
         }
         let slope = Self::slope(problem, options, time, y)?;
-        let (y, slope) = (y.inner().col_as_slice(0), slope.inner().col_as_slice(0));
-        let atol = tolerances(problem);
-        let norm = |v: &[f64]| {
-            let unit = |i: usize| atol[i] + options.rtol * y[i].abs();
-            let sum: f64 = (0..v.len()).map(|i| (v[i] / unit(i)).powi(2)).sum();
-            (sum / crate::num::real(v.len().max(1))).sqrt()
-        };
-        let (size, speed) = (norm(y), norm(slope));
+        let norm = |v: &Unknowns| v.squared_norm(y, &problem.atol, options.rtol).sqrt();
+        let (size, speed) = (norm(y), norm(&slope));
         let step = if speed > 0.0 { 0.01 * size.max(1.0) / speed } else { 1e-3 * span };
         Ok(step.min(span))
     }
@@ -203,7 +193,7 @@ impl<'a> Stepper<'a> {
         problem: &'a Problem,
         options: &Arc<Options>,
         time: f64,
-        y: FaerVec<f64>,
+        y: Unknowns,
         (step, shortest): (f64, f64),
         spare: &Spare,
     ) -> Result<Method<'a>> {
@@ -223,7 +213,7 @@ impl<'a> Stepper<'a> {
         }
         macro_rules! runge_kutta {
             () => {{
-                let mut state = state!(RkState<FaerVec<f64>>);
+                let mut state = state!(RkState<Unknowns>);
                 state.set_problem(problem).map_err(refuse)?;
                 *state.as_mut().h = step;
                 state
@@ -231,7 +221,7 @@ impl<'a> Stepper<'a> {
         }
         let mut method = match options.method {
             OdeMethod::Bdf => {
-                let mut state = state!(BdfState<FaerVec<f64>>);
+                let mut state = state!(BdfState<Unknowns>);
                 state.set_problem(problem).map_err(refuse)?;
                 *state.as_mut().h = step;
                 Method::Bdf(Box::new(Bdf::new(problem, state, linear).map_err(refuse)?))
@@ -267,7 +257,7 @@ impl<'a> Stepper<'a> {
     fn keep_solution(&mut self) {
         self.start.clear();
         every!(&self.method, solver => {
-            self.start.extend_from_slice(solver.state().y.inner().col_as_slice(0));
+            self.start.extend_from_slice(solver.state().y.inner().as_slice());
         }, none => ());
     }
 
@@ -313,7 +303,7 @@ impl<'a> Stepper<'a> {
                     let finite = self.is_finite();
                     let verdict = if finite {
                         every!(&self.method, solver => {
-                            accept(self.time, solver.state().y.inner().col_as_slice(0))
+                            accept(self.time, solver.state().y.inner().as_slice())
                         }, none => Ok(()))
                         .map_err(OdeError::from)
                     } else {
@@ -350,7 +340,7 @@ impl<'a> Stepper<'a> {
                 return Err(error);
             }
             rejected.refused.push(error);
-            let start = vector(&self.start);
+            let start = vector(self.problem, &self.start);
             self.begin(time, start, step)?;
         }
         Ok(())
@@ -359,7 +349,7 @@ impl<'a> Stepper<'a> {
     /// Whether the solution is finite, and the rates there that an explicit method begins its next
     /// step with: its error norm drops NaN, so that a step into where there are none is accepted.
     fn is_finite(&self) -> bool {
-        let finite = |v: &FaerVec<f64>| v.inner().col_as_slice(0).iter().all(|v| v.is_finite());
+        let finite = |v: &Unknowns| v.inner().as_slice().iter().all(|v| v.is_finite());
         every!(&self.method, solver => {
             let state = solver.state();
             finite(state.y) && (self.options.method.is_implicit() || finite(state.dy))
@@ -382,7 +372,8 @@ impl<'a> Stepper<'a> {
             if (until - now).abs() <= same {
                 until
             } else {
-                let shared = step < rest && rest < (1.0 + STUB) * step && rest > 4.0 * same;
+                // A step that diffsol has fitted to the stop time is as long as the way, but for round-off.
+                let shared = step + same < rest && rest < (1.0 + STUB) * step && rest > 4.0 * same;
                 let stop = if shared { time + 0.5 * rest } else { until };
                 solver.config_mut().minimum_timestep = shortest;
                 solver.set_stop_time(stop).map_err(refuse)?;
@@ -398,6 +389,6 @@ impl<'a> Stepper<'a> {
     }
 }
 
-fn vector(values: &[f64]) -> FaerVec<f64> {
-    FaerVec::from_vec(values.to_vec(), FaerContext::default())
+fn vector(problem: &Problem, values: &[f64]) -> Unknowns {
+    Unknowns::from_slice(values, problem.eqn.context().clone())
 }

@@ -38,7 +38,11 @@ pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error
         scene.time.integrator.explicit_step().zip(limit).filter(|(step, limit)| step > limit);
     let seen = match too_long {
         Some((step, limit)) => Some(diagnosis::too_long(step, limit)),
-        None => diagnosis::runaway(workspace, state).ok().flatten(),
+        // Stretched without bound, the sheet also dilutes species ever faster.
+        None => diagnosis::unbounded(workspace, state).ok().flatten().or_else(|| {
+            let seen = diagnosis::runaway(workspace, state);
+            seen.ok().flatten()
+        }),
     };
     let Some(diagnosis) = seen.map(Box::new) else { return error };
     Error::Solve(SolveError::Diagnosed { diagnosis, error: Box::new(error) })

@@ -3,7 +3,7 @@
 //! | cause | what is inspected |
 //! | --- | --- |
 //! | mesh | the triangle at rest that is longest for its height |
-//! | load | the force on the whole sheet along motions that nothing holds; forces of effects on the sheet at rest |
+//! | load | the force on the whole sheet along motions that nothing holds; forces of effects on the sheet at rest; edges far beyond their optimal length |
 //! | start | a sheet that is still flat where its triangles collapse |
 //! | tolerance | how much of the force is round-off: what a change of all positions in their last digit makes of it; triangles that are held |
 //! | unresolved chemistry | a species that grows ever faster, or chatters; a fixed step beyond the limit of stability |
@@ -16,7 +16,7 @@ mod shape;
 use std::fmt;
 
 pub use chemistry::{explicit_limit, runaway, too_long};
-pub use shape::{collapse, needle, relaxation, stretched, unheld};
+pub use shape::{blows_up, collapse, needle, relaxation, stretched, unbounded, unheld};
 
 /// What kept work from its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

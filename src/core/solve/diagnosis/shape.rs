@@ -1,12 +1,15 @@
 //! Why a relaxation came to no end.
 
+use std::sync::Arc;
+
 use super::{Diagnosis, Reason};
 use crate::Vec3;
-use crate::model::{Potential, free_motions};
+use crate::model::{Model, Potential, State, free_motions};
 use crate::num::{Short, real};
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
 use crate::solve::error::LOOSEST;
+use crate::solve::{Result, Workspace};
 
 /// A triangle at rest that is longer than so many heights is to blame for what fails on it: relaxations
 /// succeed up to some 20 (`models/hard/cases.toml`).
@@ -24,6 +27,8 @@ const OF_A_SUM: f64 = 1e-12;
 const NEARLY: f64 = 100.0;
 /// Edges that are longer than so many times their optimal length have no equilibrium near by.
 const STRETCHED: f64 = 3.0;
+/// Edges that are longer than so many times their rest length are those of a motion without bound.
+const BLOWN_UP: f64 = 100.0;
 
 /// What kept a relaxation at `x` from a force below `tolerance`, if one of the causes is seen: `residual` is what
 /// was left, both in units of [`Potential::force_scale`].
@@ -122,8 +127,8 @@ fn overloaded(potential: &mut Potential) -> Option<Diagnosis> {
     })
 }
 
-/// The effect that stretches edges of the shape `x` far beyond their optimal lengths.
-pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
+/// The largest stretch of an edge of the shape `x`, if it is far beyond the optimal length, and the effect that causes it.
+fn overstretched(potential: &mut Potential, x: &[Vec3]) -> Option<(f64, String)> {
     let optimal = potential.metric().length();
     let stretch = potential.sheet().edges().iter().zip(optimal).map(|(edge, optimal)| {
         let [a, b] = edge.vertices.map(|v| x[v as usize]);
@@ -140,6 +145,12 @@ pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
         (potential.reduction().sum(x.len(), |i| force[i].dot(&(x[i] - rest[i]))), name)
     });
     let (_, name) = work.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(work, _)| *work > 0.0)?;
+    Some((most, name))
+}
+
+/// The effect that stretches edges of the shape `x` far beyond their optimal lengths, where no equilibrium is near.
+pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
+    let (most, name) = overstretched(potential, x)?;
     Some(Diagnosis {
         reason: Reason::Load,
         text: format!(
@@ -147,9 +158,43 @@ pub fn stretched(potential: &mut Potential, x: &[Vec3]) -> Option<Diagnosis> {
         ),
         advice: format!(
             "a smaller value of {name}, an effect that holds the volume, or time.policy = \"simultaneous\", which \
-             shows the motion"
+             shows the motion beyond the limit load until it blows up (end it before: time.until)"
         ),
     })
+}
+
+/// Whether edges of `state`, whose shape moves under drag, are so long that its motion counts as a blow-up.
+pub fn blows_up(model: &Model, state: &State) -> bool {
+    let (sheet, x) = (model.sheet(), &state.x);
+    let long = |[a, b]: [u32; 2]| {
+        let of = |x: &[Vec3]| (x[b as usize] - x[a as usize]).norm_squared();
+        of(x) > (BLOWN_UP * BLOWN_UP) * of(sheet.rest())
+    };
+    model.moves()
+        && model.storage().mechanics > 0.0
+        && sheet.edges().iter().any(|edge| long(edge.vertices))
+}
+
+/// The effect that stretches edges far beyond their optimal lengths where the shape moves under drag: beyond a limit load nothing bounds a motion without inertia.
+pub fn unbounded(workspace: &mut Workspace, state: &State) -> Result<Option<Diagnosis>> {
+    let model = Arc::clone(&workspace.model);
+    if !model.moves() || model.storage().mechanics == 0.0 {
+        return Ok(None);
+    }
+    let mut at = workspace.at(state);
+    let Some((most, name)) = overstretched(at.potential()?, &state.x) else { return Ok(None) };
+    Ok(Some(Diagnosis {
+        reason: Reason::Load,
+        text: format!(
+            "at time {} the effect {name} has stretched edges to {most:.1} times their optimal length: beyond a limit load \
+             there is no equilibrium, and a motion under drag, without inertia, blows up in finite time",
+            Short(state.time)
+        ),
+        advice: format!(
+            "a smaller value of {name}, an effect that holds the volume, stretching of model = \"stvk\", which stiffens, \
+             or an earlier end (time.until)"
+        ),
+    }))
 }
 
 /// Why a triangle collapses in the shape `x`, if it is the start that is to blame.
