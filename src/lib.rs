@@ -147,6 +147,7 @@ pub mod cli;
 pub mod run;
 pub mod scene;
 pub mod study;
+pub mod view;
 
 #[doc(inline)]
 pub use rumple_core::{Problem, effects, kit, model, problem, registry, solve};

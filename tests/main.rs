@@ -17,6 +17,7 @@
 //! * `scene`: what is accepted, what is refused and how that is said.
 //! * `sheet`: generated meshes, their quality and topology; readers; checks.
 //! * `sweep`: keys and values, members, tables, pictures, plots; killed and gone on; Slurm.
+//! * `view`: the viewer of results: its data against the frames, its size, what is refused.
 
 #![allow(missing_docs, clippy::cast_precision_loss)]
 
@@ -39,3 +40,4 @@ mod run;
 mod scene;
 mod sheet;
 mod sweep;
+mod view;

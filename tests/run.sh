@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Passes everything: format, lints, documentation, the book, tests, and a small run that the real VTK and
-# ParaView must read. Installs what is missing first (Debian packages only as root or with sudo).
+# Passes everything: format, lints, documentation, the book, tests, and a small run that the real VTK,
+# ParaView and a browser must read. Installs what is missing first (Debian packages only as root or with sudo).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -23,6 +23,7 @@ packages=()
 command -v pvpython >/dev/null || packages+=(paraview python3-paraview)
 command -v xvfb-run >/dev/null || packages+=(xvfb)
 command -v xauth >/dev/null || packages+=(xauth)
+command -v chromium >/dev/null || command -v google-chrome >/dev/null || packages+=(chromium)
 command -v python3 >/dev/null && python3 -c 'import venv, ensurepip' 2>/dev/null \
     || packages+=(python3 python3-venv)
 # The tests with Slurm need root; without it they are left out.
@@ -46,11 +47,11 @@ if ((${#packages[@]})); then
     "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
-if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material' 2>/dev/null; then
-    echo "making $venv with vtk, numpy and mkdocs-material"
+if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright' 2>/dev/null; then
+    echo "making $venv with vtk, numpy, mkdocs-material and playwright"
     rm -rf "$venv"
     python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --disable-pip-version-check vtk numpy 'mkdocs-material==9.*'
+    "$venv/bin/pip" install --quiet --disable-pip-version-check vtk numpy 'mkdocs-material==9.*' playwright
 fi
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 
@@ -102,5 +103,8 @@ heading "read by VTK"
 
 heading "rendered by ParaView"
 tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique
+
+heading "viewed in a browser"
+RUMPLE_PYTHON="$PWD/$venv/bin/python" tests/scripts/view.sh "$result" target/check/view
 
 heading "all passed"

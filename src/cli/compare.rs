@@ -61,7 +61,9 @@ fn run_here(args: &CompareArgs) -> Result<()> {
     let claim = make_room(&root, args.force)?;
     let outcome = announce(simulation, interrupt)
         .and_then(|()| work(args, &search, planned, &root, interrupt));
-    end(&claim, outcome)
+    let ended = end(&claim, outcome);
+    super::view::report(&root, scene.output.report);
+    ended
 }
 
 /// Runs all members; says how many came to their end.
@@ -207,7 +209,8 @@ fn make_room(root: &Path, force: bool) -> Result<Claim> {
 
 /// The names in `root` of what a comparison writes, members first.
 fn check(root: &Path, force: bool) -> Result<Vec<String>> {
-    let written = [TABLE, "compare.svg", "compare.png", PICTURES, Claim::STATUS];
+    let report = ResultDirectory::REPORT;
+    let written = [TABLE, "compare.svg", "compare.png", PICTURES, report, Claim::STATUS];
     let ours = |name: &String| written.contains(&name.as_str()) || is_member(&root.join(name));
     let ours: Vec<String> = names(root)?.into_iter().filter(ours).collect();
     let Some(first) = ours.first() else { return Ok(ours) };

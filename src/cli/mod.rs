@@ -22,6 +22,7 @@ mod plugin;
 mod resume;
 mod run;
 mod sweep;
+mod view;
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -62,6 +63,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Say what a scene calls for and why; given the directory of a run, what it cost, part by part.
     Explain(explain::ExplainArgs),
+    /// Write a viewer of results in one HTML file: the sheet in 3D, ledger, scene, costs.
+    View(view::ViewArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
     Inspect(inspect::InspectArgs),
     /// Run a scene over lists and ranges of its keys: tables, pictures, plots.
@@ -212,6 +215,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Explain(args) => explain::run(args),
+        Command::View(args) => view::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Accuracy(args) => accuracy::run(args),

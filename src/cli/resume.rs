@@ -55,7 +55,7 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
         resume::resume(&directory, args.until, &search)?;
     let interrupt = Interrupt::install()?;
     directory.claim().begin()?;
-    let done = with_status(&directory, || {
+    let outcome = with_status(&directory, || {
         super::record_again(&scene, &checkpoint, &directory)?;
         let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
         let until = scene.time.span.until.get();
@@ -67,7 +67,9 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
         let outcome = observed(&scene, &mut simulation, &directory, &mut progress, interrupt, from);
         progress.finish();
         outcome
-    })?;
+    });
+    super::view::report(&root, scene.output.report);
+    let done = outcome?;
     if args.quiet {
         notes.iter().for_each(|note| super::warn(note));
     } else {

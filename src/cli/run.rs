@@ -59,9 +59,11 @@ fn run_here(args: &RunArgs) -> Result<()> {
     }
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let done = with_status(&directory, || {
+    let outcome = with_status(&directory, || {
         work(args, &scene, from.as_deref(), &mut simulation, &directory, interrupt)
-    })?;
+    });
+    super::view::report(&root, scene.output.report);
+    let done = outcome?;
     if !args.quiet {
         print_summary(&done, &directory, scene.output.format);
     }

@@ -23,11 +23,17 @@ impl ResultDirectory {
     const CHECKPOINTS: &'static str = "checkpoints";
     /// Name of the list of events.
     pub const EVENTS: &'static str = "events.csv";
-    const PVD: &'static str = "sheet.pvd";
-    const SERIES: &'static str = "sheet.vtk.series";
-    const LEDGER: &'static str = "ledger.csv";
+    /// Name of the index of `.vtu` frames.
+    pub const PVD: &'static str = "sheet.pvd";
+    /// Name of the index of `.vtk` frames.
+    pub const SERIES: &'static str = "sheet.vtk.series";
+    /// Name of the ledger.
+    pub const LEDGER: &'static str = "ledger.csv";
+    /// Name of the viewer of the results.
+    pub const REPORT: &'static str = "report.html";
     const RESOLVED: &'static str = "resolved.toml";
-    const PROVENANCE: &'static str = "provenance.json";
+    /// Name of the provenance.
+    pub const PROVENANCE: &'static str = "provenance.json";
     const COSTS: &'static str = "costs.json";
     /// What earlier versions left of a run that failed.
     const FAILED: &'static str = "failed.vtu";
@@ -95,7 +101,8 @@ impl ResultDirectory {
     /// [`OutputError::Read`] and [`OutputError::Write`] from the operating system.
     pub fn cut_back(&self, frames: usize, modes: usize) -> Result<(), OutputError> {
         self.forget_failure()?;
-        let mut later = vec![self.root.join(Self::FAILED), self.costs()];
+        let mut later =
+            vec![self.root.join(Self::FAILED), self.costs(), self.root.join(Self::REPORT)];
         for (folder, stem, count) in
             [(self.frames(), "frame_", frames), (self.modes(), "mode_", modes)]
         {
@@ -352,6 +359,7 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::PROVENANCE,
         ResultDirectory::FAILED,
         ResultDirectory::COSTS,
+        ResultDirectory::REPORT,
         ResultDirectory::MEASURES,
         ResultDirectory::SHOWN,
         ResultDirectory::STATES,

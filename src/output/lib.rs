@@ -10,6 +10,7 @@
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line
 //! DIR/costs.json                 what the run cost, part by part
+//! DIR/report.html                a viewer of all this, written by the command line
 //! DIR/status.json                running, complete, interrupted or failed, and why
 //! DIR/measures.csv               of a member of a sweep: measures at the output times
 //! DIR/shown.vtu                  of a member of a sweep: what its picture shows

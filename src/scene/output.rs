@@ -14,7 +14,7 @@ use crate::document::Problem;
 const MOST_FRAMES: f64 = 1e6;
 
 /// The table `[output]`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputSpec {
     /// Time between two frames; without it only the first and the last state are written.
@@ -29,6 +29,25 @@ pub struct OutputSpec {
     /// Compression of `.vtu` frames; the old format knows none.
     #[serde(default)]
     pub compression: Compression,
+    /// Whether a run ends with a viewer of its results, `report.html`.
+    #[serde(default = "yes")]
+    pub report: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl Default for OutputSpec {
+    fn default() -> Self {
+        Self {
+            every: None,
+            fields: Vec::new(),
+            format: Format::default(),
+            compression: Compression::default(),
+            report: true,
+        }
+    }
 }
 
 impl OutputSpec {

@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use paths::{Use, uses};
 
 /// Every room with those that it may know. Rooms further down know nobody further up.
-const PLAN: [(&str, &[&str]); 17] = [
-    ("cli", &["study", "run", "scene", "output", "solve", "kinetics", "sheet"]),
+const PLAN: [(&str, &[&str]); 18] = [
+    ("cli", &["view", "study", "run", "scene", "output", "solve", "kinetics", "sheet"]),
+    ("view", &["study", "run", "output", "sheet"]),
     ("study", &["run", "scene", "output", "solve", "model", "kinetics", "geometry", "sheet"]),
     (
         "run",

@@ -8,7 +8,7 @@ use super::{HowArgs, PlanArgs, counts, gathered};
 use crate::cli::output_directory::{claim, names, refuse, remove_file, remove_run};
 use crate::cli::{SceneArgs, end, warn};
 use crate::kinetics::Search;
-use crate::output::{Claim, Interrupt};
+use crate::output::{Claim, Interrupt, ResultDirectory};
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
@@ -85,7 +85,10 @@ impl Runs<'_> {
             true => self.submit(&plan, &root, program),
             false => self.here(&plan, &root, program, interrupt),
         });
-        end(&claim, outcome)
+        let ended = end(&claim, outcome);
+        // Before the members of an array job have run there is nothing to be seen.
+        crate::cli::view::report(&root, first.output.report && !self.how.slurm);
+        ended
     }
 
     /// The members that are to be run: those that are not complete; those that failed only if asked for, or
@@ -254,7 +257,8 @@ fn clear(root: &Path) -> Result<()> {
         let _ = fs::remove_dir(logs);
     }
     let _ = fs::remove_dir(members);
-    let ours = [&[Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT], &Study::FILES[..]].concat();
+    let ours = [Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT, ResultDirectory::REPORT];
+    let ours = [&ours[..], &Study::FILES[..]].concat();
     for name in names(root)? {
         let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));
         if plot || ours.contains(&name.as_str()) {

@@ -1,0 +1,64 @@
+//! `rumple view DIR`: a viewer of results in one HTML file.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::num::real;
+use crate::output::{Inputs, ResultDirectory, ResultFile};
+use crate::run::{Error, Result};
+use crate::view::{self, Options};
+
+/// Arguments of `view`.
+#[derive(Debug, Args)]
+pub(super) struct ViewArgs {
+    /// The directory that run, sweep, compare or accuracy wrote.
+    directory: PathBuf,
+    /// The HTML file, `-` for standard output; by default report.html in the directory.
+    #[arg(short, long = "out", value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Most frames of a run, the first and the last always among them.
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..))]
+    frames: u16,
+    /// Most size of the file, MB.
+    #[arg(long, value_name = "MB", default_value_t = 20.0, value_parser = megabytes)]
+    size_limit: f64,
+    /// Replace an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(args: &ViewArgs) -> Result<()> {
+    let root = &args.directory;
+    if !root.is_dir() {
+        let message = "no such directory; expected one that run, sweep, compare or accuracy wrote";
+        return Err(Error::Refused(format!("{}: {message}", root.display())));
+    }
+    let path = args.out.clone().unwrap_or_else(|| root.join(ResultDirectory::REPORT));
+    let file = ResultFile::new(&path, args.force, &Inputs::default())?;
+    let bytes = crate::num::whole(1e6 * args.size_limit);
+    let page = view::page(root, Options { frames: args.frames.into(), bytes })?;
+    file.write(|writer| writer.write_all(page.html.as_bytes()))?;
+    if file != ResultFile::StandardOutput {
+        let (size, path) = (real(page.html.len()) / 1e6, path.display());
+        say!("{path}: {} of {} frames, {size:.1} MB; open it in a browser", page.shown, page.of);
+    }
+    Ok(())
+}
+
+/// A size in megabytes, above 0.
+fn megabytes(text: &str) -> Result<f64, String> {
+    let size = text.parse().ok().filter(|size| (1e-3..1e6).contains(size));
+    size.ok_or_else(|| format!("{text:?} is not a size in MB from 0.001 to 1000000"))
+}
+
+/// Writes the page beside the results of a run or study, if that is `wanted`. The results are complete without it: a
+/// failure is a warning.
+pub(super) fn report(root: &Path, wanted: bool) {
+    if !wanted {
+        return;
+    }
+    if let Err(error) = view::report(root) {
+        super::warn(&format!("warning: no {} is written: {error}", ResultDirectory::REPORT));
+    }
+}

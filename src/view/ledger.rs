@@ -1,0 +1,76 @@
+//! Columns of a ledger, in single precision and with few rows.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::blocks::Blocks;
+use super::text_of;
+use crate::num::single;
+use crate::output::{OutputError, ResultDirectory};
+use crate::run::Result;
+
+/// Most rows: about as many as a plot has pixels across.
+const MOST_ROWS: usize = 1000;
+
+/// A ledger as the page has it.
+#[derive(Debug, Serialize)]
+pub(super) struct Columns {
+    /// Their titles.
+    columns: Vec<String>,
+    /// Rows that are kept.
+    rows: usize,
+    /// Rows that there are.
+    of: usize,
+    /// Block of the columns one after another, 32-bit floats.
+    block: usize,
+}
+
+/// Reads the ledger of the run in `root`: every k-th row and the last one. None where there is no ledger or no row.
+///
+/// # Errors
+/// A row that is none, with its line; an unfinished last row, as a killed run leaves, is dropped.
+pub(super) fn read(root: &Path, blocks: &mut Blocks) -> Result<Option<Columns>> {
+    let path = root.join(ResultDirectory::LEDGER);
+    let Some(text) = text_of(&path)? else { return Ok(None) };
+    let complete = text.rfind('\n').map_or("", |end| &text[..end]);
+    let mut lines = complete.lines();
+    let columns = titles(lines.next().unwrap_or_default());
+    let body: Vec<&str> = lines.collect();
+    let (of, every) = (body.len(), body.len().div_ceil(MOST_ROWS).max(1));
+    let mut rows = Vec::new();
+    for (k, line) in body.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == of) {
+        let numbers: Option<Vec<f64>> = line.split(',').map(|cell| cell.parse().ok()).collect();
+        match numbers.filter(|numbers| numbers.len() == columns.len()) {
+            Some(numbers) => rows.push(numbers),
+            None => {
+                let message = format!("expected {} numbers, found `{line}`", columns.len());
+                return Err(OutputError::Ledger { path, line: k + 2, message }.into());
+            }
+        }
+    }
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    let cells = (0..columns.len()).flat_map(|c| rows.iter().map(move |row| single(row[c])));
+    let block = blocks.add(cells.flat_map(f32::to_le_bytes).collect());
+    Ok(Some(Columns { columns, rows: rows.len(), of, block }))
+}
+
+/// The titles of a header line, quoted as RFC 4180 says or not.
+fn titles(header: &str) -> Vec<String> {
+    let mut titles = vec![String::new()];
+    let (mut quoted, mut letters) = (false, header.chars().peekable());
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' if quoted && letters.peek() == Some(&'"') => {
+                letters.next();
+                titles.last_mut().into_iter().for_each(|title| title.push('"'));
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => titles.push(String::new()),
+            other => titles.last_mut().into_iter().for_each(|title| title.push(other)),
+        }
+    }
+    titles
+}

@@ -1,0 +1,89 @@
+//! A viewer in one HTML file: the frames of a result directory in 3D, its ledger, scene, provenance and costs.
+//!
+//! ```text
+//! page      one HTML file: style and script (src/view/page), data as base64, everything else as JSON
+//! runs      which runs a directory holds: one, or the members of a study
+//! sheet     frames of one run: which are shown, positions and fields with 16 bits
+//! ledger    columns of the ledger
+//! record    scene, warnings, provenance, costs, how to reproduce
+//! blocks    bytes that the page holds as base64, each once
+//! ```
+//!
+//! The page needs no network and no other file. Positions are signed 16-bit numbers of a bounding box over all
+//! frames, fields unsigned ones of the range of each frame, NaN for what is not finite; the error is at most half a
+//! level, 1/131 068 of that range. What the page shows is read from the directory; nothing is evaluated.
+
+mod blocks;
+mod ledger;
+mod page;
+mod record;
+mod runs;
+mod sheet;
+
+use std::path::{Path, PathBuf};
+
+use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::run::{Error, Result};
+
+/// Bounds of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Most frames of a run, at least 2: the first and the last are always among them.
+    pub frames: usize,
+    /// Most bytes of the file.
+    pub bytes: usize,
+}
+
+impl Default for Options {
+    /// A page that a browser on a telephone opens within seconds, and that goes through a mail server.
+    fn default() -> Self {
+        Self { frames: 60, bytes: 20_000_000 }
+    }
+}
+
+/// A page, ready to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// The HTML.
+    pub html: String,
+    /// Runs with frames.
+    pub runs: usize,
+    /// Frames that are shown, of all runs.
+    pub shown: usize,
+    /// Frames that the runs have.
+    pub of: usize,
+}
+
+/// Makes the page of the result directory `root`: of `run`, `sweep`, `compare` or `accuracy`.
+///
+/// # Errors
+/// [`Error::Refused`] for a directory without results and for bounds that the first and the last frame exceed,
+/// [`Error::Sheet`] and [`Error::Output`] for files that cannot be read or contradict one another, with their names.
+pub fn page(root: &Path, options: Options) -> Result<Page> {
+    if options.frames < 2 {
+        let message =
+            format!("{} frames: expected at least 2, the first and the last", options.frames);
+        return Err(Error::Refused(message));
+    }
+    let found = runs::find(root)?;
+    page::of(root, &found, options)
+}
+
+/// Writes the page of `root` beside its results, as [`ResultDirectory::REPORT`], over an earlier one; its path.
+///
+/// # Errors
+/// As [`page`], and a file that cannot be written.
+pub fn report(root: &Path) -> Result<PathBuf> {
+    let page = page(root, Options::default())?;
+    let path = root.join(ResultDirectory::REPORT);
+    atomic::replace(&path, |writer| writer.write_all(page.html.as_bytes()))?;
+    Ok(path)
+}
+
+/// Reads the text file `path`; none where there is no such file.
+fn text_of(path: &Path) -> Result<Option<String>> {
+    match std::fs::read_to_string(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        text => Ok(Some(text.map_err(OutputError::read(path))?)),
+    }
+}

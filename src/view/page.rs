@@ -1,0 +1,142 @@
+//! The HTML file: a template with style and script, data and everything else.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::blocks::Blocks;
+use super::ledger::{self, Columns};
+use super::record::Record;
+use super::runs::{self, Found};
+use super::sheet::{self, Sheet};
+use super::{Options, Page};
+use crate::run::Result;
+
+const TEMPLATE: &str = include_str!("page/page.html");
+const STYLE: &str = include_str!("page/style.css");
+/// In the order in which they are run.
+const SCRIPT: [&str; 10] = [
+    include_str!("page/data.js"),
+    include_str!("page/colour.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/state.js"),
+    include_str!("page/draw.js"),
+    include_str!("page/viewer.js"),
+    include_str!("page/probe.js"),
+    include_str!("page/curves.js"),
+    include_str!("page/record.js"),
+    include_str!("page/main.js"),
+];
+const GENERATOR: &str = concat!("rumple ", env!("CARGO_PKG_VERSION"));
+
+/// What the script reads.
+#[derive(Debug, Serialize)]
+struct About<'a> {
+    title: &'a str,
+    members: Vec<Member>,
+}
+
+/// One run.
+#[derive(Debug, Serialize)]
+struct Member {
+    name: String,
+    #[serde(flatten)]
+    record: Record,
+    sheet: Option<Sheet>,
+    ledger: Option<Columns>,
+}
+
+/// Makes the page of the runs `found` in `root`. What cannot be read of a member of a study is a warning, unless no
+/// member has a sheet.
+pub(super) fn of(root: &Path, found: &Found, options: Options) -> Result<Page> {
+    let mut blocks = Blocks::default();
+    let runs = &found.runs;
+    let members = runs.iter().map(|(name, directory)| member(name, directory, found, &mut blocks));
+    let members = members.collect::<Result<Vec<_>>>()?;
+    let title = runs::name_of(root);
+    let mut about = About { title: &title, members };
+    // Sheets get what the rest leaves.
+    let rest = document(&about, "", blocks.html()).len();
+    let left = options.bytes.saturating_sub(rest) / runs.len().max(1);
+    let mut first = None;
+    for (member, (_, directory)) in about.members.iter_mut().zip(runs) {
+        match sheet::read(directory, options.frames, left, &mut blocks) {
+            Ok(sheet) => member.sheet = sheet,
+            Err(error) if found.study => {
+                member.record.warnings.push(error.to_string());
+                first.get_or_insert(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    let sheets: Vec<&Sheet> = about.members.iter().filter_map(|m| m.sheet.as_ref()).collect();
+    if let Some(error) = first.filter(|_| sheets.is_empty()) {
+        return Err(error);
+    }
+    let shown = sheets.iter().map(|sheet| sheet.frames.len()).sum();
+    let (runs, of) = (sheets.len(), sheets.iter().map(|sheet| sheet.of).sum());
+    let html = document(&about, &summary(found, &sheets, (shown, of)), blocks.html());
+    Ok(Page { html, runs, shown, of })
+}
+
+/// Everything of a run but its sheet.
+fn member(name: &str, directory: &Path, found: &Found, blocks: &mut Blocks) -> Result<Member> {
+    let read =
+        Record::read(directory).and_then(|record| Ok((record, ledger::read(directory, blocks)?)));
+    let (record, ledger) = match read {
+        Err(error) if found.study => (Record::unread(&error), None),
+        read => read?,
+    };
+    Ok(Member { name: name.to_owned(), record, sheet: None, ledger })
+}
+
+/// What is shown of how much.
+fn summary(found: &Found, sheets: &[&Sheet], (shown, of): (usize, usize)) -> String {
+    let frames = match sheets {
+        [] => "no frames".to_owned(),
+        [sheet] => format!(
+            "{shown} of {of} frames, {} vertices, {} triangles",
+            sheet.vertices, sheet.faces
+        ),
+        _ => format!("{shown} of {of} frames of {} runs", sheets.len()),
+    };
+    match found.study {
+        true => format!("{} members; {frames}", found.runs.len()),
+        false => frames,
+    }
+}
+
+/// The HTML.
+fn document(about: &About<'_>, summary: &str, blocks: &str) -> String {
+    // A `<` could end the script element.
+    let json = serde_json::to_string(about).unwrap_or_default().replace('<', "\\u003c");
+    let (title, summary) = (escaped(about.title), escaped(summary));
+    fill(&[
+        ("title", &title),
+        ("generator", GENERATOR),
+        ("summary", &summary),
+        ("style", STYLE),
+        ("blocks", blocks),
+        ("about", &json),
+        ("script", &SCRIPT.concat()),
+    ])
+}
+
+/// The template with `{{name}}` replaced by the text of that name.
+fn fill(texts: &[(&str, &str)]) -> String {
+    let size = texts.iter().map(|(_, text)| text.len()).sum::<usize>();
+    let mut html = String::with_capacity(TEMPLATE.len() + size + 1000);
+    let mut pieces = TEMPLATE.split("{{");
+    html.push_str(pieces.next().unwrap_or_default());
+    for piece in pieces {
+        let (name, rest) = piece.split_once("}}").unwrap_or((piece, ""));
+        html.push_str(texts.iter().find(|text| text.0 == name).map_or("", |text| text.1));
+        html.push_str(rest);
+    }
+    html
+}
+
+/// Text between tags.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,154 @@
+//! What a result directory says of its run beside frames and ledger.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::text_of;
+use crate::output::{ResultDirectory, RunStatus, SelfIntersection, Standing};
+use crate::run::{Costs, Error, Result};
+
+/// Most bytes of a text; what is longer is cut off.
+const MOST_TEXT: usize = 200_000;
+
+/// What is known of a run.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Record {
+    /// `complete`, or how it stands.
+    status: Option<String>,
+    /// What a reader should know.
+    pub(super) warnings: Vec<String>,
+    /// The scene with every default.
+    scene: Option<String>,
+    events: Option<String>,
+    /// The report of a run that failed.
+    failure: Option<String>,
+    provenance: Option<Value>,
+    costs: Option<Costs>,
+    /// How to make the run again.
+    reproduce: Vec<Paragraph>,
+}
+
+/// A paragraph of text, or commands.
+#[derive(Debug, Serialize)]
+struct Paragraph {
+    command: bool,
+    text: String,
+}
+
+impl Record {
+    /// Reads that of the run in `root`. A record that is not there, as the costs of a run that goes on, is left out.
+    ///
+    /// # Errors
+    /// A file that is there and cannot be read.
+    pub(super) fn read(root: &Path) -> Result<Self> {
+        let standing = Standing::of(root);
+        let text = |path: &Path| Ok::<_, crate::Error>(text_of(path)?.map(cut));
+        let provenance = text_of(&root.join(ResultDirectory::PROVENANCE))?;
+        let provenance: Option<Value> =
+            provenance.and_then(|text| serde_json::from_str(&text).ok());
+        let costs =
+            ResultDirectory::costs_in(root).is_file().then(|| Costs::read(root)).transpose()?;
+        let events = text(&root.join(ResultDirectory::EVENTS))?;
+        let failure = text(&root.join(ResultDirectory::FAILURE).join("report.md"))?;
+        Ok(Self {
+            status: standing.as_ref().map(status),
+            warnings: warnings(standing.as_ref(), events.as_deref()),
+            scene: text(&ResultDirectory::resolved_in(root))?,
+            events,
+            failure,
+            reproduce: reproduce(provenance.as_ref()),
+            provenance,
+            costs,
+        })
+    }
+}
+
+impl Record {
+    /// That of a run whose record cannot be read.
+    pub(super) fn unread(error: &Error) -> Self {
+        Self { warnings: vec![error.to_string()], ..Self::default() }
+    }
+}
+
+/// How a run stands.
+fn status(standing: &Standing) -> String {
+    match standing.status {
+        RunStatus::Running if !standing.in_use => "killed".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// What a reader of results should know first.
+fn warnings(standing: Option<&Standing>, events: Option<&str>) -> Vec<String> {
+    let Some(standing) = standing else {
+        return vec!["no status.json: it is not known how the run ended".to_owned()];
+    };
+    let mut all = Vec::new();
+    if standing.status != RunStatus::Complete {
+        let reason = Some(standing.reason.as_str()).filter(|reason| !reason.is_empty());
+        let reason = reason.map(|reason| format!(": {reason}")).unwrap_or_default();
+        all.push(format!("the run is {}{reason}", status(standing)));
+    }
+    if let Some(text) = standing.intersection.and_then(SelfIntersection::words) {
+        all.push(text);
+    }
+    let count = events.map_or(0, |text| text.lines().count().saturating_sub(1));
+    if count > 0 {
+        all.push(format!("events, as snaps and losses of stability: {count}, listed below"));
+    }
+    all
+}
+
+/// The command of the run, and what makes it again from this page alone.
+fn reproduce(provenance: Option<&Value>) -> Vec<Paragraph> {
+    let say = |text: String| Paragraph { command: false, text };
+    let command = |text: String| Paragraph { command: true, text };
+    let mut all = Vec::new();
+    let Some(about) = provenance else { return all };
+    let word = |value: &Value| value.as_str().map(quoted).unwrap_or_default();
+    let words = about["command"].as_array().into_iter().flatten().map(word);
+    let typed = words.collect::<Vec<_>>().join(" ");
+    let version = about["version"].as_str().unwrap_or("rumple");
+    let started = about["started"].as_str().unwrap_or("an unknown time");
+    if !typed.is_empty() {
+        all.push(say(format!("Made by {version}, started at {started} with")));
+        all.push(command(typed));
+    }
+    all.push(say(
+        "Save the scene below as scene.toml, with the files and plugins that it names; the same version gives the \
+         same bits on any number of threads:"
+            .into(),
+    ));
+    all.push(command("rumple run scene.toml --out again".into()));
+    let hash = |value: &Value| value["sha256"].as_str().map(str::to_owned);
+    if let Some(mesh) = hash(&about["mesh"]) {
+        all.push(say(format!("SHA-256 of the mesh: {mesh}")));
+    }
+    for plugin in about["plugins"].as_array().into_iter().flatten() {
+        if let (Some(path), Some(hash)) = (plugin["path"].as_str(), hash(plugin)) {
+            all.push(say(format!("SHA-256 of the plugin {path}: {hash}")));
+        }
+    }
+    all
+}
+
+/// A word of a command as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+/// At most so much of a text, with a word where it is cut off.
+fn cut(mut text: String) -> String {
+    if text.len() > MOST_TEXT {
+        let end = (0..=MOST_TEXT).rev().find(|end| text.is_char_boundary(*end));
+        text.truncate(end.unwrap_or(0));
+        text.push_str("\n… cut off here");
+    }
+    text
+}

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Opens the viewer of a result directory in a headless browser: view.sh DIR PICTURES, with Chromium in the path (or
+# RUMPLE_CHROMIUM) and a Python with playwright and vtk (RUMPLE_PYTHON).
+set -euo pipefail
+result=$1
+pictures=$2
+here=$(dirname "${BASH_SOURCE[0]}")
+python=${RUMPLE_PYTHON:-target/venv/bin/python}
+rumple=${RUMPLE:-target/release/rumple}
+browser=${RUMPLE_CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
+if [[ -z $browser ]]; then
+    echo "left out: no Chromium"
+    exit 0
+fi
+mkdir -p "$pictures"
+"$rumple" view "$result" --out "$pictures/view.html" --force
+RUMPLE_CHROMIUM=$browser timeout 120 "$python" "$here/view.py" "$pictures/view.html" "$result" --pictures "$pictures"
