@@ -16,6 +16,10 @@ pub trait AllReduce: Send + Sync {
     /// Replaces every number by its sum over the ranks.
     fn sum(&self, values: &mut [f64]);
 
+    /// Replaces every number, a sum over the elements of this rank, by that over the whole sheet: how elements that
+    /// several ranks have are counted once is up to the partition.
+    fn sum_over_elements(&self, values: &mut [f64]);
+
     /// Replaces every number by the largest of all ranks; NaN wins over every number.
     fn max(&self, values: &mut [f64]);
 
@@ -50,6 +54,13 @@ impl Reduction {
     pub fn total(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
             ranks.sum(values);
+        }
+    }
+
+    /// Sums over the whole sheet of numbers that each rank has summed over its elements, as energies are.
+    pub fn over_elements(&self, values: &mut [f64]) {
+        if let Some(ranks) = &self.0 {
+            ranks.sum_over_elements(values);
         }
     }
 

@@ -85,7 +85,7 @@ fn stepped(
         }
         match simulation.step(recorder.target()) {
             Ok(_) if diagnosis::blows_up(simulation.model(), simulation.state()) => {
-                let error = SolveError::BlowUp { time: simulation.state.time };
+                let error = SolveError::BlowUp { time: simulation.state().time };
                 return Err(recorder.stopped(simulation, error.into()));
             }
             Ok(report) => {

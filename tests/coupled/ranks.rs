@@ -43,6 +43,11 @@ impl AllReduce for Rank {
         self.combine(values, |a, b| a + b);
     }
 
+    /// Both ranks have all elements.
+    fn sum_over_elements(&self, values: &mut [f64]) {
+        self.combine(values, |a, b| 0.5 * (a + b));
+    }
+
     fn max(&self, values: &mut [f64]) {
         self.combine(values, |a, b| if a.is_nan() || a > b { a } else { b });
     }

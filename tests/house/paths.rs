@@ -42,14 +42,21 @@ fn sources(directory: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Every source with its name from `src`, the module that it is, and what is in it.
-fn files() -> Vec<(String, Vec<String>, syn::File)> {
+/// Every source: its name from `src`, and its text.
+pub fn texts() -> impl Iterator<Item = (String, String)> {
     let root = root();
     let mut paths = Vec::new();
     sources(&root, &mut paths);
     assert!(paths.len() > 100, "{} files", paths.len());
-    let read = |path: PathBuf| {
+    paths.into_iter().map(move |path| {
         let name = path.strip_prefix(&root).unwrap().display().to_string();
+        (name, fs::read_to_string(&path).unwrap())
+    })
+}
+
+/// Every source with its name from `src`, the module that it is, and what is in it.
+fn files() -> Vec<(String, Vec<String>, syn::File)> {
+    let read = |(name, text): (String, String)| {
         let mut module: Vec<String> =
             name.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
         if module.last().is_some_and(|last| last == "mod" || last == "lib" || last == "main") {
@@ -59,10 +66,10 @@ fn files() -> Vec<(String, Vec<String>, syn::File)> {
         if module.first().is_some_and(|first| first == CORE) {
             module.remove(0);
         }
-        let file = syn::parse_file(&fs::read_to_string(&path).unwrap());
+        let file = syn::parse_file(&text);
         (name.clone(), module, file.unwrap_or_else(|e| panic!("{name}: {e}")))
     };
-    paths.into_iter().map(read).collect()
+    texts().map(read).collect()
 }
 
 /// Whether a room is a crate of its own.

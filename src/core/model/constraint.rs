@@ -82,7 +82,9 @@ impl Constraints {
             mechanics.fix(gradient);
             value
         };
-        terms.zip(&self.meters).map(one).collect()
+        let mut values: Vec<f64> = terms.zip(&self.meters).map(one).collect();
+        mechanics.sheet().reduction().over_elements(&mut values);
+        values
     }
 
     /// The shares s with `Σ_l (∂g_k·∂g_l) s_l = right_k`; zero for constraints that depend on one another.

@@ -249,12 +249,13 @@ impl Potential {
 
     /// Total energy U at `x`.
     pub fn energy(&mut self, x: &[Vec3]) -> f64 {
-        let mut total = 0.0;
+        let mut total = [0.0];
         self.each(energy::ENERGY, x, |_, term, work, shape| {
-            total += term.evaluate(shape, work, None)
+            total[0] += term.evaluate(shape, work, None)
         });
+        self.reduction().over_elements(&mut total);
         let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x, self.reduction()));
-        total + anchor + self.hold_energy(x)
+        total[0] + anchor + self.hold_energy(x)
     }
 
     /// What sums over the whole sheet are taken over.
@@ -295,10 +296,12 @@ impl Potential {
     /// U at `x`, and its gradient with the fixed directions set to zero.
     pub(super) fn unconstrained_gradient(&mut self, x: &[Vec3], gradient: &mut [Vec3]) -> f64 {
         gradient.fill(Vec3::zeros());
-        let mut total = 0.0;
+        let mut total = [0.0];
         self.each(energy::GRADIENT, x, |_, term, work, shape| {
-            total += term.evaluate(shape, work, Some(&mut *gradient));
+            total[0] += term.evaluate(shape, work, Some(&mut *gradient));
         });
+        self.reduction().over_elements(&mut total);
+        let [mut total] = total;
         if let Some(anchor) = &self.anchor {
             total += anchor.add(x, gradient, self.reduction());
         }
