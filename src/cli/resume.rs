@@ -68,12 +68,13 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
         progress.finish();
         outcome
     });
-    super::view::report(&root, scene.output.report);
+    let report = super::view::report(&root, scene.output.report);
     let done = outcome?;
     if args.quiet {
         notes.iter().for_each(|note| super::warn(note));
     } else {
         run::print_summary(&done, &directory, scene.output.format);
+        run::print_report(report.as_deref());
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),

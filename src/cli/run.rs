@@ -62,10 +62,11 @@ fn run_here(args: &RunArgs) -> Result<()> {
     let outcome = with_status(&directory, || {
         work(args, &scene, from.as_deref(), &mut simulation, &directory, interrupt)
     });
-    super::view::report(&root, scene.output.report);
+    let report = super::view::report(&root, scene.output.report);
     let done = outcome?;
     if !args.quiet {
         print_summary(&done, &directory, scene.output.format);
+        print_report(report.as_deref());
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
@@ -98,6 +99,12 @@ fn work(
         simulation.faults.iter().for_each(|fault| super::warn(fault));
     }
     outcome
+}
+
+pub(super) fn print_report(report: Option<&Path>) {
+    if let Some(path) = report {
+        say!("{} shows the results in a browser", path.display());
+    }
 }
 
 pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {

@@ -52,13 +52,14 @@ fn megabytes(text: &str) -> Result<f64, String> {
     size.ok_or_else(|| format!("{text:?} is not a size in MB from 0.001 to 1000000"))
 }
 
-/// Writes the page beside the results of a run or study, if that is `wanted`. The results are complete without it: a
-/// failure is a warning.
-pub(super) fn report(root: &Path, wanted: bool) {
+/// Writes the page beside the results of a run or study, if that is `wanted`; its path. The results are complete without
+/// it: a failure is a warning.
+pub(super) fn report(root: &Path, wanted: bool) -> Option<PathBuf> {
     if !wanted {
-        return;
+        return None;
     }
-    if let Err(error) = view::report(root) {
+    let warn = |error: Error| {
         super::warn(&format!("warning: no {} is written: {error}", ResultDirectory::REPORT));
-    }
+    };
+    view::report(root).map_err(warn).ok()
 }

@@ -223,9 +223,10 @@ impl Loaded {
     fn size(&self, count: usize) -> usize {
         let numbers: usize = self.fields.iter().map(|field| self.values(field).len()).sum();
         let rest = usize::from(self.rest().is_some()) * Blocks::size(6 * self.surface.points.len());
-        let ranges = 50 * self.fields.iter().map(|field| field.components).sum::<usize>() + 80;
+        let ranges = 60 * self.fields.iter().map(|field| field.components).sum::<usize>() + 100;
         let frame = Blocks::size(6 * self.surface.points.len() + 2 * numbers) + ranges;
-        Blocks::size(12 * self.surface.triangles.len()) + rest + count * frame
+        let titles: usize = self.fields.iter().map(|field| 100 + 2 * field.name.len()).sum();
+        Blocks::size(12 * self.surface.triangles.len()) + rest + 1000 + titles + count * frame
     }
 
     /// How many frames like this one, at most `frames`, take at most `bytes`; none if not even the first and the last do.
