@@ -7,7 +7,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use rumple::effects::{Bending, Diffusion, Material, Pressure, Stretching};
+use rumple::effects::{
+    Axes, Bending, Diffusion, DiffusionMetric, Material, Pin, Pressure, Region, Stretching,
+};
 use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::model::{Policy, State};
 use rumple::num::checked::{Finite, NonNegative};
@@ -58,8 +60,9 @@ impl AllReduce for Rank {
     }
 }
 
-fn sphere() -> Sheet {
-    generate(&Shape::Sphere { radius: 5.0, irregular: true }, 250, 3).unwrap()
+/// Held at its edge: nothing is left to a gauge, whose springs every rank would choose for itself.
+fn disc() -> Sheet {
+    generate(&Shape::Disc { radius: 5.0 }, 250, 3).unwrap()
 }
 
 /// The same with its numbers in reverse.
@@ -70,24 +73,29 @@ fn reversed(sheet: &Sheet) -> Sheet {
     Sheet::new(rest, triangles).unwrap()
 }
 
-/// A shell under pressure whose patches grow where the species is, and curve it.
+/// A dome under pressure that grows where the species is.
 fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
     let law = Law::named("patches")
         .parameter("k", 2.0)
-        .species("c", "k*(logistic(3*z) - c)")
+        .species("c", "k*(0.5 + 0.5*tanh(x) - c)")
         .length_factor("1 + 0.2*c");
-    let mut law = problem::Law::new(Arc::new(FormulaKinetics::new(&law).unwrap()));
-    law.tension = rumple::model::TensionReading::default();
+    let law = problem::Law::new(Arc::new(FormulaKinetics::new(&law).unwrap()));
     let problem = Problem::on(sheet)
         .material(Material { young: 1e3, poisson: 1.0 / 3.0, thickness: 0.3 })
         .effect(Stretching::default())
         .effect(Bending::default())
         .effect(Pressure { value: Finite::ONE, ramp: None })
+        .effect(Pin {
+            region: Region::Boundary,
+            axes: Axes([true; 3]),
+            displacement: None,
+            ramp: None,
+        })
         .effect(Diffusion {
             species: "c".into(),
             coefficient: Some(NonNegative::new(0.5).unwrap()),
             scheme: None,
-            metric: rumple::effects::DiffusionMetric::default(),
+            metric: DiffusionMetric::default(),
         })
         .law(law)
         .policy(policy);
@@ -112,10 +120,10 @@ fn run(sheet: Sheet, method: &str, policy: Policy) -> (State, u64) {
 
 /// The states on two ranks, the second in the numbers of the first.
 fn on_two_ranks(method: &'static str, policy: Policy) -> [(State, u64); 2] {
-    let whole = sphere();
+    let whole = disc();
     let counts = [whole.vertex_count(), whole.triangle_count()];
     let ((to_b, from_a), (to_a, from_b)) = (channel(), channel());
-    let sheets = [(to_b, from_b, sphere()), (to_a, from_a, reversed(&whole))];
+    let sheets = [(to_b, from_b, disc()), (to_a, from_a, reversed(&whole))];
     let handles: Vec<_> = sheets
         .into_iter()
         .enumerate()
@@ -146,17 +154,17 @@ fn two_ranks_take_the_steps_of_one_process() {
         ("blocks", Policy::QuasiStatic),
         ("factor", Policy::Simultaneous),
     ] {
-        let (alone, iterations) = run(sphere(), method, policy);
-        let sheet = sphere();
+        let (alone, iterations) = run(disc(), method, policy);
+        let sheet = disc();
         let moved = alone.x.iter().zip(sheet.rest()).map(|(a, b)| (a - b).norm());
         assert!(moved.fold(0.0, f64::max) > 0.2, "{method}: nothing happens");
         let [a, b] = on_two_ranks(method, policy);
         assert_eq!((a.0.time, a.0.step), (b.0.time, b.0.step), "{method}");
         assert_eq!(a.1, b.1, "{method}: iterations of the two ranks");
-        assert!(difference(&a.0, &b.0) < 1e-6, "{method}: {}", difference(&a.0, &b.0));
+        assert!(difference(&a.0, &b.0) < 2e-5, "{method}: {}", difference(&a.0, &b.0));
         assert_eq!(alone.step, a.0.step, "{method}");
         let share = a.1.abs_diff(iterations);
         assert!(10 * share <= iterations, "{method}: {} iterations for {iterations}", a.1);
-        assert!(difference(&alone, &a.0) < 1e-4, "{method}: {}", difference(&alone, &a.0));
+        assert!(difference(&alone, &a.0) < 2e-5, "{method}: {}", difference(&alone, &a.0));
     }
 }

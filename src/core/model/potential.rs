@@ -411,7 +411,8 @@ impl Potential {
             return true;
         }
         let direction: Vec<Vec3> = from.iter().zip(to).map(|(from, to)| to - from).collect();
-        self.largest_step(from, &direction) >= 1.0
+        let whole = self.largest_step(from, &direction) >= 1.0;
+        self.reduction().all(whole)
     }
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.

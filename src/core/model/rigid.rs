@@ -92,7 +92,8 @@ pub fn free_motions(
 }
 
 /// As many (vertex, axis) pairs as there are `motions`: fixed there, a sheet has none of them left.
-/// Which ones does not matter to the shape; those are taken that the motions move most.
+/// Which ones does not matter to the shape; those are taken that the motions move most, here: ranks of one sheet would
+/// have to agree on them.
 #[must_use]
 pub fn minimal_pins(motions: &[Motion], pins: &Pins) -> Vec<(usize, usize)> {
     let count = motions.len();

@@ -187,7 +187,10 @@ impl Newton {
     /// The factor of the matrix with `terms`, if it is positive.
     fn factorise(&mut self, reduction: &Reduction, terms: &[LowRank]) -> Option<LowRankUpdate> {
         let _scope = self.meters.factorise();
-        self.solver.factorise(&self.matrix, &[], false).ok()?;
+        let made = self.solver.factorise(&self.matrix, &[], false);
+        if !reduction.all(made.is_ok()) {
+            return None;
+        }
         let update = LowRankUpdate::new(terms.to_vec(), reduction, |rhs| self.solver.solve(rhs));
         update.is_positive().then_some(update)
     }

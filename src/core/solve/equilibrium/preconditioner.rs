@@ -292,7 +292,12 @@ impl Inverse {
         let Self { sparse, low_rank, reduction, meters } = self;
         let _scope = meters.factorise();
         match sparse {
-            Sparse::Solver(solver) => solver.factorise(matrix, x, insist)?,
+            Sparse::Solver(solver) => {
+                let made = solver.factorise(matrix, x, insist);
+                if !reduction.all(made.is_ok()) {
+                    return Err(NotPositive);
+                }
+            }
             Sparse::Blocks(inverses, scale) => {
                 *scale = 1.0;
                 let unit = matrix.mean_diagonal();
