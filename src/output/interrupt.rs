@@ -37,6 +37,13 @@ impl Interrupt {
             .map_err(OutputError::Interrupt)
     }
 
+    /// For a program with signal handlers of its own: watches for none; only [`Interrupt::request`] and
+    /// [`Interrupt::pass_on`] stop runs.
+    #[must_use]
+    pub fn on_request() -> Self {
+        Self(())
+    }
+
     /// Asks to stop as SIGTERM does, unless that was requested before.
     pub fn request(self) {
         self.pass_on(Some(SIGTERM));

@@ -53,6 +53,7 @@ pub use invariants::Broken;
 pub use observe::{Observer, StepInfo};
 pub use prepare::material;
 pub use simulation::Simulation;
+pub use summary::{Ending, Summary};
 
 pub(crate) use crate::problem::rest_areas;
 pub(crate) use prepare::{located, location, read_sheet};

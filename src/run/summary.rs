@@ -16,6 +16,8 @@ pub enum Ending {
     Steady,
     /// The scene's number of steps was reached.
     Steps,
+    /// An observer ended the run, for this reason.
+    Observed(&'static str),
     /// The user asked to stop.
     Interrupted,
 }
@@ -26,6 +28,7 @@ impl std::fmt::Display for Ending {
             Self::Reached => "the end time is reached",
             Self::Steady => "steady: no species changes any more",
             Self::Steps => "the number of steps is reached",
+            Self::Observed(reason) => reason,
             Self::Interrupted => "interrupted; the last accepted state is written",
         })
     }

@@ -5,8 +5,13 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use rumple::kinetics::{Batch, Column, Location, call_under_way, field};
+use rumple::model::Evaluation;
+use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
+use rumple::run::{Ending, Observer, StepInfo, run};
 
 use super::build::library;
+use crate::common::prepare;
+use crate::coupled::DOME;
 
 const CHILD: &str = "RUMPLE_TEST_EMBEDDING";
 
@@ -37,8 +42,66 @@ fn child_evaluates_a_plugin() {
     };
     field::rates(&law, &batch, &mut [&mut [0.0; 2]]).unwrap();
     drop(law);
-    assert_eq!(signal_masks(), before);
     assert!(call_under_way(|_, _| ()).is_none());
+    run_with_an_observer();
+    assert_eq!(signal_masks(), before);
+}
+
+/// Heights at the accepted states, until one is above the limit.
+#[derive(Default)]
+struct Heights {
+    limit: f64,
+    seen: Vec<(f64, f64)>,
+    frames: usize,
+}
+
+fn height(at: &Evaluation<'_>) -> f64 {
+    at.state().x.iter().map(|x| x.z.abs()).fold(0.0, f64::max)
+}
+
+impl Observer for Heights {
+    fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> rumple::Result<()> {
+        if info.new {
+            self.seen.push((at.state().time, height(at)));
+        }
+        self.frames += usize::from(info.frame);
+        Ok(())
+    }
+
+    fn stop(&mut self, at: &mut Evaluation<'_>) -> rumple::Result<Option<Ending>> {
+        Ok((height(at) > self.limit).then_some(Ending::Observed("high enough")))
+    }
+}
+
+/// A run with an observer of another crate, from a program that watches for signals itself.
+fn run_with_an_observer() {
+    let folder = tempfile::tempdir().unwrap();
+    let observed = |limit: f64, name: &str| {
+        let (scene, mut simulation) = prepare(DOME, &["output.every=0.25", "time.until=1.0"]);
+        let directory = ResultDirectory::prepare(&folder.path().join(name), false).unwrap();
+        let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+        let mut heights = Heights { limit, ..Heights::default() };
+        let others: &mut [&mut dyn Observer] = &mut [&mut heights];
+        let interrupt = Interrupt::on_request();
+        let summary = run::observed(
+            &scene,
+            &mut simulation,
+            &directory,
+            &mut progress,
+            interrupt,
+            (None, others),
+        );
+        (heights, summary.unwrap())
+    };
+    let (heights, summary) = observed(f64::INFINITY, "whole");
+    assert_eq!(summary.ending, Ending::Reached);
+    assert_eq!((heights.seen.len() as u64, heights.frames), (summary.step + 1, 5));
+    assert!(heights.seen.is_sorted_by(|a, b| a.0 < b.0));
+    let limit = heights.seen[1].1;
+    let first = heights.seen.iter().find(|seen| seen.1 > limit).unwrap().0;
+    let (heights, summary) = observed(limit, "stopped");
+    assert_eq!(summary.ending, Ending::Observed("high enough"));
+    assert_eq!((summary.time, heights.seen.last().unwrap().0), (first, first));
 }
 
 #[test]
