@@ -159,7 +159,6 @@ impl<T: Kept> Krylov<T> {
         changed: &mut [f64],
     ) -> Result<(), LinearError> {
         let n = x.len();
-        let mut right = Vec::new();
         let Self { basis: all, changed: all_changed, next, .. } = self;
         // The residual, where a basis begins.
         next.clear();
@@ -183,10 +182,7 @@ impl<T: Kept> Krylov<T> {
             }
             // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
             parallel::fill(room(all, 0, n), |i| T::of(next[i] / size));
-            let mut triangle: Vec<Vec<f64>> = Vec::new();
-            let mut rotation: Vec<(f64, f64)> = Vec::new();
-            right.clear();
-            right.push(size);
+            let mut triangle = Triangle::new(size);
             for k in 0..BASIS {
                 let basis = &all[k];
                 parallel::fill(changed, |i| basis[i].into());
@@ -203,36 +199,17 @@ impl<T: Kept> Krylov<T> {
                     column.push(subtract_and_dot(next, column[i], &known[i], then));
                 }
                 let last = column.pop().unwrap_or_default().sqrt();
-                for (i, (c, s)) in rotation.iter().enumerate() {
-                    let (a, b) = (column[i], column[i + 1]);
-                    column[i] = c * a + s * b;
-                    column[i + 1] = c * b - s * a;
-                }
-                let length = column[k].hypot(last);
-                let (c, s) =
-                    if length > 0.0 { (column[k] / length, last / length) } else { (1.0, 0.0) };
-                column[k] = length;
-                rotation.push((c, s));
-                triangle.push(column);
-                right.push(-s * right[k]);
-                right[k] *= c;
-                if right[k + 1].abs() <= goal || last == 0.0 || !last.is_finite() {
+                let left = triangle.push(column, last);
+                if left <= goal || last == 0.0 || !last.is_finite() {
                     break;
                 }
                 parallel::fill(room(all, k + 1, n), |i| T::of(next[i] / last));
             }
-            // Back substitution.
-            let m = triangle.len();
-            let mut y = right[..m].to_vec();
-            for i in (0..m).rev() {
-                for j in i + 1..m {
-                    y[i] -= triangle[j][i] * y[j];
-                }
-                y[i] /= triangle[i][i];
-            }
+            let (y, left) = (triangle.solve(), triangle.residual());
+            let m = y.len();
             // Of vectors that were rounded the residual is computed where it is to be small.
             let known = !(T::ROUNDS && self.equilibrium);
-            let done = known && right[m].abs() <= goal && y.iter().all(|y| y.is_finite());
+            let done = known && left <= goal && y.iter().all(|y| y.is_finite());
             if b.is_none() {
                 b = (!done).then(|| x.to_vec());
                 x.fill(0.0);
@@ -252,6 +229,56 @@ impl<T: Kept> Krylov<T> {
             parallel::update(next, |i, r| *r = b[i] - *r);
             size = norm(next);
         }
+    }
+}
+
+/// The Hessenberg matrix of a basis, made triangular by Givens rotations as it grows, with its right-hand side.
+struct Triangle {
+    columns: Vec<Vec<f64>>,
+    rotations: Vec<(f64, f64)>,
+    right: Vec<f64>,
+}
+
+impl Triangle {
+    /// For a residual of this `size`.
+    fn new(size: f64) -> Self {
+        Self { columns: Vec::new(), rotations: Vec::new(), right: vec![size] }
+    }
+
+    /// Adds a column with `last` below its diagonal; the residual that is left.
+    fn push(&mut self, mut column: Vec<f64>, last: f64) -> f64 {
+        let k = self.columns.len();
+        for (i, (c, s)) in self.rotations.iter().enumerate() {
+            let (a, b) = (column[i], column[i + 1]);
+            column[i] = c * a + s * b;
+            column[i + 1] = c * b - s * a;
+        }
+        let length = column[k].hypot(last);
+        let (c, s) = if length > 0.0 { (column[k] / length, last / length) } else { (1.0, 0.0) };
+        column[k] = length;
+        self.rotations.push((c, s));
+        self.columns.push(column);
+        self.right.push(-s * self.right[k]);
+        self.right[k] *= c;
+        self.residual()
+    }
+
+    /// The residual of the least-squares solution.
+    fn residual(&self) -> f64 {
+        self.right.last().map_or(0.0, |last| last.abs())
+    }
+
+    /// The shares of the basis, by backward substitution.
+    fn solve(&self) -> Vec<f64> {
+        let m = self.columns.len();
+        let mut y = self.right[..m].to_vec();
+        for i in (0..m).rev() {
+            for j in i + 1..m {
+                y[i] -= self.columns[j][i] * y[j];
+            }
+            y[i] /= self.columns[i][i];
+        }
+        y
     }
 }
 

@@ -72,6 +72,43 @@ struct Values<'a> {
     factor_slopes: Option<Vec<Vec<f64>>>,
 }
 
+/// ∂Φ/∂c at the edges, times the factor of other growth; none where no law has a length factor.
+fn factor_slopes(
+    model: &Model,
+    chemistry: &Chemistry,
+    surface: &Surface,
+    state: &State,
+) -> Result<Option<Vec<Vec<f64>>>, ModelError> {
+    let slopes = chemistry.length_factor_slopes(model.sheet(), surface, &state.species)?;
+    let Some(mut slopes) = slopes else { return Ok(None) };
+    if let Some(grown) = model.growth(state.time)? {
+        for slope in &mut slopes {
+            slope.iter_mut().zip(grown.iter()).for_each(|(slope, grown)| *slope *= grown);
+        }
+    }
+    Ok(Some(slopes))
+}
+
+impl Sums {
+    /// Adds what goes through the optimal lengths.
+    fn fill_lengths(&mut self, potential: &mut Potential, at: &Values<'_>) {
+        let (n, edges) = (at.layout.unknowns(), potential.sheet().edges().len());
+        let Self { direct, lengths } = self;
+        let Lengths { of_residual, of_unknowns, total } = lengths.get_or_insert_with(|| {
+            let of_residual =
+                Assembly::new(n, edges, |entries| residual_by_lengths(potential, at, entries));
+            let of_unknowns =
+                Assembly::new(edges, n, |entries| lengths_by_unknowns(potential, at, entries));
+            let total =
+                SumOfProduct::new(direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
+            Lengths { of_residual, of_unknowns, total }
+        });
+        of_residual.fill(|entries| residual_by_lengths(potential, at, entries));
+        of_unknowns.fill(|entries| lengths_by_unknowns(potential, at, entries));
+        total.fill(direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
+    }
+}
+
 impl Jacobian {
     /// Evaluates it at a state.
     pub(super) fn fill(
@@ -90,32 +127,22 @@ impl Jacobian {
             let hessian = self.hessian.get_or_insert_with(|| BlockMatrix::zeros(pattern));
             potential.hessian(&state.x, HessianPart::Full, hessian)?;
         }
-        let sheet = model.sheet();
         let hessian = self.hessian.as_ref();
         let mut at =
             Values { layout, state, surface, hessian, chemistry: None, factor_slopes: None };
+        // Lengths that nothing feels need no derivatives.
+        let lengths = |chemistry: &Chemistry| {
+            layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain()
+        };
         if let Some(chemistry) = model.chemistry().filter(|_| layout.species() > 0) {
             let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
             at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
-            // Lengths that nothing feels need no derivatives.
-            if layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain() {
-                let species = &state.species;
-                at.factor_slopes = chemistry.length_factor_slopes(sheet, surface, species)?;
-                if let (Some(slopes), Some(grown)) =
-                    (&mut at.factor_slopes, model.growth(state.time)?)
-                {
-                    for slope in slopes.iter_mut() {
-                        slope
-                            .iter_mut()
-                            .zip(grown.iter())
-                            .for_each(|(slope, grown)| *slope *= grown);
-                    }
-                }
+            if lengths(chemistry) {
+                at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
             }
         }
         let n = layout.unknowns();
         let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
-        let edges = sheet.edges().len();
         let mut parts: Vec<Box<Part<'_>>> = Vec::new();
         if let Some(hessian) = at.hessian {
             let places = &places;
@@ -154,27 +181,8 @@ impl Jacobian {
         });
         sums.direct.fill_in_parts(&parts, others);
         drop(parts);
-        if let (Some(_), Some(potential)) = (&at.factor_slopes, &mut potential) {
-            let potential: &mut Potential = potential;
-            if sums.lengths.is_none() {
-                let of_residual = Assembly::new(n, edges, |entries| {
-                    residual_by_lengths(potential, &at, entries);
-                });
-                let of_unknowns = Assembly::new(edges, n, |entries| {
-                    lengths_by_unknowns(potential, &at, entries);
-                });
-                let total = SumOfProduct::new(
-                    sums.direct.matrix(),
-                    of_residual.matrix(),
-                    of_unknowns.matrix(),
-                );
-                sums.lengths = Some(Lengths { of_residual, of_unknowns, total });
-            }
-            if let Some(Lengths { of_residual, of_unknowns, total }) = &mut sums.lengths {
-                of_residual.fill(|entries| residual_by_lengths(potential, &at, entries));
-                of_unknowns.fill(|entries| lengths_by_unknowns(potential, &at, entries));
-                total.fill(sums.direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
-            }
+        if let (Some(_), Some(potential)) = (&at.factor_slopes, potential) {
+            sums.fill_lengths(potential, &at);
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 //! doi:10.1137/S0036142996304796).
 
 use crate::linear::{LinearChoice, Shifted};
-use crate::model::{Coupled, Part, State};
+use crate::model::{Coupled, Model, Part, State};
 use crate::solve::{Result, SolveError, Workspace, counters};
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
@@ -74,10 +74,8 @@ impl SteadyChemistry {
         let start = y.clone();
         coupled.residual(state.time, &y, &mut rate)?;
         // The first step changes nothing by more than its own size.
-        let relative = |y: &[f64], rate: &[f64]| {
-            let of = |i: usize| rate[i].abs() / (tolerance[i] / atol + y[i].abs());
-            (0..n).map(of).fold(0.0, f64::max)
-        };
+        let typical: Vec<f64> = tolerance.iter().map(|tolerance| tolerance / atol).collect();
+        let relative = |y: &[f64], rate: &[f64]| relative(&typical, y, rate);
         let first = relative(&y, &rate);
         let mut speed = first;
         let mut inverse_step = first;
@@ -113,39 +111,17 @@ impl SteadyChemistry {
                 continue;
             }
             rejected = 0;
-            let mut tried = y.clone();
-            let before = rate.clone();
-            let mut largest: f64 = 0.0;
-            for i in 0..n {
-                tried[i] += change[i];
-                largest = largest.max(change[i].abs() / (rtol * tried[i].abs() + tolerance[i]));
-            }
-            // Where the kinetics have no value, or one far out of their range, the step was too long.
-            let mut shown = state.clone();
-            coupled.layout().unpack(model.mechanics(), state.time, &tried, &mut shown);
-            let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
-            let done = sensible.and_then(|()| coupled.residual(state.time, &tried, &mut rate));
-            let error = match done {
-                Ok(()) if strays(&rate, &change, (&tolerance, rtol, &tried), inverse_step) => {
-                    f64::INFINITY
-                }
-                Ok(()) => {
-                    let differ: Vec<f64> = rate.iter().zip(&before).map(|(b, a)| b - a).collect();
-                    0.5 / inverse_step * relative(&tried, &differ)
-                }
-                Err(failure) if failure.is_recoverable() => f64::INFINITY,
-                Err(failure) => return Err(failure.into()),
-            };
+            let at = Iterate { model, state, y: &y, rate: &rate, tolerance: (rtol, &tolerance) };
+            let Trial { y: tried, rate: after, largest, error } =
+                at.trial(coupled, &change, inverse_step, &typical)?;
             if !(error <= 4.0 * ERROR && largest.is_finite()) {
                 let shorter =
                     if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
                 inverse_step = shorter * inverse_step.max(1e-9 * first);
-                rate = before;
                 continue;
             }
-            y = tried;
-            let left =
-                |i: usize| (y[i] - start[i]).abs() > LEAP * (tolerance[i] / atol + start[i].abs());
+            (y, rate) = (tried, after);
+            let left = |i: usize| (y[i] - start[i]).abs() > LEAP * (typical[i] + start[i].abs());
             if leap == Leap::Refused && (0..n).any(left) {
                 return Err(SolveError::Leap { time: state.time });
             }
@@ -166,6 +142,65 @@ impl SteadyChemistry {
             inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
         }
         Err(SolveError::NotSteady { time: state.time, rate: speed })
+    }
+}
+
+/// The largest rate, each relative to its value, or to its typical one where that is 0.
+fn relative(typical: &[f64], y: &[f64], rate: &[f64]) -> f64 {
+    let of = |i: usize| rate[i].abs() / (typical[i] + y[i].abs());
+    (0..y.len()).map(of).fold(0.0, f64::max)
+}
+
+/// Where a step begins.
+struct Iterate<'a> {
+    model: &'a Model,
+    state: &'a State,
+    y: &'a [f64],
+    rate: &'a [f64],
+    /// rtol, and atol of every unknown.
+    tolerance: (f64, &'a [f64]),
+}
+
+/// Where it leads.
+struct Trial {
+    y: Vec<f64>,
+    rate: Vec<f64>,
+    /// Largest change in units of the tolerance.
+    largest: f64,
+    /// Estimate of its relative error; infinite where the kinetics have no value, or one far out of their range.
+    error: f64,
+}
+
+impl Iterate<'_> {
+    fn trial(
+        &self,
+        coupled: &mut Coupled,
+        change: &[f64],
+        inverse_step: f64,
+        typical: &[f64],
+    ) -> Result<Trial> {
+        let Self { model, state, y: before, rate: rate_before, tolerance: (rtol, tolerance) } =
+            *self;
+        let (mut y, mut rate) = (before.to_vec(), rate_before.to_vec());
+        let mut largest: f64 = 0.0;
+        for i in 0..y.len() {
+            y[i] += change[i];
+            largest = largest.max(change[i].abs() / (rtol * y[i].abs() + tolerance[i]));
+        }
+        let mut shown = state.clone();
+        coupled.layout().unpack(model.mechanics(), state.time, &y, &mut shown);
+        let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
+        let done = sensible.and_then(|()| coupled.residual(state.time, &y, &mut rate));
+        let error = match done {
+            Ok(()) if strays(&rate, change, (tolerance, rtol, &y), inverse_step) => f64::INFINITY,
+            Ok(()) => {
+                let differ: Vec<f64> = rate.iter().zip(rate_before).map(|(b, a)| b - a).collect();
+                0.5 / inverse_step * relative(typical, &y, &differ)
+            }
+            Err(failure) if failure.is_recoverable() => f64::INFINITY,
+            Err(failure) => return Err(failure.into()),
+        };
+        Ok(Trial { y, rate, largest, error })
     }
 }
 
