@@ -8,7 +8,8 @@
 //! |e|² = 1/n ( Σ_vertices |e_v|²/(atol + rtol |u_v|)²  +  Σ_others e_i²/(atol_i + rtol |y_i|)² )
 //! ```
 //!
-//! with the length of a vertex' displacement u_v, and components for all other unknowns.
+//! with the length of a vertex' displacement u_v, components for all other unknowns, and n terms: directions in which
+//! nothing moves, as in a plane, do not count.
 
 use std::sync::Arc;
 
@@ -63,7 +64,8 @@ impl Grouping {
 
     /// Mean square of `x` over its tolerance.
     pub(super) fn squared_norm(&self, x: &[f64], y: &[f64], tolerance: (&[f64], f64)) -> f64 {
-        self.ratios(x, y, tolerance).sum::<f64>() / crate::num::real(x.len().max(1))
+        let count = self.vertices.len() + (x.len() - self.count);
+        self.ratios(x, y, tolerance).sum::<f64>() / crate::num::real(count.max(1))
     }
 }
 
