@@ -11,6 +11,11 @@
 Python; `read` opens the results of `rumple run`. Everything that can go wrong is an `Error`.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
 from ._rumple import Batch, Error, Law, Scene, Simulation, Species, Step, __version__, load, parse
 from .results import Frame, Frames, Results, read
 
@@ -33,6 +38,6 @@ __all__ = [
 ]
 
 
-def law(species, **settings):
+def law(species: Any, **settings: Any) -> Callable[[Callable[[Batch], Any]], Law]:
     """Makes a `Law` of the function below it, which gives the rates: `@rumple.law("c", signals=["mean_curvature"])`."""
     return lambda rates: Law(rates, species, **settings)

@@ -2,14 +2,14 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Optional, Union
+from typing import Any, Optional, Union, final
 
 from numpy import float64, int64
 from numpy.typing import ArrayLike, NDArray
 
-Path = Union[str, os.PathLike[str]]
-Overrides = Union[dict[str, Any], Sequence[str]]
-Names = Union[str, Iterable[str], dict[str, Any]]
+_Path = Union[str, os.PathLike[str]]
+_Overrides = Union[dict[str, Any], Sequence[str]]
+_Names = Union[str, Iterable[str], dict[str, Any]]
 
 __version__: str
 
@@ -19,6 +19,7 @@ class Error(Exception):
     An exception of a law written in Python is its `__cause__`.
     """
 
+@final
 class Scene:
     """A checked scene; made by `load` and `parse`."""
 
@@ -31,17 +32,17 @@ class Scene:
     def resolved(self) -> str:
         """The scene as TOML with every default written out."""
 
-def load(path: Path, overrides: Optional[Overrides] = None) -> Scene:
+def load(path: _Path, overrides: Optional[_Overrides] = None) -> Scene:
     """Reads and checks the scene file at `path`, after the overrides.
 
     Overrides are a dict of key paths and values, `{"sheet.vertices": 5000}`, or a list of texts as after `--set`.
     """
 
-def parse(text: str, overrides: Optional[Overrides] = None, name: str = "scene") -> Scene:
+def parse(text: str, overrides: Optional[_Overrides] = None, name: str = "scene") -> Scene:
     """Checks the scene `text`, after the overrides; `name` stands for its file in messages."""
 
 def read_surface(
-    path: Path,
+    path: _Path,
 ) -> tuple[
     NDArray[float64],
     NDArray[int64],
@@ -51,6 +52,7 @@ def read_surface(
 ]:
     """Points, triangles, point fields, cell fields and time of a file (.vtu, .vtp, .vtk, .obj)."""
 
+@final
 class Step:
     """An accepted step."""
 
@@ -79,23 +81,25 @@ class Step:
     def jumps(self) -> int:
         """Jumps from one branch of equilibria to another."""
 
+@final
 class Species(Mapping[str, NDArray[float64]]):
     """Values of the species where they live, by name: copies, and to be set.
 
     `sim.species["c"] = values` checks number, finiteness and valid range; the shape follows with the next step.
     """
 
-    def __getitem__(self, name: str) -> NDArray[float64]: ...
-    def __setitem__(self, name: str, values: ArrayLike) -> None: ...
+    def __getitem__(self, name: str, /) -> NDArray[float64]: ...
+    def __setitem__(self, name: str, values: ArrayLike, /) -> None: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
 
+@final
 class Simulation:
     """A scene that is set up, to be stepped and asked. Iterating makes steps to the end of the scene."""
 
-    def __init__(
-        self, scene: Scene, *, law: Optional[Law] = None, plugins: Sequence[Path] = ...
-    ) -> None:
+    def __new__(
+        cls, scene: Scene, *, law: Optional[Law] = None, plugins: Sequence[_Path] = ...
+    ) -> Simulation:
         """`law` is added to the laws of the scene; `plugins` are folders in which plugins are looked for first."""
     @property
     def time(self) -> float:
@@ -149,31 +153,33 @@ class Simulation:
     def __iter__(self) -> Iterator[Step]: ...
     def __next__(self) -> Step: ...
 
+@final
 class Batch:
     """What a law reads at a batch of points: columns and numbers, by name, as `at["c"]` or `at.c`."""
 
-    def __getitem__(self, name: str) -> NDArray[float64]: ...
-    def __getattr__(self, name: str) -> NDArray[float64]: ...
+    def __getitem__(self, name: str, /) -> NDArray[float64]: ...
+    def __getattr__(self, name: str, /) -> NDArray[float64]: ...
     def keys(self) -> list[str]:
         """Names of the columns and numbers."""
 
+@final
 class Law:
     """A law: a function that gives the rates of species from columns of species, signals and parameters.
 
     It must be pure: the same columns give the same rates. Derivatives are taken by differences.
     """
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         rates: Callable[[Batch], dict[str, ArrayLike]],
-        species: Names,
+        species: _Names,
         *,
-        signals: Optional[Names] = None,
+        signals: Optional[_Names] = None,
         parameters: Optional[dict[str, float]] = None,
         length_factor: Optional[Callable[[Batch], ArrayLike]] = None,
         location: str = "vertex",
         name: Optional[str] = None,
-    ) -> None:
+    ) -> Law:
         """`species` and `signals` are names, or a dict of names and typical magnitudes.
 
         What a species has besides is given by a dict with `typical`, `lower`, `upper` and `unit`.

@@ -69,23 +69,13 @@ impl Law {
         location: &str,
         name: Option<String>,
     ) -> PyResult<Self> {
-        let location = match location {
-            "vertex" => Location::Vertex,
-            "face" => Location::Face,
-            other => {
-                let text = format!("location is {other:?}, expected \"vertex\" or \"face\"");
-                return Err(PyValueError::new_err(text));
-            }
-        };
+        let location = location_of(location)?;
         let called = || rates.bind(py).getattr("__name__")?.extract::<String>();
         let name = name.or_else(|| called().ok()).unwrap_or_else(|| "law".to_owned());
-        let parameters: Vec<(String, f64)> = match parameters {
-            Some(parameters) => {
-                let items = parameters.iter();
-                items.map(|(n, v)| Ok((n.extract()?, v.extract()?))).collect::<PyResult<_>>()?
-            }
-            None => Vec::new(),
-        };
+        let parameters = parameters.into_iter().flat_map(|parameters| parameters.iter());
+        let parameters: Vec<(String, f64)> = parameters
+            .map(|(name, value)| Ok((name.extract()?, value.extract()?)))
+            .collect::<PyResult<_>>()?;
         let descriptor = Descriptor {
             id: format!("python.{name}"),
             name,
@@ -122,6 +112,17 @@ impl Law {
 
     fn __repr__(&self) -> String {
         format!("<rumple.Law {}>", self.descriptor.name)
+    }
+}
+
+fn location_of(name: &str) -> PyResult<Location> {
+    match name {
+        "vertex" => Ok(Location::Vertex),
+        "face" => Ok(Location::Face),
+        other => {
+            let text = format!("location is {other:?}, expected \"vertex\" or \"face\"");
+            Err(PyValueError::new_err(text))
+        }
     }
 }
 
