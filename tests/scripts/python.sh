@@ -23,4 +23,4 @@ export CARGO_TARGET_DIR=$target
 rm -rf target/wheels
 "$build/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out target/wheels
 "$clean/bin/pip" install --quiet --disable-pip-version-check --no-deps target/wheels/rumple-*.whl
-env --default-signal=INT PATH=/usr/bin:/bin RUMPLE="$target/release/rumple" "$clean/bin/pytest" -q python/tests
+env --default-signal=INT PATH=/usr/bin:/bin RUMPLE="${RUMPLE:-$target/release/rumple}" "$clean/bin/pytest" -q python/tests
