@@ -104,6 +104,9 @@ heading "read by VTK"
 heading "rendered by ParaView"
 tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique
 
+heading "the Python module"
+tests/scripts/python.sh
+
 heading "viewed in a browser"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" tests/scripts/view.sh "$result" target/check/view
 

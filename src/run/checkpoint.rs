@@ -205,10 +205,7 @@ impl Checkpoints {
     /// scene's schedule. Depends on nothing but steps and times.
     pub(super) fn renew(&mut self, simulation: &mut Simulation) -> bool {
         let due = self.passes(simulation.stepper.state.time);
-        let after = simulation.stepper.integrator.renewed_after();
-        if after.is_some_and(|after| due || simulation.stepper.state.step.is_multiple_of(after)) {
-            simulation.stepper.integrator.renew();
-        }
+        simulation.renew(due);
         due
     }
 

@@ -35,6 +35,19 @@ pub struct Laws {
 /// A plugin that is not found or refused, a formula or a parameter that is wrong, names that
 /// clash; with the place.
 pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<Option<Laws>> {
+    load_with(scene, search, None, notes)
+}
+
+/// [`load`], with the law `own` after those of the scene.
+///
+/// # Errors
+/// As for [`load`].
+pub(super) fn load_with(
+    scene: &Scene,
+    search: &Search,
+    own: Option<Arc<dyn Kinetics>>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Laws>> {
     let mut members = Vec::new();
     let (mut files, mut parameters) = (Vec::new(), Vec::new());
     for (number, spec) in scene.kinetics.iter().enumerate() {
@@ -54,13 +67,19 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
         let (rename, shared) = (spec.rename.clone(), spec.shared.clone());
         members.push(Member { kinetics, rename, shared });
     }
+    members.extend(own.map(|kinetics| Member {
+        kinetics,
+        rename: BTreeMap::new(),
+        shared: Vec::new(),
+    }));
     let plain = |member: &Member| member.rename.is_empty() && member.shared.is_empty();
     let kinetics: Arc<dyn Kinetics> = match members.as_slice() {
         [] => return Ok(None),
         [one] if plain(one) => Arc::clone(&one.kinetics),
         _ => {
             let joint = JointKinetics::new(members).map_err(|e| {
-                let table = scene.kinetics_path(e.member);
+                // The law of the caller has no table.
+                let table = scene.kinetics_path(e.member.min(scene.kinetics.len().max(1) - 1));
                 let path = if e.key.is_empty() { table } else { format!("{table}.{}", e.key) };
                 scene.error_at(&path, &e.message, None)
             })?;
@@ -329,5 +348,7 @@ pub fn parameter_fields(
             all.push(values);
         }
     }
+    // The law of the caller comes last.
+    all.extend(uniform[all.len()..].iter().map(|value| vec![*value]));
     Ok(ParameterFields::new(all))
 }

@@ -33,7 +33,7 @@ pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
 mod scale_checks;
-pub(crate) mod schedule;
+pub mod schedule;
 mod self_intersection;
 mod session;
 mod simulation;
@@ -50,7 +50,7 @@ pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;
 pub use invariants::Broken;
-pub use observe::{Observer, StepInfo};
+pub use observe::{Observer, StepInfo, StopRules};
 pub use prepare::material;
 pub use simulation::Simulation;
 pub use summary::{Ending, Summary};

@@ -125,7 +125,7 @@ impl Observer for Frames {
 }
 
 /// Ends a run at the scene's time or number of steps, or when steady: no species changes any more.
-pub(super) struct StopRules {
+pub struct StopRules {
     until: f64,
     steps: Option<u64>,
     /// Largest |dc/dt| in units of each species' typical magnitude that counts as none.
@@ -133,7 +133,9 @@ pub(super) struct StopRules {
 }
 
 impl StopRules {
-    pub(super) fn of(scene: &Scene) -> Self {
+    /// The stop rules of `scene`.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
         let span = &scene.time.span;
         Self {
             until: span.until.get(),

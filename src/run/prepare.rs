@@ -55,11 +55,15 @@ fn check_point(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
     Ok(())
 }
 
-/// Makes `scene` ready to run.
+/// Makes `scene` ready to run, with the law `own` besides those of the scene.
 ///
 /// # Errors
 /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
-pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
+pub(super) fn prepare(
+    scene: &Scene,
+    search: &Search,
+    own: Option<Arc<dyn Kinetics>>,
+) -> Result<Simulation> {
     let mut built = Built::begin();
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
@@ -68,7 +72,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
         scale_checks::check(scene, &sheet, material)?;
     }
     notes::on_scene(scene, &sheet, &mut notes);
-    let laws = laws::load(scene, search, &mut notes)?;
+    let laws = laws::load_with(scene, search, own, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
     if scene.sheet.planar {

@@ -5,7 +5,7 @@ use crate::num::real;
 use crate::scene::Scene;
 
 /// Which states are observed and which are frames.
-pub(crate) struct OutputSchedule {
+pub struct OutputSchedule {
     every: f64,
     until: f64,
     /// Number of the next multiple of `every`.
@@ -17,7 +17,8 @@ pub(crate) struct OutputSchedule {
 
 impl OutputSchedule {
     /// The schedule of `scene` from its start.
-    pub(crate) fn of(scene: &Scene) -> Self {
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
         let until = scene.time.span.until.get();
         let every = scene.output.every.map_or(until, |every| every.get().min(until));
         Self { every, until, next: 0, observed: None, framed: None }
@@ -54,14 +55,15 @@ impl OutputSchedule {
     }
 
     /// Counts the output times up to `time`.
-    pub(crate) fn pass(&mut self, time: f64) {
+    pub fn pass(&mut self, time: f64) {
         while self.is_due(time) {
             self.next += 1;
         }
     }
 
     /// The time at which a step has to end.
-    pub(crate) fn target(&self) -> f64 {
+    #[must_use]
+    pub fn target(&self) -> f64 {
         (real(self.next) * self.every).min(self.until)
     }
 }

@@ -8,7 +8,7 @@ use super::invariants::Invariants;
 use super::processor::Processor;
 use super::{Error, Fields, Result, prepare};
 use crate::Stepper;
-use crate::kinetics::Search;
+use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::scene::Scene;
@@ -64,7 +64,15 @@ impl Simulation {
     /// # Errors
     /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
     pub fn new(scene: &Scene, search: &Search) -> Result<Self> {
-        prepare::prepare(scene, search)
+        prepare::prepare(scene, search, None)
+    }
+
+    /// The same with one more `law` than those of the scene.
+    ///
+    /// # Errors
+    /// As for [`Simulation::new`], and names that clash.
+    pub fn with_law(scene: &Scene, search: &Search, law: Arc<dyn Kinetics>) -> Result<Self> {
+        prepare::prepare(scene, search, Some(law))
     }
 
     /// The model.
@@ -140,6 +148,35 @@ impl Simulation {
     /// If a law or the relaxation fails.
     pub fn relax(&mut self) -> Result<Relaxation> {
         Ok(self.stepper.relax()?)
+    }
+
+    /// Continues from a state that was changed between steps: brings the shape to rest where it has no storage, and clears
+    /// the history of an integrator by diffsol. Invariants count from here.
+    ///
+    /// # Errors
+    /// If a law or the relaxation fails, or the state breaks an invariant of the scene.
+    pub fn restart(&mut self) -> Result<Relaxation> {
+        self.stepper.integrator.renew();
+        let model = self.model();
+        let rests = model.moves() && model.storage().mechanics == 0.0;
+        let done = match rests {
+            true => self.spend(|s| s.stepper.relax()).0?,
+            false => Relaxation::default(),
+        };
+        if let Some(laws) = &mut self.invariants {
+            laws.begin(&mut self.stepper.workspace, &self.stepper.state)?;
+        }
+        Ok(done)
+    }
+
+    /// Clears the history of an integrator by diffsol, which cannot be stored, after every so many steps, or where
+    /// it is `due`. [`run`](super::run::run) calls it after the start and every step.
+    pub fn renew(&mut self, due: bool) {
+        let (step, integrator) = (self.stepper.state.step, &mut self.stepper.integrator);
+        let after = integrator.renewed_after();
+        if after.is_some_and(|after| due || step.is_multiple_of(after)) {
+            integrator.renew();
+        }
     }
 
     /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.

@@ -1,0 +1,189 @@
+"""The engine's classes and functions."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Optional, Union, final
+
+from numpy import float64, int64
+from numpy.typing import ArrayLike, NDArray
+
+_Path = Union[str, os.PathLike[str]]
+_Overrides = Union[dict[str, Any], Sequence[str]]
+_Names = Union[str, Iterable[str], dict[str, Any]]
+
+__version__: str
+
+class Error(Exception):
+    """Anything that can go wrong in the engine; the message has the place in the scene, where there is one.
+
+    An exception of a law written in Python is its `__cause__`.
+    """
+
+@final
+class Scene:
+    """A checked scene; made by `load` and `parse`."""
+
+    @property
+    def name(self) -> str:
+        """Path of its file, or the name that it was parsed with."""
+    @property
+    def until(self) -> float:
+        """Time of the last state."""
+    def resolved(self) -> str:
+        """The scene as TOML with every default written out."""
+
+def load(path: _Path, overrides: Optional[_Overrides] = None) -> Scene:
+    """Reads and checks the scene file at `path`, after the overrides.
+
+    Overrides are a dict of key paths and values, `{"sheet.vertices": 5000}`, or a list of texts as after `--set`.
+    """
+
+def parse(text: str, overrides: Optional[_Overrides] = None, name: str = "scene") -> Scene:
+    """Checks the scene `text`, after the overrides; `name` stands for its file in messages."""
+
+def read_surface(
+    path: _Path,
+) -> tuple[
+    NDArray[float64],
+    NDArray[int64],
+    dict[str, NDArray[float64]],
+    dict[str, NDArray[float64]],
+    Optional[float],
+]:
+    """Points, triangles, point fields, cell fields and time of a file (.vtu, .vtp, .vtk, .obj)."""
+
+@final
+class Step:
+    """An accepted step."""
+
+    @property
+    def number(self) -> int:
+        """Number of the step, from 1."""
+    @property
+    def time(self) -> float:
+        """Time reached."""
+    @property
+    def length(self) -> float:
+        """Length of the step."""
+    @property
+    def error(self) -> float:
+        """Error estimate in units of the tolerance (0 for fixed steps)."""
+    @property
+    def iterations(self) -> int:
+        """Iterations of the relaxations in the step."""
+    @property
+    def residual(self) -> float:
+        """Largest force left, in units of the force scale."""
+    @property
+    def rejected(self) -> int:
+        """Rejected step attempts."""
+    @property
+    def jumps(self) -> int:
+        """Jumps from one branch of equilibria to another."""
+
+@final
+class Species(Mapping[str, NDArray[float64]]):
+    """Values of the species where they live, by name: copies, and to be set.
+
+    `sim.species["c"] = values` checks number, finiteness and valid range; the shape follows with the next step.
+    """
+
+    def __getitem__(self, name: str, /) -> NDArray[float64]: ...
+    def __setitem__(self, name: str, values: ArrayLike, /) -> None: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def __len__(self) -> int: ...
+
+@final
+class Simulation:
+    """A scene that is set up, to be stepped and asked. Iterating makes steps to the end of the scene."""
+
+    def __new__(
+        cls, scene: Scene, *, law: Optional[Law] = None, plugins: Sequence[_Path] = ...
+    ) -> Simulation:
+        """`law` is added to the laws of the scene; `plugins` are folders in which plugins are looked for first."""
+    @property
+    def time(self) -> float:
+        """Time of the state."""
+    @property
+    def steps(self) -> int:
+        """Accepted steps."""
+    @property
+    def ending(self) -> Optional[str]:
+        """Why the run is at its end; None before it."""
+    @property
+    def notes(self) -> list[str]:
+        """Warnings about the mesh, the scene or the plugins."""
+    @property
+    def positions(self) -> NDArray[float64]:
+        """Positions of the vertices, n × 3: a copy. Setting them is checked; the next step finds equilibrium again."""
+    @positions.setter
+    def positions(self, positions: ArrayLike) -> None: ...
+    @property
+    def rest_positions(self) -> NDArray[float64]:
+        """Positions of the vertices in the reference configuration, n × 3."""
+    @property
+    def triangles(self) -> NDArray[int64]:
+        """Vertices of the triangles, m × 3."""
+    @property
+    def species(self) -> Species:
+        """The species, by name."""
+    def prepare(self) -> int:
+        """Brings the start into equilibrium, as the first step does; the number of iterations."""
+    def relax(self) -> int:
+        """Brings the shape into equilibrium with its species; the number of iterations."""
+    def step(self, until: Optional[float] = None) -> Optional[Step]:
+        """One step, which ends at the latest at the next output time and at `until`; None at the end."""
+    def run(
+        self,
+        until: Optional[float] = None,
+        observe: Optional[Callable[[Simulation, Step], Any]] = None,
+    ) -> Optional[Step]:
+        """Steps to the time `until`, or to the end of the scene; the last step.
+
+        `observe(sim, step)` is called after every accepted step; a true result ends the run there.
+        """
+    def energies(self) -> dict[str, float]:
+        """Energy of every effect that has one, by name."""
+    def fields(self, *, cells: bool = False) -> dict[str, NDArray[float64]]:
+        """The fields of a frame of the state, by name with unit: on vertices, or on triangles with `cells`."""
+    def field(self, name: str, *, cells: bool = False) -> NDArray[float64]:
+        """One field of a frame of the state, with or without its unit in the name."""
+    def to_pyvista(self) -> Any:
+        """The surface with its fields as a mesh of PyVista, which has to be installed."""
+    def __iter__(self) -> Iterator[Step]: ...
+    def __next__(self) -> Step: ...
+
+@final
+class Batch:
+    """What a law reads at a batch of points: columns and numbers, by name, as `at["c"]` or `at.c`."""
+
+    def __getitem__(self, name: str, /) -> NDArray[float64]: ...
+    def __getattr__(self, name: str, /) -> NDArray[float64]: ...
+    def keys(self) -> list[str]:
+        """Names of the columns and numbers."""
+
+@final
+class Law:
+    """A law: a function that gives the rates of species from columns of species, signals and parameters.
+
+    It must be pure: the same columns give the same rates. Derivatives are taken by differences.
+    """
+
+    def __new__(
+        cls,
+        rates: Callable[[Batch], dict[str, ArrayLike]],
+        species: _Names,
+        *,
+        signals: Optional[_Names] = None,
+        parameters: Optional[dict[str, float]] = None,
+        length_factor: Optional[Callable[[Batch], ArrayLike]] = None,
+        location: str = "vertex",
+        name: Optional[str] = None,
+    ) -> Law:
+        """`species` and `signals` are names, or a dict of names and typical magnitudes.
+
+        What a species has besides is given by a dict with `typical`, `lower`, `upper` and `unit`.
+        """
+    @property
+    def species(self) -> list[str]:
+        """Names of the species."""

@@ -1,0 +1,108 @@
+"""The results of a run: ledger and frames of a result directory."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy
+from numpy.typing import NDArray
+
+from ._rumple import Error, read_surface
+
+__all__ = ["Frame", "Frames", "Results", "read"]
+
+
+def read(directory: str | os.PathLike[str]) -> Results:
+    """The results of `rumple run` in `directory`."""
+    return Results(directory)
+
+
+class Results:
+    """The results of a run: `ledger` and `frames`."""
+
+    def __init__(self, directory: str | os.PathLike[str]):
+        self.directory = Path(directory)
+        if not (self.directory / "ledger.csv").is_file():
+            raise Error(f"{self.directory} has no ledger.csv: it is no result directory of a run")
+        self._ledger: Any = None
+
+    @property
+    def ledger(self) -> Any:
+        """The ledger, a row a step: a DataFrame of pandas, or without pandas a dict of arrays by column."""
+        if self._ledger is None:
+            self._ledger = _ledger(self.directory / "ledger.csv")
+        return self._ledger
+
+    @property
+    def frames(self) -> Frames:
+        """The frames, each read when it is asked for."""
+        folder = self.directory / "frames"
+        files = os.listdir(folder) if folder.is_dir() else []
+        return Frames(folder / name for name in sorted(files) if name.endswith((".vtu", ".vtk")))
+
+    def __repr__(self) -> str:
+        return f"<rumple.Results {self.directory}, {len(self.frames)} frames>"
+
+
+class Frames:
+    """Frames in the order of time."""
+
+    def __init__(self, paths: Iterable[Path]):
+        self._paths = list(paths)
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    def __getitem__(self, number: Any) -> Any:
+        if isinstance(number, slice):
+            return Frames(self._paths[number])
+        return Frame(self._paths[number])
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (Frame(path) for path in self._paths)
+
+
+class Frame:
+    """A frame: `points` (n × 3), `triangles` (m × 3), `fields` and `cell_fields` by name with unit, `time`."""
+
+    def __init__(self, path: str | os.PathLike[str]):
+        self.path = Path(path)
+        read = read_surface(self.path)
+        self.points, self.triangles, self.fields, self.cell_fields, self.time = read
+
+    def field(self, name: str, *, cells: bool = False) -> NDArray[numpy.float64]:
+        """A field, with or without its unit in the name: on vertices, or on triangles with `cells`."""
+        fields = self.cell_fields if cells else self.fields
+        for title, values in fields.items():
+            if name in (title, title.split(" [")[0]):
+                return values
+        raise KeyError(f"{self.path} has no field {name!r}; it has: {', '.join(fields)}")
+
+    def to_pyvista(self) -> Any:
+        """The surface with its fields as a mesh of PyVista."""
+        from ._pyvista import mesh
+
+        return mesh(self.points, self.triangles, self.fields, self.cell_fields)
+
+    def __repr__(self) -> str:
+        return f"<rumple.Frame {self.path.name} at time {self.time}>"
+
+
+def _ledger(path: Path) -> Any:
+    with open(path, newline="", encoding="utf-8") as file:
+        text = file.read()
+    # A killed run can leave a last row without its end.
+    rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    if not rows:
+        raise Error(f"{path} is empty")
+    body = numpy.array(rows[1:], dtype=float).reshape(len(rows) - 1, len(rows[0]))
+    columns = {title: body[:, k].copy() for k, title in enumerate(rows[0])}
+    try:
+        import pandas
+    except ImportError:
+        return columns
+    return pandas.DataFrame(columns)

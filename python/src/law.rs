@@ -1,0 +1,319 @@
+//! Laws written in Python, evaluated on whole batches of points.
+
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArrayLike1};
+use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rumple::kinetics::{
+    self as engine, Capabilities, Column, Descriptor, Kinetics, KineticsError, Location, Outcome,
+    Parameter, Signal, SignalRead, descriptor,
+};
+
+use crate::engine::Slot;
+
+/// A law: a function that gives the rates of species from columns of species, signals and parameters.
+#[pyclass(module = "rumple", frozen)]
+pub(crate) struct Law {
+    descriptor: Descriptor,
+    values: Vec<f64>,
+    rates: Py<PyAny>,
+    length_factor: Option<Py<PyAny>>,
+}
+
+/// What a law reads at a batch of points: columns and numbers, by name.
+#[pyclass(module = "rumple", frozen)]
+pub(crate) struct Batch(Py<PyDict>);
+
+#[pymethods]
+impl Batch {
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let found = self.0.bind(py).get_item(name)?;
+        found.ok_or_else(|| PyKeyError::new_err(name.to_owned()))
+    }
+
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let found = self.0.bind(py).get_item(name)?;
+        let names = || Ok::<_, PyErr>(self.0.bind(py).keys().repr()?.to_string());
+        match found {
+            Some(found) => Ok(found),
+            None => {
+                let text = format!("the law reads no {name:?}; it reads {}", names()?);
+                Err(PyAttributeError::new_err(text))
+            }
+        }
+    }
+
+    /// Names of the columns and numbers.
+    fn keys<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        self.0.bind(py).keys().into_any()
+    }
+}
+
+#[pymethods]
+impl Law {
+    /// `species` and `signals` are names, or a dict of names and typical magnitudes (species also: dicts with
+    /// `typical`, `lower`, `upper`, `unit`); `parameters` are names and values.
+    #[new]
+    #[pyo3(signature = (rates, species, *, signals = None, parameters = None, length_factor = None,
+        location = "vertex", name = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        rates: Py<PyAny>,
+        species: &Bound<'_, PyAny>,
+        signals: Option<&Bound<'_, PyAny>>,
+        parameters: Option<&Bound<'_, PyDict>>,
+        length_factor: Option<Py<PyAny>>,
+        location: &str,
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let location = location_of(location)?;
+        let called = || rates.bind(py).getattr("__name__")?.extract::<String>();
+        let name = name.or_else(|| called().ok()).unwrap_or_else(|| "law".to_owned());
+        let parameters = parameters.into_iter().flat_map(|parameters| parameters.iter());
+        let parameters: Vec<(String, f64)> = parameters
+            .map(|(name, value)| Ok((name.extract()?, value.extract()?)))
+            .collect::<PyResult<_>>()?;
+        let descriptor = Descriptor {
+            id: format!("python.{name}"),
+            name,
+            version: String::new(),
+            author: String::new(),
+            licence: String::new(),
+            doc: String::new(),
+            species: named(species)?
+                .into_iter()
+                .map(|(name, about)| species_of(name, about, location))
+                .collect::<PyResult<_>>()?,
+            parameters: parameters.iter().map(parameter_of).collect(),
+            signals: signals.map_or(Ok(Vec::new()), signals_of)?,
+            observables: Vec::new(),
+            observed: Vec::new(),
+            capabilities: Capabilities {
+                length_factor: length_factor.is_some(),
+                parameter_fields: true,
+                ..Capabilities::default()
+            },
+        };
+        if descriptor.species.is_empty() {
+            return Err(PyValueError::new_err("a law has at least one species"));
+        }
+        let values = parameters.into_iter().map(|(_, value)| value).collect();
+        Ok(Self { descriptor, values, rates, length_factor })
+    }
+
+    /// Names of the species.
+    #[getter]
+    fn species(&self) -> Vec<&str> {
+        self.descriptor.species.iter().map(|species| species.name.as_str()).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<rumple.Law {}>", self.descriptor.name)
+    }
+}
+
+fn location_of(name: &str) -> PyResult<Location> {
+    match name {
+        "vertex" => Ok(Location::Vertex),
+        "face" => Ok(Location::Face),
+        other => {
+            let text = format!("location is {other:?}, expected \"vertex\" or \"face\"");
+            Err(PyValueError::new_err(text))
+        }
+    }
+}
+
+/// Names, each with what a dict says about it.
+fn named<'py>(all: &Bound<'py, PyAny>) -> PyResult<Vec<(String, Option<Bound<'py, PyAny>>)>> {
+    if let Ok(table) = all.cast::<PyDict>() {
+        return table.iter().map(|(name, about)| Ok((name.extract()?, Some(about)))).collect();
+    }
+    if let Ok(one) = all.extract::<String>() {
+        return Ok(vec![(one, None)]);
+    }
+    all.try_iter()?.map(|name| Ok((name?.extract()?, None))).collect()
+}
+
+fn positive(name: &str, typical: f64) -> PyResult<f64> {
+    match typical > 0.0 && typical.is_finite() {
+        true => Ok(typical),
+        false => Err(PyValueError::new_err(format!(
+            "the typical magnitude of {name} is {typical}; it must be positive and finite"
+        ))),
+    }
+}
+
+fn species_of(
+    name: String,
+    about: Option<Bound<'_, PyAny>>,
+    location: Location,
+) -> PyResult<engine::Species> {
+    let mut species = engine::Species {
+        name,
+        unit: "1".into(),
+        doc: String::new(),
+        typical: 1.0,
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+        diffusion: 0.0,
+        location,
+    };
+    let Some(about) = about else { return Ok(species) };
+    let Ok(table) = about.cast::<PyDict>() else {
+        species.typical = positive(&species.name, about.extract()?)?;
+        return Ok(species);
+    };
+    for (key, value) in table.iter() {
+        match key.extract::<String>()?.as_str() {
+            "typical" => species.typical = positive(&species.name, value.extract()?)?,
+            "lower" => species.lower = value.extract()?,
+            "upper" => species.upper = value.extract()?,
+            "unit" => species.unit = value.extract()?,
+            other => {
+                let text =
+                    format!("a species has typical, lower, upper and unit, but no {other:?}");
+                return Err(PyValueError::new_err(text));
+            }
+        }
+    }
+    Ok(species)
+}
+
+fn parameter_of((name, value): &(String, f64)) -> Parameter {
+    Parameter {
+        name: name.clone(),
+        unit: "1".into(),
+        doc: String::new(),
+        default: descriptor::Default::Value(*value),
+        lower: f64::NEG_INFINITY,
+        lower_open: false,
+        upper: f64::INFINITY,
+        upper_open: false,
+    }
+}
+
+fn signals_of(signals: &Bound<'_, PyAny>) -> PyResult<Vec<SignalRead>> {
+    let read = |(name, typical): (String, Option<Bound<'_, PyAny>>)| {
+        let signal: Signal = name.parse().map_err(PyValueError::new_err)?;
+        let typical = typical.map_or(Ok(1.0), |typical| typical.extract())?;
+        Ok(SignalRead { signal, typical: positive(&name, typical)? })
+    };
+    named(signals)?.into_iter().map(read).collect()
+}
+
+impl Law {
+    /// The law for one simulation, which finds exceptions of the functions in `raised`.
+    pub(crate) fn kinetics(&self, py: Python<'_>, raised: &Slot) -> PythonKinetics {
+        PythonKinetics {
+            descriptor: Arc::new(self.descriptor.clone()),
+            values: self.values.clone(),
+            rates: self.rates.clone_ref(py),
+            length_factor: self.length_factor.as_ref().map(|function| function.clone_ref(py)),
+            raised: raised.clone(),
+        }
+    }
+}
+
+/// A law of functions in Python.
+#[derive(Debug)]
+pub(crate) struct PythonKinetics {
+    descriptor: Arc<Descriptor>,
+    values: Vec<f64>,
+    rates: Py<PyAny>,
+    length_factor: Option<Py<PyAny>>,
+    raised: Slot,
+}
+
+impl Kinetics for PythonKinetics {
+    fn descriptor(&self) -> &Descriptor {
+        &self.descriptor
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &self.values
+    }
+
+    fn rates(&self, batch: &engine::Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
+        self.call("rates", |py| {
+            let given = self.rates.bind(py).call1((self.inputs(py, batch)?,))?;
+            let given = given.cast::<PyDict>().map_err(|_| {
+                PyTypeError::new_err("the function of the rates must return a dict by species")
+            })?;
+            for name in given.keys().iter() {
+                let name = name.extract::<String>()?;
+                if self.descriptor.species_index(&name).is_none() {
+                    let text = format!("rates are returned for {name:?}, which is no species");
+                    return Err(PyKeyError::new_err(text));
+                }
+            }
+            for (species, rate) in self.descriptor.species.iter().zip(rates) {
+                let column = given.get_item(&species.name)?.ok_or_else(|| {
+                    PyKeyError::new_err(format!("no rate is returned for {:?}", species.name))
+                })?;
+                write(&column, &species.name, rate)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn length_factor(&self, batch: &engine::Batch<'_>, factor: &mut [f64]) -> Outcome {
+        let Some(function) = &self.length_factor else {
+            factor.fill(1.0);
+            return Ok(None);
+        };
+        self.call("length_factor", |py| {
+            let given = function.bind(py).call1((self.inputs(py, batch)?,))?;
+            write(&given, "the length factor", factor)
+        })
+    }
+}
+
+impl PythonKinetics {
+    /// Does `work` with the interpreter; an exception is kept, and ends the call of the engine.
+    fn call(&self, call: &'static str, work: impl FnOnce(Python<'_>) -> PyResult<()>) -> Outcome {
+        let done = Python::attach(|py| work(py).map_err(|error| (error.to_string(), error)));
+        let Err((message, error)) = done else { return Ok(None) };
+        self.raised.keep(error);
+        let plugin = self.descriptor.name.clone();
+        Err(KineticsError::Failed { plugin, call, point: None, message })
+    }
+
+    /// The inputs of a batch by name: columns, and numbers where they are uniform.
+    fn inputs(&self, py: Python<'_>, batch: &engine::Batch<'_>) -> PyResult<Batch> {
+        let inputs = PyDict::new(py);
+        let columns = |column: &Column<'_>| match column.contiguous(batch.count) {
+            Some(values) => PyArray1::from_slice(py, values),
+            None => PyArray1::from_iter(py, (0..batch.count).map(|point| column.at(point))),
+        };
+        for (parameter, value) in self.descriptor.parameters.iter().zip(&self.values) {
+            inputs.set_item(&parameter.name, value)?;
+        }
+        for (parameter, column) in self.descriptor.parameters.iter().zip(batch.parameters) {
+            inputs.set_item(&parameter.name, columns(column))?;
+        }
+        for (name, column) in self.descriptor.input_names().zip(batch.inputs()) {
+            inputs.set_item(name, columns(column))?;
+        }
+        Ok(Batch(inputs.unbind()))
+    }
+}
+
+/// Writes what a function has returned for `name`: a number, or one a point.
+fn write(given: &Bound<'_, PyAny>, name: &str, out: &mut [f64]) -> PyResult<()> {
+    if let Ok(value) = given.extract::<f64>() {
+        out.fill(value);
+        return Ok(());
+    }
+    let column: PyArrayLike1<'_, f64, numpy::AllowTypeChange> = given.extract()?;
+    let column = column.as_array();
+    if column.len() != out.len() {
+        let text =
+            format!("{} values are returned for {name} at {} points", column.len(), out.len());
+        return Err(PyValueError::new_err(text));
+    }
+    out.iter_mut().zip(column).for_each(|(out, value)| *out = *value);
+    Ok(())
+}

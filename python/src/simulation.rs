@@ -1,0 +1,372 @@
+//! A simulation: stepped, asked and changed between steps.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use numpy::{PyArray2, PyArrayLike2};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rumple::Vec3;
+use rumple::kinetics::{Kinetics, Location, Search};
+use rumple::run::run::Ending;
+use rumple::run::schedule::OutputSchedule;
+use rumple::run::{Observer, StopRules, inspect};
+use rumple::sheet::{Array, Surface};
+use rumple::solve::equilibrium::Relaxation;
+use rumple::solve::{SolveError, StepReport, diagnosis};
+
+use crate::convert;
+use crate::engine::{Error, Pending};
+use crate::law::Law;
+use crate::scene::Scene;
+use crate::species::Species;
+use crate::step::Step;
+
+/// A simulation that is set up, with what of a run goes on between steps.
+pub(crate) struct Course {
+    pub(crate) engine: rumple::Simulation,
+    schedule: OutputSchedule,
+    rules: StopRules,
+    until: f64,
+    /// Whether the start satisfies its equations and the shape is at rest.
+    prepared: bool,
+    /// Whether the state was changed since the last step.
+    changed: bool,
+}
+
+impl Course {
+    fn prepare(&mut self) -> rumple::Result<Relaxation> {
+        let done = match (self.prepared, self.changed) {
+            (false, _) => self.engine.prepare()?,
+            (true, true) => self.engine.restart()?,
+            (true, false) => Relaxation::default(),
+        };
+        if !self.prepared {
+            self.engine.renew(false);
+            self.schedule.pass(self.engine.state().time);
+        }
+        (self.prepared, self.changed) = (true, false);
+        Ok(done)
+    }
+
+    fn ending(&mut self) -> rumple::Result<Option<Ending>> {
+        self.rules.stop(&mut self.engine.evaluate())
+    }
+
+    /// One step, unless the run is at its end or at `until`.
+    fn step(&mut self, until: f64) -> rumple::Result<Option<StepReport>> {
+        self.prepare()?;
+        if self.engine.state().time >= until || self.ending()?.is_some() {
+            return Ok(None);
+        }
+        let report = self.engine.step(self.schedule.target().min(until))?;
+        let state = self.engine.state();
+        if diagnosis::blows_up(self.engine.model(), state) {
+            return Err(SolveError::BlowUp { time: state.time }.into());
+        }
+        let time = state.time;
+        self.engine.renew(false);
+        self.schedule.pass(time);
+        Ok(Some(report))
+    }
+
+    fn location(&self) -> Location {
+        self.engine.model().chemistry().map_or(Location::Vertex, |c| c.location())
+    }
+
+    /// The state as a surface, which [`Course::take`] takes back.
+    pub(crate) fn surface(&self) -> Surface {
+        let state = self.engine.state();
+        let chemistry = self.engine.model().chemistry();
+        let species = chemistry.map(|c| c.descriptor().species.as_slice()).unwrap_or_default();
+        let array = |(species, values): (&rumple::kinetics::Species, &Vec<f64>)| Array {
+            name: species.name.clone(),
+            components: 1,
+            values: values.clone(),
+        };
+        let arrays = species.iter().zip(&state.species).map(array).collect();
+        let mut surface = Surface { points: state.x.to_vec(), ..Surface::default() };
+        match self.location() {
+            Location::Vertex => surface.point_arrays = arrays,
+            _ => surface.cell_arrays = arrays,
+        }
+        surface
+    }
+
+    /// Takes over positions and species, checked.
+    pub(crate) fn take(&mut self, surface: &Surface) -> rumple::Result<()> {
+        inspect::take_state(&mut self.engine, surface)?;
+        self.changed = true;
+        Ok(())
+    }
+
+    /// All fields of a frame of the state: on vertices and on triangles.
+    fn fields(&mut self) -> rumple::Result<[Vec<OwnedField>; 2]> {
+        let frame = self.engine.frame()?;
+        let owned = |fields: Vec<rumple::output::Field<'_>>| {
+            let own = |f: rumple::output::Field<'_>| (f.name, f.components, f.data.into_owned());
+            fields.into_iter().map(own).collect()
+        };
+        Ok([owned(frame.point), owned(frame.cell)])
+    }
+}
+
+/// Name, components and values.
+type OwnedField = (String, usize, Vec<f64>);
+
+/// A scene that is set up, to be stepped and asked.
+#[pyclass(module = "rumple")]
+pub(crate) struct Simulation {
+    // Never waited for: methods that lock it borrow the object exclusively.
+    course: Mutex<Course>,
+    pending: Pending,
+    broken: bool,
+}
+
+impl Simulation {
+    /// Does `work` with the engine; see [`Pending::call`].
+    pub(crate) fn with<R: Send>(
+        &mut self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Course) -> rumple::Result<R> + Send,
+    ) -> PyResult<R> {
+        let Self { course, pending, broken } = self;
+        let course = course.get_mut().unwrap_or_else(PoisonError::into_inner);
+        pending.call(py, broken, || work(course))
+    }
+
+    /// What can be read without work.
+    pub(crate) fn course(&mut self) -> &mut Course {
+        self.course.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The time to which steps may go.
+    fn goal(&mut self, until: Option<f64>) -> PyResult<f64> {
+        let end = self.course().until;
+        let Some(until) = until else { return Ok(end) };
+        if until > end {
+            let text =
+                format!("the scene ends at time {end}, before {until}: give it another time.until");
+            return Err(Error::new_err(text));
+        }
+        if until.is_nan() {
+            return Err(PyValueError::new_err("until is NaN"));
+        }
+        Ok(until)
+    }
+
+    fn advance(&mut self, py: Python<'_>, until: f64) -> PyResult<Option<Step>> {
+        self.with(py, |course| {
+            let report = course.step(until)?;
+            Ok(report.map(|report| Step::of(course.engine.state(), &report)))
+        })
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    /// Makes a scene ready to run; `plugins` are folders in which its plugins are looked for first.
+    #[new]
+    #[pyo3(signature = (scene, *, law = None, plugins = Vec::new()))]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        law: Option<&Law>,
+        plugins: Vec<PathBuf>,
+    ) -> PyResult<Self> {
+        let pending = Pending::default();
+        let law = law.map(|law| law.kinetics(py, &pending.law));
+        let (scene, control) = (Arc::clone(&scene.0), pending.control());
+        let made = pending.call(py, &mut false, move || {
+            let search = Search::from_environment(&plugins);
+            let mut engine = match law {
+                None => rumple::Simulation::new(&scene, &search)?,
+                Some(law) => {
+                    let law: Arc<dyn Kinetics> = Arc::new(law);
+                    rumple::Simulation::with_law(&scene, &search, law)?
+                }
+            };
+            engine.set_control(control);
+            let (schedule, rules) = (OutputSchedule::of(&scene), StopRules::of(&scene));
+            let until = scene.time.span.until.get();
+            Ok(Course { engine, schedule, rules, until, prepared: false, changed: false })
+        })?;
+        Ok(Self { course: Mutex::new(made), pending, broken: false })
+    }
+
+    /// Brings the start into equilibrium, as the first step does; the number of iterations.
+    fn prepare(&mut self, py: Python<'_>) -> PyResult<usize> {
+        self.with(py, |course| Ok(course.prepare()?.iterations))
+    }
+
+    /// Brings the shape into equilibrium with its species; the number of iterations.
+    fn relax(&mut self, py: Python<'_>) -> PyResult<usize> {
+        self.with(py, |course| {
+            let prepared = course.prepare()?.iterations;
+            Ok(prepared + course.engine.relax()?.iterations)
+        })
+    }
+
+    /// One step, which ends at the latest at the next output time and at `until`; None at the end.
+    #[pyo3(signature = (until = None))]
+    fn step(&mut self, py: Python<'_>, until: Option<f64>) -> PyResult<Option<Step>> {
+        let until = self.goal(until)?;
+        self.advance(py, until)
+    }
+
+    /// Steps to the time `until`, or to the end of the scene; the last step.
+    #[pyo3(signature = (until = None, observe = None))]
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        until: Option<f64>,
+        observe: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, Step>>> {
+        let py = slf.py();
+        let until = slf.try_borrow_mut()?.goal(until)?;
+        let mut last = None;
+        loop {
+            py.check_signals()?;
+            let Some(step) = slf.try_borrow_mut()?.advance(py, until)? else { return Ok(last) };
+            let step = Bound::new(py, step)?;
+            let ended = match &observe {
+                Some(observe) => observe.call1((slf, &step))?.is_truthy()?,
+                None => false,
+            };
+            last = Some(step);
+            if ended {
+                return Ok(last);
+            }
+        }
+    }
+
+    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __next__(&mut self, py: Python<'_>) -> PyResult<Option<Step>> {
+        let until = self.goal(None)?;
+        self.advance(py, until)
+    }
+
+    /// Why the run is at its end; None before it.
+    #[getter]
+    fn ending(&mut self, py: Python<'_>) -> PyResult<Option<String>> {
+        self.with(py, |course| Ok(course.ending()?.map(|ending| ending.to_string())))
+    }
+
+    /// Time of the state.
+    #[getter]
+    fn time(&mut self) -> f64 {
+        self.course().engine.state().time
+    }
+
+    /// Accepted steps.
+    #[getter]
+    fn steps(&mut self) -> u64 {
+        self.course().engine.state().step
+    }
+
+    /// Warnings about the mesh, the scene or the plugins.
+    #[getter]
+    fn notes(&mut self) -> Vec<String> {
+        self.course().engine.notes().to_vec()
+    }
+
+    /// Positions of the vertices, n × 3; a copy.
+    #[getter]
+    fn positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        convert::vectors(py, &self.course().engine.state().x)
+    }
+
+    #[setter]
+    fn set_positions(
+        &mut self,
+        py: Python<'_>,
+        positions: PyArrayLike2<'_, f64, numpy::AllowTypeChange>,
+    ) -> PyResult<()> {
+        let view = positions.as_array();
+        if view.ncols() != 3 {
+            let text = format!("positions have {} columns, expected 3", view.ncols());
+            return Err(PyValueError::new_err(text));
+        }
+        let points = view.rows().into_iter().map(|row| Vec3::new(row[0], row[1], row[2])).collect();
+        self.with(py, |course| course.take(&Surface { points, ..course.surface() }))
+    }
+
+    /// Positions of the vertices in the reference configuration, n × 3.
+    #[getter]
+    fn rest_positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        convert::vectors(py, self.course().engine.sheet().rest())
+    }
+
+    /// Vertices of the triangles, m × 3.
+    #[getter]
+    fn triangles<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        convert::triangles(py, self.course().engine.sheet().triangles())
+    }
+
+    /// The species, by name.
+    #[getter]
+    fn species(slf: Py<Self>) -> Species {
+        Species { of: slf }
+    }
+
+    /// Energy of every effect that has one, by name.
+    fn energies<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let energies = PyDict::new(py);
+        for (name, energy) in self.with(py, |course| course.engine.energies())? {
+            energies.set_item(name, energy)?;
+        }
+        Ok(energies)
+    }
+
+    /// The fields of a frame of the state, by name with unit: on vertices, or on triangles with `cells`.
+    #[pyo3(signature = (*, cells = false))]
+    fn fields<'py>(&mut self, py: Python<'py>, cells: bool) -> PyResult<Bound<'py, PyDict>> {
+        let fields = PyDict::new(py);
+        let [points, triangles] = self.with(py, Course::fields)?;
+        for (name, components, values) in if cells { triangles } else { points } {
+            fields.set_item(name, convert::field(py, components, values)?)?;
+        }
+        Ok(fields)
+    }
+
+    /// One field of a frame of the state, with or without its unit in the name.
+    #[pyo3(signature = (name, *, cells = false))]
+    fn field<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+        cells: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let [points, triangles] = self.with(py, Course::fields)?;
+        let bare = |title: &str| title.split(" [").next().unwrap_or_default().to_owned();
+        let mut all: Vec<OwnedField> = if cells { triangles } else { points };
+        match all.iter().position(|field| field.0 == name || bare(&field.0) == name) {
+            Some(found) => {
+                let (_, components, values) = all.swap_remove(found);
+                convert::field(py, components, values)
+            }
+            None => {
+                let names: Vec<String> = all.iter().map(|field| bare(&field.0)).collect();
+                Err(PyKeyError::new_err(format!(
+                    "frames have no field {name:?}, they have: {}; output.fields of the scene lists \
+                     what they have",
+                    names.join(", ")
+                )))
+            }
+        }
+    }
+
+    /// The surface with its fields as a mesh of PyVista.
+    fn to_pyvista<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rumple._pyvista")?.call_method1("mesh_of", (slf,))
+    }
+
+    fn __repr__(&mut self) -> String {
+        let state = self.course().engine.state();
+        let (time, step, vertices) = (state.time, state.step, state.x.len());
+        format!("<rumple.Simulation at time {time}, step {step}, {vertices} vertices>")
+    }
+}

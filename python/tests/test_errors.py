@@ -1,0 +1,42 @@
+"""Errors are exceptions with their place."""
+
+import pytest
+
+import rumple
+from conftest import DOME
+from rumple import _rumple
+
+
+def test_a_mistake_in_a_scene_has_its_place():
+    with pytest.raises(rumple.Error) as caught:
+        rumple.load(DOME, {"sheet.vertexes": 5})
+    assert "vertexes" in str(caught.value) and "vertices" in str(caught.value)
+    text = DOME.read_text().replace("poisson = 0.3333333333333333", "poisson = 2.0")
+    with pytest.raises(rumple.Error) as caught:
+        rumple.parse(text, name="wrong.toml")
+    message = str(caught.value)
+    assert "wrong.toml:7" in message and "poisson" in message and "\x1b" not in message
+
+
+def test_a_scene_that_is_not_there():
+    with pytest.raises(rumple.Error, match="nowhere.toml"):
+        rumple.load("nowhere.toml")
+
+
+def test_errors_of_later_checks_have_their_place_too():
+    with pytest.raises(rumple.Error, match="effect") as caught:
+        rumple.Simulation(rumple.load(DOME, {"effect[4].species": "d"}))
+    assert "species" in str(caught.value)
+
+
+def test_overrides_of_other_types_are_refused():
+    with pytest.raises(TypeError, match="NoneType"):
+        rumple.load(DOME, {"sheet.vertices": None})
+    with pytest.raises(TypeError, match="overrides"):
+        rumple.load(DOME, 3)
+
+
+def test_a_panic_is_an_exception(capfd):
+    with pytest.raises(rumple.Error, match="internal error: on purpose"):
+        _rumple._panic()
+    assert "on purpose" in capfd.readouterr().err

@@ -1,0 +1,113 @@
+"""Laws in Python."""
+
+import signal
+import threading
+import time
+import os
+
+import numpy
+import pytest
+
+import rumple
+from conftest import DOME
+
+
+def without_kinetics():
+    text = DOME.read_text()
+    start, end = text.index("[kinetics]"), text.index("[time]")
+    return rumple.parse(text[:start] + text[end:])
+
+
+def growing(at):
+    return {"c": at.k * at["area_strain"] - at.c}
+
+
+LAW = rumple.Law(
+    growing,
+    "c",
+    signals=["area_strain"],
+    parameters={"k": 1.0},
+    length_factor=lambda at: 1 + 0.1 * at.c,
+)
+
+
+def test_a_law_gives_what_the_formula_gives(sim):
+    own = rumple.Simulation(without_kinetics(), law=LAW)
+    own.run()
+    sim.run()
+    assert own.species["c"].max() > 0.01
+    assert numpy.abs(own.species["c"] - sim.species["c"]).max() < 1e-6
+    assert numpy.abs(own.positions - sim.positions).max() < 1e-3
+
+
+def test_derivatives_are_taken_by_differences(sim):
+    method = {"time.integrator": {"kind": "monolithic", "rtol": 1e-6}}
+    text = without_kinetics().resolved()
+    scene = rumple.parse(text, {**method, "time.policy": "simultaneous"})
+    own = rumple.Simulation(scene, law=LAW)
+    own.run(until=0.3)
+    formula = rumple.load(DOME, {**method, "time.policy": "simultaneous"})
+    sim = rumple.Simulation(formula)
+    sim.run(until=0.3)
+    assert numpy.abs(own.species["c"] - sim.species["c"]).max() < 1e-5
+
+
+def test_two_species_and_a_law_of_the_scene(sim):
+    @rumple.law({"d": {"typical": 2.0, "lower": 0.0}}, signals="time")
+    def rates(at):
+        assert (at.time >= 0).all() and list(at.keys()) == ["d", "time"]
+        return {"d": 1.0}
+
+    assert rates.species == ["d"]
+    sim = rumple.Simulation(rumple.load(DOME), law=rates)
+    assert set(sim.species) == {"c", "d"}
+    sim.run(until=0.5)
+    assert numpy.allclose(sim.species["d"], 0.5)
+
+
+def failing(rates, **settings):
+    law = rumple.Law(rates, "c", **settings)
+    sim = rumple.Simulation(without_kinetics(), law=law)
+    with pytest.raises(rumple.Error) as caught:
+        sim.run()
+    return caught.value
+
+
+def test_exceptions_of_a_law_are_the_cause():
+    error = failing(lambda at: {"c": at.nothing})
+    assert isinstance(error.__cause__, AttributeError) and "'c'" in str(error.__cause__)
+    error = failing(lambda at: 1 / 0)
+    assert isinstance(error.__cause__, ZeroDivisionError)
+
+
+def test_results_of_a_law_are_checked():
+    assert "2 values are returned for c" in str(failing(lambda at: {"c": [1.0, 2.0]}))
+    assert "no rate is returned" in str(failing(lambda at: {}))
+    assert "no species" in str(failing(lambda at: {"c": 0.0, "e": 0.0}))
+    assert "dict" in str(failing(lambda at: at.c))
+    assert "NaN" in str(failing(lambda at: {"c": numpy.nan * at.c}))
+    with pytest.raises(ValueError, match="there is no signal"):
+        rumple.Law(growing, "c", signals=["curvature"])
+    with pytest.raises(ValueError, match="positive"):
+        rumple.Law(growing, {"c": 0.0})
+    with pytest.raises(ValueError, match="location"):
+        rumple.Law(growing, "c", location="edge")
+
+
+def test_a_slow_law_is_interrupted():
+    def slow(at):
+        time.sleep(0.01)
+        return {"c": -at.c}
+
+    sim = rumple.Simulation(without_kinetics(), law=rumple.Law(slow, "c"))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            while True:
+                sim = rumple.Simulation(without_kinetics(), law=rumple.Law(slow, "c"))
+                sim.run()
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,50 @@
+"""Results of the program."""
+
+import subprocess
+
+import pytest
+
+import rumple
+from conftest import DOME
+
+
+def test_results_are_read(program, tmp_path):
+    subprocess.run([program, "run", DOME, "--out", tmp_path / "out", "--quiet"], check=True)
+    results = rumple.read(tmp_path / "out")
+    assert [frame.time for frame in results.frames] == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert len(results.frames[1:3]) == 2
+    frame = results.frames[-1]
+    assert frame.points.shape[1] == frame.triangles.shape[1] == 3
+    assert (frame.field("mean_curvature") == frame.fields["mean_curvature [1/length]"]).all()
+    assert frame.field("displacement").shape == frame.points.shape
+    with pytest.raises(KeyError, match="it has"):
+        frame.field("nothing")
+    times = results.ledger["time"]
+    assert times[0] == 0.0 and list(times)[-1] == 1.0
+
+
+def test_the_ledger_without_pandas(tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    (tmp_path / "ledger.csv").write_text('step,time,"a, b"\n0,0,nan\n1,0.5,2\n2,0.')
+    results = rumple.read(tmp_path)
+    assert {name: list(values)[1:] for name, values in results.ledger.items()} == {
+        "step": [1],
+        "time": [0.5],
+        "a, b": [2],
+    }
+    assert len(results.frames) == 0
+
+
+def test_a_folder_without_results_is_refused(tmp_path):
+    with pytest.raises(rumple.Error, match="no result directory"):
+        rumple.read(tmp_path)
+
+
+def test_pyvista_gets_the_fields(sim):
+    pytest.importorskip("pyvista")
+    sim.run(until=0.1)
+    mesh = sim.to_pyvista()
+    assert mesh.n_points == len(sim.positions) and mesh.n_cells == len(sim.triangles)
+    assert (mesh.point_data["c"] == sim.species["c"]).all()

@@ -1,0 +1,172 @@
+"""Steps, states and fields."""
+
+import os
+import signal
+import subprocess
+import threading
+import time
+
+import numpy
+import pytest
+
+import rumple
+from conftest import DOME, HERE
+
+
+def test_a_scene_takes_overrides():
+    scene = rumple.load(DOME, {"sheet.vertices": numpy.int64(200), "output.fields": ("c",)})
+    assert "vertices = 200" in scene.resolved()
+    assert scene.until == 1.0
+    assert scene.name.endswith("dome.toml")
+    assert rumple.load(DOME, ["time.until=2"]).until == 2.0
+
+
+def test_steps_lead_to_the_end(sim):
+    steps = list(sim)
+    assert sim.time == steps[-1].time == 1.0
+    assert sim.steps == len(steps) == steps[-1].number
+    assert all(step.iterations > 0 and 0 <= step.error <= 1 for step in steps)
+    assert sum(step.length for step in steps) == pytest.approx(1.0)
+    assert {0.25, 0.5, 0.75, 1.0} <= {step.time for step in steps}
+    assert sim.ending == "the end time is reached"
+    assert sim.step() is None
+
+
+def test_a_run_ends_where_asked(sim):
+    assert sim.run(until=0.4).time == sim.time == 0.4
+    assert sim.run(until=0.4) is None
+    assert sim.ending is None
+    with pytest.raises(rumple.Error, match="the scene ends at time 1"):
+        sim.run(until=2)
+
+
+def test_observers_see_every_step_and_may_end_the_run(sim):
+    seen = []
+
+    def observe(of, step):
+        assert of.time == step.time
+        seen.append(of.positions[:, 2].max())
+        return len(seen) == 3
+
+    assert sim.run(observe=observe).number == 3 == len(seen)
+
+    def fails(of, step):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        sim.run(observe=fails)
+    assert sim.steps == 4
+
+
+def test_arrays_have_their_shapes(sim):
+    sim.run(until=0.1)
+    count = len(sim.positions)
+    assert sim.positions.shape == sim.rest_positions.shape == (count, 3)
+    assert sim.triangles.shape[1] == 3 and sim.triangles.max() == count - 1
+    assert list(sim.species) == ["c"] and len(sim.species) == 1 and "c" in sim.species
+    assert sim.species["c"].shape == (count,)
+    assert dict(sim.species.items())["c"].max() > 0
+    with pytest.raises(KeyError, match="there are: c"):
+        sim.species["d"]
+
+
+def test_fields_have_the_names_of_frames(sim):
+    sim.run(until=0.1)
+    assert set(sim.fields()) == {"c", "displacement [length]", "mean_curvature [1/length]"}
+    assert (sim.field("c") == sim.species["c"]).all()
+    moved = sim.positions - sim.rest_positions
+    assert (sim.field("displacement") == moved).all()
+    with pytest.raises(KeyError, match="output.fields"):
+        sim.field("force")
+
+
+def test_energies_are_by_effect(sim):
+    sim.prepare()
+    energies = sim.energies()
+    assert set(energies) == {"stretching", "bending", "pressure"}
+    assert energies["pressure"] < 0 < energies["stretching"]
+
+
+def same_as_the_program(program, folder, path, overrides, plugins=()):
+    texts = [word for text in overrides for word in ("--set", text)]
+    folders = [word for plugin in plugins for word in ("--plugin-path", plugin)]
+    subprocess.run(
+        [program, "run", path, "--out", folder, "--quiet", *folders, *texts], check=True
+    )
+    results = rumple.read(folder)
+    sim = rumple.Simulation(rumple.load(path, overrides), plugins=list(plugins))
+    rows = []
+    sim.prepare()
+    rows.append([0.0, *sim.energies().values()])
+    for step in sim:
+        rows.append([step.time, *sim.energies().values()])
+    ledger = {title: numpy.array(results.ledger[title]) for title in results.ledger}
+    titles = ["time", *(f"energy of {name} [energy]" for name in sim.energies())]
+    expected = numpy.array([ledger[title] for title in titles]).T
+    assert (numpy.array(rows) == expected).all()
+    last = results.frames[-1]
+    assert (last.points == sim.positions).all()
+    assert (last.triangles == sim.triangles).all()
+    for cells, fields in [(False, last.fields), (True, last.cell_fields)]:
+        own = sim.fields(cells=cells)
+        assert set(own) == set(fields)
+        assert all((own[name] == fields[name]).all() for name in own)
+    assert last.time == sim.time
+
+
+def test_results_are_those_of_the_program(program, tmp_path):
+    same_as_the_program(program, tmp_path / "out", DOME, [])
+
+
+def test_plugins_and_restarted_integrators_as_well(program, tmp_path):
+    scene = HERE.parents[1] / "models/model-i/small.toml"
+    overrides = ["sheet.vertices=300", "time.until=0.3", "output.every=0.1"]
+    same_as_the_program(program, tmp_path / "i", scene, overrides, [program.parent])
+    overrides = ["time.integrator={kind='monolithic', rtol=1e-7}", "time.policy=simultaneous"]
+    overrides += ["sheet.vertices=100", "material.drag=1.0"]
+    same_as_the_program(program, tmp_path / "m", DOME, overrides)
+
+
+LONG = {"sheet.vertices": 20000}
+
+
+def test_an_interruption_stops_within_a_second():
+    sim = rumple.Simulation(rumple.load(DOME, LONG))
+    sent = []
+
+    def send():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.5, send)
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sim.run()
+        assert time.monotonic() - sent[0] < 1.0
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
+    assert sim.time < 1.0 and numpy.isfinite(sim.positions).all()
+
+
+def test_handlers_of_signals_stay():
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    rumple.Simulation(rumple.load(DOME)).run()
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+    lines = open("/proc/self/status").read() if os.path.exists("/proc/self/status") else ""
+    caught = [int(line.split()[1], 16) for line in lines.splitlines() if line.startswith("SigCgt")]
+    for mask in caught:
+        assert not mask & 1 << signal.SIGTERM - 1
+
+
+def test_other_threads_go_on_meanwhile():
+    sim = rumple.Simulation(rumple.load(DOME, {"sheet.vertices": 3000}))
+    counted = []
+    work = threading.Thread(target=sim.prepare)
+    work.start()
+    while work.is_alive():
+        counted.append(time.monotonic())
+        time.sleep(0.001)
+    assert len(counted) > 20

@@ -1,0 +1,63 @@
+"""States that are set between steps."""
+
+import numpy
+import pytest
+
+import rumple
+from conftest import DOME
+
+
+def test_species_are_set_and_the_shape_follows(sim):
+    sim.run(until=0.2)
+    before, energy = sim.positions, sim.energies()["stretching"]
+    sim.species["c"] = numpy.full(len(before), 0.5)
+    assert (sim.species["c"] == 0.5).all()
+    assert (sim.positions == before).all()
+    assert sim.relax() > 0
+    assert sim.positions[:, 2].max() > before[:, 2].max()
+    assert sim.energies()["stretching"] != energy
+    assert sim.run(until=0.3).time == 0.3
+
+
+def test_positions_are_set_and_equilibrium_is_found_again(sim):
+    sim.run(until=0.2)
+    rest = sim.positions
+    moved = rest.copy()
+    inner = numpy.linalg.norm(rest[:, :2], axis=1) < 5
+    moved[inner, 2] += 0.2
+    sim.positions = moved
+    assert (sim.positions == moved).all()
+    sim.relax()
+    assert numpy.abs(sim.positions - rest).max() < 1e-3
+    sim.positions = moved
+    step = sim.step(until=0.21)
+    other = rumple.Simulation(rumple.load(DOME))
+    other.run(until=0.2)
+    other.run(until=step.time)
+    assert numpy.abs(sim.positions - other.positions).max() < 1e-3
+
+
+def test_a_start_is_set_before_the_first_step(sim):
+    sim.species["c"] = [0.25] * len(sim.positions)
+    sim.run()
+    assert sim.species["c"].min() > 0.25 / 3
+    sim = rumple.Simulation(rumple.load(DOME))
+    sim.run()
+    assert sim.species["c"].min() < 0.25 / 3
+
+
+def test_what_does_not_fit_is_refused(sim):
+    with pytest.raises(rumple.Error, match="has 3 numbers"):
+        sim.species["c"] = [1, 2, 3]
+    with pytest.raises(rumple.Error, match="vertices"):
+        sim.positions = sim.positions[:-1]
+    with pytest.raises(ValueError, match="2 columns"):
+        sim.positions = sim.positions[:, :2]
+    wrong = sim.positions
+    wrong[3, 0] = numpy.nan
+    with pytest.raises(rumple.Error, match="vertex 3"):
+        sim.positions = wrong
+    with pytest.raises((TypeError, ValueError)):
+        sim.positions = "here"
+    sim.positions += 0.0
+    assert numpy.isfinite(sim.positions).all()
