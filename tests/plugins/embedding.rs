@@ -47,7 +47,7 @@ fn child_evaluates_a_plugin() {
     assert_eq!(signal_masks(), before);
 }
 
-/// Heights at the accepted states, until one is above the limit.
+/// Heights at the accepted states, until one is later than the limit.
 #[derive(Default)]
 struct Heights {
     limit: f64,
@@ -69,7 +69,7 @@ impl Observer for Heights {
     }
 
     fn stop(&mut self, at: &mut Evaluation<'_>) -> rumple::Result<Option<Ending>> {
-        Ok((height(at) > self.limit).then_some(Ending::Observed("high enough")))
+        Ok((at.state().time > self.limit).then_some(Ending::Observed("late enough")))
     }
 }
 
@@ -97,10 +97,10 @@ fn run_with_an_observer() {
     assert_eq!(summary.ending, Ending::Reached);
     assert_eq!((heights.seen.len() as u64, heights.frames), (summary.step + 1, 5));
     assert!(heights.seen.is_sorted_by(|a, b| a.0 < b.0));
-    let limit = heights.seen[1].1;
-    let first = heights.seen.iter().find(|seen| seen.1 > limit).unwrap().0;
-    let (heights, summary) = observed(limit, "stopped");
-    assert_eq!(summary.ending, Ending::Observed("high enough"));
+    assert!(heights.seen.iter().all(|seen| seen.1 > 0.0));
+    let first = heights.seen.iter().find(|seen| seen.0 > 0.3).unwrap().0;
+    let (heights, summary) = observed(0.3, "stopped");
+    assert_eq!(summary.ending, Ending::Observed("late enough"));
     assert_eq!((summary.time, heights.seen.last().unwrap().0), (first, first));
 }
 
