@@ -6,6 +6,7 @@
 //! give; of the points of a rank those that it owns come first, and copies of its neighbours' are not counted.
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::Vec3;
@@ -86,18 +87,15 @@ impl Reduction {
         sum[0]
     }
 
-    /// K sums at once.
+    /// K sums at once, of which `f` gives those over a range of points.
     pub fn sums<const K: usize>(
         &self,
         count: usize,
-        f: impl Fn(usize) -> [f64; K] + Sync,
+        f: impl Fn(Range<usize>) -> [f64; K] + Sync,
     ) -> [f64; K] {
         let count = self.owned(count);
         let add = |a: [f64; K], b: [f64; K]| std::array::from_fn(|k| a[k] + b[k]);
-        let block = |b: usize| {
-            let range = b * parallel::BLOCK..((b + 1) * parallel::BLOCK).min(count);
-            range.map(&f).fold([0.0; K], add)
-        };
+        let block = |b: usize| f(b * parallel::BLOCK..((b + 1) * parallel::BLOCK).min(count));
         let blocks = count.div_ceil(parallel::BLOCK);
         let mut sums = parallel::reduce(blocks, &block, &add).unwrap_or([0.0; K]);
         self.total(&mut sums);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Python module: format, lints, the wheel (into target/wheels), and its tests in a clean environment without Rust.
+# The Python module: format, the wheel (into target/wheels), and its tests in a clean environment without Rust.
 # usage: python.sh; left out where its packages cannot be installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -19,7 +19,7 @@ if ! prepared; then
 fi
 
 export CARGO_TARGET_DIR=$target
-(cd python && cargo fmt --check && cargo clippy --release -- -D warnings)
+(cd python && cargo fmt --check)
 rm -rf target/wheels
 "$build/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out target/wheels
 "$clean/bin/pip" install --quiet --disable-pip-version-check --no-deps target/wheels/rumple-*.whl

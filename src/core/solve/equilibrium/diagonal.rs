@@ -49,10 +49,9 @@ impl Diagonal {
         let n = self.stiffness.len();
         let (step, change) = (|i: usize| x.1[i] - x.0[i], |i: usize| gradient.1[i] - gradient.0[i]);
         let all = &self.stiffness;
-        let [curvature, through, along] = reduction.sums(n, |i| {
-            let (s, y) = (step(i), change(i));
-            [s.dot(&y), y.component_div(&all[i]).dot(&y), s.component_mul(&all[i]).dot(&s)]
-        });
+        let curvature = reduction.sum(n, |i| step(i).dot(&change(i)));
+        let through = reduction.sum(n, |i| change(i).component_div(&all[i]).dot(&change(i)));
+        let along = reduction.sum(n, |i| step(i).component_mul(&all[i]).dot(&step(i)));
         let scale = through / curvature;
         if !(curvature > 0.0 && scale > 0.0 && scale.is_finite() && along > 0.0) {
             return;

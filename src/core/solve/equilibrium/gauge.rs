@@ -72,8 +72,12 @@ impl Gauge {
             return;
         }
         // All products in one pass.
-        let shares: [f64; 6] = self.reduction.sums(v.len(), |i| {
-            std::array::from_fn(|k| motions.get(k).map_or(0.0, |motion| motion[i].dot(&v[i])))
+        let shares: [f64; 6] = self.reduction.sums(v.len(), |range| {
+            let mut shares = [0.0; 6];
+            for (share, motion) in shares.iter_mut().zip(motions) {
+                *share = range.clone().map(|i| motion[i].dot(&v[i])).sum();
+            }
+            shares
         });
         parallel::update(v, |i, v| {
             for (share, motion) in shares.iter().zip(motions) {

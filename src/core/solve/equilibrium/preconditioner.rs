@@ -346,10 +346,10 @@ impl Inverse {
             Sparse::Learnt(diagonal) => diagonal.learn(x, gradient, &self.reduction),
             Sparse::Blocks(inverses, scale) => {
                 let change = |i: usize| gradient.1[i] - gradient.0[i];
-                let [along, through] = self.reduction.sums(inverses.len(), |i| {
-                    let y = change(i);
-                    [(x.1[i] - x.0[i]).dot(&y), y.dot(&(inverses[i] * y))]
-                });
+                let all = inverses.len();
+                let along = self.reduction.sum(all, |i| (x.1[i] - x.0[i]).dot(&change(i)));
+                let through =
+                    self.reduction.sum(all, |i| change(i).dot(&(inverses[i] * change(i))));
                 let size = along / through;
                 if size > 0.0 && size.is_finite() {
                     *scale = size;
