@@ -23,7 +23,7 @@ use crate::scene::Scene;
 use crate::species::Species;
 use crate::step::Step;
 
-/// A simulation that is set up, with what of a run goes on between steps.
+/// A simulation with the schedule of its outputs and its stop rules.
 pub(crate) struct Course {
     pub(crate) engine: rumple::Simulation,
     schedule: OutputSchedule,

@@ -95,8 +95,9 @@ impl Stepper {
     /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.
     ///
     /// # Errors
-    /// [`SolveError::Shape`] for a state of another sheet or other species; [`SolveError::NoStep`] if `until` is not after the time of the state. Whatever no smaller step cures: the state and
-    /// what solvers remember are then as before, bit for bit.
+    /// [`SolveError::Shape`] for a state of another sheet or other species; [`SolveError::NoStep`] if `until` is not after
+    /// the time of the state. Whatever no smaller step cures: the state and what solvers remember are then as before, bit
+    /// for bit.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         self.step_by(until, |stepper, until| {
             stepper.integrator.advance(&mut stepper.workspace, &mut stepper.state, until)

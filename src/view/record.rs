@@ -38,7 +38,7 @@ struct Paragraph {
 }
 
 impl Record {
-    /// Reads that of the run in `root`. A record that is not there, as the costs of a run that goes on, is left out.
+    /// Reads that of the run in `root`. A record that is not there, as the costs of a run in progress, is left out.
     ///
     /// # Errors
     /// A file that is there and cannot be read.

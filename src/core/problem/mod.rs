@@ -177,7 +177,8 @@ impl<'a> Problem<'a> {
         Self { drag, ..self }
     }
 
-    /// The end of the time span: pins that move one vertex to different places within it are refused. Nothing ends there.
+    /// The end of the time span: pins that move one vertex to different places within it are refused, and kinks and jumps
+    /// in time end steps up to it. Nothing else ends there.
     #[must_use]
     pub fn until(self, until: f64) -> Self {
         Self { until, ..self }
