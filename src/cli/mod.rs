@@ -276,7 +276,8 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Sheet(_)
         | Error::Kinetics(_)
         | Error::Output(_)
-        | Error::Refused(_) => 2,
+        | Error::Refused(_)
+        | Error::Solve(SolveError::Start { .. }) => 2,
         Error::Solve(_) | Error::Broken(_) | Error::Stopped(_) | Error::Incomplete(_) => 1,
     }
 }

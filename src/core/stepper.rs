@@ -76,9 +76,10 @@ impl Stepper {
     /// Makes the start satisfy the equations without a time derivative, and brings the shape to rest: before the first step.
     ///
     /// # Errors
-    /// If a relaxation or a law fails.
+    /// If a relaxation or a law fails; [`SolveError::Start`] if an effect refuses the shape.
     pub fn prepare(&mut self) -> Result<Relaxation> {
         self.check()?;
+        self.check_start()?;
         self.find_breakpoints();
         self.integrator.prepare(&mut self.workspace, &mut self.state)
     }
@@ -86,10 +87,23 @@ impl Stepper {
     /// Brings the shape into equilibrium with its species.
     ///
     /// # Errors
-    /// If a law or the relaxation fails.
+    /// If a law or the relaxation fails; [`SolveError::Start`] if an effect refuses the shape.
     pub fn relax(&mut self) -> Result<Relaxation> {
         self.check()?;
+        self.check_start()?;
         self.workspace.relax(&mut self.state)
+    }
+
+    /// That no effect refuses the shape.
+    fn check_start(&mut self) -> Result<()> {
+        if !self.model().mechanics().limits_steps() {
+            return Ok(());
+        }
+        let state = self.state.clone();
+        match self.workspace.at(&state).potential()?.refuses(&state.x) {
+            Some((effect, why)) => Err(SolveError::Start { effect, why }),
+            None => Ok(()),
+        }
     }
 
     /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.

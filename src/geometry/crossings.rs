@@ -5,24 +5,19 @@
 //! share a corner only the edges opposite of it are asked; two that share an edge cross only where one lies folded
 //! flat on the other. Triangles in one plane cross where they overlap. A touch is no crossing.
 //!
-//! Candidates come from a tree of boxes: the triangles in the Morton order of their rest places, four to a leaf,
-//! every node the box of the nodes below. The tree stays, its boxes follow the shape. All pairs are found, in
-//! O(n log n) for n triangles of a sheet that is not crumpled beyond recognition.
+//! Candidates come from a tree of boxes that follows the shape (`box_tree.rs`). All pairs are found, in O(n log n) for
+//! n triangles of a sheet that is not crumpled beyond recognition.
 
 use rumple_numerics::Vec3;
-use rumple_numerics::num::index;
 use rumple_numerics::parallel::{self, BLOCK};
 use rumple_sheet::Sheet;
+
+use crate::box_tree::{Bounds, BoxTree};
 
 /// Finds pairs of triangles of one sheet that cross.
 #[derive(Debug, Clone)]
 pub struct Crossings {
-    /// The triangles in the order of the leaves.
-    order: Vec<u32>,
-    /// A power of two.
-    leaves: usize,
-    /// Boxes of the nodes: those below node k are 2k + 1 and 2k + 2.
-    boxes: Vec<Bounds>,
+    tree: BoxTree,
 }
 
 /// What crosses.
@@ -34,34 +29,23 @@ pub struct Found {
     pub first: Option<[usize; 2]>,
 }
 
-/// A box along the axes.
-#[derive(Debug, Clone, Copy)]
-struct Bounds {
-    least: Vec3,
-    largest: Vec3,
-}
-
-impl Bounds {
-    const EMPTY: Self = Self {
-        least: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
-        largest: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
-    };
-
-    fn of<'a>(points: impl IntoIterator<Item = &'a Vec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, x| b.with(&Self { least: *x, largest: *x }))
-    }
-
-    fn with(&self, other: &Self) -> Self {
-        Self { least: self.least.inf(&other.least), largest: self.largest.sup(&other.largest) }
-    }
-
-    fn meets(&self, other: &Self) -> bool {
-        (0..3).all(|a| self.least[a] <= other.largest[a] && other.least[a] <= self.largest[a])
+impl Found {
+    /// Where the first pair of triangles crosses in the shape `x` of `sheet`, in words; empty where none does.
+    #[must_use]
+    pub fn place(&self, sheet: &Sheet, x: &[Vec3]) -> String {
+        let Some([a, b]) = self.first else { return String::new() };
+        let of = |t: usize| sheet.triangles()[t];
+        let centre = of(a).map(|v| x[v as usize]).iter().sum::<Vec3>() / 3.0;
+        format!(
+            "first triangles {a} (vertices {:?}) and {b} (vertices {:?}) near ({:.4}, {:.4}, {:.4})",
+            of(a),
+            of(b),
+            centre.x,
+            centre.y,
+            centre.z
+        )
     }
 }
-
-/// Triangles of a leaf.
-const LEAF: usize = 4;
 
 impl Crossings {
     /// For the shapes of `sheet`.
@@ -69,23 +53,15 @@ impl Crossings {
     pub fn new(sheet: &Sheet) -> Self {
         let centre = |t: &[u32; 3]| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0;
         let centres: Vec<Vec3> = sheet.triangles().iter().map(centre).collect();
-        let all = Bounds::of(&centres);
-        let size = (all.largest - all.least).max();
-        let key = |x: &Vec3| {
-            let scaled = (x - all.least) / size;
-            (0..3).fold(0, |key, a| key | spread(scaled[a]) << a)
-        };
-        let mut order: Vec<u32> = (0..centres.len()).map(index).collect();
-        order.sort_by_cached_key(|t| (key(&centres[*t as usize]), *t));
-        let leaves = centres.len().div_ceil(LEAF).next_power_of_two();
-        Self { order, leaves, boxes: vec![Bounds::EMPTY; 2 * leaves - 1] }
+        Self { tree: BoxTree::new(&centres) }
     }
 
     /// All pairs of triangles that cross in the shape `x` of `sheet`, which it was made for.
     #[must_use]
     pub fn find(&mut self, sheet: &Sheet, x: &[Vec3]) -> Found {
-        self.follow(sheet, x);
-        let (this, count) = (&*self, self.order.len());
+        let bounds = |t: u32| Bounds::of(sheet.triangles()[t as usize].map(|v| x[v as usize]));
+        self.tree.refit(bounds);
+        let (this, count) = (&*self, self.tree.order().len());
         let block = |b: usize| {
             let mut found = Found::default();
             for place in b * BLOCK..((b + 1) * BLOCK).min(count) {
@@ -100,56 +76,20 @@ impl Crossings {
         parallel::reduce(count.div_ceil(BLOCK), &block, &both).unwrap_or_default()
     }
 
-    /// Lets the boxes follow the shape.
-    fn follow(&mut self, sheet: &Sheet, x: &[Vec3]) {
-        let Self { order, leaves, boxes } = self;
-        let (inner, last) = boxes.split_at_mut(*leaves - 1);
-        let triangles = sheet.triangles();
-        parallel::fill(last, |leaf| {
-            let of = order.iter().skip(leaf * LEAF).take(LEAF);
-            Bounds::of(of.flat_map(|t| triangles[*t as usize]).map(|v| &x[v as usize]))
-        });
-        for k in (0..inner.len()).rev() {
-            let below = |k: usize| if k < inner.len() { inner[k] } else { last[k - inner.len()] };
-            inner[k] = below(2 * k + 1).with(&below(2 * k + 2));
-        }
-    }
-
     /// Adds the pairs of the triangle at `place` with those at later places.
     fn later(&self, sheet: &Sheet, x: &[Vec3], place: usize, found: &mut Found) {
-        let t = self.order[place];
-        let corners = sheet.triangles()[t as usize];
-        let own = Bounds::of(corners.iter().map(|v| &x[*v as usize]));
-        // (node, its first leaf, how many leaves)
-        let mut open = vec![(0, 0, self.leaves)];
-        while let Some((node, first, leaves)) = open.pop() {
-            if (first + leaves) * LEAF <= place + 1 || !self.boxes[node].meets(&own) {
-                continue;
+        let t = self.tree.order()[place];
+        let corners = |t: u32| sheet.triangles()[t as usize];
+        let bounds = |t: u32| Bounds::of(corners(t).map(|v| x[v as usize]));
+        let own = bounds(t);
+        self.tree.visit(&own, place + 1, |other| {
+            if bounds(other).meets(&own) && cross(&corners(t), &corners(other), x) {
+                found.pairs += 1;
+                let pair = [t.min(other) as usize, t.max(other) as usize];
+                found.first = found.first.into_iter().chain([pair]).min();
             }
-            if leaves > 1 {
-                let half = leaves / 2;
-                open.push((2 * node + 1, first, half));
-                open.push((2 * node + 2, first + half, half));
-                continue;
-            }
-            let places = first * LEAF..((first + 1) * LEAF).min(self.order.len());
-            for &other in places.filter(|k| *k > place).map(|k| &self.order[k]) {
-                let there = Bounds::of(sheet.triangles()[other as usize].map(|v| &x[v as usize]));
-                if there.meets(&own) && cross(&corners, &sheet.triangles()[other as usize], x) {
-                    found.pairs += 1;
-                    let pair = [t.min(other) as usize, t.max(other) as usize];
-                    found.first = found.first.into_iter().chain([pair]).min();
-                }
-            }
-        }
+        });
     }
-}
-
-/// 21 bits of a number from 0 to 1, two zeros between each of them.
-fn spread(share: f64) -> u64 {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bits = (share.clamp(0.0, 1.0) * 2_097_151.0) as u64;
-    (0..21).fold(0, |all, k| all | (bits >> k & 1) << (3 * k))
 }
 
 /// Whether two triangles cross.
@@ -235,6 +175,7 @@ fn folded_flat(a: &[u32; 3], b: &[u32; 3], x: &[Vec3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rumple_numerics::num::index;
     use std::f64::consts::TAU;
 
     /// A ribbon of two rows of vertices along `curve`.

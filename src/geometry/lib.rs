@@ -4,10 +4,12 @@
 
 mod align;
 mod average;
+mod box_tree;
 mod crossings;
 mod curvature;
 mod faces;
 mod gauss_bonnet;
+pub mod proximity;
 mod rest_metric;
 mod vertex_area;
 

@@ -4,7 +4,7 @@
 use super::observe::{Observer, StepInfo};
 use super::{Result, Simulation};
 use crate::Vec3;
-use crate::geometry::{Crossings, Found};
+use crate::geometry::Crossings;
 use crate::model::Evaluation;
 use crate::num::Short;
 use crate::output::SelfIntersection;
@@ -68,22 +68,7 @@ fn find(sheet: &Sheet, x: &[Vec3]) -> (SelfIntersection, String) {
     // Its boxes are not kept: frames are seldom, and memory is not.
     let found = Crossings::new(sheet).find(sheet, x);
     let inside_out = is_turned(sheet, sheet.rest(), x);
-    let place = place(sheet, x, &found);
+    let place = found.place(sheet, x);
     let place = if place.is_empty() { place } else { format!(", {place}") };
     (SelfIntersection { crossings: found.pairs, inside_out }, place)
-}
-
-/// Where the first pair of triangles crosses in the shape `x`; empty where none does.
-pub(super) fn place(sheet: &Sheet, x: &[Vec3], found: &Found) -> String {
-    let Some([a, b]) = found.first else { return String::new() };
-    let of = |t: usize| sheet.triangles()[t];
-    let centre = of(a).map(|v| x[v as usize]).iter().sum::<Vec3>() / 3.0;
-    format!(
-        "first triangles {a} (vertices {:?}) and {b} (vertices {:?}) near ({:.4}, {:.4}, {:.4})",
-        of(a),
-        of(b),
-        centre.x,
-        centre.y,
-        centre.z
-    )
 }

@@ -112,6 +112,12 @@ pub trait Energy: Send + Sync + 'static {
         1.0
     }
 
+    /// Why `shape` can be no start, with the place, if it cannot: where the energy is infinite, or of no use; for
+    /// [`Coupling::limits_steps`].
+    fn refuses(&self, _shape: &Shape<'_>, _work: &mut Self::Work) -> Option<String> {
+        None
+    }
+
     /// Hands all `∂²U/∂x_i∂l̄_e` that can be different from zero to `emit` as (i, e, vector): how the
     /// forces change with the optimal lengths. Which pairs come in which order depends on the sheet
     /// alone; a pair may come more than once, and then counts as the sum. Nothing for an energy
@@ -189,6 +195,7 @@ pub trait AnyEnergy: Send + Sync {
         terms: &mut Vec<LowRank>,
     );
     fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
+    fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
     fn metric_derivatives(
         &self,
         shape: &Shape<'_>,
@@ -259,6 +266,10 @@ impl<E: Energy> AnyEnergy for E {
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64 {
         Energy::largest_step(self, from, own(work), direction)
+    }
+
+    fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String> {
+        Energy::refuses(self, shape, own(work))
     }
 
     fn metric_derivatives(

@@ -7,6 +7,7 @@
 
 mod bending;
 mod cone;
+mod contact;
 mod diffusion;
 mod element;
 mod energy;
@@ -25,6 +26,7 @@ mod transport;
 mod volume;
 
 pub use bending::{Bending, BendingModel, BendingWeight, HingeBending, MeyerBending};
+pub use contact::{Contacts, SelfContact};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};

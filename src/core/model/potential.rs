@@ -386,13 +386,30 @@ impl Potential {
     /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
     pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
         let mut share = 1.0f64;
+        if !self.mechanics.limits_steps() {
+            return share;
+        }
         self.each(energy::STEPS, x, |_, term, work, shape| {
             share = share.min(term.largest_step(shape, work, direction));
         });
         self.each_constraint(x, |term, work, shape| {
             share = share.min(term.largest_step(shape, work, direction));
         });
-        share
+        let mut blocked = [-share];
+        self.reduction().maxima(&mut blocked);
+        -blocked[0]
+    }
+
+    /// The first effect that cannot begin with `x`, and why.
+    pub fn refuses(&mut self, x: &[Vec3]) -> Option<(String, String)> {
+        let mut first = None;
+        if self.mechanics.limits_steps() {
+            self.each(energy::STEPS, x, |k, term, work, shape| {
+                first = first.take().or_else(|| Some((k, term.refuses(shape, work)?)));
+            });
+        }
+        let (k, why) = first?;
+        Some((self.mechanics.names().nth(k)?.to_owned(), why))
     }
 
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
@@ -403,16 +420,21 @@ impl Potential {
 
     /// The same, but triangles of less than the quality `flat` may turn over.
     pub fn allows_turning(&mut self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
-        let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
-        if !self.mechanics.keeps_triangles(from, to, share, flat) {
+        if !self.keeps_triangles(from, to, share, flat) {
             return false;
         }
         if !self.mechanics.limits_steps() {
             return true;
         }
         let direction: Vec<Vec3> = from.iter().zip(to).map(|(from, to)| to - from).collect();
-        let whole = self.largest_step(from, &direction) >= 1.0;
-        self.reduction().all(whole)
+        self.largest_step(from, &direction) >= 1.0
+    }
+
+    /// Whether every triangle keeps `share` of its area from `from` to `to`, and its side unless its quality is less
+    /// than `flat`.
+    pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
+        let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
+        self.mechanics.keeps_triangles(from, to, share, flat)
     }
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.

@@ -57,6 +57,14 @@ pub enum SolveError {
         /// How many there should be.
         expected: usize,
     },
+    /// A start that an effect cannot begin with.
+    #[error("the effect {effect} cannot begin with this shape: {why}")]
+    Start {
+        /// Its name.
+        effect: String,
+        /// Why, and where.
+        why: String,
+    },
     /// The model has no value, or refuses a state.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -309,7 +317,9 @@ impl SolveError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Model(error) => error.is_recoverable(),
-            Self::Interrupted | Self::Pairing(_) | Self::Unresolved { .. } => false,
+            Self::Interrupted | Self::Pairing(_) | Self::Start { .. } | Self::Unresolved { .. } => {
+                false
+            }
             Self::Problem { recoverable, .. } => *recoverable,
             _ => true,
         }

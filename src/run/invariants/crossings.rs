@@ -7,7 +7,7 @@ use crate::Vec3;
 use crate::geometry::Crossings;
 use crate::model::State;
 use crate::num::real;
-use crate::run::{Result, self_intersection};
+use crate::run::Result;
 use crate::sheet::Sheet;
 use crate::solve::{PathObserver, Workspace};
 
@@ -27,7 +27,7 @@ impl Look {
     fn see(&mut self, x: &[Vec3]) {
         let found = self.crossings.find(&self.sheet, x);
         if found.pairs > self.worst.0 {
-            self.worst = (found.pairs, self_intersection::place(&self.sheet, x, &found));
+            self.worst = (found.pairs, found.place(&self.sheet, x));
         }
     }
 

@@ -292,8 +292,13 @@ impl Newton {
                     return Ok(Tried::AtRest);
                 }
             }
+            if potential.mechanics().limits_steps() {
+                let whole: Vec<Vec3> = at.step.iter().map(|d| length * d).collect();
+                length *= potential.largest_step(at.x, &whole);
+            }
             parallel::fill(&mut at.trial, |i| at.x[i] + length * at.step[i]);
-            if !potential.allows(at.x, &at.trial, self.options.area_share.get()) {
+            let share = self.options.area_share.get();
+            if !potential.keeps_triangles(at.x, &at.trial, share, 0.0) {
                 *sigma *= 8.0;
                 continue;
             }

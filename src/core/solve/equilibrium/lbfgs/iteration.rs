@@ -266,6 +266,10 @@ impl Lbfgs {
         (slope, mut length): (f64, f64),
     ) -> Result<Option<f64>, SolveError> {
         let share = self.options.area_share.get();
+        if potential.mechanics().limits_steps() {
+            let whole: Vec<Vec3> = at.d.iter().map(|d| length * d).collect();
+            length *= potential.largest_step(x, &whole);
+        }
         loop {
             if potential.reduction().any((goal.interrupted)()) {
                 return Err(SolveError::Interrupted);
@@ -275,7 +279,7 @@ impl Lbfgs {
             }
             let d = &at.d;
             parallel::fill(&mut at.trial, |i| x[i] + length * d[i]);
-            if potential.allows_turning(x, &at.trial, share, rules.flat) {
+            if potential.keeps_triangles(x, &at.trial, share, rules.flat) {
                 let e = self.evaluate(potential, &at.trial, &mut at.trial_gradient);
                 let descends = e <= at.energy + ARMIJO * length * slope;
                 // At round-off the slopes tell: still downhill, or not far uphill, at the end.

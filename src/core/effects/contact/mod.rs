@@ -1,0 +1,246 @@
+//! Contact of a sheet with itself: a barrier that keeps its surfaces apart.
+//!
+//! ```text
+//! U = ½ Σ_v A⁰_v Σ_T b(d(v, T)) + ½ Σ_{e<f} ½ (A⁰_e + A⁰_f) m(e, f) b_½(d(e, f))
+//! ```
+//!
+//! d are distances of vertices from triangles and of edges from edges that are not incident, b the barrier
+//! (`barrier.rs`) of reach d̂, b_½ that of reach ½ d̂, m what smooths it for parallel edges, A⁰ rest areas. Edges and
+//! corners shared by triangles count once (`touching.rs`). Two parallel sheets at a distance d from d̂/2 to d̂ push on one
+//! another with exactly the pressure `p = -b'(d)` per rest area, whatever their meshes: the terms of vertices are a
+//! quadrature of it. Those of edges keep edges from crossing where no vertex is near.
+//!
+//! d̂ is at most the thickness: surfaces touch that are a thickness apart. Of features that are near one another at rest the
+//! reach is at most half their distance there, times how far the sheet is to shrink: neighbours do not touch, however
+//! fine the mesh.
+//!
+//! U is infinite at d = 0, and no step passes through that (`geometry/proximity`): a shape that does not cross itself
+//! never does. A shape that does is refused as a start.
+//!
+//! **Hessian.** Exact, but for derivatives of the reach by optimal lengths, which are left out; the positive part has what
+//! acts across the gap, `b'' ∇d ∇dᵀ`.
+//!
+//! References: those of `barrier.rs` and `touching.rs`. Not covered: friction; adhesion; exchange of species.
+
+mod barrier;
+mod mollifier;
+mod touching;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs};
+use crate::Vec3;
+use crate::geometry::proximity::{Proximity, Range, at};
+use crate::geometry::{Conditions, Crossings, Found, Shape, lumped_areas};
+use crate::linear::{BlockMatrix, Stencils};
+use crate::num::checked::Positive;
+use crate::parallel;
+use crate::sheet::{Edge, Sheet};
+use touching::{Contact, Weights};
+
+/// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
+/// a hundredth of it are 0.94 of the reach apart.
+const STIFFNESS: f64 = 0.1;
+/// The reach of edges in units of that of vertices: apart from where edges cross, surfaces at pressures up to κ are
+/// further apart.
+const EDGES: f64 = 0.5;
+
+/// Parameters of self-contact in a scene.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelfContact {
+    /// The distance d̂ at which surfaces begin to touch, at most the thickness; the thickness without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance: Option<Positive>,
+    /// The stiffness κ, stress; a tenth of Young's modulus without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Positive>,
+}
+
+#[typetag::serialize(name = "contact")]
+impl EffectSpec for SelfContact {
+    fn needs(&self) -> Needs {
+        Needs { material: self.distance.is_none() || self.stiffness.is_none(), ..Needs::default() }
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let material = context.material;
+        let missing = |key| EffectError {
+            key,
+            message: format!("without the table [material] contact needs `{key}`"),
+            help: None,
+        };
+        let thickness = material.map(|m| m.thickness);
+        let own = self.distance.map(Positive::get);
+        let distance = own.or(thickness).ok_or_else(|| missing("distance"))?;
+        if let Some(thickness) = thickness.filter(|h| distance > *h) {
+            let message = format!(
+                "contact at a distance of {distance} would act between surfaces that do not touch: the sheet is \
+                 {thickness} thick"
+            );
+            let help = Some("at most material.thickness, which it is without the key".into());
+            return Err(EffectError { key: "distance", message, help });
+        }
+        let young = material.map(|m| STIFFNESS * m.young);
+        let stiffness =
+            self.stiffness.map(Positive::get).or(young).ok_or_else(|| missing("stiffness"))?;
+        Ok(Effect::energy(Contacts::new(context.sheet, distance, stiffness)))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "contact", SelfContact);
+
+/// Self-contact of one sheet.
+#[derive(Debug)]
+pub struct Contacts {
+    /// d̂.
+    distance: f64,
+    /// κ.
+    stiffness: f64,
+    /// Half of the rest area of vertices and of edges.
+    vertex: Vec<f64>,
+    edge: Vec<f64>,
+}
+
+impl Contacts {
+    /// On `sheet`, at distances below `distance`, with the stiffness κ.
+    #[must_use]
+    pub fn new(sheet: &Sheet, distance: f64, stiffness: f64) -> Self {
+        let vertex: Vec<f64> = lumped_areas(sheet).into_iter().map(|area| 0.5 * area).collect();
+        let area = |t: u32| {
+            let [a, b, c] = sheet.triangles()[t as usize].map(|v| sheet.rest()[v as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        let of_edge = |edge: &Edge| {
+            let both = edge.triangles.iter().filter(|t| **t != Edge::NONE);
+            both.map(|t| area(*t) / 6.0).sum()
+        };
+        let edge = sheet.edges().iter().map(of_edge).collect();
+        Self { distance, stiffness, vertex, edge }
+    }
+
+    /// All contacts at `shape`.
+    fn at(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
+        let range = self.range(work);
+        let proximity = work.proximity(shape);
+        let near = proximity.near(shape.sheet, shape.x, &range);
+        let weights = Weights {
+            stiffness: self.stiffness,
+            reach: self.distance,
+            vertex: &self.vertex,
+            edge: &self.edge,
+            rest: shape.sheet.rest(),
+        };
+        touching::contacts(near, shape.x, &weights)
+    }
+
+    fn range(&self, work: &ContactWork) -> Range {
+        let shrinkage = work.shrinkage.unwrap_or(1.0);
+        Range { points: self.distance, edges: EDGES * self.distance, shrinkage }
+    }
+}
+
+/// Memory of evaluations.
+#[derive(Debug, Default)]
+pub struct ContactWork {
+    proximity: Option<Proximity>,
+    /// Least ratio of an optimal length to that at rest, at most 1.
+    shrinkage: Option<f64>,
+}
+
+impl ContactWork {
+    fn proximity(&mut self, shape: &Shape<'_>) -> &mut Proximity {
+        let edge = shape.metric.mean_edge();
+        self.proximity.get_or_insert_with(|| Proximity::new(shape.sheet, edge))
+    }
+}
+
+impl Energy for Contacts {
+    type Work = ContactWork;
+
+    fn name(&self) -> &'static str {
+        "contact"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling { pairs: true, limits_steps: true, ..Coupling::NONE }
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut ContactWork) {
+        let (now, rest) = (conditions.metric.length(), conditions.metric.reference_length());
+        let least = -parallel::max(now.len(), |e| -now[e] / rest[e]);
+        work.shrinkage = Some(least.min(1.0));
+    }
+
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut ContactWork,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let contacts = self.at(shape, work);
+        if let Some(gradient) = gradient {
+            for contact in &contacts {
+                let by = contact.gradient();
+                contact.carriers().for_each(|k| gradient[contact.corners[k] as usize] += by[k]);
+            }
+        }
+        parallel::sum(contacts.len(), |k| contacts[k].energy())
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut ContactWork,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let contacts = self.at(shape, work);
+        // Places of the corners, in the ascending order of their vertices.
+        let order = |contact: &Contact| {
+            let mut places: Vec<usize> = contact.carriers().collect();
+            places.sort_unstable_by_key(|k| contact.corners[*k]);
+            places
+        };
+        let vertices = |contact: &Contact| -> Vec<u32> {
+            order(contact).iter().map(|k| contact.corners[*k]).collect()
+        };
+        let stencils = Stencils::new(into.pattern(), contacts.iter().map(vertices));
+        stencils.assemble(into, |e, sink| {
+            let contact = &contacts[e];
+            let (order, blocks) =
+                (order(contact), contact.hessian(&at(shape.x, &contact.corners), part));
+            for (p, k) in order.iter().enumerate() {
+                for (q, m) in order.iter().enumerate().skip(p) {
+                    sink.add(p, q, &blocks[*k][*m]);
+                }
+            }
+        });
+    }
+
+    fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
+        for contact in self.at(shape, work) {
+            let corners = contact.carriers().map(|k| contact.corners[k]);
+            let later = |k: usize| corners.clone().skip(k + 1);
+            let two = corners.clone().enumerate().flat_map(|(k, a)| later(k).map(move |b| [a, b]));
+            pairs.extend(two);
+        }
+    }
+
+    fn largest_step(&self, from: &Shape<'_>, work: &mut ContactWork, direction: &[Vec3]) -> f64 {
+        let range = self.range(work);
+        work.proximity(from).largest_step(from.sheet, (from.x, direction), &range)
+    }
+
+    fn refuses(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {
+        let found = Crossings::new(shape.sheet).find(shape.sheet, shape.x);
+        if found.pairs > 0 {
+            let Found { pairs, .. } = found;
+            let place = found.place(shape.sheet, shape.x);
+            return Some(format!("{pairs} pairs of its triangles cross, {place}"));
+        }
+        let contacts = self.at(shape, work);
+        let touch = contacts.iter().find(|contact| !(contact.distance() > 0.0))?;
+        Some(format!("it touches itself at vertices {:?}", touch.corners))
+    }
+}

@@ -1,0 +1,72 @@
+//! How far two features may move along straight lines without touching.
+//!
+//! Conservative advancement: while the features are d apart and their points approach by at most l in a whole step,
+//! the share (1 - ξ) d/l of the step is free; the sum of these shares never passes the first contact, whatever
+//! round-off does to d (Li, Kaufman & Jiang, *Codimensional incremental potential contact*, ACM Trans. Graph. 40
+//! (2021), doi:10.1145/3450626.3459767, algorithm 1).
+
+use rumple_numerics::Vec3;
+
+use super::nearest::{Corners, edge_edge, point_triangle};
+
+/// ξ.
+const REMAINS: f64 = 0.1;
+/// Advances after which the rest of a step is given up: the features slide past one another.
+const MOST: usize = 500;
+
+/// A pair of features.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A vertex and a triangle.
+    PointTriangle,
+    /// Two edges.
+    EdgeEdge,
+}
+
+impl Kind {
+    /// The distance of the features.
+    #[must_use]
+    pub fn distance(self, x: &Corners) -> f64 {
+        match self {
+            Self::PointTriangle => point_triangle(x).0.distance(),
+            Self::EdgeEdge => edge_edge(x).distance(),
+        }
+    }
+
+    /// The largest speed at which points of the features approach, common motion left out.
+    pub(super) fn approach(self, d: &Corners) -> f64 {
+        let mean = (d[0] + d[1] + d[2] + d[3]) / 4.0;
+        let speed = d.map(|d| (d - mean).norm());
+        let of_first = if self == Self::PointTriangle { 1 } else { 2 };
+        let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        largest(&speed[..of_first]) + largest(&speed[of_first..])
+    }
+
+    /// A share of the step `d` from `x`, up to 1, on which the features stay apart: the whole, or up to where they
+    /// are nearer than `least`.
+    #[must_use]
+    pub fn free_share(self, x: &Corners, d: &Corners, least: f64) -> f64 {
+        let speed = self.approach(d);
+        let mut share = 0.0;
+        for round in 0..MOST {
+            let at = std::array::from_fn(|k| x[k] + share * d[k]);
+            let distance = self.distance(&at);
+            if !(distance > 0.0) || (round > 0 && distance < least) {
+                return share;
+            }
+            let next = share + (1.0 - REMAINS) * distance / speed;
+            if !(next < 1.0) {
+                return 1.0;
+            }
+            share = next;
+        }
+        share
+    }
+}
+
+/// Positions of the corners `of`.
+#[must_use]
+#[inline]
+pub fn at(x: &[Vec3], of: &[u32; 4]) -> Corners {
+    of.map(|v| x[v as usize])
+}

@@ -1,0 +1,10 @@
+//! What is near what on a shape: pairs of a vertex and a triangle, and of two edges, with their distances and
+//! derivatives, and how far a shape may move before any of them touch.
+
+mod advance;
+mod nearest;
+mod pairs;
+
+pub use advance::{Kind, at};
+pub use nearest::{Corners, Nearest, edge_edge, point_edge, point_point, point_triangle};
+pub use pairs::{Pair, Proximity, Range};
