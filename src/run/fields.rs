@@ -17,9 +17,10 @@ use crate::sheet::quality::triangle_quality;
 use super::Result;
 
 /// Fields besides species and signals: name, unit, and what they are.
-const OTHERS: [(&str, &str); 5] = [
+const OTHERS: [(&str, &str); 6] = [
     ("vertex_area", "length^2"),
     ("force", "force"),
+    ("contact_pressure", "force/length^2"),
     ("length_factor", "1"),
     ("quality", "1"),
     ("rest_position", "length"),
@@ -157,6 +158,10 @@ impl Fields {
                     "force" => {
                         let force: Vec<Vec3> = at.gradient()?.iter().map(|g| -g).collect();
                         point.push(Field::vector(title, &force));
+                    }
+                    "contact_pressure" => {
+                        let pressure = at.potential()?.contact_pressure(&state.x);
+                        point.push(Field::scalar(title, pressure));
                     }
                     "length_factor" => {
                         point.push(Field::scalar(title, vertex_factor(at.potential()?)))

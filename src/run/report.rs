@@ -47,6 +47,12 @@ fn jumps(model: &Model) -> bool {
     model.moves() && model.storage().mechanics == 0.0
 }
 
+/// Names of the effects of contact.
+fn touching(model: &Model) -> impl Iterator<Item = &str> {
+    let names: Vec<&str> = model.mechanics().names().collect();
+    model.mechanics().contacts().map(move |k| names[k])
+}
+
 /// Titles of the ledger's columns, with units.
 pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<String> {
     let mut all = STEP.map(str::to_owned).to_vec();
@@ -65,6 +71,10 @@ pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<Stri
     for name in model.mechanics().constraint_names() {
         all.push(format!("constraint {name}"));
         all.push(format!("multiplier of {name} [energy]"));
+    }
+    for name in touching(model) {
+        all.push(format!("pairs of {name}"));
+        all.push(format!("gap of {name} [length]"));
     }
     all.push("total energy [energy]".to_owned());
     all.extend(work.chain(["force residual".to_owned()]));
@@ -164,6 +174,10 @@ pub(super) fn row(
         let potential = at.potential()?;
         let values = potential.constraint_values(&state.x);
         row.extend(values.iter().zip(potential.multipliers()).flat_map(|(g, l)| [*g, *l]));
+    }
+    for k in model.mechanics().contacts() {
+        let touching = at.potential()?.touching(k, &state.x);
+        row.extend(touching.iter().flat_map(|t| [real(t.pairs), t.gap]));
     }
     row.push(energies.iter().sum());
     row.extend(work);

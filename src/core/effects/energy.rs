@@ -49,6 +49,15 @@ pub struct LowRank {
     pub direction: Vec<Vec3>,
 }
 
+/// What touches at a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touching {
+    /// How many pairs of features are within their reach.
+    pub pairs: usize,
+    /// The smallest distance of such a pair; infinite if there is none.
+    pub gap: f64,
+}
+
 /// An effect with an energy `U(x; l̄, t)`: positions x, optimal lengths l̄, time t.
 ///
 /// It is immutable. An evaluation hands it `work`, memory of a type of its own that it may use as it
@@ -110,6 +119,16 @@ pub trait Energy: Send + Sync + 'static {
     /// that are infinite beyond, as those of contact; for [`Coupling::limits_steps`].
     fn largest_step(&self, _from: &Shape<'_>, _work: &mut Self::Work, _direction: &[Vec3]) -> f64 {
         1.0
+    }
+
+    /// Whether its forces are those of contact: the ledger then has what touches, and frames can have its pressure.
+    fn is_contact(&self) -> bool {
+        false
+    }
+
+    /// What touches at `shape`, for [`Energy::is_contact`].
+    fn touching(&self, _shape: &Shape<'_>, _work: &mut Self::Work) -> Touching {
+        Touching { pairs: 0, gap: f64::INFINITY }
     }
 
     /// Why `shape` can be no start, with the place, if it cannot: where the energy is infinite, or of no use; for
@@ -195,6 +214,8 @@ pub trait AnyEnergy: Send + Sync {
         terms: &mut Vec<LowRank>,
     );
     fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
+    fn is_contact(&self) -> bool;
+    fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching;
     fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
     fn metric_derivatives(
         &self,
@@ -266,6 +287,14 @@ impl<E: Energy> AnyEnergy for E {
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64 {
         Energy::largest_step(self, from, own(work), direction)
+    }
+
+    fn is_contact(&self) -> bool {
+        Energy::is_contact(self)
+    }
+
+    fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching {
+        Energy::touching(self, shape, own(work))
     }
 
     fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String> {

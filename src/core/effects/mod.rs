@@ -26,11 +26,11 @@ mod transport;
 mod volume;
 
 pub use bending::{Bending, BendingModel, BendingWeight, HingeBending, MeyerBending};
-pub use contact::{Contacts, SelfContact};
+pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
-pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank};
+pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};

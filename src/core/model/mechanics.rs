@@ -266,6 +266,11 @@ impl Mechanics {
         self.all().any(|term| term.coupling().limits_steps)
     }
 
+    /// The effects of contact, as places among the energies.
+    pub fn contacts(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.terms.len()).filter(|k| self.terms[*k].is_contact())
+    }
+
     /// Whether an effect couples all vertices.
     #[must_use]
     pub fn has_low_rank(&self) -> bool {

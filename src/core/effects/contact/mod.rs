@@ -24,11 +24,18 @@
 
 mod barrier;
 mod mollifier;
+mod obstacle;
 mod touching;
+
+#[cfg(test)]
+mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs};
+use super::{
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material, Needs,
+    Touching,
+};
 use crate::Vec3;
 use crate::geometry::proximity::{Proximity, Range, at};
 use crate::geometry::{Conditions, Crossings, Found, Shape, lumped_areas};
@@ -36,6 +43,8 @@ use crate::linear::{BlockMatrix, Stencils};
 use crate::num::checked::Positive;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
+use barrier::Barrier;
+pub use obstacle::{Obstacle, ObstacleShape, Side};
 use touching::{Contact, Weights};
 
 /// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
@@ -64,15 +73,9 @@ impl EffectSpec for SelfContact {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let material = context.material;
-        let missing = |key| EffectError {
-            key,
-            message: format!("without the table [material] contact needs `{key}`"),
-            help: None,
-        };
-        let thickness = material.map(|m| m.thickness);
-        let own = self.distance.map(Positive::get);
-        let distance = own.or(thickness).ok_or_else(|| missing("distance"))?;
+        let thickness = context.material.map(|m| m.thickness);
+        let Barrier { reach: distance, stiffness } =
+            barrier_of((self.distance, thickness), self.stiffness, context.material)?;
         if let Some(thickness) = thickness.filter(|h| distance > *h) {
             let message = format!(
                 "contact at a distance of {distance} would act between surfaces that do not touch: the sheet is \
@@ -81,14 +84,29 @@ impl EffectSpec for SelfContact {
             let help = Some("at most material.thickness, which it is without the key".into());
             return Err(EffectError { key: "distance", message, help });
         }
-        let young = material.map(|m| STIFFNESS * m.young);
-        let stiffness =
-            self.stiffness.map(Positive::get).or(young).ok_or_else(|| missing("stiffness"))?;
         Ok(Effect::energy(Contacts::new(context.sheet, distance, stiffness)))
     }
 }
 
 crate::register_kind!(dyn EffectSpec, "contact", SelfContact);
+
+/// The barrier that a scene asks for, with what it has without these keys.
+fn barrier_of(
+    (distance, usual): (Option<Positive>, Option<f64>),
+    stiffness: Option<Positive>,
+    material: Option<&Material>,
+) -> Result<Barrier, EffectError> {
+    let missing = |key| EffectError {
+        key,
+        message: format!("without the table [material] contact needs `{key}`"),
+        help: None,
+    };
+    let young = material.map(|m| STIFFNESS * m.young);
+    Ok(Barrier {
+        reach: distance.map(Positive::get).or(usual).ok_or_else(|| missing("distance"))?,
+        stiffness: stiffness.map(Positive::get).or(young).ok_or_else(|| missing("stiffness"))?,
+    })
+}
 
 /// Self-contact of one sheet.
 #[derive(Debug)]
@@ -230,6 +248,16 @@ impl Energy for Contacts {
     fn largest_step(&self, from: &Shape<'_>, work: &mut ContactWork, direction: &[Vec3]) -> f64 {
         let range = self.range(work);
         work.proximity(from).largest_step(from.sheet, (from.x, direction), &range)
+    }
+
+    fn is_contact(&self) -> bool {
+        true
+    }
+
+    fn touching(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Touching {
+        let contacts = self.at(shape, work);
+        let gap = contacts.iter().map(Contact::distance).fold(f64::INFINITY, f64::min);
+        Touching { pairs: contacts.len(), gap }
     }
 
     fn refuses(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {

@@ -1,0 +1,295 @@
+//! An obstacle: a body with a smooth surface that the sheet does not enter.
+//!
+//! ```text
+//! U = Σ_i A⁰_i b(s(x_i - s(t) d))
+//! s = n·(x - p)              plane: the sheet stays on the side that its normal points to
+//! s = ±(|x - c| - R)         sphere, and cylinder with the distance from its axis: outside +, inside -
+//! ```
+//!
+//! s is the signed distance from the surface, b the barrier (`barrier.rs`), d the displacement of the obstacle and
+//! s(t) its ramp, A⁰ a third of the rest areas of the triangles at a vertex. A flat sheet at a distance s feels the
+//! pressure `p = -b'(s)` per rest area. The reach d̂ is half the thickness, unless a scene says otherwise: the sheet is
+//! its middle surface.
+//!
+//! Below a tenth of d̂, where `p = 12 κ`, b goes on as a parabola: an obstacle that a ramp moves into the sheet pushes
+//! it out again. It is the vertices that stay out: between them a triangle may cut into a sphere by ℓ²/(8 R), ℓ its
+//! edge.
+//!
+//! **Hessian.** Exact; the positive part leaves out what a convex surface does across its normal.
+//!
+//! Not covered: friction; meshes as obstacles.
+
+use serde::{Deserialize, Serialize};
+
+use super::barrier::Barrier;
+use super::barrier_of;
+use crate::Vec3;
+use crate::effects::{
+    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Factor,
+    HessianPart, Needs, Ramp, Touching,
+};
+use crate::geometry::{Shape, lumped_areas};
+use crate::num::checked::{Finite, Positive};
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// The share of the reach below which the barrier is a parabola.
+const PARABOLA: f64 = 0.1;
+
+/// Parameters of an obstacle in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Its surface.
+    pub shape: ObstacleShape,
+    /// The distance d̂ at which the sheet begins to touch it; half the thickness without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance: Option<Positive>,
+    /// The stiffness κ, stress; a tenth of Young's modulus without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Positive>,
+    /// Where it moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<[Finite; 3]>,
+    /// The factor of the displacement in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<Ramp>,
+}
+
+/// The surface of an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum ObstacleShape {
+    /// A plane.
+    Plane {
+        /// A point of it.
+        #[serde(default)]
+        point: [Finite; 3],
+        /// Towards the side of the sheet; the length does not matter.
+        normal: [Finite; 3],
+    },
+    /// A sphere.
+    Sphere {
+        /// Its centre.
+        #[serde(default)]
+        centre: [Finite; 3],
+        /// Its radius.
+        radius: Positive,
+        /// Where the sheet is.
+        #[serde(default)]
+        sheet: Side,
+    },
+    /// A cylinder without ends.
+    Cylinder {
+        /// A point of its axis.
+        #[serde(default)]
+        point: [Finite; 3],
+        /// The direction of its axis; the length does not matter.
+        axis: [Finite; 3],
+        /// Its radius.
+        radius: Positive,
+        /// Where the sheet is.
+        #[serde(default)]
+        sheet: Side,
+    },
+}
+
+/// Where the sheet is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// Outside of the obstacle.
+    #[default]
+    Outside,
+    /// In it.
+    Inside,
+}
+
+#[typetag::serialize(name = "obstacle")]
+impl EffectSpec for Obstacle {
+    fn needs(&self) -> Needs {
+        let along_z = match self.shape {
+            ObstacleShape::Plane { normal, .. } => normal[2].get() != 0.0,
+            ObstacleShape::Sphere { .. } | ObstacleShape::Cylinder { .. } => true,
+        };
+        let material = self.distance.is_none() || self.stiffness.is_none();
+        Needs { material, out_of_plane: along_z.then_some("shape"), ..Needs::default() }
+    }
+
+    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
+        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let factor = Factor::new(self.ramp.as_ref())?;
+        let thickness = context.material.map(|m| 0.5 * m.thickness);
+        let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
+        let surface = Surface::new(&self.shape)?;
+        let by = self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
+        let area = lumped_areas(context.sheet);
+        Ok(Effect::energy(Body { surface, barrier, by, factor, area }))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "obstacle", Obstacle);
+
+/// A surface with its signed distance.
+#[derive(Debug, Clone, Copy)]
+struct Surface {
+    point: Vec3,
+    /// The directions that count: all, or those across an axis, or along a normal.
+    across: Block,
+    /// None for a plane.
+    radius: Option<f64>,
+    sign: f64,
+    /// Of a plane its normal, else what stands for a direction where there is none.
+    normal: Vec3,
+}
+
+impl Surface {
+    fn new(shape: &ObstacleShape) -> Result<Self, EffectError> {
+        let vector = |v: [Finite; 3]| Vec3::from(v.map(Finite::get));
+        let unit = |v: [Finite; 3], what: &str| {
+            let message = format!("the {what} must be a nonzero vector");
+            let refused = EffectError { key: "shape", message, help: None };
+            vector(v).try_normalize(0.0).ok_or(refused)
+        };
+        let sign = |side: Side| if side == Side::Outside { 1.0 } else { -1.0 };
+        Ok(match *shape {
+            ObstacleShape::Plane { point, normal } => {
+                let normal = unit(normal, "normal")?;
+                let across = Block::zeros();
+                Self { point: vector(point), across, radius: None, sign: 1.0, normal }
+            }
+            ObstacleShape::Sphere { centre, radius, sheet } => Self {
+                point: vector(centre),
+                across: Block::identity(),
+                radius: Some(radius.get()),
+                sign: sign(sheet),
+                normal: Vec3::z(),
+            },
+            ObstacleShape::Cylinder { point, axis, radius, sheet } => {
+                let axis = unit(axis, "axis")?;
+                let aside = if axis.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
+                Self {
+                    point: vector(point),
+                    across: Block::identity() - axis * axis.transpose(),
+                    radius: Some(radius.get()),
+                    sign: sign(sheet),
+                    normal: axis.cross(&aside).normalize(),
+                }
+            }
+        })
+    }
+
+    /// The signed distance at x, its gradient, and its second derivatives.
+    fn at(&self, x: &Vec3) -> (f64, Vec3, Block) {
+        let Some(radius) = self.radius else {
+            return (self.normal.dot(&(x - self.point)), self.normal, Block::zeros());
+        };
+        let from = self.across * (x - self.point);
+        let distance = from.norm();
+        let n = from.try_normalize(0.0).unwrap_or(self.normal);
+        let bend = if distance > 0.0 {
+            (self.across - n * n.transpose()) / distance
+        } else {
+            Block::zeros()
+        };
+        (self.sign * (distance - radius), self.sign * n, self.sign * bend)
+    }
+}
+
+/// An obstacle for one sheet.
+#[derive(Debug)]
+struct Body {
+    surface: Surface,
+    barrier: Barrier,
+    /// The displacement at the factor 1.
+    by: Vec3,
+    factor: Factor,
+    area: Vec<f64>,
+}
+
+impl Body {
+    /// The signed distances of vertices at `shape`, with their derivatives.
+    fn distances<'a>(
+        &self,
+        shape: &'a Shape<'_>,
+    ) -> impl Fn(usize) -> (f64, Vec3, Block) + Sync + use<'_, 'a> {
+        let by = self.factor.at(shape.time) * self.by;
+        move |i| self.surface.at(&(shape.x[i] - by))
+    }
+
+    /// b, b' and b'' at the signed distance `s` of vertex i, times its area.
+    fn barrier(&self, i: usize, s: f64) -> [f64; 3] {
+        let b = &self.barrier;
+        let d = s.max(PARABOLA * b.reach);
+        let (energy, slope, curvature) = (b.energy(d), b.slope(d), b.curvature(d));
+        let beyond = s - d;
+        let energy = energy + beyond * (slope + 0.5 * beyond * curvature);
+        [energy, slope + beyond * curvature, curvature].map(|value| self.area[i] * value)
+    }
+}
+
+impl Energy for Body {
+    type Work = ();
+
+    fn name(&self) -> &'static str {
+        "obstacle"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling::NONE
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.factor.changes() && self.by != Vec3::zeros()
+    }
+
+    fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
+        let distance = self.distances(shape);
+        if let Some(gradient) = gradient {
+            parallel::update(gradient, |i, g| {
+                let (s, n, _) = distance(i);
+                if s < self.barrier.reach {
+                    *g += self.barrier(i, s)[1] * n;
+                }
+            });
+        }
+        parallel::sum(shape.x.len(), |i| self.barrier(i, distance(i).0)[0])
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        (): &mut (),
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        let distance = self.distances(shape);
+        into.update_rows(|i, row| {
+            let (s, n, bend) = distance(i);
+            if s >= self.barrier.reach {
+                return;
+            }
+            let [_, slope, curvature] = self.barrier(i, s);
+            // slope ≤ 0: where the sheet is inside of a surface, its bend is negative too.
+            let bends = part == HessianPart::Full || self.surface.sign < 0.0;
+            let across = if bends { slope * bend } else { Block::zeros() };
+            row.add(i, &(curvature * n * n.transpose() + across));
+        });
+    }
+
+    fn is_contact(&self) -> bool {
+        true
+    }
+
+    fn touching(&self, shape: &Shape<'_>, (): &mut ()) -> Touching {
+        let distance = self.distances(shape);
+        let near = (0..shape.x.len()).map(|i| distance(i).0).filter(|s| *s < self.barrier.reach);
+        near.fold(Touching { pairs: 0, gap: f64::INFINITY }, |all, s| Touching {
+            pairs: all.pairs + 1,
+            gap: all.gap.min(s),
+        })
+    }
+}
