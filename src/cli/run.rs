@@ -145,7 +145,7 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
         say!("{law}");
     }
     if let Some(text) = done.intersection.and_then(SelfIntersection::words) {
-        say!("warning: {text}, at the end; there is no contact of a sheet with itself");
+        say!("warning: {text}, at the end; the scene lists no effect `contact`");
     }
     if done.frames > 0 {
         let index = directory.index(format);

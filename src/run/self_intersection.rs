@@ -1,5 +1,5 @@
 //! Whether a sheet passes through itself: pairs of triangles that cross, and closed sheets turned inside out, looked
-//! for at every frame and at the end of a run. There is no contact of a sheet with itself, so that such shapes are no results.
+//! for at every frame and at the end of a run. Without the effect `contact` a sheet does not feel itself, and such shapes are no results.
 
 use super::observe::{Observer, StepInfo};
 use super::{Result, Simulation};
@@ -11,7 +11,7 @@ use crate::output::SelfIntersection;
 use crate::sheet::{Sheet, is_turned};
 
 /// What helps, in words.
-const ADVICE: &str = "there is no contact of a sheet with itself, and results from here on are not those \
+const ADVICE: &str = "without the effect `contact` a sheet does not feel itself, and results from here on are not those \
     of one; `invariants.crossings = 0` ends a run there";
 
 /// Looks for self-intersection at output times and at the end of a run.

@@ -24,7 +24,7 @@ use rumple_numerics::linear::BlockMatrix;
 use crate::common::{Noise, allocated, prepare};
 
 /// What scenes list here: a name, the tables, and the meters that they bring.
-const PARTS: [(&str, &str, &[&str]); 14] = [
+const PARTS: [(&str, &str, &[&str]); 16] = [
     ("bonds", "kind = 'stretching'", &["effect stretching"]),
     ("stvk", "kind = 'stretching'\nmodel = 'stvk'", &["effect stretching"]),
     ("meyer", "kind = 'bending'", &["effect bending"]),
@@ -33,6 +33,13 @@ const PARTS: [(&str, &str, &[&str]); 14] = [
     ("load", "kind = 'load'\nwhere = 'all'\nforce = { per-area = [0.1, 0, 0] }", &["effect load"]),
     ("pressure", "kind = 'pressure'\nvalue = 0.1", &["effect pressure"]),
     ("foundation", "kind = 'foundation'\nwhere = 'all'\nstiffness = 3.0", &["effect foundation"]),
+    ("contact", "kind = 'contact'\ndistance = 0.02\nstiffness = 1.0", &["effect contact"]),
+    (
+        "obstacle",
+        "kind = 'obstacle'\nshape = { plane = { point = [0, 0, -9], normal = [0, 0, 1] } }\n\
+         distance = 0.1\nstiffness = 1.0",
+        &["effect obstacle"],
+    ),
     ("volume", "kind = 'volume'\nstiffness = 5.0", &["effect volume"]),
     ("exact volume", "kind = 'volume'\nexact = true", &["effect constraint volume"]),
     ("growth", "kind = 'growth'\nfactor = '1 + 0.01*x'", &["effect growth", LENGTHS]),
@@ -56,13 +63,14 @@ const PARTS: [(&str, &str, &[&str]); 14] = [
 const LENGTHS: &str = "geometry optimal lengths and areas";
 
 /// The scenes: nothing, each part alone, pairs, nearly all and all that can be together.
-const TOGETHER: [&[&str]; 11] = [
+const TOGETHER: [&[&str]; 12] = [
     &[],
     &["bonds", "meyer"],
     &["bonds", "volume"],
     &["bonds", "exact volume"],
     &["stvk", "hinges"],
     &["meyer", "pin"],
+    &["bonds", "meyer", "contact"],
     &["bonds", "growth"],
     &["diffusion", "curvature law"],
     &["bonds", "growing law"],

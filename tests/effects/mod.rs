@@ -1,6 +1,7 @@
 //! Effects by the public kit: every registered one has samples here, or a test fails.
 
 mod constraint;
+mod contact;
 mod contract;
 mod counted;
 mod faults;

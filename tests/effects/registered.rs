@@ -13,7 +13,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 20] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 25] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -46,6 +46,27 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 20] = [
     ),
     ("volume", "exact = true", true, [true, true, true]),
     ("volume", "exact = true\nramp = { formula = '1 + 0.1*t' }", true, [true, true, true]),
+    ("contact", "", false, [true, true, true]),
+    ("contact", "distance = 0.3\nstiffness = 2.0", true, [true, true, true]),
+    (
+        "obstacle",
+        "shape = { plane = { point = [0.0, 0.0, -0.1], normal = [0.1, 0.0, 2.0] } }",
+        false,
+        [false; 3],
+    ),
+    (
+        "obstacle",
+        "shape = { sphere = { centre = [1.0, 1.0, -2.9], radius = 2.9 } }\ndisplacement = [0.0, 0.1, 0.0]\n\
+         ramp = { formula = 't' }\ndistance = 0.6",
+        false,
+        [false; 3],
+    ),
+    (
+        "obstacle",
+        "shape = { cylinder = { axis = [1.0, 0.3, 0.0], radius = 3.2, sheet = 'inside' } }",
+        true,
+        [false; 3],
+    ),
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
     ("diffusion", "species = 'c'", false, [true, true, true]),

@@ -14,7 +14,7 @@ const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }
 const TIME: &str = "time = { until = 1.0 }";
 
 /// Page and heading of the reference, and scenes (but for the tables above) with an unknown key or name.
-const TABLES: [(&str, &str, &[&str]); 21] = [
+const TABLES: [(&str, &str, &[&str]); 23] = [
     (
         "sheet",
         "`[sheet]`",
@@ -62,6 +62,18 @@ const TABLES: [(&str, &str, &[&str]); 21] = [
         &[
             "effect = [{ kind = \"volume\", impossible = 0 }]",
             "effect = [{ kind = \"volume\", stiffness = 1, target = { impossible = 0 } }]",
+        ],
+    ),
+    ("effects", "Contact", &["effect = [{ kind = \"contact\", impossible = 0 }]"]),
+    (
+        "effects",
+        "Obstacle",
+        &[
+            "effect = [{ kind = \"obstacle\", impossible = 0 }]",
+            "effect = [{ kind = \"obstacle\", shape = { impossible = 0 } }]",
+            "effect = [{ kind = \"obstacle\", shape = { plane = { impossible = 0 } } }]",
+            "effect = [{ kind = \"obstacle\", shape = { sphere = { impossible = 0 } } }]",
+            "effect = [{ kind = \"obstacle\", shape = { cylinder = { impossible = 0 } } }]",
         ],
     ),
     ("effects", "Growth", &["effect = [{ kind = \"growth\", impossible = 0 }]"]),

@@ -296,7 +296,7 @@ pub enum SolveError {
     /// The volume that a closed sheet encloses changes its sign in a quasi-static step, without pins that lead it there, or while a
     /// start is released.
     #[error(
-        "the closed sheet jumps inside out, through itself, and there is no contact of a sheet with itself; try a \
+        "the closed sheet jumps inside out, through itself: the scene lists no contact; try the effect `contact`, a \
          smaller load, or an effect that holds the volume"
     )]
     InsideOut,

@@ -73,7 +73,7 @@ impl Law for NoCrossings {
     }
 
     fn advice(&self) -> &'static str {
-        "there is no contact of a sheet with itself: end the run before, or change what folds it"
+        "list the effect `contact`, end the run before, or change what folds it"
     }
 
     fn columns(&self) -> Vec<String> {

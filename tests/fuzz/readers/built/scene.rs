@@ -18,7 +18,7 @@ const ELASTIC: [Kind; 8] = [
 ];
 
 /// What else acts on a sheet.
-const OTHERS: [Kind; 14] = [
+const OTHERS: [Kind; 17] = [
     &[("kind", "\"pin\""), ("where", "\"all\""), ("axes", "\"z\"")],
     &[("kind", "\"pin\""), ("where", "{ vertices = [0, 1] }"), ("axes", "\"xyz\"")],
     &[
@@ -44,6 +44,19 @@ const OTHERS: [Kind; 14] = [
         ("where", "{ box = { min = [-9, -9, -9], max = [9, 9, 9] } }"),
         ("stiffness", "0.5"),
         ("to", "{ plane = { normal = [0, 0, 1] } }"),
+    ],
+    &[("kind", "\"contact\""), ("distance", "0.1"), ("stiffness", "2.0")],
+    &[
+        ("kind", "\"obstacle\""),
+        ("shape", "{ plane = { point = [0, 0, -9], normal = [0, 0, 1] } }"),
+        ("displacement", "[0, 0, 0.1]"),
+        ("ramp", "{ formula = \"t\" }"),
+    ],
+    &[
+        ("kind", "\"obstacle\""),
+        ("shape", "{ sphere = { radius = 99.0, sheet = \"inside\" } }"),
+        ("distance", "0.1"),
+        ("stiffness", "2.0"),
     ],
     &[("kind", "\"growth\""), ("factor", "\"1 + 0.1*t*exp(-(x^2 + y^2)/20)\"")],
     &[
