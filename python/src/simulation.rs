@@ -14,7 +14,7 @@ use rumple::run::schedule::OutputSchedule;
 use rumple::run::{Observer, StopRules, inspect};
 use rumple::sheet::{Array, Surface};
 use rumple::solve::equilibrium::Relaxation;
-use rumple::solve::{SolveError, StepReport, diagnosis};
+use rumple::solve::StepReport;
 
 use crate::convert;
 use crate::engine::{Error, Pending};
@@ -61,11 +61,7 @@ impl Course {
             return Ok(None);
         }
         let report = self.engine.step(self.schedule.target().min(until))?;
-        let state = self.engine.state();
-        if diagnosis::blows_up(self.engine.model(), state) {
-            return Err(SolveError::BlowUp { time: state.time }.into());
-        }
-        let time = state.time;
+        let time = self.engine.state().time;
         self.engine.renew(false);
         self.schedule.pass(time);
         Ok(Some(report))
