@@ -6,15 +6,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numpy::{PyArray2, PyArrayLike2};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use rumple::Vec3;
+use rumple::geometry;
 use rumple::kinetics::{Kinetics, Location, Search};
 use rumple::run::run::Ending;
 use rumple::run::schedule::OutputSchedule;
 use rumple::run::{Observer, StopRules, inspect};
 use rumple::sheet::{Array, Surface};
-use rumple::solve::equilibrium::Relaxation;
 use rumple::solve::StepReport;
+use rumple::solve::equilibrium::Relaxation;
+use rumple::study::{Measures, measure};
 
 use crate::convert;
 use crate::engine::{Error, Pending};
@@ -31,6 +33,8 @@ pub(crate) struct Course {
     until: f64,
     /// Whether the start satisfies its equations and the shape is at rest.
     prepared: bool,
+    /// Report of the last step.
+    latest: StepReport,
     /// Whether the state was changed since the last step.
     changed: bool,
 }
@@ -64,6 +68,7 @@ impl Course {
         let time = self.engine.state().time;
         self.engine.renew(false);
         self.schedule.pass(time);
+        self.latest = report.clone();
         Ok(Some(report))
     }
 
@@ -173,7 +178,7 @@ impl Simulation {
     ) -> PyResult<Self> {
         let pending = Pending::default();
         let law = law.map(|law| law.kinetics(py, &pending.law));
-        let (scene, control) = (Arc::clone(&scene.0), pending.control());
+        let (scene, control) = (Arc::clone(&scene.checked), pending.control());
         let made = pending.call(py, &mut false, move || {
             let search = Search::from_environment(&plugins);
             let mut engine = match law {
@@ -186,7 +191,8 @@ impl Simulation {
             engine.set_control(control);
             let (schedule, rules) = (OutputSchedule::of(&scene), StopRules::of(&scene));
             let until = scene.time.span.until.get();
-            Ok(Course { engine, schedule, rules, until, prepared: false, changed: false })
+            let latest = StepReport::default();
+            Ok(Course { engine, schedule, rules, until, prepared: false, latest, changed: false })
         })?;
         Ok(Self { course: Mutex::new(made), pending, broken: false })
     }
@@ -353,6 +359,58 @@ impl Simulation {
                 )))
             }
         }
+    }
+
+    /// Titles and numbers that the ledger has of the state, but for wall time and watches on stability.
+    fn ledger_row<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let row = self.with(py, |course| {
+            let Course { engine, latest, .. } = course;
+            engine.ledger_row(latest)
+        })?;
+        row.into_py_dict(py)
+    }
+
+    /// Scalar measures of the state.
+    #[pyo3(signature = (*, level = None))]
+    fn measures<'py>(
+        &mut self,
+        py: Python<'py>,
+        level: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let measured =
+            self.with(py, |course| Ok(measure(&mut course.engine.evaluate(), level)?))?;
+        let Measures { energy, amplitude, deflection, share, rate, separation, nearest, .. } =
+            measured;
+        let measures = PyDict::new(py);
+        let known = [("energy", energy), ("amplitude", amplitude), ("deflection", deflection)];
+        let known = known.into_iter().chain([("share", share), ("rate", rate)]);
+        known.map(|(name, value)| measures.set_item(name, value)).collect::<PyResult<()>>()?;
+        measures.set_item("spots", measured.spots)?;
+        measures.set_item("separation", separation)?;
+        measures.set_item("nearest", nearest)?;
+        Ok(measures)
+    }
+
+    /// Everything that is known of the state, by name.
+    fn inspect<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let text = self.with(py, |course| Ok(inspect::inspect(&mut course.engine)?.to_string()))?;
+        py.import("rumple._inspect")?.call_method1("state", (text,))
+    }
+
+    /// Current area.
+    #[getter]
+    fn area(&mut self) -> f64 {
+        let engine = &self.course().engine;
+        geometry::area(engine.sheet(), &engine.state().x)
+    }
+
+    /// Volume that a closed sheet encloses, positive where normals point outwards; None of a sheet with a boundary.
+    #[getter]
+    fn volume(&mut self) -> Option<f64> {
+        let engine = &self.course().engine;
+        let (sheet, x) = (engine.sheet(), &engine.state().x);
+        let closed = !sheet.triangles().is_empty() && !sheet.boundary().contains(&true);
+        closed.then(|| geometry::volume(sheet, x, x[0]))
     }
 
     /// The surface with its fields as a mesh of PyVista.

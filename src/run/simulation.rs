@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
-use super::{Error, Fields, Result, prepare};
+use super::{Error, Fields, Result, prepare, report};
 use crate::Stepper;
 use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
@@ -238,5 +238,14 @@ impl Simulation {
     /// If a law fails.
     pub fn energies(&mut self) -> Result<Vec<(String, f64)>> {
         Ok(self.stepper.energies()?)
+    }
+
+    /// Titles and numbers that the ledger has of its state, which the step of `report` has led to, but for the wall time
+    /// and what a watch on stability adds.
+    ///
+    /// # Errors
+    /// If a law fails.
+    pub fn ledger_row(&mut self, report: &StepReport) -> Result<Vec<(String, f64)>> {
+        report::titled_row(self, report)
     }
 }
