@@ -56,6 +56,7 @@ def read_surface(
 def run(
     scene: Scene,
     out: Optional[_Path],
+    state: Optional[_Path],
     force: bool,
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],

@@ -62,12 +62,16 @@ class Results:
         path = self.directory / "report.html"
         if not path.is_file():
             path = report(self.directory)
-        if "ipykernel" not in sys.modules:
+        ipython = sys.modules.get("IPython")
+        shell = ipython.get_ipython() if ipython else None
+        # A terminal has no kernel.
+        if getattr(shell, "kernel", None) is None:
             return webbrowser.open(path.absolute().as_uri())
         from IPython.display import HTML
 
         page = html.escape(path.read_text(encoding="utf-8"), quote=True)
-        return HTML(f'<iframe srcdoc="{page}" width="100%" height="{height}" frameborder="0"></iframe>')
+        frame = f'<iframe srcdoc="{page}" width="100%" height="{height}" frameborder="0"></iframe>'
+        return HTML(f"<div>{frame}</div>")
 
     def __repr__(self) -> str:
         return f"<rumple.Results {self.directory}, {len(self.frames)} frames>"

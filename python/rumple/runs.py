@@ -22,6 +22,7 @@ def run(
     scene: Scene | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     *,
+    state: str | os.PathLike[str] | None = None,
     force: bool = False,
     observe: Callable[[State], Any] | None = None,
     law: Law | None = None,
@@ -31,11 +32,12 @@ def run(
 
     Without `out` the directory is named after the scene and the time. One that is not empty is refused, unless `force`
     replaces the results of an earlier run in it. `observe(state)` is called with a `State` after every accepted step;
-    a true result ends the run there. `law` is added to the laws of the scene; such a run cannot be resumed.
+    a true result ends the run there. `state` is a file, such as a frame, whose positions and species the run starts from, as by
+    `--from`. `law` is added to the laws of the scene; such a run cannot be resumed.
 
     Ctrl-C, and an exception in `observe`, end the run after writing what `resume` needs. Raises `Error`.
     """
-    return read(_rumple.run(checked(scene), out, force, observe, law, list(plugins)))
+    return read(_rumple.run(checked(scene), out, state, force, observe, law, list(plugins)))
 
 
 def resume(

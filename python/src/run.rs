@@ -12,7 +12,8 @@ use rumple::kinetics::{Kinetics, Search};
 use rumple::model::Evaluation;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::run::{Ending, continued, recorded};
-use rumple::run::{Observer, StepInfo, provenance, resume as resumption};
+use rumple::run::{Observer, StepInfo, inspect, provenance, resume as resumption};
+use rumple::sheet::read;
 use rumple::view;
 
 use crate::engine::{Pending, Slot};
@@ -174,11 +175,13 @@ pub(crate) fn full(path: &Path) -> rumple::Result<PathBuf> {
 
 /// Runs a scene and writes its results; the directory.
 #[pyfunction]
-#[pyo3(signature = (scene, out, force, observe, law, plugins))]
+#[pyo3(signature = (scene, out, state, force, observe, law, plugins))]
+#[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
     py: Python<'_>,
     scene: &Scene,
     out: Option<PathBuf>,
+    state: Option<PathBuf>,
     force: bool,
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
@@ -197,12 +200,18 @@ pub(crate) fn run(
             None => rumple::Simulation::new(&scene, &search)?,
             Some(law) => rumple::Simulation::with_law(&scene, &search, law)?,
         };
-        provenance::inputs(&scene, simulation.plugins()).outside(&root)?;
+        let mut inputs = provenance::inputs(&scene, simulation.plugins());
+        let state = state.map(|path| full(&path)).transpose()?;
+        if let Some(path) = &state {
+            inputs.add("the state", path);
+            inspect::take_state(&mut simulation, &read::surface(path)?)?;
+        }
+        inputs.outside(&root)?;
         let directory = ResultDirectory::prepare(&root, force)?;
         (reached.root, reached.report) = (root, scene.output.report);
         reached.notes = simulation.notes().to_vec();
         let mut progress = Progress::new(Mode::Silent, 0.0, scene.time.span.until.get());
-        let origin = (&*scene, None);
+        let origin = (&*scene, state.as_deref());
         recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others)?;
         Ok(())
     })

@@ -112,7 +112,7 @@ def test_ctrl_c_ends_within_a_second_and_the_program_goes_on(program, tmp_path):
         sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 
-    scene = rumple.load(DOME, {"sheet.vertices": 4000, "checkpoint.wall": 0.1})
+    scene = rumple.load(DOME, {"sheet.vertices": 2500})
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     begun = threading.Event()
     threading.Thread(target=lambda: begun.wait() and time.sleep(0.3) is None and send()).start()
@@ -167,7 +167,7 @@ def test_errors_have_file_line_and_key(tmp_path):
 
 
 def test_a_failed_run_leaves_its_report(tmp_path):
-    growing = {"kinetics.rates.c": "1e3*c^2 + 1", "time.until": 10.0}
+    growing = {"kinetics.rates.c": "100*c^2 + 1", "time.until": 10.0, "sheet.vertices": 80}
     with pytest.raises(rumple.Error, match="the run stopped at time"):
         rumple.run(rumple.load(DOME, growing), tmp_path / "out")
     assert rumple.read(tmp_path / "out").status["status"] == "failed"
@@ -183,3 +183,15 @@ def test_results_are_shown_in_a_browser(tmp_path, monkeypatch):
     assert results.show() is True
     assert opened == [(tmp_path / "out/report.html").as_uri()]
     assert numpy.isfinite(results.frames[0].points).all()
+
+
+def test_a_run_starts_from_a_state(program, tmp_path):
+    scene = rumple.load(DOME, {"time.until": 0.25, "output.report": False})
+    first = rumple.run(scene, tmp_path / "first")
+    state = first.frames[-1].path
+    other = [program, "run", DOME, "--from", state, "--set", "time.until=0.25", "--set", "output.report=false"]
+    subprocess.run([*other, "--out", tmp_path / "a", "--quiet"], check=True)
+    results = rumple.run(scene, tmp_path / "b", state=state)
+    assert (results.frames[0].field("c") == first.frames[-1].field("c")).all()
+    own, other = content(tmp_path / "b"), content(tmp_path / "a")
+    assert [name for name in other if name != "ledger.csv" and own[name] != other[name]] == []
