@@ -31,14 +31,16 @@ def _pandas() -> Any:
     return pandas
 
 
-def _table(name: str, out: Any, settings: dict[str, Any], study: Callable[[Any], Any]) -> Any:
+def _table(
+    name: str, out: Any, settings: dict[str, Any], study: Callable[[Any], Any]
+) -> tuple[Any, Any]:
     """The table `name` of a study in the directory `out`, or in one that is removed again; what `study` returns."""
     pandas = _pandas()
     with tempfile.TemporaryDirectory(prefix="rumple-") as folder:
         root = Path(folder, "study") if out is None else Path(out)
-        how = {"jobs": 1, "threads": 1, "retry_failed": False, "plugins": (), "member": MEMBER, **settings}
-        how["plugins"] = list(how["plugins"])
-        said = study(SimpleNamespace(out=root, **how))
+        usual = {"jobs": 1, "threads": 1, "retry_failed": False, "member": MEMBER}
+        settings["plugins"] = list(settings["plugins"])
+        said = study(SimpleNamespace(out=root, **{**usual, **settings}))
         table = pandas.read_csv(root / name)
     table.attrs["directory"] = None if out is None else str(root.absolute())
     return table, said

@@ -30,7 +30,7 @@ pub(crate) struct How {
     /// Whether an earlier study in it is replaced.
     force: bool,
     /// Most members at once.
-    jobs: usize,
+    jobs: u64,
     /// Whether members that failed are run again.
     retry_failed: bool,
     /// Threads of a member.
@@ -44,6 +44,7 @@ pub(crate) struct How {
 impl How {
     /// Gives `plan` what members have.
     fn give(&self, plan: &mut Plan) -> rumple::Result<()> {
+        counted(&[("jobs", self.jobs), ("threads", self.threads.into())])?;
         let search = Search::from_environment(&self.plugins);
         plan.threads = self.threads;
         plan.plugin_limit = UNLIMITED;
@@ -63,7 +64,7 @@ impl How {
     ) -> rumple::Result<()> {
         let root = full(&self.out)?;
         let settings = Settings {
-            jobs: Some(self.jobs),
+            jobs: usize::try_from(self.jobs).ok(),
             retry_failed: self.retry_failed,
             force: self.force,
             ..Settings::default()
@@ -83,6 +84,14 @@ impl How {
     }
 }
 
+/// Refuses settings that are 0 and count something.
+fn counted(settings: &[(&str, u64)]) -> rumple::Result<()> {
+    match settings.iter().find(|(_, count)| *count == 0) {
+        None => Ok(()),
+        Some((name, _)) => Err(Error::Refused(format!("{name} is 0, expected 1 or more"))),
+    }
+}
+
 /// Seconds that one call of a plugin may take: only isolated ones are timed.
 const UNLIMITED: f64 = f64::MAX;
 
@@ -97,7 +106,7 @@ pub(crate) fn sweep(
     py: Python<'_>,
     scene: &Scene,
     over: Option<&Bound<'_, PyDict>>,
-    seeds: Option<usize>,
+    seeds: Option<u16>,
     level: Option<f64>,
     how: How,
 ) -> PyResult<()> {
@@ -107,6 +116,8 @@ pub(crate) fn sweep(
         let (file, set) = (scene.file()?, &scene.set);
         let mut axes = axes(&over)?;
         if let Some(count) = seeds {
+            counted(&[("seeds", count.into())])?;
+            let count = count.into();
             axes.push(seed_axis(file, set, &axes, count)?);
         }
         let mut plan = Plan::new(file, set, axes)?;
@@ -138,6 +149,11 @@ pub(crate) struct Asked {
 
 impl Asked {
     fn options(&self) -> rumple::Result<Options> {
+        counted(&[("limit", self.limit), ("repeats", self.repeats.into())])?;
+        if !(self.want > 0.0 && self.want.is_finite()) {
+            let text = format!("want is {}, expected a share above 0, as 0.01", self.want);
+            return Err(Error::Refused(text));
+        }
         let usual = Options::default();
         let numbers = |name: &str, values: &[f64]| -> rumple::Result<Vec<Positive>> {
             let number = |value: &f64| {

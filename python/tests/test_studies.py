@@ -65,6 +65,9 @@ def test_seeds_repeat_members():
         rumple.sweep(DOME, {"kinetics.parameters.nothing": [1]})
     with pytest.raises(rumple.Error, match="nothing to vary"):
         rumple.sweep(DOME)
+    for wrong in ["jobs", "threads", "seeds"]:
+        with pytest.raises(rumple.Error, match=f"{wrong} is 0, expected 1 or more"):
+            rumple.sweep(rumple.load(DOME, noisy), **{"seeds": 1, wrong: 0})
 
 
 def test_scenes_without_a_file_and_pandas_that_is_missing_are_refused(monkeypatch):
@@ -116,6 +119,10 @@ def test_accuracy_has_errors_and_advice():
     assert "staggered" in table.attrs["advice"]
     with pytest.raises(rumple.Error, match="no quantity; expected one of species, shape"):
         rumple.accuracy(DOME, of="colour")
+    with pytest.raises(rumple.Error, match="want is 0"):
+        rumple.accuracy(DOME, want=0.0)
+    with pytest.raises(rumple.Error, match="tolerances: 2 is not a number between 0 and 1"):
+        rumple.accuracy(DOME, tolerances=[2.0])
 
 
 def test_comparisons_have_a_member_for_every_policy(tmp_path):

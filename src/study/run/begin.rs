@@ -50,7 +50,7 @@ pub struct Runs<'a> {
     pub command: &'a str,
     /// How.
     pub settings: Settings,
-    /// Command of a member in a process of its own ([`member`](super::member)), to which the directory of the
+    /// Command of a member in a process of its own ([`member`](fn@super::member)), to which the directory of the
     /// study and the number of the member are appended.
     pub member: Vec<OsString>,
     /// Refuses a plan before anything is written.
