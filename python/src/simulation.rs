@@ -383,8 +383,8 @@ impl Simulation {
             measured;
         let measures = PyDict::new(py);
         let known = [("energy", energy), ("amplitude", amplitude), ("deflection", deflection)];
-        let known = known.into_iter().chain([("share", share), ("rate", rate)]);
-        known.map(|(name, value)| measures.set_item(name, value)).collect::<PyResult<()>>()?;
+        let mut known = known.into_iter().chain([("share", share), ("rate", rate)]);
+        known.try_for_each(|(name, value)| measures.set_item(name, value))?;
         measures.set_item("spots", measured.spots)?;
         measures.set_item("separation", separation)?;
         measures.set_item("nearest", nearest)?;
