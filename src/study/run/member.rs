@@ -13,7 +13,7 @@ use crate::study::plan::Plan;
 /// if interrupted, when standard input is closed.
 ///
 /// # Errors
-/// As [`run`](super::run), and an interruption.
+/// As [`run`](fn@super::run), and an interruption.
 pub fn member(root: &Path, number: usize, leash: bool) -> Result<()> {
     let plan = Plan::of(root)?;
     let threads = plan.threads.max(1).into();
