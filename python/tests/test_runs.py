@@ -149,6 +149,15 @@ def test_a_parsed_scene_and_a_law_in_python_run(tmp_path):
     sim.run()
     assert (results.frames[-1].points == sim.positions).all()
 
+    def ends(state):
+        raise ZeroDivisionError
+
+    # Its directory does not have the law.
+    with pytest.raises(ZeroDivisionError):
+        rumple.run(without_kinetics(), tmp_path / "ended", law=LAW, observe=ends)
+    with pytest.raises(rumple.Error, match="there are no kinetics"):
+        rumple.resume(tmp_path / "ended")
+
     def fails(at):
         raise ValueError("a law that fails")
 
