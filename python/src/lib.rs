@@ -5,6 +5,7 @@
 //! therefore never waited for with the interpreter's lock held.
 
 mod convert;
+mod course;
 mod engine;
 mod law;
 mod overrides;
