@@ -157,16 +157,16 @@ fn plates_that_close_flatten_a_shell() {
 fn a_start_that_crosses_itself_is_refused_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("crossed.obj");
-    // Two plates that cross.
+    // A strip that is folded up and back down through itself.
     std::fs::write(
         &mesh,
-        "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 0.5 -1\nv 1 0.5 1\nv 1 1.5 1\nv 1 1.5 -1\n\
-         f 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n",
+        "v 0 0 0\nv 0 2 0\nv 1 0 0\nv 1 2 0\nv 1 0 1\nv 1 2 1\nv 0.5 0.5 -1\nv 0.5 1.5 -1\n\
+         f 1 3 2\nf 3 4 2\nf 3 5 4\nf 5 6 4\nf 5 7 6\nf 7 8 6\n",
     )
     .unwrap();
     let (_, mut simulation) = prepare(
         &format!(
-            "sheet = {{ shape = 'file', path = '{}' }}
+            "sheet = {{ file = '{}' }}
             material = {{ young = 1e3, poisson = 0.3, thickness = 0.1 }}
             time = {{ until = 1.0 }}
             effect = [{{ kind = 'stretching' }}, {{ kind = 'bending' }}, {{ kind = 'contact' }}]",

@@ -10,4 +10,5 @@ mod planted;
 mod problem;
 mod registered;
 mod running;
+mod touching;
 mod unlisted;

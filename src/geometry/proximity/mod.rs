@@ -4,6 +4,7 @@
 mod advance;
 mod nearest;
 mod pairs;
+mod search;
 
 pub use advance::{Kind, at};
 pub use nearest::{Corners, Nearest, edge_edge, point_edge, point_point, point_triangle};

@@ -5,23 +5,25 @@
 //! its triangles, edges with a vertex in common) make no pair.
 //!
 //! A list holds all pairs that may come within their reach while no vertex moves by more than a margin from where it
-//! was when the list was made; it is made anew when one has. What is read from it (which pairs are within their reach,
-//! how far a step may go) does not depend on when it was made.
+//! was when the list was made; it is made anew when one has, out of a longer list for a wider margin, which in turn comes
+//! out of trees of boxes. What is read from it (which pairs are within their reach, how far a step may go) does not
+//! depend on when it was made.
 
 use rumple_numerics::Vec3;
-use rumple_numerics::num::index;
 use rumple_numerics::parallel::{self, BLOCK};
 use rumple_numerics::reduction::Reduction;
 use rumple_sheet::Sheet;
 
 use super::advance::{Kind, at};
-use crate::box_tree::{Bounds, BoxTree};
+use super::search::{Features, Search};
 
 /// Share of the distance at rest that bounds the reach of a pair.
 const OF_REST: f64 = 0.5;
 /// Motion of vertices for which a list of pairs serves, in mean edges of the rest positions. On a smooth sheet
 /// neighbours are too far apart for the list then; a longer one would hold them, a shorter one is made more often.
 const MARGIN: f64 = 0.15;
+/// The same for the longer list.
+const WIDE: f64 = 0.5;
 /// A step ends where a pair is nearer than this share of its distance at the start, or of its reach.
 const APPROACH: f64 = 0.1;
 
@@ -58,96 +60,40 @@ pub struct Pair {
     pub reach: f64,
 }
 
-/// A ball around a feature, and how it moves: by `drift`, and no point of it by more than `spread` besides.
-#[derive(Debug, Clone, Copy)]
-struct Ball {
-    centre: Vec3,
-    radius: f64,
-    drift: Vec3,
-    spread: f64,
-}
-
-impl Ball {
-    const NONE: Self = Self {
-        centre: Vec3::new(0.0, 0.0, 0.0),
-        radius: 0.0,
-        drift: Vec3::new(0.0, 0.0, 0.0),
-        spread: 0.0,
-    };
-
-    /// Around the points `x` that move by `d`.
-    #[inline]
-    fn around<const K: usize>(x: [Vec3; K], d: Option<[Vec3; K]>) -> Self {
-        let (centre, radius) = enclosing(&x);
-        let (drift, spread) = d.map_or((Vec3::zeros(), 0.0), |d| enclosing(&d));
-        Self { centre, radius, drift, spread }
-    }
-
-    /// A lower bound of the distance of what two balls hold, at all times of the motion.
-    #[inline]
-    fn apart(&self, other: &Self) -> f64 {
-        let moves = (self.drift - other.drift).norm() + self.spread + other.spread;
-        (self.centre - other.centre).norm() - self.radius - other.radius - moves
-    }
-}
-
-/// The mean of some points, and the largest distance from it.
-#[inline]
-fn enclosing<const K: usize>(x: &[Vec3; K]) -> (Vec3, f64) {
-    let mut mean = x[0];
-    for x in &x[1..] {
-        mean += x;
-    }
-    mean /= rumple_numerics::num::real(K);
-    let mut radius = 0.0f64;
-    for x in x {
-        radius = radius.max((x - mean).norm_squared());
-    }
-    (mean, radius.sqrt())
-}
-
-/// Features of one kind that may be near others.
-#[derive(Debug)]
-struct Features {
-    tree: BoxTree,
-    balls: Vec<Ball>,
-}
-
-impl Features {
-    fn new(centres: &[Vec3]) -> Self {
-        Self { tree: BoxTree::new(centres), balls: vec![Ball::NONE; centres.len()] }
-    }
-
-    /// Lets boxes and balls follow the shape `x` and its step `d`.
-    fn follow<const K: usize>(
-        &mut self,
-        corners: impl Fn(u32) -> [u32; K] + Sync,
-        x: &[Vec3],
-        d: Option<&[Vec3]>,
-    ) {
-        let places =
-            |v: u32| [x[v as usize], d.map_or(x[v as usize], |d| x[v as usize] + d[v as usize])];
-        self.tree.refit(|k| bounds(&corners(k), &places));
-        parallel::fill(&mut self.balls, |k| {
-            let of = corners(index(k));
-            Ball::around(of.map(|v| x[v as usize]), d.map(|d| of.map(|v| d[v as usize])))
-        });
-    }
-}
-
 /// The pairs of one sheet.
 #[derive(Debug)]
 pub struct Proximity {
     triangles: Features,
     edges: Features,
-    margin: f64,
+    /// Mean edge at rest.
+    edge: f64,
     range: Range,
-    /// Where the list was made; nothing before.
-    made_at: Vec<Vec3>,
-    /// By vertex and triangle, then by edges.
-    pairs: Vec<Pair>,
-    /// How many of them have a vertex and a triangle.
-    points: usize,
+    /// The longer list, with the distances of its pairs where it was made.
+    wide: List<(Pair, f64)>,
+    list: List<Pair>,
+}
+
+/// Pairs by vertex and triangle, then by edges.
+#[derive(Debug)]
+struct List<P> {
+    /// Where it was made; nothing before.
+    at: Vec<Vec3>,
+    pairs: Vec<P>,
+}
+
+impl<P> List<P> {
+    const NONE: Self = Self { at: Vec::new(), pairs: Vec::new() };
+
+    /// Whether no vertex of `x` is further than `margin` from where the list was made.
+    fn serves(&self, reduction: &Reduction, x: &[Vec3], margin: f64) -> bool {
+        self.at.len() == x.len() && reduction.distance(&self.at, x) <= margin
+    }
+
+    fn set(&mut self, x: &[Vec3], pairs: Vec<P>) {
+        self.at.clear();
+        self.at.extend_from_slice(x);
+        self.pairs = pairs;
+    }
 }
 
 impl Proximity {
@@ -164,26 +110,21 @@ impl Proximity {
         Self {
             triangles: Features::new(&triangles),
             edges: Features::new(&edges),
-            margin: MARGIN * edge,
+            edge,
             range: Range { points: 0.0, edges: 0.0, shrinkage: 1.0 },
-            made_at: Vec::new(),
-            pairs: Vec::new(),
-            points: 0,
+            wide: List::NONE,
+            list: List::NONE,
         }
     }
 
     /// All pairs of a vertex and a triangle that may be within their reach at `x`, by vertex and triangle, and all such
     /// pairs of edges.
     pub fn near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> (&[Pair], &[Pair]) {
-        if self.range != *range || !self.serves(sheet.reduction(), x) {
+        if self.range != *range || !self.list.serves(sheet.reduction(), x, MARGIN * self.edge) {
             self.make(sheet, x, *range);
         }
-        self.pairs.split_at(self.points)
-    }
-
-    /// Whether the list serves at `x`.
-    fn serves(&self, reduction: &Reduction, x: &[Vec3]) -> bool {
-        self.made_at.len() == x.len() && reduction.distance(&self.made_at, x) <= self.margin
+        let points = self.list.pairs.partition_point(|pair| pair.kind == Kind::PointTriangle);
+        self.list.pairs.split_at(points)
     }
 
     /// The largest share of the step `direction` from `x`, up to 1, on which no two features touch or approach one
@@ -202,46 +143,79 @@ impl Proximity {
             pair.kind.free_share(&from, &at(direction, &pair.corners), least)
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
-        let listed = self.range == *range
-            && self.serves(sheet.reduction(), x)
-            && self.serves(sheet.reduction(), &end);
-        let blocked = if listed {
-            least(&self.pairs)
-        } else if sheet.reduction().largest(direction) <= self.margin {
+        let (reduction, same) = (sheet.reduction(), self.range == *range);
+        let margin = MARGIN * self.edge;
+        let serves = |x: &[Vec3]| self.list.serves(reduction, x, margin);
+        let blocked = if same && serves(x) && serves(&end) {
+            least(&self.list.pairs)
+        } else if reduction.largest(direction) <= margin {
             self.make(sheet, x, *range);
-            least(&self.pairs)
+            least(&self.list.pairs)
         } else {
-            least(&self.on_path(sheet, (x, direction), range))
+            let serves = |x: &[Vec3]| self.wide.serves(reduction, x, WIDE * self.edge);
+            if same && serves(x) && serves(&end) {
+                least(&self.wide_on_path(x, direction))
+            } else {
+                least(&self.on_path(sheet, (x, direction), range))
+            }
         };
         blocked.min(1.0)
     }
 
     /// Makes the list at `x`.
     fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range) {
+        let (margin, reduction) = (MARGIN * self.edge, sheet.reduction());
+        let wide = WIDE * self.edge - margin;
+        if self.range != range || !self.wide.serves(reduction, x, wide) {
+            self.make_wide(sheet, x, range);
+        }
+        let slack = 2.0 * margin;
+        let List { at: from, pairs } = &self.wide;
+        let near = filtered(pairs, &|(pair, distance)| {
+            let moved = pair.corners.map(|v| x[v as usize] - from[v as usize]);
+            let bound = distance - pair.kind.approach(&moved) - slack;
+            bound < pair.reach && pair.kind.distance(&at(x, &pair.corners)) - slack < pair.reach
+        });
+        self.list.set(x, near.into_iter().map(|(pair, _)| pair).collect());
+    }
+
+    /// Makes the longer list at `x`.
+    fn make_wide(&mut self, sheet: &Sheet, x: &[Vec3], range: Range) {
         self.follow(sheet, x, None);
-        let slack = 2.0 * self.margin;
+        let slack = 2.0 * WIDE * self.edge;
         let keep = |kind: Kind, corners: &[u32; 4]| {
             let distance = kind.distance(&at(x, corners)) - slack;
             // Distances at rest are asked for last: most pairs are out of reach without.
             let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, &range))?;
             (distance < reach).then_some(reach)
         };
-        let mut search = Search { sheet, x, d: None, keep: &keep };
-        let mut pairs = search.points(self, slack + range.points);
-        let points = pairs.len();
-        pairs.append(&mut search.edges(self, slack + range.edges));
-        (self.pairs, self.points, self.range) = (pairs, points, range);
-        self.made_at.clear();
-        self.made_at.extend_from_slice(x);
+        let search = Search { sheet, x, d: None, keep: &keep };
+        let mut pairs = search.points(&self.triangles, slack + range.points);
+        pairs.append(&mut search.edges(&self.edges, slack + range.edges));
+        let with = |pair: Pair| (pair, pair.kind.distance(&at(x, &pair.corners)));
+        self.wide.set(x, pairs.into_iter().map(with).collect());
+        self.range = range;
+    }
+
+    /// All pairs of the longer list that may touch on the step `d` from `x`.
+    fn wide_on_path(&self, x: &[Vec3], d: &[Vec3]) -> Vec<Pair> {
+        let List { at: from, pairs } = &self.wide;
+        let near = filtered(pairs, &|(pair, distance)| {
+            let moved = pair.corners.map(|v| x[v as usize] - from[v as usize]);
+            let step = at(d, &pair.corners);
+            let bound = distance - pair.kind.approach(&moved) - pair.kind.approach(&step);
+            bound < APPROACH * pair.reach
+        });
+        near.into_iter().map(|(pair, _)| pair).collect()
     }
 
     /// All pairs that may touch on the step `d` from `x`.
     fn on_path(&mut self, sheet: &Sheet, (x, d): (&[Vec3], &[Vec3]), range: &Range) -> Vec<Pair> {
         self.follow(sheet, x, Some(d));
         let keep = |kind: Kind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
-        let mut search = Search { sheet, x, d: Some(d), keep: &keep };
-        let mut pairs = search.points(self, APPROACH * range.points);
-        pairs.append(&mut search.edges(self, APPROACH * range.edges));
+        let search = Search { sheet, x, d: Some(d), keep: &keep };
+        let mut pairs = search.points(&self.triangles, APPROACH * range.points);
+        pairs.append(&mut search.edges(&self.edges, APPROACH * range.edges));
         pairs
     }
 
@@ -251,92 +225,17 @@ impl Proximity {
     }
 }
 
-/// A search for pairs at the shape x and on its step d, of which `keep` gives the reach.
-struct Search<'a, K> {
-    sheet: &'a Sheet,
-    x: &'a [Vec3],
-    d: Option<&'a [Vec3]>,
-    keep: &'a K,
-}
-
-impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
-    /// The pairs of a vertex and a triangle at most `far` apart, in their order.
-    fn points(&mut self, of: &Proximity, far: f64) -> Vec<Pair> {
-        let Self { sheet, x, d, keep } = *self;
-        let Features { tree, balls } = &of.triangles;
-        in_order(sheet.vertex_count(), &|v, found| {
-            let place = x[v as usize];
-            let step = d.map(|d| d[v as usize]);
-            let own = Ball::around([place], step.map(|d| [d]));
-            let reached = Bounds::of([place, place + step.unwrap_or_default()]).inflated(far);
-            tree.visit(&reached, 0, |t| {
-                let [a, b, c] = sheet.triangles()[t as usize];
-                if balls[t as usize].apart(&own) < far && v != a && v != b && v != c {
-                    let corners = [v, a, b, c];
-                    let reach = keep(Kind::PointTriangle, &corners);
-                    let pair = |reach| Pair {
-                        kind: Kind::PointTriangle,
-                        features: [v, t],
-                        corners,
-                        reach,
-                    };
-                    found.extend(reach.map(pair));
-                }
-            });
-        })
-    }
-
-    /// The pairs of edges at most `far` apart, in their order.
-    fn edges(&mut self, of: &Proximity, far: f64) -> Vec<Pair> {
-        let Self { sheet, x, d, keep } = *self;
-        let Features { tree, balls } = &of.edges;
-        let places =
-            |v: u32| [x[v as usize], d.map_or(x[v as usize], |d| x[v as usize] + d[v as usize])];
-        in_order(balls.len(), &|e, found| {
-            let [a, b] = sheet.edges()[e as usize].vertices;
-            let own = &balls[e as usize];
-            tree.visit(&bounds(&[a, b], &places).inflated(far), 0, |f| {
-                let [p, q] = sheet.edges()[f as usize].vertices;
-                let apart = a != p && a != q && b != p && b != q;
-                if f > e && apart && balls[f as usize].apart(own) < far {
-                    let corners = [a, b, p, q];
-                    let reach = keep(Kind::EdgeEdge, &corners);
-                    let pair =
-                        |reach| Pair { kind: Kind::EdgeEdge, features: [e, f], corners, reach };
-                    found.extend(reach.map(pair));
-                }
-            });
-        })
-    }
-}
-
-/// What `add` finds for every k < `count`, sorted by features.
-fn in_order(count: usize, add: &(dyn Fn(u32, &mut Vec<Pair>) + Sync)) -> Vec<Pair> {
+/// The `pairs` of which `keep` holds, in their order.
+fn filtered<P: Copy + Send + Sync>(pairs: &[P], keep: &(impl Fn(&P) -> bool + Sync)) -> Vec<P> {
     let block = |b: usize| {
-        let (mut found, mut first) = (Vec::new(), 0);
-        for k in b * BLOCK..((b + 1) * BLOCK).min(count) {
-            add(index(k), &mut found);
-            // The tree has an order of its own.
-            found[first..].sort_unstable_by_key(|pair| pair.features);
-            first = found.len();
-        }
-        found
+        let of = &pairs[b * BLOCK..((b + 1) * BLOCK).min(pairs.len())];
+        of.iter().filter(|pair| keep(pair)).copied().collect::<Vec<P>>()
     };
-    let both = |mut a: Vec<Pair>, mut b: Vec<Pair>| {
+    let both = |mut a: Vec<P>, mut b: Vec<P>| {
         a.append(&mut b);
         a
     };
-    parallel::reduce(count.div_ceil(BLOCK), &block, &both).unwrap_or_default()
-}
-
-/// The box of the places of some vertices.
-#[inline]
-fn bounds<const K: usize>(of: &[u32; K], places: &impl Fn(u32) -> [Vec3; 2]) -> Bounds {
-    let mut all = Bounds::of(places(of[0]));
-    for v in &of[1..] {
-        all = all.with(&Bounds::of(places(*v)));
-    }
-    all
+    parallel::reduce(pairs.len().div_ceil(BLOCK), &block, &both).unwrap_or_default()
 }
 
 /// The reach of a pair.
@@ -348,6 +247,8 @@ fn reach(kind: Kind, sheet: &Sheet, corners: &[u32; 4], range: &Range) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rumple_numerics::num::index;
+
     use crate::Crossings;
 
     /// Numbers from -1 to 1, the same each time.

@@ -27,9 +27,6 @@ mod mollifier;
 mod obstacle;
 mod touching;
 
-#[cfg(test)]
-mod tests;
-
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -214,6 +211,9 @@ impl Energy for Contacts {
         into: &mut BlockMatrix,
     ) {
         let contacts = self.at(shape, work);
+        if contacts.is_empty() {
+            return;
+        }
         // Places of the corners, in the ascending order of their vertices.
         let order = |contact: &Contact| {
             let mut places: Vec<usize> = contact.carriers().collect();
