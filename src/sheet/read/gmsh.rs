@@ -54,7 +54,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     while let Ok(section) = mesh.stream.word("a section") {
         let Some(name) = section.strip_prefix('$') else {
             let word: String = section.chars().take(20).collect();
-            return Err(mesh.stream.fault(format!("expected a section as $Nodes, found \"{word}\"")));
+            return Err(mesh
+                .stream
+                .fault(format!("expected a section as $Nodes, found \"{word}\"")));
         };
         match name {
             "Nodes" => {
@@ -140,7 +142,9 @@ fn element(kind: usize) -> Result<(usize, bool), &'static str> {
         2 => (3, true),
         3 => (4, true),
         4 | 11 => return Err("a tetrahedron: mesh the surface only (gmsh -2)"),
-        5..=7 | 12..=14 | 17..=19 => return Err("a volume element: mesh the surface only (gmsh -2)"),
+        5..=7 | 12..=14 | 17..=19 => {
+            return Err("a volume element: mesh the surface only (gmsh -2)");
+        }
         9 | 10 | 16 | 20..=25 => return Err("an element of higher order: mesh with -order 1"),
         _ => return Err("neither a triangle nor a quadrangle"),
     })
@@ -237,7 +241,9 @@ impl Mesh<'_> {
             *x = self.stream.real(Scalar::F64, what)?;
         }
         if parameters > 3 {
-            return Err(self.stream.fault(format!("an entity of dimension {parameters}, in {what}")));
+            return Err(self
+                .stream
+                .fault(format!("an entity of dimension {parameters}, in {what}")));
         }
         for _ in 0..parameters {
             self.stream.real(Scalar::F64, what)?;
@@ -323,9 +329,8 @@ impl Mesh<'_> {
     }
 
     fn kind(&self, kind: usize, what: &str) -> Result<(usize, bool), String> {
-        element(kind).map_err(|name| {
-            self.stream.fault(format!("{what}: element type {kind} is {name}"))
-        })
+        element(kind)
+            .map_err(|name| self.stream.fault(format!("{what}: element type {kind} is {name}")))
     }
 
     /// The nodes of one element.
@@ -360,7 +365,9 @@ impl Mesh<'_> {
         let mut surface = Surface::default();
         surface.notes.extend(found.note());
         if ignored > 0 {
-            surface.notes.push(format!("{ignored} points and lines among the elements were ignored"));
+            surface
+                .notes
+                .push(format!("{ignored} points and lines among the elements were ignored"));
         }
         if text {
             surface.triangle_lines = found.spread_lines(polygon_lines);

@@ -79,9 +79,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 (piece.polys, model::POLYGON),
                 (piece.strips, model::STRIP),
             ];
-            let lists = lists.into_iter().filter_map(|(cells, kind)| {
-                Some((cells?, Types::All(kind)))
-            });
+            let lists =
+                lists.into_iter().filter_map(|(cells, kind)| Some((cells?, Types::All(kind))));
             surface(piece.points, lists, piece.data)
         }
         (_, DataSet::UnstructuredGrid { pieces, .. }) => {

@@ -100,8 +100,8 @@ impl Cells {
         let cell = self.seen;
         self.seen += 1;
         let n = corners.len();
-        let what = use_of(kind)
-            .map_err(|name| format!("cell {cell} has VTK type {kind}, {name}"))?;
+        let what =
+            use_of(kind).map_err(|name| format!("cell {cell} has VTK type {kind}, {name}"))?;
         let fits = match what {
             Use::Ignored => true,
             Use::Pixel => n == 4,
@@ -144,7 +144,9 @@ impl Cells {
             surface.notes.push(format!("{ignored} cells that are vertices or lines were ignored"));
         }
         surface.cell_arrays = arrays;
-        if cells.len() != seen || found.cut > 0 || cells.iter().enumerate().any(|(k, &c)| index(k) != c)
+        if cells.len() != seen
+            || found.cut > 0
+            || cells.iter().enumerate().any(|(k, &c)| index(k) != c)
         {
             let of = |k: usize| match found.polygon.get(k) {
                 Some(&polygon) => cells[polygon as usize],
@@ -160,7 +162,8 @@ impl Cells {
                         array.name
                     ));
                 }
-                let entries = (0..found.corners.len()).map(|t| &array.values[n * of(t) as usize..][..n]);
+                let entries =
+                    (0..found.corners.len()).map(|t| &array.values[n * of(t) as usize..][..n]);
                 array.values = entries.flatten().copied().collect();
             }
         }
@@ -205,7 +208,8 @@ pub(super) fn add(
                 corners.clear();
                 for &v in given {
                     let v = u32::try_from(v);
-                    corners.push(v.map_err(|_| format!("cell {cell} names a vertex beyond 32 bits"))?);
+                    corners
+                        .push(v.map_err(|_| format!("cell {cell} names a vertex beyond 32 bits"))?);
                 }
                 cells.push(types(cell), &corners)?;
             }

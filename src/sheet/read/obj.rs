@@ -52,8 +52,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
             },
         }
     }
-    let found = faces
-        .triangles(&surface.points, |k| format!("line {}: the face", face_lines[k]))?;
+    let found =
+        faces.triangles(&surface.points, |k| format!("line {}: the face", face_lines[k]))?;
     surface.notes.extend(found.note());
     surface.triangle_lines = found.spread_lines(face_lines);
     surface.triangles = found.corners;

@@ -121,7 +121,9 @@ fn head<'a>(stream: &mut Stream<'a>) -> Result<(Coding, Vec<Element<'a>>), Strin
             }
         }
         if properties + elements.len() > MOST_PROPERTIES {
-            return Err(stream.fault(format!("more than {MOST_PROPERTIES} elements and properties")));
+            return Err(
+                stream.fault(format!("more than {MOST_PROPERTIES} elements and properties"))
+            );
         }
     }
     let coding = coding.ok_or("the head has no line \"format\"")?;
@@ -220,9 +222,8 @@ fn faces(
     polygons: &mut Polygons,
     surface: &mut Surface,
 ) -> Result<Vec<u32>, String> {
-    let corners = |p: &Property| {
-        matches!(p.name, "vertex_indices" | "vertex_index") && p.length.is_some()
-    };
+    let corners =
+        |p: &Property| matches!(p.name, "vertex_indices" | "vertex_index") && p.length.is_some();
     let list = element.properties.iter().find(|p| corners(p));
     let Some(list) = list else {
         return Err("the faces have no list \"vertex_indices\"".into());

@@ -44,11 +44,6 @@ impl Polygons {
         self.ends.push(index(self.corners.len()));
     }
 
-    /// How many there are.
-    pub(super) fn len(&self) -> usize {
-        self.ends.len()
-    }
-
     /// Cuts them into triangles; `name` says what polygon number k is called.
     ///
     /// # Errors
@@ -135,7 +130,8 @@ fn ears(corners: &[u32], points: &[Vec3]) -> Result<Vec<[u32; 3]>, String> {
     if let Some(v) = corners.iter().find(|&&v| v as usize >= points.len()) {
         return Err(format!("names vertex {v}, but there are only {} vertices", points.len()));
     }
-    if let Some(v) = corners.iter().enumerate().find_map(|(i, v)| corners[..i].contains(v).then_some(v))
+    if let Some(v) =
+        corners.iter().enumerate().find_map(|(i, v)| corners[..i].contains(v).then_some(v))
     {
         return Err(format!("names vertex {v} twice"));
     }

@@ -15,6 +15,7 @@ use rumple_numerics::num::index;
 
 use super::stream::{Coding, Scalar, Stream};
 use crate::Surface;
+use crate::check::place_of;
 
 /// Bytes before the number of triangles, and of one triangle.
 const HEAD: usize = 80;
@@ -30,9 +31,7 @@ struct Soup {
 impl Soup {
     fn vertex(&mut self, point: Vec3) -> u32 {
         let Self { surface, known } = self;
-        // Adding zero turns -0 into +0, which is the same place.
-        let key = [0, 1, 2].map(|k| (point[k] + 0.0).to_bits());
-        *known.entry(key).or_insert_with(|| {
+        *known.entry(place_of(&point)).or_insert_with(|| {
             surface.points.push(point);
             index(surface.points.len() - 1)
         })
@@ -41,7 +40,8 @@ impl Soup {
 
 /// Reads the bytes of a file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
-    let count = bytes.get(HEAD..).and_then(|rest| rest.first_chunk()).map(|n| u32::from_le_bytes(*n));
+    let count =
+        bytes.get(HEAD..).and_then(|rest| rest.first_chunk()).map(|n| u32::from_le_bytes(*n));
     let size = |count: u32| (count as usize).saturating_mul(TRIANGLE).saturating_add(HEAD + 4);
     // Binary files may begin with "solid" as those of text do: their size says what they are.
     let fits = count.is_some_and(|count| size(count) == bytes.len());
@@ -92,8 +92,9 @@ fn text(bytes: &[u8]) -> Result<Surface, String> {
     let mut corners = Vec::new();
     let mut open = false;
     while let Some(line) = stream.line() {
-        let text = std::str::from_utf8(line)
-            .map_err(|_| stream.fault("is not text, and the size of the file is not that of a binary one"))?;
+        let text = std::str::from_utf8(line).map_err(|_| {
+            stream.fault("is not text, and the size of the file is not that of a binary one")
+        })?;
         let mut words = text.split_ascii_whitespace();
         let first = words.next().unwrap_or_default().to_ascii_lowercase();
         match first.as_str() {
@@ -107,7 +108,9 @@ fn text(bytes: &[u8]) -> Result<Surface, String> {
                     let word = words.next().unwrap_or_default();
                     *x = word.parse().map_err(|_| {
                         let word: String = word.chars().take(20).collect();
-                        stream.fault(format!("expected a number as {axis} of a vertex, found \"{word}\""))
+                        stream.fault(format!(
+                            "expected a number as {axis} of a vertex, found \"{word}\""
+                        ))
                     })?;
                 }
                 corners.push(soup.vertex(point));

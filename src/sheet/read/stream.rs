@@ -83,7 +83,9 @@ impl<'a> Stream<'a> {
         }
         let rest = &self.bytes[self.at.min(self.bytes.len())..];
         if rest.is_empty() {
-            return Err(self.fault(format!("the file ends where {what} is expected: it is cut short")));
+            return Err(
+                self.fault(format!("the file ends where {what} is expected: it is cut short"))
+            );
         }
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         self.at += end;
@@ -98,7 +100,9 @@ impl<'a> Stream<'a> {
     pub(super) fn take<const N: usize>(&mut self, what: &str) -> Result<[u8; N], String> {
         let found = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<N>());
         let Some(found) = found else {
-            return Err(self.fault(format!("the file ends where {what} is expected: it is cut short")));
+            return Err(
+                self.fault(format!("the file ends where {what} is expected: it is cut short"))
+            );
         };
         self.at += N;
         Ok(*found)
