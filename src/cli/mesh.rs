@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
+use crate::Vec3;
 use crate::kinetics::formula::FieldFormula;
 use crate::output::{Inputs, ResultFile};
 use crate::sheet::repair::{RepairOptions, Repaired, repair};
@@ -146,7 +147,7 @@ enum ShapeCommand {
     /// A closed ellipsoid.
     Ellipsoid {
         /// Semi-axes along x, y and z, as 3,2,1.
-        #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 3)]
+        #[arg(long, value_name = "X,Y,Z", value_delimiter = ',')]
         semi_axes: Vec<f64>,
     },
     /// A strip z = amplitude · sin(2πx/wavelength).
@@ -204,8 +205,8 @@ impl ShapeCommand {
                     let help = e.help.map(|help| format!("; {help}")).unwrap_or_default();
                     SheetError::Unusable(format!("--z \"{z}\": {}{help}", e.message))
                 })?;
-                let height_at = |x: f64, y: f64| formula.over(x, y);
-                let sheet = generate_graph([width, height], &height_at, vertices, seed)?;
+                let heights = |points: &[Vec3]| formula.at(points, 0.0);
+                let sheet = generate_graph([width, height], &heights, vertices, seed)?;
                 let named = json!({ "shape": "graph", "width": width, "height": height, "z": z });
                 return Ok((sheet, named));
             }

@@ -53,7 +53,7 @@ pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
             scene.error_within("sheet.z", &graph.z, &e.span, &e.message, e.help.as_deref())
         })?;
         let size = [graph.width.get(), graph.height.get()];
-        sheet::generate_graph(size, &|x, y| formula.over(x, y), vertices, seed)
+        sheet::generate_graph(size, &|points| formula.at(points, 0.0), vertices, seed)
     } else {
         let shape = shape(spec).ok_or_else(|| {
             scene.error_at("sheet.shape", "there is no generator of this shape", None)

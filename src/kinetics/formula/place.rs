@@ -74,12 +74,6 @@ impl FieldFormula {
         self.kinks.at_points(until, points.len(), |axis, point| points[point][axis], times)
     }
 
-    /// Its value at (x, y, 0) and time 0.
-    #[must_use]
-    pub fn over(&self, x: f64, y: f64) -> f64 {
-        self.at(&[Vec3::new(x, y, 0.0)], 0.0).first().copied().unwrap_or(f64::NAN)
-    }
-
     /// Its values at all points.
     #[must_use]
     pub fn at(&self, points: &[Vec3], time: f64) -> Vec<f64> {

@@ -22,25 +22,25 @@ use crate::SheetError;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real, whole};
 
-/// Intervals along each side in sums of areas; a wave needs some twenty of them.
-const INTERVALS: usize = 500;
+/// Intervals along each side of the table that heights are looked up in while vertices move; a wave needs some twenty of
+/// them. In the end vertices get the exact height.
+const INTERVALS: usize = 1024;
 
 /// Intervals along a curve whose arc length is tabulated.
 const FINE: usize = 20_000;
 
-/// Step of differences, over the extent of the rectangle.
-const STEP: f64 = 1e-5;
-
 /// Steepest slope: beyond it, triangles of the plane say little about the surface.
 const STEEPEST: f64 = 20.0;
 
-/// z over (x, y).
-pub type Height<'a> = &'a dyn Fn(f64, f64) -> f64;
+/// z over the (x, y) of points.
+pub type Height<'a> = &'a dyn Fn(&[Vec3]) -> Vec<f64>;
 
 /// The graph of a function over a rectangle around the origin.
 pub(super) struct Graph<'a> {
     half: [f64; 2],
     height: Height<'a>,
+    /// Heights over a grid, row by row along x.
+    table: Vec<f64>,
     fixed: Vec<Vec3>,
     boundary: usize,
     edge: f64,
@@ -55,7 +55,23 @@ impl<'a> Graph<'a> {
         vertices: usize,
     ) -> Result<Self, SheetError> {
         let half = [0.5 * width, 0.5 * depth];
-        let mut graph = Self { half, height, fixed: Vec::new(), boundary: 0, edge: 0.0, most: 1.0 };
+        let along = |k: usize, half: f64| half * (2.0 * real(k) / real(INTERVALS) - 1.0);
+        let all = 0..=INTERVALS;
+        let row = |j: usize| {
+            all.clone().map(move |i| Vec3::new(along(i, half[0]), along(j, half[1]), 0.0))
+        };
+        let grid: Vec<Vec3> = all.clone().flat_map(row).collect();
+        let table = height(&grid);
+        if let Some((p, z)) = grid.iter().zip(&table).find(|(_, z)| !z.is_finite()) {
+            return Err(SheetError::Unusable(format!(
+                "z = {} at x = {}, y = {}; heights must be finite",
+                Short(*z),
+                Short(p.x),
+                Short(p.y)
+            )));
+        }
+        let mut graph =
+            Self { half, height, table, fixed: Vec::new(), boundary: 0, edge: 0.0, most: 1.0 };
         let area = graph.measure()?;
         let [a, b] = half;
         let corners = [(-a, -b), (a, -b), (a, b), (-a, b)];
@@ -93,16 +109,36 @@ impl<'a> Graph<'a> {
         Ok(graph)
     }
 
-    /// The point over (x, y).
+    /// The cell of the table that holds (x, y), with the place in it.
+    fn cell(&self, x: f64, y: f64) -> [(usize, f64); 2] {
+        [(x, self.half[0]), (y, self.half[1])].map(|(x, half)| {
+            let at = 0.5 * (x / half + 1.0) * real(INTERVALS);
+            let cell = whole(at.floor()).min(INTERVALS - 1);
+            (cell, (at - real(cell)).clamp(0.0, 1.0))
+        })
+    }
+
+    fn corner(&self, i: usize, j: usize) -> f64 {
+        self.table[j * (INTERVALS + 1) + i]
+    }
+
+    /// The point over (x, y), from the table.
     fn lift(&self, x: f64, y: f64) -> Vec3 {
-        Vec3::new(x, y, (self.height)(x, y))
+        let [(i, s), (j, t)] = self.cell(x, y);
+        let row = |j: usize| (1.0 - s) * self.corner(i, j) + s * self.corner(i + 1, j);
+        Vec3::new(x, y, (1.0 - t) * row(j) + t * row(j + 1))
     }
 
     /// Slopes along x and y.
     fn slopes(&self, x: f64, y: f64) -> [f64; 2] {
-        let [hx, hy] = self.half.map(|half| STEP * half);
-        let f = self.height;
-        [(f(x + hx, y) - f(x - hx, y)) / (2.0 * hx), (f(x, y + hy) - f(x, y - hy)) / (2.0 * hy)]
+        let [(i, s), (j, t)] = self.cell(x, y);
+        let along_x = |j: usize| self.corner(i + 1, j) - self.corner(i, j);
+        let along_y = |i: usize| self.corner(i, j + 1) - self.corner(i, j);
+        let step = self.half.map(|half| 2.0 * half / real(INTERVALS));
+        [
+            ((1.0 - t) * along_x(j) + t * along_x(j + 1)) / step[0],
+            ((1.0 - s) * along_y(i) + s * along_y(i + 1)) / step[1],
+        ]
     }
 
     /// The area by the midpoint rule; also keeps its largest density.
@@ -116,14 +152,12 @@ impl<'a> Graph<'a> {
                 let (x, y) = (middle(i, a), middle(j, b));
                 let [p, q] = self.slopes(x, y);
                 let slope = p.hypot(q);
-                if !(slope <= STEEPEST) || !(self.height)(x, y).is_finite() {
+                if !(slope <= STEEPEST) {
                     return Err(SheetError::Unusable(format!(
-                        "z(x, y) at x = {}, y = {} has height {} and slope {}; heights must be finite and slopes at most \
-                         {STEEPEST}",
+                        "z has the slope {} at x = {}, y = {}; slopes of at most {STEEPEST} are meshed",
+                        Short(slope),
                         Short(x),
-                        Short(y),
-                        Short((self.height)(x, y)),
-                        Short(slope)
+                        Short(y)
                     )));
                 }
                 let density = (1.0 + slope * slope).sqrt();
@@ -154,9 +188,9 @@ impl Domain for Graph<'_> {
 
     fn bounds(&self) -> [Vec3; 2] {
         let [a, b] = self.half;
-        let reach = self.most * a.hypot(b);
-        let middle = (self.height)(0.0, 0.0);
-        [Vec3::new(-a, -b, middle - reach), Vec3::new(a, b, middle + reach)]
+        let low = self.table.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = self.table.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        [Vec3::new(-a, -b, low), Vec3::new(a, b, high)]
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
@@ -179,6 +213,11 @@ impl Domain for Graph<'_> {
 
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
         delaunay_in_space(points, delaunay(points))
+    }
+
+    fn place(&self, point: Vec3) -> Vec3 {
+        let flat = Vec3::new(point.x, point.y, 0.0);
+        Vec3::new(point.x, point.y, (self.height)(&[flat]).first().copied().unwrap_or(f64::NAN))
     }
 }
 

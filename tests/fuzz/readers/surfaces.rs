@@ -22,6 +22,30 @@ pub const OBJ: Reader = Reader {
     repair: None,
 };
 
+pub const PLY: Reader = Reader {
+    name: "ply",
+    bound: bound(1, 64),
+    seeds: || data("ply"),
+    read: |bytes| surface("mesh.ply", bytes),
+    repair: None,
+};
+
+pub const STL: Reader = Reader {
+    name: "stl",
+    bound: bound(1, 64),
+    seeds: || data("stl"),
+    read: |bytes| surface("mesh.stl", bytes),
+    repair: None,
+};
+
+pub const MSH: Reader = Reader {
+    name: "msh",
+    bound: bound(1, 64),
+    seeds: || data("msh"),
+    read: |bytes| surface("mesh.msh", bytes),
+    repair: None,
+};
+
 pub const VTU: Reader = Reader {
     name: "vtu",
     bound: bound(32, 1024),
