@@ -54,7 +54,7 @@ fn written(log: &mut Log, frames: usize, compressed: bool) -> Vec<u8> {
         }
         // The borrow of the log ends with the writer.
         let writer = writer.as_mut().unwrap();
-        writer.append(&state, |_| {}).unwrap();
+        writer.append(&state).unwrap();
         assert_eq!(writer.count(), k as u64 + 1);
     }
     drop(writer);
@@ -155,8 +155,8 @@ fn other_fields_than_the_first_are_refused_and_change_nothing() {
     let alike = FrameWriter::create(&mut log, topology, &state(&["a/b", "a per b"]), true);
     assert!(alike.unwrap_err().to_string().contains("alike"));
     let mut writer = FrameWriter::create(&mut log, topology, &state(&["a"]), true).unwrap();
-    writer.append(&state(&["a"]), |_| {}).unwrap();
-    let message = writer.append(&state(&["b"]), |_| {}).unwrap_err().to_string();
+    writer.append(&state(&["a"])).unwrap();
+    let message = writer.append(&state(&["b"])).unwrap_err().to_string();
     assert!(message.contains("other fields"), "{message}");
     assert_eq!(writer.count(), 1);
 }

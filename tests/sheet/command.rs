@@ -82,7 +82,7 @@ fn a_graph_is_generated_from_its_formula() {
     let message = mesh(&[&shape[..], &["--z", "0.2*w"]].concat()).unwrap_err();
     assert!(message.contains("0.2*w") && message.contains("x, y"), "{message}");
     let ellipsoid = ["generate", "ellipsoid", "--vertices", "500", "--semi-axes"];
-    mesh(&[&ellipsoid[..], &["3,2,1"]].concat()).unwrap();
-    let message = mesh(&[&ellipsoid[..], &["3,2"]].concat()).unwrap_err();
+    mesh(&[&ellipsoid[..], &["1.5,1.2,1"]].concat()).unwrap();
+    let message = mesh(&[&ellipsoid[..], &["1.5,1.2"]].concat()).unwrap_err();
     assert!(message.contains("3 are expected"), "{message}");
 }

@@ -133,7 +133,7 @@ fn faults_are_reported_with_their_place() {
     in_ply("element vertex 27", "element vertex many", &["line 5", "\"many\""]);
     in_ply("element vertex 27", "element vertex 99999999", &["line ", "cut short"]);
     in_ply("end_header\n2 0 0", "end_header\n2 zero 0", &["line 12", "y of vertex 0", "\"zero\""]);
-    in_ply("end_header", "", &["line 11", "instead of format"]);
+    in_ply("end_header", "", &["line 12", "instead of format"]);
     let msh = std::fs::read_to_string(data("gmsh-22-ascii.msh")).unwrap();
     let in_msh = |from: &str, to: &str, words: &[&str]| changed(&msh, "msh", from, to, words);
     in_msh("$MeshFormat", "$NOD", &["mesh.msh", "line 1", "version 1"]);

@@ -76,7 +76,7 @@ fn faults_are_reported_with_their_place() {
     changed("POINTS 7", "POINTS 8", &["line 15", "\"METADATA\"", "\"POINTS 8 double\"", "count"]);
     changed("POINTS 7", "POINTS -7", &["line 11", "\"-7\"", "count"]);
     changed("CELLS 6 24", "CELLS 6 25", &["\"CELL_TYPES\"", "\"CELLS 6 25\"", "count"]);
-    changed("CELLS 6 24", "CELLS 7 24", &["7 cells", "end at cell 6"]);
+    changed("CELLS 6 24", "CELLS 7 24", &["6 CELL_TYPES for 7 cells"]);
     changed("CELL_TYPES 6", "CELL_TYPES 5", &["\"5\"", "\"CELL_TYPES 5\"", "count"]);
     changed("\n5\n", "\n9\n", &["cell 0 of VTK type 9 has 3 vertices"]);
     changed("\n5\n", "\n10\n", &["cell 0 has VTK type 10, a tetrahedron", "surface"]);

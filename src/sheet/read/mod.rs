@@ -1,4 +1,5 @@
-//! Surfaces from files: OBJ, PLY, STL, Gmsh's `.msh`, VTK's XML formats `.vtu` and `.vtp`, and its old format `.vtk`.
+//! Surfaces from files: OBJ, PLY, STL, Gmsh's `.msh`, VTK's XML formats `.vtu` and `.vtp`, its old format `.vtk`, and frames
+//! of temporal VTKHDF.
 //!
 //! The order of vertices and triangles is that of the file; polygons are cut into triangles. Nothing that a file holds makes these
 //! readers panic or allocate much more than the file's own size (decompressed).
@@ -13,6 +14,7 @@ mod polygons;
 mod stl;
 mod stream;
 mod vtk;
+mod vtkhdf;
 mod xml;
 
 use std::fs::File;
@@ -25,15 +27,20 @@ use super::{SheetError, Surface};
 const LARGEST_FILE: u64 = 1 << 33;
 
 /// Extensions of the files that are read, for people.
-pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .vtp and .vtk";
+pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .vtp, .vtk and .vtkhdf";
 
-/// Reads a surface; the ending of the name ([`EXTENSIONS`]) says in which format.
+/// Reads a surface; the ending of the name ([`EXTENSIONS`]) says in which format. Of a `.vtkhdf` file it is the last frame,
+/// or with `FILE.vtkhdf#K` frame K, from 0.
 ///
 /// # Errors
 /// Files that cannot be opened, are not in the format, are cut short, or hold cells with volume or of higher order;
 /// each with the line, the byte, or the number of the cell.
 pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
     let path = path.as_ref();
+    if let Some((file, frame)) = vtkhdf::frame_of(path) {
+        return vtkhdf::surface(&file, frame)
+            .map_err(|message| SheetError::File { path: file, message });
+    }
     let wrong = |message: String| SheetError::File { path: path.to_owned(), message };
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     let parse: fn(&[u8]) -> Result<Surface, String> = match ending.as_str() {
@@ -63,6 +70,15 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
     let mut surface = parse(&bytes).map_err(wrong)?;
     surface.path = Some(path.to_owned());
     Ok(surface)
+}
+
+/// Times of the frames of a `.vtkhdf` file.
+///
+/// # Errors
+/// As for [`surface`].
+pub fn frame_times(path: impl AsRef<Path>) -> Result<Vec<f64>, SheetError> {
+    let path = path.as_ref();
+    vtkhdf::times(path).map_err(|message| SheetError::File { path: path.to_owned(), message })
 }
 
 /// Bytes at both ends of a file that are inspected before the rest of it is read.

@@ -55,7 +55,7 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 28] = [
+pub const ALL: [Reader; 29] = [
     scenes::SCENE,
     built::BUILT,
     scenes::OVERRIDE,
@@ -69,6 +69,7 @@ pub const ALL: [Reader; 28] = [
     surfaces::VTU,
     surfaces::VTP,
     surfaces::VTK,
+    surfaces::VTKHDF,
     surfaces::STATE,
     results::CHECKPOINT,
     results::LEDGER,
