@@ -34,7 +34,7 @@ impl ResultDirectory {
     /// Name of the viewer of the results.
     pub const REPORT: &'static str = "report.html";
     /// Name of the macro for ParaView.
-    pub const MACRO: &'static str = "paraview.py";
+    pub const MACRO: &'static str = "open-in-paraview.py";
     const RESOLVED: &'static str = "resolved.toml";
     /// Name of the provenance.
     pub const PROVENANCE: &'static str = "provenance.json";

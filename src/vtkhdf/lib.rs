@@ -26,5 +26,20 @@ mod read;
 mod tests;
 mod tree;
 
+use std::path::{Path, PathBuf};
+
 pub use frames::{Arrays, Field, FrameReader, FrameWriter, State, Topology};
 pub use growing::Disk;
+
+/// The file, and the number of the frame if it is given, that a path names: `FILE.vtkhdf` or `FILE.vtkhdf#K`; none of other
+/// files.
+#[must_use]
+pub fn frame_of(path: &Path) -> Option<(PathBuf, Option<usize>)> {
+    let text = path.to_str()?;
+    if text.to_lowercase().ends_with(".vtkhdf") {
+        return Some((path.to_owned(), None));
+    }
+    let (file, number) = text.rsplit_once('#')?;
+    let known = file.to_lowercase().ends_with(".vtkhdf");
+    number.parse().ok().filter(|_| known).map(|number| (PathBuf::from(file), Some(number)))
+}

@@ -21,8 +21,8 @@ fn a_macro_has_the_range_and_the_box_of_all_frames() {
     assert_eq!(run(&["run", "scene.toml", "--out", "run", "--quiet"]).0, Some(0));
     let (code, told, wrong) = run(&["paraview", "run", "--array", "mean_curvature"]);
     assert_eq!(code, Some(0), "{wrong}");
-    assert!(told.contains("paraview --script=run/paraview.py"), "{told}");
-    let text = fs::read_to_string(at.join("run/paraview.py")).unwrap();
+    assert!(told.contains("paraview --script=run/open-in-paraview.py"), "{told}");
+    let text = fs::read_to_string(at.join("run/open-in-paraview.py")).unwrap();
     let value = |name: &str| -> Vec<f64> {
         let line = text.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
         serde_json::from_str(line.split_once(" = ").unwrap().1).unwrap()
@@ -47,7 +47,7 @@ fn a_macro_has_the_range_and_the_box_of_all_frames() {
     assert!(!text.contains('@'), "a place was not filled in");
     // What Python says of it, where there is one.
     if let Ok(out) = Command::new("python3")
-        .args(["-m", "py_compile", "run/paraview.py"])
+        .args(["-m", "py_compile", "run/open-in-paraview.py"])
         .current_dir(at)
         .output()
     {
@@ -60,12 +60,16 @@ fn a_macro_has_the_range_and_the_box_of_all_frames() {
             assert!(message.contains(word), "\"{word}\" is not in: {message}");
         }
     };
-    refused(&["paraview", "run"], &["paraview.py", "--force"]);
+    refused(&["paraview", "run"], &["open-in-paraview.py", "--force"]);
     refused(&["paraview", "run", "--force", "--array", "d"], &["no array \"d\"", "mean_curvature"]);
     refused(&["paraview", "run", "--force", "--range", "2,1"], &["--range", "smaller first"]);
     fs::create_dir(at.join("empty")).unwrap();
     refused(&["paraview", "empty"], &["empty", "no frames"]);
     let (code, ..) = run(&["paraview", "run", "--force", "--range", "-1,2"]);
     assert_eq!(code, Some(0));
-    assert!(fs::read_to_string(at.join("run/paraview.py")).unwrap().contains("RANGE = [-1.0,2.0]"));
+    assert!(
+        fs::read_to_string(at.join("run/open-in-paraview.py"))
+            .unwrap()
+            .contains("RANGE = [-1.0,2.0]")
+    );
 }

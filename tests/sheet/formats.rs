@@ -140,7 +140,7 @@ fn faults_are_reported_with_their_place() {
     in_msh("2.2 0 8", "3 0 8", &["line 2", "version 3", "4.1"]);
     in_msh("2.2 0 8", "2.2 0 4", &["line 2", "4 bytes"]);
     in_msh("$EndNodes", "$EndNods", &["$Nodes has no end"]);
-    in_msh("$Elements", "$Element", &["$Element has no end"]);
+    in_msh("$Elements", "$Element", &["expected a section", "\"s\""]);
     in_msh("1 2 0 0\n", "1 2 zero 0\n", &["line 6", "node 0", "\"zero\""]);
     let stl = std::fs::read_to_string(data("gmsh-ascii.stl")).unwrap();
     let in_stl = |from: &str, to: &str, words: &[&str]| changed(&stl, "stl", from, to, words);

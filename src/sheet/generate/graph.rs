@@ -32,6 +32,10 @@ const FINE: usize = 20_000;
 /// Steepest slope: beyond it, triangles of the plane say little about the surface.
 const STEEPEST: f64 = 20.0;
 
+/// Distances of the vertex inside a corner from it, in edges.
+const NEAREST: f64 = 1.0;
+const FARTHEST: f64 = 1.25;
+
 /// z over the (x, y) of points.
 pub type Height<'a> = &'a dyn Fn(&[Vec3]) -> Vec<f64>;
 
@@ -97,14 +101,14 @@ impl<'a> Graph<'a> {
             }
         }
         graph.boundary = graph.fixed.len();
-        // Near corner k, the distances along the side that begins there and back along the one before.
         for k in 0..4 {
             let before = &sides[(k + 3) % 4];
-            let along = sides[k].at(CORNER * edge);
-            let back = 1.0 - before.at(before.length() - CORNER * edge);
-            let (sx, sy) = if k % 2 == 0 { (along, back) } else { (back, along) };
+            let steps =
+                [sides[k].at(CORNER * edge), 1.0 - before.at(before.length() - CORNER * edge)];
+            let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
             let (x, y) = corners[k];
-            graph.fixed.push(graph.lift(x - x.signum() * sx * width, y - y.signum() * sy * depth));
+            let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
+            graph.fixed.push(graph.inside([x, y], [dx, dy], edge));
         }
         Ok(graph)
     }
@@ -127,6 +131,19 @@ impl<'a> Graph<'a> {
         let [(i, s), (j, t)] = self.cell(x, y);
         let row = |j: usize| (1.0 - s) * self.corner(i, j) + s * self.corner(i + 1, j);
         Vec3::new(x, y, (1.0 - t) * row(j) + t * row(j + 1))
+    }
+
+    /// The vertex inside the corner (x, y), between its sides, along which lie (dx, 0) and (0, dy).
+    ///
+    /// With an angle θ between the sides it is at 2 [`CORNER`] cos(θ/2) edges, as in a flat rectangle, but not nearer or
+    /// farther than suits the two triangles there.
+    fn inside(&self, [x, y]: [f64; 2], [dx, dy]: [f64; 2], edge: f64) -> Vec3 {
+        let corner = self.lift(x, y);
+        let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());
+        let distance = CORNER * (along[0] + along[1]).norm();
+        let share = distance.clamp(NEAREST, FARTHEST) * edge
+            / (self.lift(x + dx, y + dy) - corner).norm().max(f64::MIN_POSITIVE);
+        self.lift(x + share * dx, y + share * dy)
     }
 
     /// Slopes along x and y.

@@ -37,7 +37,7 @@ pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .vtp, .vtk and .vtkh
 /// each with the line, the byte, or the number of the cell.
 pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
     let path = path.as_ref();
-    if let Some((file, frame)) = vtkhdf::frame_of(path) {
+    if let Some((file, frame)) = rumple_vtkhdf::frame_of(path) {
         return vtkhdf::surface(&file, frame)
             .map_err(|message| SheetError::File { path: file, message });
     }

@@ -1,24 +1,13 @@
 //! Frames of temporal VTKHDF files.
 
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rumple_numerics::Vec3;
 use rumple_vtkhdf::{Arrays, FrameReader};
 
 use crate::Surface;
 use crate::surface::Array;
-
-/// The file and the number of the frame that a path names, if it is one of VTKHDF.
-pub(super) fn frame_of(path: &Path) -> Option<(PathBuf, Option<usize>)> {
-    let text = path.to_str()?;
-    if text.to_lowercase().ends_with(".vtkhdf") {
-        return Some((path.to_owned(), None));
-    }
-    let (file, number) = text.rsplit_once('#')?;
-    let known = file.to_lowercase().ends_with(".vtkhdf");
-    number.parse().ok().filter(|_| known).map(|number| (PathBuf::from(file), Some(number)))
-}
 
 fn open(path: &Path) -> Result<FrameReader<File>, String> {
     let about = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?;
