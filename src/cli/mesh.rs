@@ -264,30 +264,34 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
                 return Err(SheetError::File { path: file.clone(), message }.into());
             }
         }
-        Command::Info { file } => {
-            let surface = read::surface(file)?;
-            let arrays = |list: &[crate::sheet::Array]| -> Vec<Value> {
-                list.iter().map(|a| json!({ "name": a.name, "components": a.components })).collect()
-            };
-            let (points, cells) = (arrays(&surface.point_arrays), arrays(&surface.cell_arrays));
-            let (sheet, findings) = surface.into_sheet()?;
-            let report = MeshReport::new(&sheet);
-            let mut text = report.to_string();
-            for (place, list) in [("point", &points), ("cell", &cells)] {
-                for array in list {
-                    text += &format!("\n{place} array      {array}");
-                }
-            }
-            for finding in &findings {
-                text += &format!("\nnote: {finding}");
-            }
-            let value = json!({
-                "file": file, "mesh": report, "point_arrays": points, "cell_arrays": cells,
-                "findings": findings
-            });
-            print(args.json, &value, &text);
+        Command::Info { file } => describe(file, args.json)?,
+    }
+    Ok(())
+}
+
+/// Describes a usable mesh.
+fn describe(file: &Path, as_json: bool) -> crate::Result<()> {
+    let surface = read::surface(file)?;
+    let arrays = |list: &[crate::sheet::Array]| -> Vec<Value> {
+        list.iter().map(|a| json!({ "name": a.name, "components": a.components })).collect()
+    };
+    let (points, cells) = (arrays(&surface.point_arrays), arrays(&surface.cell_arrays));
+    let (sheet, findings) = surface.into_sheet()?;
+    let report = MeshReport::new(&sheet);
+    let mut text = report.to_string();
+    for (place, list) in [("point", &points), ("cell", &cells)] {
+        for array in list {
+            text += &format!("\n{place} array      {array}");
         }
     }
+    for finding in &findings {
+        text += &format!("\nnote: {finding}");
+    }
+    let value = json!({
+        "file": file, "mesh": report, "point_arrays": points, "cell_arrays": cells,
+        "findings": findings
+    });
+    print(as_json, &value, &text);
     Ok(())
 }
 

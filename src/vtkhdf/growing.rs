@@ -125,6 +125,8 @@ pub(crate) struct Growing<D> {
     /// Where the number of frames is written.
     count_at: u64,
     pub(crate) count: u64,
+    /// Whether a frame could not be written: what is known of the file is then ahead of it.
+    failed: bool,
 }
 
 /// The content of one growing data set in a frame.
@@ -156,11 +158,14 @@ impl<D: Disk> Growing<D> {
         disk.write(0, &image.bytes)?;
         let (end, count_at) = (image.bytes.len() as u64, image.count_at);
         let sets = image.sets.into_iter().map(|(_, set)| set).collect();
-        Ok(Self { disk, end, sets, count_at, count: 0 })
+        Ok(Self { disk, end, sets, count_at, count: 0, failed: false })
     }
 
-    /// Adds a frame: one row for every growing data set. After an error the file has the frames before.
+    /// Adds a frame: one row for every growing data set. After an error the file has the frames before, and takes no more.
     pub(crate) fn append(&mut self, rows: Vec<Row>) -> io::Result<()> {
+        if std::mem::replace(&mut self.failed, true) {
+            return Err(io::Error::other("a frame before could not be written"));
+        }
         let mut changes = Changes::at(self.end);
         let number = self.count;
         for (set, row) in self.sets.iter_mut().zip(rows) {
@@ -182,6 +187,7 @@ impl<D: Disk> Growing<D> {
         self.disk.write(self.count_at, &(number + 1).to_le_bytes())?;
         self.disk.sync()?;
         self.count += 1;
+        self.failed = false;
         Ok(())
     }
 }

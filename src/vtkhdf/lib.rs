@@ -1,11 +1,13 @@
 //! All frames of a run in one file: temporal VTKHDF, an unstructured grid of triangles whose points move.
 //!
 //! ```text
-//! frames    what VTK asks for: groups, data sets and steps, written and read frame by frame
-//! growing   a file that takes rows, and what of it is written in which order
-//! tree      the index of the pieces of a data set
-//! object    headers and messages of HDF5
-//! read      data sets of a file, read row by row
+//! frames         what VTK asks for: groups, data sets and steps, written frame by frame
+//! frame_reader   frames read back
+//! growing        a file that takes rows, and what of it is written in which order
+//! tree           the index of the pieces of a data set
+//! object         headers and messages of HDF5
+//! read           data sets of a file, read row by row
+//! chunk          filters of their pieces
 //! ```
 //!
 //! The layout is that of HDF5 1.0: superblock 0, symbol tables, B-trees of version 1. Nothing in it has a checksum, so that
@@ -18,6 +20,8 @@
 //! any two of these is whole, with all frames before the last. (The HDF5 Group, HDF5 file format specification 3.0;
 //! VTK documentation, VTKHDF file format.)
 
+mod chunk;
+mod frame_reader;
 mod frames;
 mod growing;
 mod object;
@@ -28,7 +32,8 @@ mod tree;
 
 use std::path::{Path, PathBuf};
 
-pub use frames::{Arrays, Field, FrameReader, FrameWriter, State, Topology};
+pub use frame_reader::{Arrays, FrameReader};
+pub use frames::{Field, FrameWriter, State, Topology};
 pub use growing::Disk;
 
 /// The file, and the number of the frame if it is given, that a path names: `FILE.vtkhdf` or `FILE.vtkhdf#K`; none of other

@@ -7,27 +7,28 @@ use std::io::{Read, Seek, SeekFrom};
 
 use rumple_numerics::num::real;
 
+use super::chunk::Wanted;
 use super::object::NOWHERE;
 
 /// Most bytes of a chunk, of a header and of the names of a group.
-const MOST_BYTES: u64 = 1 << 31;
+pub(crate) const MOST_BYTES: u64 = 1 << 31;
 /// Deepest tree, longest chain of parts of a header, most names of a group.
 const DEEPEST: usize = 16;
 const MOST_PARTS: usize = 64;
 const MOST_NAMES: usize = 4096;
 /// A deflated chunk may grow so many times: what deflate can do.
-const MOST_TIMES: u64 = 1100;
+pub(crate) const MOST_TIMES: u64 = 1100;
 
 /// Types of numbers that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Number {
+pub(crate) enum Number {
     Signed(usize),
     Unsigned(usize),
     Float(usize),
 }
 
 impl Number {
-    fn size(self) -> usize {
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::Signed(n) | Self::Unsigned(n) | Self::Float(n) => n,
         }
@@ -50,7 +51,7 @@ impl Number {
     }
 
     /// One number from its bytes.
-    fn value(self, bytes: &[u8]) -> f64 {
+    pub(crate) fn value(self, bytes: &[u8]) -> f64 {
         let mut wide = [0; 8];
         wide[..bytes.len()].copy_from_slice(bytes);
         match self {
@@ -82,10 +83,10 @@ enum Storage {
 #[derive(Debug, Clone)]
 pub(crate) struct Dataset {
     pub(crate) extents: Vec<u64>,
-    number: Number,
+    pub(crate) number: Number,
     storage: Storage,
     /// Numbers of the filters, in the order of writing.
-    filters: Vec<u16>,
+    pub(crate) filters: Vec<u16>,
     fill: f64,
     /// The attribute `name`, if there is one.
     pub(crate) title: Option<String>,
@@ -113,7 +114,7 @@ fn u64_at(bytes: &[u8], at: usize) -> Result<u64, String> {
     found.map(|n| u64::from_le_bytes(*n)).ok_or_else(short)
 }
 
-fn short() -> String {
+pub(crate) fn short() -> String {
     "an object of the file is cut short".to_owned()
 }
 
@@ -389,73 +390,6 @@ impl<R: Read + Seek> Reader<R> {
     /// The address of the root group.
     pub(crate) fn root(&self) -> u64 {
         self.root
-    }
-}
-
-/// Rows that are wanted of a data set.
-struct Wanted<'a> {
-    set: &'a Dataset,
-    /// Rows of a chunk.
-    chunk: u64,
-    columns: u64,
-    start: u64,
-    count: u64,
-}
-
-impl Wanted<'_> {
-    /// Undoes the filters of a chunk, less those that `left_out` names by their bits.
-    fn unpacked(&self, stored: Vec<u8>, left_out: u32) -> Result<Vec<u8>, String> {
-        let size = self.set.number.size();
-        let whole = self.chunk.checked_mul(self.columns).and_then(|n| n.checked_mul(size as u64));
-        let most = (stored.len() as u64 + 64).saturating_mul(MOST_TIMES);
-        let whole =
-            whole.filter(|n| *n <= MOST_BYTES && *n <= most).ok_or("a chunk is too large")?;
-        let mut bytes = stored;
-        for (k, filter) in self.set.filters.iter().enumerate().rev() {
-            if left_out >> k & 1 == 1 {
-                continue;
-            }
-            bytes = match filter {
-                1 => {
-                    let mut out = Vec::new();
-                    let mut decoder = flate2::read::ZlibDecoder::new(&bytes[..]).take(whole);
-                    let read = decoder.read_to_end(&mut out);
-                    read.map_err(|e| format!("a chunk cannot be inflated ({e}): it is damaged"))?;
-                    out
-                }
-                2 => {
-                    let n = bytes.len() / size;
-                    let mut out = vec![0; bytes.len()];
-                    for (i, byte) in bytes.iter().enumerate().take(n * size) {
-                        out[i % n * size + i / n] = *byte;
-                    }
-                    out
-                }
-                _ => {
-                    return Err(format!(
-                        "filter {filter} of a data set; shuffle (2) and deflate (1) are read"
-                    ));
-                }
-            };
-        }
-        Ok(bytes)
-    }
-
-    /// Copies the wanted rows of the chunk that begins at row `first`.
-    fn copy(&self, first: u64, bytes: &[u8], values: &mut [f64]) -> Result<(), String> {
-        let size = self.set.number.size();
-        let columns = usize::try_from(self.columns).map_err(|_| short())?;
-        let from = first.max(self.start);
-        let end = first.saturating_add(self.chunk).min(self.start + self.count);
-        let place = |row: u64, base: u64| usize::try_from(row - base).map_err(|_| short());
-        let (source, target) = (place(from, first)? * columns, place(from, self.start)? * columns);
-        let n = place(end, from)? * columns;
-        let given = bytes.get(source * size..(source + n) * size).ok_or_else(short)?;
-        let target = values.get_mut(target..target + n).ok_or_else(short)?;
-        for (value, bytes) in target.iter_mut().zip(given.chunks_exact(size)) {
-            *value = self.set.number.value(bytes);
-        }
-        Ok(())
     }
 }
 

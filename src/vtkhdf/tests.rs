@@ -161,6 +161,33 @@ fn other_fields_than_the_first_are_refused_and_change_nothing() {
     assert_eq!(writer.count(), 1);
 }
 
+/// A disk that is full after some writes.
+struct Full(usize);
+
+impl Disk for Full {
+    fn write(&mut self, _: u64, _: &[u8]) -> io::Result<()> {
+        self.0 = self.0.checked_sub(1).ok_or_else(|| io::Error::other("the disk is full"))?;
+        Ok(())
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_nothing_is_added_after_it() {
+    let topology = Topology { points: 4, triangles: &TRIANGLES };
+    let (points, ..) = content(0);
+    let state =
+        State { time: 0.0, points: &points, point: Vec::new(), cell: Vec::new(), numbers: &[] };
+    let mut writer = FrameWriter::create(Full(4), topology, &state, true).unwrap();
+    let message = |writer: &mut FrameWriter<Full>| writer.append(&state).unwrap_err().to_string();
+    assert_eq!(message(&mut writer), "the disk is full");
+    assert_eq!(message(&mut writer), "a frame before could not be written");
+    assert_eq!(writer.count(), 0);
+}
+
 /// Writes the file that `check_vtkhdf.py` reads, where it is asked for.
 #[test]
 fn a_file_for_other_readers() {

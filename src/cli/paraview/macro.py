@@ -64,7 +64,7 @@ view.CameraParallelProjection = 1
 view.CameraFocalPoint = centre
 view.CameraPosition = [c + 4 * reach * d for c, d in zip(centre, DIRECTION)]
 view.CameraViewUp = UP
-view.CameraParallelScale = 1.1 * reach
+view.CameraParallelScale = 0.95 * reach
 simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
 simple.GetAnimationScene().AnimationTime = times[-1]
 view.ViewTime = times[-1]
