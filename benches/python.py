@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""What a step costs from Python besides the engine's work: the same steps by the program and by the module.
+"""What a step costs from Python besides the engine's work, and what a law in Python costs.
 
-usage: benches/python.py [PROGRAM]    (with the module installed; the program without output but the ledger)
+Steps: the same by the program and by the module. Laws: Model I on 20 000 triangles as a plugin, as text and in NumPy; the
+time that `costs.json` has for the law, and that of whole steps.
+
+usage: benches/python.py steps|laws [PROGRAM]    (with the module installed; the program without output but the ledger)
 """
 
+import json
 import re
 import statistics
 import subprocess
@@ -12,9 +16,12 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy
+
 import rumple
 
-PROGRAM = sys.argv[1] if len(sys.argv) > 1 else "target/release/rumple"
+PROGRAM = sys.argv[2] if len(sys.argv) > 2 else "target/release/rumple"
+MODELS = Path(__file__).parents[1] / "models/model-i"
 STEPS = 20_000
 SCENE = f"""
 sheet = {{ shape = "sphere", radius = 2.0, vertices = VERTICES }}
@@ -48,7 +55,8 @@ def by_module(scene, observe=None):
     return time.perf_counter() - start
 
 
-def main():
+def steps():
+    """Prints what a step costs."""
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.toml"
         for vertices in [100, 1000]:
@@ -74,5 +82,66 @@ def main():
                 print(f"{vertices} vertices, {name}: {steps}")
 
 
+def length_factor(at):
+    mean = at.lambda_min + (at.lambda_max - at.lambda_min) / (1 + numpy.exp(at.b * (at.c - at.c_star)))
+    return at.lambda_max / mean
+
+
+MODEL_I = {"w": 15.0, "beta": 1.0, "H_s": 0.05, "b": 100.0, "c_star": 0.1, "lambda_max": 1.0, "lambda_min": 0.65}
+
+
+@rumple.law(
+    {"c": {"typical": 0.1, "lower": 0.0}},
+    signals=["mean_curvature"],
+    parameters=MODEL_I,
+    length_factor=length_factor,
+    location="face",
+)
+def model_i(at):
+    up = numpy.maximum(at.mean_curvature, 0.0)
+    return {"c": at.w * up * at.H_s / (up + at.H_s) - at.beta * at.c}
+
+
+COMMON = {"sheet.vertices": 10_180, "output.report": False, "output.every": 1.0}
+INTEGRATORS = {
+    "Heun, 5 steps": {"time.until": 0.05},
+    "Rosenbrock to t = 0.05": {"time.until": 0.05, "time.integrator": "staggered"},
+}
+
+
+def laws():
+    """Prints what Model I costs as a plugin, as text and in Python, from one state."""
+    with tempfile.TemporaryDirectory() as folder:
+        start = {**COMMON, "time.max_steps": 1}
+        start = rumple.run(rumple.load(MODELS / "formula.toml", start), Path(folder) / "start")
+        state = start.frames[0].path
+        for name, integrator in INTEGRATORS.items():
+            settings = {**COMMON, **integrator}
+            text = rumple.load(MODELS / "formula.toml", settings)
+            toml = text.resolved()
+            without = rumple.parse(toml[: toml.index("[kinetics")] + toml[toml.index("[time") :])
+            plugin = rumple.load(MODELS / "small.toml", settings)
+            ways = {"plugin": (plugin, None), "text": (text, None), "Python": (without, model_i)}
+            found = {way: [] for way in ways}
+            for _ in range(3):
+                for way, (scene, law) in ways.items():
+                    found[way].append(law_cost(scene, law, state))
+            for way, all_of in found.items():
+                law, whole = numpy.median([costs[:2] for costs in all_of], axis=0)
+                print(f"{name}, {way}: law {law:.3f} s, all {whole:.2f} s, {all_of[0][2]}", flush=True)
+
+
+def law_cost(scene, law, state):
+    """Seconds of the law, seconds of all steps, and calls of the law, of a run."""
+    with tempfile.TemporaryDirectory() as folder:
+        folders = [Path(PROGRAM).parent]
+        results = rumple.run(scene, Path(folder) / "out", state=state, law=law, plugins=folders)
+        costs = json.loads((results.directory / "costs.json").read_text())
+        assert 19_500 < len(results.frames[0].triangles) < 20_500
+    parts = [part for part in costs["parts"] if part["group"] == "law"]
+    counts = [" ".join(f"{count} {name}" for name, count in part["counts"]) for part in parts]
+    return sum(part["seconds"] for part in parts), costs["seconds"], counts
+
+
 if __name__ == "__main__":
-    main()
+    {"steps": steps, "laws": laws}[sys.argv[1]]()

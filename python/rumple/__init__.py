@@ -8,7 +8,8 @@
         print(step.time, step.iterations, sim.energies())
 
 `Simulation` steps a scene and is asked for positions, species, energies and fields; `Law` is a law written in
-Python; `read` opens the results of `rumple run`. Everything that can go wrong is an `Error`.
+Python. `run` writes a result directory, `resume` continues it, `read` opens it. `sweep`, `accuracy` and `compare` make
+many runs of a scene and return tables. Everything that can go wrong is an `Error`.
 """
 
 from __future__ import annotations
@@ -16,8 +17,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ._rumple import Batch, Error, Law, Scene, Simulation, Species, Step, __version__, load, parse
+from ._rumple import (
+    Batch,
+    Error,
+    Law,
+    Scene,
+    Simulation,
+    Species,
+    State,
+    Step,
+    __version__,
+    load,
+    parse,
+)
 from .results import Frame, Frames, Results, read
+from .runs import resume, run
+from .studies import accuracy, compare, sweep
 
 __all__ = [
     "Batch",
@@ -29,12 +44,18 @@ __all__ = [
     "Scene",
     "Simulation",
     "Species",
+    "State",
     "Step",
     "__version__",
+    "accuracy",
+    "compare",
     "law",
     "load",
     "parse",
     "read",
+    "resume",
+    "run",
+    "sweep",
 ]
 
 

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Optional, Union, final
 
 from numpy import float64, int64
@@ -52,6 +53,50 @@ def read_surface(
 ]:
     """Points, triangles, point fields, cell fields and time of a file (.vtu, .vtp, .vtk, .obj)."""
 
+def run(
+    scene: Scene,
+    out: Optional[_Path],
+    state: Optional[_Path],
+    force: bool,
+    observe: Optional[Callable[[State], Any]],
+    law: Optional[Law],
+    plugins: Sequence[_Path],
+) -> Path:
+    """Runs a scene and writes its results; the directory."""
+
+def resume(
+    directory: _Path,
+    until: Optional[float],
+    observe: Optional[Callable[[State], Any]],
+    plugins: Sequence[_Path],
+) -> Path:
+    """Continues the run in a directory; the directory."""
+
+def report(directory: _Path) -> Path:
+    """Writes the viewer of the results in a directory beside them; its path."""
+
+def sweep(
+    scene: Scene,
+    over: Optional[dict[str, Any]],
+    seeds: Optional[int],
+    level: Optional[float],
+    how: Any,
+) -> None:
+    """Runs a scene over values of its keys."""
+
+def accuracy(
+    scene: Scene, over: Optional[dict[str, Any]], level: Optional[float], asked: Any, how: Any
+) -> str:
+    """Runs a scene by several integrators and tolerances against references; the advice."""
+
+def compare(
+    scene: Scene, policies: Sequence[str], integrators: Sequence[str], how: Any
+) -> list[str]:
+    """Runs a scene under several policies and integrators; what the program prints."""
+
+def member(root: _Path, number: int) -> None:
+    """Runs one member of a study in this process, which was started for it."""
+
 @final
 class Step:
     """An accepted step."""
@@ -80,6 +125,26 @@ class Step:
     @property
     def jumps(self) -> int:
         """Jumps from one branch of equilibria to another."""
+
+@final
+class State:
+    """A state of a run that writes results, for observers: copies."""
+
+    @property
+    def time(self) -> float:
+        """Time of the state."""
+    @property
+    def steps(self) -> int:
+        """Accepted steps."""
+    @property
+    def positions(self) -> NDArray[float64]:
+        """Positions of the vertices, n × 3."""
+    @property
+    def species(self) -> dict[str, NDArray[float64]]:
+        """Values of the species where they live, by name."""
+    @property
+    def energies(self) -> dict[str, float]:
+        """Energy of every effect that has one, by name."""
 
 @final
 class Species(Mapping[str, NDArray[float64]]):
@@ -144,6 +209,29 @@ class Simulation:
         """
     def energies(self) -> dict[str, float]:
         """Energy of every effect that has one, by name."""
+    def ledger_row(self) -> dict[str, float]:
+        """Titles and numbers that the ledger has of the state: energies, constraints with their multipliers, totals and
+        ranges of species, work of the last step; not the wall time, nor what a watch on stability adds."""
+    def measures(self, *, level: Optional[float] = None) -> dict[str, Any]:
+        """Scalar measures of the state, as a sweep has them.
+
+        `energy` of all effects but loads, `amplitude` (largest displacement) and `deflection` (its part along the
+        normals), `spots` (regions of the first species above `level`, by default half way between its least and largest
+        value), their `separation`, the distance of `nearest` centres and their `share` of the area, and `rate`, the
+        largest rate of change of a species in units of its typical magnitude.
+        """
+    def inspect(self) -> dict[str, Any]:
+        """Everything that is known of the state, as `rumple inspect --json` has it, with arrays.
+
+        `energy` and `force` by effect and `total`, `constraint`, `mean_curvature`, `gaussian_curvature`, `vertex_area`,
+        `bond`, `species`, `signals`, `reaction`, `diffusion` and `length_factor`.
+        """
+    @property
+    def area(self) -> float:
+        """Area of the sheet in its current shape, length²."""
+    @property
+    def volume(self) -> Optional[float]:
+        """Volume that a closed sheet encloses, length³, positive where normals point outwards; None with a boundary."""
     def fields(self, *, cells: bool = False) -> dict[str, NDArray[float64]]:
         """The fields of a frame of the state, by name with unit: on vertices, or on triangles with `cells`."""
     def field(self, name: str, *, cells: bool = False) -> NDArray[float64]:

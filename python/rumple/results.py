@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import csv
+import html
+import json
 import os
+import sys
+import webbrowser
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +15,7 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
-from ._rumple import Error, read_surface
+from ._rumple import Error, read_surface, report
 
 __all__ = ["Frame", "Frames", "Results", "read"]
 
@@ -22,7 +26,7 @@ def read(directory: str | os.PathLike[str]) -> Results:
 
 
 class Results:
-    """The results of a run: `ledger` and `frames`."""
+    """The results of a run: `ledger`, `frames` and `status`."""
 
     def __init__(self, directory: str | os.PathLike[str]):
         self.directory = Path(directory)
@@ -38,11 +42,36 @@ class Results:
         return self._ledger
 
     @property
+    def status(self) -> dict[str, Any]:
+        """How the run stands: `status` (`complete`, `interrupted`, `failed`, `running`), `reason`, `time`, costs."""
+        path = self.directory / "status.json"
+        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+
+    @property
     def frames(self) -> Frames:
         """The frames, each read when it is asked for."""
         folder = self.directory / "frames"
         files = os.listdir(folder) if folder.is_dir() else []
         return Frames(folder / name for name in sorted(files) if name.endswith((".vtu", ".vtk")))
+
+    def show(self, height: int = 600) -> Any:
+        """Shows the viewer of the results, the file `report.html`: within a notebook, or else in a browser.
+
+        It is written if it is not there yet.
+        """
+        path = self.directory / "report.html"
+        if not path.is_file():
+            path = report(self.directory)
+        ipython = sys.modules.get("IPython")
+        shell = ipython.get_ipython() if ipython else None
+        # A terminal has no kernel.
+        if getattr(shell, "kernel", None) is None:
+            return webbrowser.open(path.absolute().as_uri())
+        from IPython.display import HTML
+
+        page = html.escape(path.read_text(encoding="utf-8"), quote=True)
+        frame = f'<iframe srcdoc="{page}" width="100%" height="{height}" frameborder="0"></iframe>'
+        return HTML(f"<div>{frame}</div>")
 
     def __repr__(self) -> str:
         return f"<rumple.Results {self.directory}, {len(self.frames)} frames>"

@@ -1,19 +1,24 @@
 //! Calls of the engine: without the interpreter's lock, with errors and panics as exceptions, and to be interrupted.
 
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
+use rumple::output::Interrupt;
 use rumple::solve::Control;
 
 create_exception!(rumple, Error, PyException, "Anything that can go wrong in the engine.");
 
 /// Signals are asked for no more often: every time takes the interpreter's lock.
 const PAUSE: Duration = Duration::from_millis(50);
+
+/// Bytes of stack of a thread that runs a scene: what the main one has elsewhere.
+const STACK: usize = 8 << 20;
 
 /// An exception that engine code has met and cannot return itself.
 #[derive(Debug, Default, Clone)]
@@ -63,6 +68,37 @@ impl Pending {
             handled.map_err(|error| signal.keep(error)).is_err()
         };
         Control::new(interrupted, |_| ())
+    }
+
+    /// Does `work` in a thread of its own, while this one lets handlers of signals run; one that raises an exception
+    /// asks `interrupt` to end the work, whose result is then that exception.
+    pub(crate) fn attend<R: Send>(
+        &self,
+        py: Python<'_>,
+        interrupt: Interrupt,
+        work: impl FnOnce() -> rumple::Result<R> + Send,
+    ) -> PyResult<R> {
+        self.call(py, &mut false, || {
+            thread::scope(|scope| {
+                let (end, ended) = mpsc::channel::<()>();
+                let worker = move || {
+                    let done = work();
+                    drop(end);
+                    done
+                };
+                let worker = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, worker);
+                let worker = worker.map_err(|error| {
+                    rumple::Error::Refused(format!("no thread can be started: {error}"))
+                })?;
+                while ended.recv_timeout(PAUSE) == Err(mpsc::RecvTimeoutError::Timeout) {
+                    if let Err(error) = Python::attach(|py| py.check_signals()) {
+                        self.signal.keep(error);
+                        interrupt.request();
+                    }
+                }
+                worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+            })
+        })
     }
 
     /// Does `work` without the interpreter's lock. A panic is an exception too; `broken` says that there was one.

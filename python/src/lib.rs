@@ -5,13 +5,16 @@
 //! therefore never waited for with the interpreter's lock held.
 
 mod convert;
+mod course;
 mod engine;
 mod law;
 mod overrides;
+mod run;
 mod scene;
 mod simulation;
 mod species;
 mod step;
+mod studies;
 mod surface;
 
 use pyo3::prelude::*;
@@ -26,8 +29,16 @@ fn _rumple(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<species::Species>()?;
+    module.add_class::<run::State>()?;
     module.add_class::<step::Step>()?;
     module.add_function(wrap_pyfunction!(panic, module)?)?;
+    module.add_function(wrap_pyfunction!(run::run, module)?)?;
+    module.add_function(wrap_pyfunction!(run::report, module)?)?;
+    module.add_function(wrap_pyfunction!(run::resume, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::accuracy, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::member, module)?)?;
     module.add_function(wrap_pyfunction!(scene::load, module)?)?;
     module.add_function(wrap_pyfunction!(scene::parse, module)?)?;
     module.add_function(wrap_pyfunction!(surface::read_surface, module)?)

@@ -20,6 +20,22 @@ pub(crate) fn texts(overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String
     table.iter().map(text).collect()
 }
 
+/// Keys and the values that they take in a study, as texts `key.path=values`: a text is taken as it is, of a list every
+/// item is a value.
+pub(crate) fn axes(over: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
+    let text = |(key, values): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let values = match values.extract::<String>() {
+            Ok(values) => values,
+            Err(_) => {
+                let items = values.try_iter()?.map(|item| Ok(toml_of(&item?)?.to_string()));
+                items.collect::<PyResult<Vec<_>>>()?.join(",")
+            }
+        };
+        Ok(format!("{}={values}", key.extract::<String>()?))
+    };
+    over.into_iter().flat_map(|over| over.iter()).map(text).collect()
+}
+
 /// A value as TOML has it.
 fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     if value.is_instance_of::<PyBool>() {

@@ -1,6 +1,6 @@
 //! Scenes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -9,29 +9,48 @@ use crate::{engine, overrides};
 
 /// A checked scene.
 #[pyclass(module = "rumple", frozen)]
-pub(crate) struct Scene(pub(crate) Arc<rumple::scene::Scene>);
+pub(crate) struct Scene {
+    pub(crate) checked: Arc<rumple::scene::Scene>,
+    /// The overrides that it was read with.
+    pub(crate) set: Vec<String>,
+}
+
+impl Scene {
+    /// The file that it was read from, which a study reads again.
+    pub(crate) fn file(&self) -> rumple::Result<&Path> {
+        let file = self.checked.file();
+        match file.as_os_str().is_empty() {
+            false => Ok(file),
+            true => Err(rumple::Error::Refused(format!(
+                "the scene {:?} was parsed from text, and a study reads a file: save the text and use \
+                 rumple.load",
+                self.checked.name()
+            ))),
+        }
+    }
+}
 
 #[pymethods]
 impl Scene {
     /// Path of its file, or the name that it was parsed with.
     #[getter]
     fn name(&self) -> &str {
-        self.0.name()
+        self.checked.name()
     }
 
     /// Time of the last state.
     #[getter]
     fn until(&self) -> f64 {
-        self.0.time.span.until.get()
+        self.checked.time.span.until.get()
     }
 
     /// The scene as TOML with every default written out.
     fn resolved(&self, py: Python<'_>) -> PyResult<String> {
-        engine::call(py, || Ok(self.0.resolved()?))
+        engine::call(py, || Ok(self.checked.resolved()?))
     }
 
     fn __repr__(&self) -> String {
-        format!("<rumple.Scene {}>", self.0.name())
+        format!("<rumple.Scene {}>", self.checked.name())
     }
 }
 
@@ -45,7 +64,7 @@ pub(crate) fn load(
 ) -> PyResult<Scene> {
     let texts = overrides::texts(overrides)?;
     let scene = engine::call(py, || Ok(rumple::scene::Scene::load(&path, &texts)?))?;
-    Ok(Scene(Arc::new(scene)))
+    Ok(Scene { checked: Arc::new(scene), set: texts })
 }
 
 /// Checks the scene `text`, after the overrides.
@@ -59,5 +78,5 @@ pub(crate) fn parse(
 ) -> PyResult<Scene> {
     let texts = overrides::texts(overrides)?;
     let scene = engine::call(py, || Ok(rumple::scene::Scene::parse(text, name, &texts)?))?;
-    Ok(Scene(Arc::new(scene)))
+    Ok(Scene { checked: Arc::new(scene), set: texts })
 }

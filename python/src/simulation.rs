@@ -6,114 +6,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numpy::{PyArray2, PyArrayLike2};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use rumple::Vec3;
-use rumple::kinetics::{Kinetics, Location, Search};
-use rumple::run::run::Ending;
+use rumple::geometry;
+use rumple::kinetics::{Kinetics, Search};
 use rumple::run::schedule::OutputSchedule;
-use rumple::run::{Observer, StopRules, inspect};
-use rumple::sheet::{Array, Surface};
-use rumple::solve::equilibrium::Relaxation;
-use rumple::solve::{SolveError, StepReport, diagnosis};
+use rumple::run::{StopRules, inspect};
+use rumple::sheet::Surface;
+use rumple::solve::StepReport;
+use rumple::study::{Measures, measure};
 
 use crate::convert;
+use crate::course::{Course, OwnedField};
 use crate::engine::{Error, Pending};
 use crate::law::Law;
 use crate::scene::Scene;
 use crate::species::Species;
 use crate::step::Step;
-
-/// A simulation with the schedule of its outputs and its stop rules.
-pub(crate) struct Course {
-    pub(crate) engine: rumple::Simulation,
-    schedule: OutputSchedule,
-    rules: StopRules,
-    until: f64,
-    /// Whether the start satisfies its equations and the shape is at rest.
-    prepared: bool,
-    /// Whether the state was changed since the last step.
-    changed: bool,
-}
-
-impl Course {
-    fn prepare(&mut self) -> rumple::Result<Relaxation> {
-        let done = match (self.prepared, self.changed) {
-            (false, _) => self.engine.prepare()?,
-            (true, true) => self.engine.restart()?,
-            (true, false) => Relaxation::default(),
-        };
-        if !self.prepared {
-            self.engine.renew(false);
-            self.schedule.pass(self.engine.state().time);
-        }
-        (self.prepared, self.changed) = (true, false);
-        Ok(done)
-    }
-
-    fn ending(&mut self) -> rumple::Result<Option<Ending>> {
-        self.rules.stop(&mut self.engine.evaluate())
-    }
-
-    /// One step, unless the run is at its end or at `until`.
-    fn step(&mut self, until: f64) -> rumple::Result<Option<StepReport>> {
-        self.prepare()?;
-        if self.engine.state().time >= until || self.ending()?.is_some() {
-            return Ok(None);
-        }
-        let report = self.engine.step(self.schedule.target().min(until))?;
-        let state = self.engine.state();
-        if diagnosis::blows_up(self.engine.model(), state) {
-            return Err(SolveError::BlowUp { time: state.time }.into());
-        }
-        let time = state.time;
-        self.engine.renew(false);
-        self.schedule.pass(time);
-        Ok(Some(report))
-    }
-
-    fn location(&self) -> Location {
-        self.engine.model().chemistry().map_or(Location::Vertex, |c| c.location())
-    }
-
-    /// The state as a surface, which [`Course::take`] takes back.
-    pub(crate) fn surface(&self) -> Surface {
-        let state = self.engine.state();
-        let chemistry = self.engine.model().chemistry();
-        let species = chemistry.map(|c| c.descriptor().species.as_slice()).unwrap_or_default();
-        let array = |(species, values): (&rumple::kinetics::Species, &Vec<f64>)| Array {
-            name: species.name.clone(),
-            components: 1,
-            values: values.clone(),
-        };
-        let arrays = species.iter().zip(&state.species).map(array).collect();
-        let mut surface = Surface { points: state.x.to_vec(), ..Surface::default() };
-        match self.location() {
-            Location::Vertex => surface.point_arrays = arrays,
-            _ => surface.cell_arrays = arrays,
-        }
-        surface
-    }
-
-    /// Takes over positions and species, checked.
-    pub(crate) fn take(&mut self, surface: &Surface) -> rumple::Result<()> {
-        inspect::take_state(&mut self.engine, surface)?;
-        self.changed = true;
-        Ok(())
-    }
-
-    /// All fields of a frame of the state: on vertices and on triangles.
-    fn fields(&mut self) -> rumple::Result<[Vec<OwnedField>; 2]> {
-        let frame = self.engine.frame()?;
-        let owned = |fields: Vec<rumple::output::Field<'_>>| {
-            let own = |f: rumple::output::Field<'_>| (f.name, f.components, f.data.into_owned());
-            fields.into_iter().map(own).collect()
-        };
-        Ok([owned(frame.point), owned(frame.cell)])
-    }
-}
-
-/// Name, components and values.
-type OwnedField = (String, usize, Vec<f64>);
 
 /// A scene that is set up, to be stepped and asked.
 #[pyclass(module = "rumple")]
@@ -177,7 +86,7 @@ impl Simulation {
     ) -> PyResult<Self> {
         let pending = Pending::default();
         let law = law.map(|law| law.kinetics(py, &pending.law));
-        let (scene, control) = (Arc::clone(&scene.0), pending.control());
+        let (scene, control) = (Arc::clone(&scene.checked), pending.control());
         let made = pending.call(py, &mut false, move || {
             let search = Search::from_environment(&plugins);
             let mut engine = match law {
@@ -190,7 +99,8 @@ impl Simulation {
             engine.set_control(control);
             let (schedule, rules) = (OutputSchedule::of(&scene), StopRules::of(&scene));
             let until = scene.time.span.until.get();
-            Ok(Course { engine, schedule, rules, until, prepared: false, changed: false })
+            let latest = StepReport::default();
+            Ok(Course { engine, schedule, rules, until, prepared: false, latest, changed: false })
         })?;
         Ok(Self { course: Mutex::new(made), pending, broken: false })
     }
@@ -357,6 +267,58 @@ impl Simulation {
                 )))
             }
         }
+    }
+
+    /// Titles and numbers that the ledger has of the state, but for wall time and watches on stability.
+    fn ledger_row<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let row = self.with(py, |course| {
+            let Course { engine, latest, .. } = course;
+            engine.ledger_row(latest)
+        })?;
+        row.into_py_dict(py)
+    }
+
+    /// Scalar measures of the state.
+    #[pyo3(signature = (*, level = None))]
+    fn measures<'py>(
+        &mut self,
+        py: Python<'py>,
+        level: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let measured =
+            self.with(py, |course| Ok(measure(&mut course.engine.evaluate(), level)?))?;
+        let Measures { energy, amplitude, deflection, share, rate, separation, nearest, .. } =
+            measured;
+        let measures = PyDict::new(py);
+        let known = [("energy", energy), ("amplitude", amplitude), ("deflection", deflection)];
+        let mut known = known.into_iter().chain([("share", share), ("rate", rate)]);
+        known.try_for_each(|(name, value)| measures.set_item(name, value))?;
+        measures.set_item("spots", measured.spots)?;
+        measures.set_item("separation", separation)?;
+        measures.set_item("nearest", nearest)?;
+        Ok(measures)
+    }
+
+    /// Everything that is known of the state, by name.
+    fn inspect<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let text = self.with(py, |course| Ok(inspect::inspect(&mut course.engine)?.to_string()))?;
+        py.import("rumple._inspect")?.call_method1("state", (text,))
+    }
+
+    /// Current area.
+    #[getter]
+    fn area(&mut self) -> f64 {
+        let engine = &self.course().engine;
+        geometry::area(engine.sheet(), &engine.state().x)
+    }
+
+    /// Volume that a closed sheet encloses, positive where normals point outwards; None of a sheet with a boundary.
+    #[getter]
+    fn volume(&mut self) -> Option<f64> {
+        let engine = &self.course().engine;
+        let (sheet, x) = (engine.sheet(), &engine.state().x);
+        let closed = !sheet.triangles().is_empty() && !sheet.boundary().contains(&true);
+        closed.then(|| geometry::volume(sheet, x, x[0]))
     }
 
     /// The surface with its fields as a mesh of PyVista.

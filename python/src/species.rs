@@ -5,7 +5,8 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use rumple::sheet::Array;
 
-use crate::simulation::{Course, Simulation};
+use crate::course::Course;
+use crate::simulation::Simulation;
 
 /// Values of the species where they live, by name: copies, and to be set.
 #[pyclass(module = "rumple", frozen)]

@@ -40,3 +40,20 @@ def test_a_panic_is_an_exception(capfd):
     with pytest.raises(rumple.Error, match="internal error: on purpose"):
         _rumple._panic()
     assert "on purpose" in capfd.readouterr().err
+
+
+def test_a_step_that_blows_up_is_an_error():
+    text = """
+    sheet = { shape = "sphere", radius = 5.0, vertices = 100 }
+    material = { young = 1e4, poisson = 0.3333333333333333, thickness = 0.1, drag = 0.1 }
+    effect = [
+        { kind = "stretching" },
+        { kind = "bending" },
+        { kind = "pressure", value = 500.0, ramp = { formula = "t" } },
+    ]
+    time = { until = 1.0, policy = "simultaneous" }
+    """
+    sim = rumple.Simulation(rumple.parse(text))
+    with pytest.raises(rumple.Error, match="blow"):
+        sim.run()
+    assert 0.3 < sim.time < 1.0

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::parser::ValueSource;
 use clap::{Args, CommandFactory};
 
+use super::sweep::HowArgs;
 use super::sweep::begin::{Runs, made_by};
-use super::sweep::{HowArgs, counts};
 use super::{Cli, SceneArgs, absolute, warn};
 use crate::kinetics::Search;
 use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result};
-use crate::study::accuracy::{Options, Quantity, Study};
-use crate::study::gather::{Found, MemberStatus, gather};
+use crate::study::accuracy::{Options, Quantity, REPEATS, Study};
+use crate::study::gather::{counts, gather};
 use crate::study::plan::{Axis, Plan};
 use crate::study::sweep::write_tables;
 
@@ -83,12 +83,6 @@ Runs are made one at a time, so that they do not disturb one another's times; --
 The same command again goes on where it was stopped. Runs that fail or take too long are shown as such; exit
 code 1 if no reference came to its end, or a run ended without a word.";
 
-/// What holds if the user does not say.
-const TOLERANCES: &str = "1e-1,1e-2,1e-3,1e-4";
-const SEEDS: u16 = 2;
-const LIMIT: u64 = 300;
-const REPEATS: u16 = 3;
-
 pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     if let Some(want) = args.want.filter(|want| *want >= 1.0 && !args.how.quiet) {
         warn(&format!("--want {want}: an error of {} %; 0.01 is 1 %", Short(100.0 * want)));
@@ -129,13 +123,10 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
         }
         Ok(())
     };
-    let gather = |plan: &Plan, root: &Path, quiet: bool| gathered(&study, plan, root, quiet);
+    let gather = |plan: &Plan, root: &Path| gathered(&study, plan, root, args.how.quiet);
     let (how, check, prepare, gather) = (&args.how, &check, &prepare, &gather);
     Runs { command: "accuracy", how, jobs: Some(1), check, prepare, gather }.on(plan)
 }
-
-/// The error that is wanted if the user does not say.
-const WANTED: f64 = 0.01;
 
 fn share(text: &str) -> std::result::Result<f64, String> {
     let number = text.parse().ok().filter(|share: &f64| *share > 0.0 && share.is_finite());
@@ -171,18 +162,22 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
             Error::Refused(message)
         })
     };
+    let usual = Options::default();
     Ok(Options {
         integrators: args.integrators.clone(),
-        tolerances: numbers("--tolerances", args.tolerances.as_deref().unwrap_or(TOLERANCES))?,
+        tolerances: args
+            .tolerances
+            .as_deref()
+            .map_or(Ok(usual.tolerances), |text| numbers("--tolerances", text))?,
         forces: args
             .force_tolerances
             .as_deref()
             .map_or(Ok(Vec::new()), |text| numbers("--force-tolerances", text))?,
         references: args.references.clone(),
         taken: args.references_from.as_ref().map(taken).transpose()?,
-        seeds: args.seeds.unwrap_or(SEEDS),
-        limit: args.limit.unwrap_or(LIMIT),
-        wanted: args.want.unwrap_or(WANTED),
+        seeds: args.seeds.unwrap_or(usual.seeds),
+        limit: args.limit.unwrap_or(usual.limit),
+        wanted: args.want.unwrap_or(usual.wanted),
         of: args.of,
     })
 }
@@ -210,20 +205,5 @@ fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<Stri
         say!("{}", gathered.advice());
         say!("{}; report, tables and plots: {}", counts(&found), root.display());
     }
-    for (status, what) in [
-        (MemberStatus::Killed, "ended without a word"),
-        (MemberStatus::Damaged, "damaged, and to be made again by the whole command"),
-    ] {
-        let such = || found.iter().filter(|f| f.status == status);
-        if let Some(Found { name, reason, .. }) = such().next() {
-            let message = format!("{} {what}; the first: {name}: {reason}", such().count());
-            return Err(Error::Incomplete(message));
-        }
-    }
-    match study.has_references(plan, &found) {
-        true => Ok(counts(&found)),
-        false => {
-            Err(Error::Incomplete("no reference came to its end: errors are not known".into()))
-        }
-    }
+    study.standing(plan, &found)
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::SceneArgs;
 use crate::output::{Compression, Inputs, ResultFile, vtu};
 use crate::run::stability::{StabilityReport, add_modes};
-use crate::run::{Error, Result, Simulation, inspect, overview};
+use crate::run::{Error, Result, Simulation, inspect, overview, provenance};
 use crate::sheet::read;
 
 /// Arguments of `inspect`.
@@ -46,7 +46,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let (scene, search) = args.scene.load()?;
     // Read before the scene is set up: a plugin may change the working directory.
     let given = args.state.as_ref().map(read::surface).transpose()?;
-    let mut inputs = super::inputs(&scene, &[]);
+    let mut inputs = provenance::inputs(&scene, &[]);
     if let Some(path) = &args.state {
         inputs.add("the state", path);
     }
@@ -57,7 +57,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         return Err(Error::Refused(message));
     }
     let mut simulation = Simulation::new(&scene, &search)?;
-    let read = super::inputs(&scene, simulation.plugins());
+    let read = provenance::inputs(&scene, simulation.plugins());
     for file in [&json, &vtu].into_iter().flatten() {
         file.check_inputs(&read)?;
     }

@@ -17,7 +17,6 @@ mod explain;
 mod fatal_signal;
 mod inspect;
 pub mod mesh;
-mod output_directory;
 mod paraview;
 mod plugin;
 mod resume;
@@ -35,11 +34,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, Parser, Subcommand};
 
 use crate::kinetics::{Isolation, KineticsError, Search, take_destroy_error};
-use crate::output::provenance::{FileRecord, MeshRecord};
-use crate::output::{
-    Claim, Inputs, OutputError, Provenance, ResultDirectory, RunStatus, atomic, interrupt,
-};
-use crate::run::{Checkpoint, Simulation};
+use crate::output::{OutputError, interrupt};
 use crate::scene::Scene;
 use crate::solve::SolveError;
 use crate::{Error, Result};
@@ -150,59 +145,6 @@ fn set_threads(threads: Option<u16>) {
 fn absolute(path: &Path) -> Result<PathBuf> {
     std::path::absolute(path)
         .map_err(|source| OutputError::Read { path: path.to_owned(), source }.into())
-}
-
-/// The files that a scene reads, with its plugins as far as they are known.
-fn inputs(scene: &Scene, plugins: &[PathBuf]) -> Inputs {
-    let mut inputs = Inputs::default();
-    inputs.add("the scene", scene.file());
-    for (key, path) in scene.files() {
-        inputs.add(key, path);
-    }
-    for plugin in plugins {
-        inputs.add("a plugin", plugin);
-    }
-    inputs
-}
-
-/// Records in a claimed directory how a command ended there.
-fn end(claim: &Claim, outcome: Result<String>) -> Result<()> {
-    let (standing, reason) = match &outcome {
-        Ok(reason) => (RunStatus::Complete, reason.clone()),
-        Err(Error::Solve(SolveError::Interrupted)) => {
-            (RunStatus::Interrupted, interrupt::reason().to_owned())
-        }
-        Err(error) => (RunStatus::Failed, error.to_string()),
-    };
-    let ended = claim.end(standing, &reason);
-    outcome?;
-    Ok(ended?)
-}
-
-/// Writes down what a run is made from: every default of its scene, the state that it starts from if
-/// that is not the scene's, files, versions.
-fn record(
-    scene: &Scene,
-    state: Option<&Path>,
-    simulation: &Simulation,
-    directory: &ResultDirectory,
-) -> Result<()> {
-    let mesh = MeshRecord::of(simulation.sheet().rest(), simulation.sheet().triangles());
-    let mut provenance = Provenance::new(mesh);
-    provenance.scene = Some(FileRecord::of(scene.file())?);
-    provenance.state = state.map(FileRecord::of).transpose()?;
-    for plugin in simulation.plugins() {
-        provenance.plugins.push(FileRecord::of(plugin)?);
-    }
-    provenance.write(directory, &scene.resolved()?)?;
-    Ok(())
-}
-
-/// Writes down that a run goes on, and to where.
-fn record_again(scene: &Scene, from: &Checkpoint, directory: &ResultDirectory) -> Result<()> {
-    Provenance::resumed(directory, from.time(), from.step())?;
-    let text = scene.resolved()?;
-    Ok(atomic::replace(&directory.resolved(), |writer| writer.write_all(text.as_bytes()))?)
 }
 
 /// Runs the command line and returns the exit code: 0 done, 2 bad input, 128 and the number of a

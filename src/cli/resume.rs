@@ -6,9 +6,8 @@ use clap::Args;
 
 use super::run;
 use crate::kinetics::Search;
-use crate::num::Short;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
-use crate::run::run::{Ending, observed, with_status};
+use crate::run::run::{Ending, continued};
 use crate::run::{Error, Result, resume};
 use crate::solve::SolveError;
 
@@ -51,23 +50,14 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
     let directory = ResultDirectory::reopen(&root)?;
     let search = Search::from_environment(&args.plugin_path)
         .isolated(super::isolation(args.isolate, args.plugin_limit)?);
-    let resume::Resumed { scene, mut simulation, checkpoint, notes } =
-        resume::resume(&directory, args.until, &search)?;
+    let mut resumed = resume::resume(&directory, args.until, &search)?;
     let interrupt = Interrupt::install()?;
-    directory.claim().begin()?;
-    let outcome = with_status(&directory, || {
-        super::record_again(&scene, &checkpoint, &directory)?;
-        let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
-        let until = scene.time.span.until.get();
-        let mut progress = Progress::new(mode, checkpoint.time(), until);
-        notes.iter().for_each(|note| progress.message(note));
-        let (time, step) = (Short(checkpoint.time()), checkpoint.step());
-        progress.message(&format!("going on from time {time}, step {step}"));
-        let from = (Some(&checkpoint), &mut [][..]);
-        let outcome = observed(&scene, &mut simulation, &directory, &mut progress, interrupt, from);
-        progress.finish();
-        outcome
-    });
+    let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
+    let until = resumed.scene.time.span.until.get();
+    let mut progress = Progress::new(mode, resumed.checkpoint.time(), until);
+    let outcome = continued(&mut resumed, &directory, &mut progress, interrupt, &mut []);
+    progress.finish();
+    let resume::Resumed { scene, notes, .. } = resumed;
     let report = super::view::report(&root, scene.output.report);
     let done = outcome?;
     if args.quiet {

@@ -8,8 +8,8 @@ use clap::Args;
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::run::forecast::words;
-use crate::run::run::{self, Ending, Summary, with_status};
-use crate::run::{Error, Result, Simulation, inspect, laws};
+use crate::run::run::{self, Ending, Summary};
+use crate::run::{Error, Result, Simulation, inspect, provenance};
 use crate::scene::Scene;
 use crate::sheet::read;
 use crate::solve::SolveError;
@@ -49,7 +49,7 @@ fn run_here(args: &RunArgs) -> Result<()> {
     let waiting = super::Waiting::on("making sheet, effects and laws ready", args.quiet);
     let mut simulation = Simulation::new(&scene, &search)?;
     drop(waiting);
-    let mut inputs = super::inputs(&scene, simulation.plugins());
+    let mut inputs = provenance::inputs(&scene, simulation.plugins());
     if let Some(path) = &from {
         inputs.add("the state", path);
     }
@@ -59,9 +59,7 @@ fn run_here(args: &RunArgs) -> Result<()> {
     }
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let outcome = with_status(&directory, || {
-        work(args, &scene, from.as_deref(), &mut simulation, &directory, interrupt)
-    });
+    let outcome = work(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
     let report = super::view::report(&root, scene.output.report);
     let done = outcome?;
     if !args.quiet {
@@ -74,26 +72,17 @@ fn run_here(args: &RunArgs) -> Result<()> {
     }
 }
 
-/// The run itself, with what is written and printed before.
+/// The run itself, with its progress.
 fn work(
     args: &RunArgs,
-    scene: &Scene,
-    from: Option<&Path>,
+    origin: (&Scene, Option<&Path>),
     simulation: &mut Simulation,
     directory: &ResultDirectory,
     interrupt: Interrupt,
 ) -> Result<Summary> {
-    super::record(scene, from, simulation, directory)?;
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
-    let mut progress = Progress::new(mode, 0.0, scene.time.span.until.get());
-    // In the middle of a run there is no start to try them out at.
-    if scene.time.span.from.is_none() {
-        simulation.faults = laws::try_out(&mut simulation.evaluate())?;
-    }
-    for note in simulation.notes.iter().chain(&simulation.faults) {
-        progress.message(note);
-    }
-    let outcome = run::run(scene, simulation, directory, &mut progress, interrupt);
+    let mut progress = Progress::new(mode, 0.0, origin.0.time.span.until.get());
+    let outcome = run::recorded(origin, simulation, directory, &mut progress, interrupt, &mut []);
     progress.finish();
     if args.quiet {
         simulation.faults.iter().for_each(|fault| super::warn(fault));

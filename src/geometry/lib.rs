@@ -8,6 +8,7 @@ mod crossings;
 mod curvature;
 mod faces;
 mod gauss_bonnet;
+mod measure;
 mod rest_metric;
 mod vertex_area;
 
@@ -17,6 +18,7 @@ pub use crossings::{Crossings, Found};
 pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces, vertex_normals};
 pub use gauss_bonnet::TotalCurvature;
+pub use measure::{area, volume};
 pub use rest_metric::{RestMetric, heron_area};
 pub use vertex_area::{AreaRule, VertexArea, lumped_areas, sum_at_corners};
 

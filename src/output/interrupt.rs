@@ -22,7 +22,7 @@ const SIGTERM: i32 = 15;
 /// The first signal only sets the flag, so that the current step ends and all files are whole;
 /// the second ends the process at once.
 #[derive(Debug, Clone, Copy)]
-pub struct Interrupt(());
+pub struct Interrupt(&'static AtomicI32);
 
 impl Interrupt {
     /// Begins to watch for signals; later calls return the same watch.
@@ -33,7 +33,7 @@ impl Interrupt {
         INSTALLED
             .get_or_init(|| system::watch().map_err(|e| e.to_string()))
             .clone()
-            .map(|()| Self(()))
+            .map(|()| Self(&REQUESTED))
             .map_err(OutputError::Interrupt)
     }
 
@@ -41,7 +41,14 @@ impl Interrupt {
     /// [`Interrupt::pass_on`] stop runs.
     #[must_use]
     pub fn on_request() -> Self {
-        Self(())
+        Self(&REQUESTED)
+    }
+
+    /// The same for one run of a program that makes several: a request ends the runs with this handle, and no others.
+    /// It is never freed: 4 bytes for as long as the program runs.
+    #[must_use]
+    pub fn of_one_run() -> Self {
+        Self(Box::leak(Box::new(AtomicI32::new(NONE))))
     }
 
     /// Asks to stop as SIGTERM does, unless that was requested before.
@@ -54,13 +61,13 @@ impl Interrupt {
     /// still the first.
     pub fn pass_on(self, signal: Option<i32>) {
         let passed_on = signal.map_or(ORPHANED, |signal| -signal);
-        let _ = REQUESTED.compare_exchange(NONE, passed_on, Ordering::SeqCst, Ordering::SeqCst);
+        let _ = self.0.compare_exchange(NONE, passed_on, Ordering::SeqCst, Ordering::SeqCst);
     }
 
     /// The signal that came, if one did: what [`Interrupt::pass_on`] takes.
     #[must_use]
     pub fn signal(self) -> Option<i32> {
-        match REQUESTED.load(Ordering::SeqCst) {
+        match self.0.load(Ordering::SeqCst) {
             NONE | ORPHANED => None,
             signal => Some(signal.abs()),
         }
@@ -69,7 +76,7 @@ impl Interrupt {
     /// Whether a signal came.
     #[must_use]
     pub fn requested(self) -> bool {
-        REQUESTED.load(Ordering::SeqCst) != NONE
+        self.0.load(Ordering::SeqCst) != NONE
     }
 }
 

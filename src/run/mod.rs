@@ -27,6 +27,7 @@ pub mod overview;
 mod planar;
 mod prepare;
 mod processor;
+pub mod provenance;
 mod recorder;
 mod report;
 pub mod resume;

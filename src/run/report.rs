@@ -1,8 +1,8 @@
 //! The ledger's row: one line of numbers for every accepted step.
 
 use super::fields::qualities;
-use super::{Result, StepInfo};
-use crate::Vec3;
+use super::invariants::Invariants;
+use super::{Result, Simulation, StepInfo};
 use crate::effects::Measure;
 use crate::geometry::{Face, sum_at_corners};
 use crate::kinetics::Location;
@@ -12,7 +12,10 @@ use crate::parallel::{self, BLOCK};
 use crate::solve::StepReport;
 use crate::solve::rejections::Cause;
 use crate::tally::Work;
+use crate::{Stepper, Vec3};
 
+/// Title of the column of wall time.
+const WALL: &str = "wall time [s]";
 /// Titles of the ledger's first columns.
 const STEP: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
 
@@ -54,7 +57,7 @@ pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<Stri
     let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
     let work = work.chain(cause_columns(!laws.is_empty()));
     if is_point(model) {
-        all.extend(work.chain(["wall time [s]".to_owned()]));
+        all.extend(work.chain([WALL.to_owned()]));
         if let Some(chemistry) = model.chemistry() {
             all.extend(chemistry.descriptor().species.iter().map(|s| s.name.clone()));
         }
@@ -86,7 +89,7 @@ pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<Stri
     }
     all.extend_from_slice(laws);
     all.extend(
-        ["least quality", "impossible rest triangles", "collapsed triangles", "wall time [s]"]
+        ["least quality", "impossible rest triangles", "collapsed triangles", WALL]
             .map(str::to_owned),
     );
     all
@@ -192,4 +195,23 @@ pub(super) fn row(
     row.push(real(report.relaxation.collapsed));
     row.push(wall);
     Ok(row)
+}
+
+/// The row of the state of `simulation`, which the step of `report` has led to, with its titles: all of the ledger
+/// but the wall time and what a watch on stability adds.
+///
+/// # Errors
+/// If a law fails.
+pub(super) fn titled_row(
+    simulation: &mut Simulation,
+    report: &StepReport,
+) -> Result<Vec<(String, f64)>> {
+    let Simulation { stepper: Stepper { workspace, state, .. }, invariants, .. } = simulation;
+    let laws = invariants.as_ref().map(Invariants::row).unwrap_or_default();
+    let titles = invariants.as_ref().map(Invariants::columns).unwrap_or_default();
+    let columns = columns(&workspace.model, false, &titles);
+    let info =
+        StepInfo { report, frame: false, new: true, negative: None, laws: &laws, wall: f64::NAN };
+    let row = row(&mut workspace.at(state), &info, &mut ShapeSums::default())?;
+    Ok(columns.into_iter().zip(row).filter(|(title, _)| title != WALL).collect())
 }

@@ -1,18 +1,23 @@
 //! The run: relax the start, then step until the end, showing every accepted state to the
 //! observers (frames, ledger, stop rules).
 
+use std::path::Path;
+
 use super::checkpoint::Checkpoint;
 use super::costs::{Costs, peak_resident};
 use super::forecast::Clock;
 use super::incidents::Incidents;
 use super::observe::Observer;
 use super::recorder::{Outputs, Recorder, RunClock};
+use super::resume::Resumed;
 use super::session::Session;
+pub(crate) use super::summary::end;
 pub use super::summary::{Ending, Failure, Summary, with_status};
-use super::{Error, Result, Simulation, laws, notes, stability_monitor};
+use super::{Error, Result, Simulation, laws, notes, provenance, stability_monitor};
+use crate::num::Short;
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
-use crate::solve::{Control, SolveError, StepReport, diagnosis};
+use crate::solve::{Control, SolveError, StepReport};
 
 /// Runs `simulation` and writes into `directory`.
 ///
@@ -57,6 +62,55 @@ pub fn observed(
     Ok(summary)
 }
 
+/// [`observed`] as a command makes it: with the record of what the run is made from, of which the file `state` is the
+/// start if that is not the scene's; laws tried out at the start; and the status of how it ended.
+///
+/// # Errors
+/// As [`observed`], and a record that cannot be written.
+pub fn recorded(
+    (scene, state): (&Scene, Option<&Path>),
+    simulation: &mut Simulation,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+    others: &mut [&mut dyn Observer],
+) -> Result<Summary> {
+    with_status(directory, || {
+        provenance::record(scene, state, simulation, directory)?;
+        // In the middle of a run there is no start to try them out at.
+        if scene.time.span.from.is_none() {
+            simulation.faults = laws::try_out(&mut simulation.evaluate())?;
+        }
+        for note in simulation.notes.iter().chain(&simulation.faults) {
+            progress.message(note);
+        }
+        observed(scene, simulation, directory, progress, interrupt, (None, others))
+    })
+}
+
+/// Continues the run in `directory` that was set up as `resumed`, showing every accepted state to `others` as well.
+///
+/// # Errors
+/// As [`observed`], and a record that cannot be written.
+pub fn continued(
+    resumed: &mut Resumed,
+    directory: &ResultDirectory,
+    progress: &mut Progress,
+    interrupt: Interrupt,
+    others: &mut [&mut dyn Observer],
+) -> Result<Summary> {
+    let Resumed { scene, simulation, checkpoint, notes } = resumed;
+    directory.claim().begin()?;
+    with_status(directory, || {
+        provenance::record_resumed(scene, checkpoint, directory)?;
+        notes.iter().for_each(|note| progress.message(note));
+        let (time, step) = (Short(checkpoint.time()), checkpoint.step());
+        progress.message(&format!("going on from time {time}, step {step}"));
+        let from = (Some(&*checkpoint), others);
+        observed(scene, simulation, directory, progress, interrupt, from)
+    })
+}
+
 /// The run itself.
 fn stepped(
     scene: &Scene,
@@ -84,10 +138,6 @@ fn stepped(
             return Ok(recorder.finish(simulation, ending));
         }
         match simulation.step(recorder.target()) {
-            Ok(_) if diagnosis::blows_up(simulation.model(), simulation.state()) => {
-                let error = SolveError::BlowUp { time: simulation.state().time };
-                return Err(recorder.stopped(simulation, error.into()));
-            }
             Ok(report) => {
                 latest = report;
                 recorder.accept(simulation, &mut latest)?;

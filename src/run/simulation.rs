@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
-use super::{Error, Fields, Result, prepare};
+use super::{Error, Fields, Result, prepare, report};
 use crate::Stepper;
 use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
@@ -14,7 +14,7 @@ use crate::output::Frame;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::Relaxation;
-use crate::solve::{Control, StepReport};
+use crate::solve::{Control, SolveError, StepReport, diagnosis};
 use crate::tally::Spent;
 
 /// A scene that is set up: its model, its state, and how it advances.
@@ -184,7 +184,7 @@ impl Simulation {
     /// # Errors
     /// `until` is not after the time of the state. Whatever no smaller step cures: the state and what solvers
     /// remember are as before then, bit for bit, but for what a library remembers: such an integrator restarts
-    /// from the state.
+    /// from the state. [`SolveError::BlowUp`] leaves the state whose edges exceed every bound.
     pub fn step(&mut self, until: f64) -> Result<StepReport> {
         let step = |simulation: &mut Self| {
             let Self { stepper, invariants, .. } = simulation;
@@ -196,7 +196,11 @@ impl Simulation {
                 Some(laws) => laws.step(stepper, until),
             })
         };
-        self.spend(step).0
+        let report = self.spend(step).0?;
+        match diagnosis::blows_up(self.model(), self.state()) {
+            true => Err(SolveError::BlowUp { time: self.state().time }.into()),
+            false => Ok(report),
+        }
     }
 
     /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,
@@ -234,5 +238,14 @@ impl Simulation {
     /// If a law fails.
     pub fn energies(&mut self) -> Result<Vec<(String, f64)>> {
         Ok(self.stepper.energies()?)
+    }
+
+    /// Titles and numbers that the ledger has of its state, which the step of `report` has led to, but for the wall time
+    /// and what a watch on stability adds.
+    ///
+    /// # Errors
+    /// If a law fails.
+    pub fn ledger_row(&mut self, report: &StepReport) -> Result<Vec<(String, f64)>> {
+        report::titled_row(self, report)
     }
 }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{Error, Result};
-use crate::output::{Predicted, ResultDirectory, RunStatus, SelfIntersection, interrupt};
+use crate::output::{Claim, Predicted, ResultDirectory, RunStatus, SelfIntersection, interrupt};
+use crate::solve::SolveError;
 use crate::tally::Spent;
 
 /// Why a run ended.
@@ -117,4 +118,21 @@ pub fn with_status(
         Err(error) => drop(claim.end(RunStatus::Failed, &error.to_string())),
     }
     outcome
+}
+
+/// Records in the directory of a study, claimed by `claim`, how the study ended there.
+///
+/// # Errors
+/// That of `outcome`; a status that cannot be written.
+pub(crate) fn end(claim: &Claim, outcome: Result<String>) -> Result<()> {
+    let (standing, reason) = match &outcome {
+        Ok(reason) => (RunStatus::Complete, reason.clone()),
+        Err(Error::Solve(SolveError::Interrupted)) => {
+            (RunStatus::Interrupted, interrupt::reason().to_owned())
+        }
+        Err(error) => (RunStatus::Failed, error.to_string()),
+    };
+    let ended = claim.end(standing, &reason);
+    outcome?;
+    Ok(ended?)
 }

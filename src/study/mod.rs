@@ -10,6 +10,7 @@
 
 pub mod accuracy;
 pub mod compare;
+pub(crate) mod directory;
 pub(crate) mod draw;
 pub mod gather;
 pub mod plan;

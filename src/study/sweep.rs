@@ -18,14 +18,14 @@ use std::path::Path;
 use super::draw::picture::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use super::draw::plot::KeyPlot;
 use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
-use super::gather::{Found, Measures, MemberStatus, Shown};
+use super::gather::{Found, Measures, MemberStatus, Shown, counts};
 use super::plan::{Axis, Plan};
 use super::{draw, extent, write_files};
 use crate::num::real;
 use crate::output::SelfIntersection;
 use crate::output::picture::Picture;
 use crate::output::plot::{Figure, Panel, label};
-use crate::run::Result;
+use crate::run::{Error, Result};
 
 /// Names of the files that gather a sweep.
 pub const TABLE: &str = "sweep.csv";
@@ -62,6 +62,26 @@ pub fn write(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
         }
     }
     write_files(root, files)
+}
+
+/// Says how many of `members` have which status.
+///
+/// # Errors
+/// [`Error::Incomplete`] if members failed or were killed; if `all` have to be complete, also if some are not.
+pub fn standing(members: &[Found], all: bool) -> Result<String> {
+    let lost = |found: &&Found| match all {
+        true => found.status != MemberStatus::Complete,
+        false => found.status.is_lost(),
+    };
+    let Some(first) = members.iter().find(lost) else { return Ok(counts(members)) };
+    Err(Error::Incomplete(format!(
+        "{} of {} members did not come to their end; the first: {}: {}: {}",
+        members.iter().filter(lost).count(),
+        members.len(),
+        first.name,
+        first.status,
+        first.reason
+    )))
 }
 
 /// A number of a member.

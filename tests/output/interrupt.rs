@@ -52,3 +52,13 @@ fn the_first_signal_asks_and_the_second_kills() {
     signal("-INT");
     assert_eq!(child.wait().unwrap().code(), Some(130));
 }
+
+#[test]
+fn a_request_to_one_run_ends_no_other() {
+    let [one, other] = [Interrupt::of_one_run(), Interrupt::of_one_run()];
+    one.request();
+    assert!(one.requested() && !other.requested());
+    assert_eq!((one.signal(), other.signal()), (Some(15), None));
+    other.pass_on(None);
+    assert!(other.requested() && other.signal().is_none());
+}

@@ -7,6 +7,11 @@ use super::failed::{LATE, failing};
 use super::program::{folder, rumple, text};
 use crate::coupled::DOME;
 
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::solve::SolveError;
+use rumple::{Error, Simulation};
+
 /// Rows of isosceles triangles, so many times as long as high, pulled apart by what grows on them.
 fn needles(aspect: f64) -> String {
     let (columns, rows) = (12, 12);
@@ -157,6 +162,21 @@ fn a_balloon_that_moves_beyond_its_limit_load_is_no_fault_of_a_law() {
     let message = failing(folder.path(), &args);
     let parts = ["the cause is the load", "pressure has stretched edges", "blows up", "time.until"];
     assert_says(&message, &parts);
+}
+
+/// Programs that step by themselves get the same error as runs.
+#[test]
+fn a_step_that_blows_up_is_an_error() {
+    let folder = folder(&shell("vertices = 200", 500.0));
+    let set = ["time.policy=\"simultaneous\"", "material.drag=0.1"].map(str::to_owned);
+    let scene = Scene::load(&folder.path().join("scene.toml"), &set).unwrap();
+    let mut simulation = Simulation::new(&scene, &Search::from_environment(&[])).unwrap();
+    simulation.prepare().unwrap();
+    let until = scene.time.span.until.get();
+    let error = std::iter::repeat_with(|| simulation.step(until)).find_map(Result::err).unwrap();
+    let Error::Solve(SolveError::BlowUp { time }) = error else { panic!("{error}") };
+    assert_eq!(time, simulation.state().time);
+    assert!(time > 0.3 && time < until, "{time}");
 }
 
 /// It folds flat in one step and is turned over in another one.

@@ -13,9 +13,16 @@ prepared() {
         && "$build/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.7,<2' \
         && "$clean/bin/pip" install --quiet --disable-pip-version-check numpy pytest
 }
+# What optional parts and their tests need: tables, fits, the tutorial.
+optional=(pandas scipy matplotlib nbclient ipykernel)
+
 if ! prepared; then
     echo "left out: maturin, numpy and pytest cannot be installed"
     exit 0
+fi
+
+if ! "$clean/bin/pip" install --quiet --disable-pip-version-check "${optional[@]}"; then
+    echo "left out: studies, fit and tutorial: ${optional[*]} cannot be installed"
 fi
 
 export CARGO_TARGET_DIR=$target

@@ -3,16 +3,12 @@
 pub(super) mod begin;
 
 use std::path::{Path, PathBuf};
-use std::{io, thread};
 
 use clap::{Args, Subcommand};
 
 use super::SceneArgs;
-use crate::output::{Interrupt, Mode, Progress};
-use crate::run::run::Ending;
-use crate::run::{Error, Result};
-use crate::solve::SolveError;
-use crate::study::gather::{Found, MemberStatus, gather};
+use crate::run::Result;
+use crate::study::gather::{counts, gather};
 use crate::study::plan::Plan;
 use crate::study::{run, sweep};
 
@@ -83,7 +79,7 @@ pub(super) struct PlanArgs {
     how: HowArgs,
 }
 
-/// How the runs of many members are made.
+/// Options of the runs of many members.
 #[derive(Debug, Args)]
 pub(super) struct HowArgs {
     /// Directory for the results; by default named after the scene and the command.
@@ -120,57 +116,13 @@ pub(super) struct HowArgs {
 pub(super) fn run(args: &SweepArgs) -> Result<()> {
     match (&args.command, &args.plan) {
         (Some(Command::Collect { directory, quiet }), _) => {
-            let (root, plan) = planned(directory)?;
-            gathered(&plan, &root, *quiet, false).map(|_| ())
+            let root = super::absolute(directory)?;
+            gathered(&Plan::of(&root)?, &root, *quiet, false).map(|_| ())
         }
         (Some(Command::Member { directory, number, leash }), _) => {
-            member(directory, *number, *leash)
+            run::member(&super::absolute(directory)?, *number, *leash)
         }
         (None, plan) => plan.as_ref().map_or(Ok(()), begin::run),
-    }
-}
-
-/// The plan of the sweep in `directory`.
-fn planned(directory: &Path) -> Result<(PathBuf, Plan)> {
-    let root = super::absolute(directory)?;
-    let Some(plan) = Plan::read(&root)? else {
-        let (path, file) = (directory.display(), Plan::FILE);
-        let message = format!("{path}: no {file}: expected the directory of a sweep");
-        return Err(Error::Refused(message));
-    };
-    Ok((root, plan))
-}
-
-/// Runs one member in this process.
-fn member(directory: &Path, number: usize, leash: bool) -> Result<()> {
-    let (root, plan) = planned(directory)?;
-    let threads = plan.threads.max(1).into();
-    // Only fails if a pool exists already, which then serves as well.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    let interrupt = Interrupt::install()?;
-    if leash {
-        // Whoever started this member holds the other end: before it is closed comes the number of a signal,
-        // or nothing from one that was killed.
-        thread::spawn(move || {
-            let said = io::read_to_string(io::stdin()).unwrap_or_default();
-            interrupt.pass_on(said.parse().ok());
-        });
-    }
-    let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);
-    let done = run::run(
-        &plan,
-        &root,
-        number,
-        &|scene, simulation, directory| super::record(scene, None, simulation, directory),
-        &mut progress,
-        interrupt,
-    );
-    progress.finish();
-    match done? {
-        Some(summary) if summary.ending == Ending::Interrupted => {
-            Err(Error::Solve(SolveError::Interrupted))
-        }
-        _ => Ok(()),
     }
 }
 
@@ -183,28 +135,7 @@ fn gathered(plan: &Plan, root: &Path, quiet: bool, all: bool) -> Result<String> 
         say!("{}", sweep::markdown(plan, &members).trim_end());
         say!("{}; tables, plots and pictures are in {}", counts(&members), root.display());
     }
-    let lost = |found: &&Found| match all {
-        true => found.status != MemberStatus::Complete,
-        false => found.status.is_lost(),
-    };
-    let Some(first) = members.iter().find(lost) else { return Ok(counts(&members)) };
-    Err(Error::Incomplete(format!(
-        "{} of {} members did not come to their end; the first: {}: {}: {}",
-        members.iter().filter(lost).count(),
-        members.len(),
-        first.name,
-        first.status,
-        first.reason
-    )))
-}
-
-/// `3 complete, 1 failed`.
-pub(super) fn counts(members: &[Found]) -> String {
-    let count = |status| members.iter().filter(|f| f.status == status).count();
-    let all = MemberStatus::ALL.into_iter().map(|(status, name)| (count(status), name));
-    let texts: Vec<String> =
-        all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
-    format!("{} members: {}", members.len(), texts.join(", "))
+    sweep::standing(&members, all)
 }
 
 /// `8GB`, `500 MB`, `2GiB`, or a number of bytes.

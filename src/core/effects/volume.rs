@@ -33,10 +33,9 @@ use super::{
     LowRank, Needs, Ramp,
 };
 use crate::Vec3;
-use crate::geometry::Shape;
+use crate::geometry::{Shape, volume};
 use crate::num::checked::Positive;
 use crate::num::real;
-use crate::parallel;
 use crate::sheet::Sheet;
 
 /// Parameters of an enclosed volume in a scene.
@@ -137,15 +136,6 @@ impl EffectSpec for Volume {
 }
 
 crate::register_kind!(dyn EffectSpec, "volume", Volume);
-
-/// `⅙ (x₀ - O)·[(x₁ - O) × (x₂ - O)]` summed.
-fn volume(sheet: &Sheet, x: &[Vec3], origin: Vec3) -> f64 {
-    let triangles = sheet.triangles();
-    parallel::sum(triangles.len(), |t| {
-        let [a, b, c] = triangles[t].map(|v| x[v as usize] - origin);
-        a.dot(&b.cross(&c)) / 6.0
-    })
-}
 
 /// The volume that one closed sheet encloses: the energy `κ (V - V*)²/(2 V*)`, or, without a stiffness, the
 /// constraint `(V - V*)/V* = 0`.

@@ -24,7 +24,7 @@ mod quantity;
 mod reference;
 mod report;
 
-pub use plan::Options;
+pub use plan::{Options, REPEATS};
 pub use quantity::Quantity;
 
 use std::path::Path;
@@ -35,7 +35,7 @@ use self::advice::Power;
 use self::errors::{Case, Point};
 use self::peers::PeerRecord;
 use self::policies::Policies;
-use super::gather::{Found, MemberStatus, status};
+use super::gather::{Found, MemberStatus, counts, status};
 use super::plan::Plan;
 use super::sweep::PLOT;
 use super::{draw, read_document, write_document, write_files};
@@ -125,10 +125,33 @@ impl Study {
     }
 
     /// Whether every case has a reference that completed, or may still.
-    pub(crate) fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
+    fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
         let lost = |f: &Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
         let references = || found.iter().filter(|f| self.is_reference(&f.at) && !lost(f));
         plan.members.iter().all(|m| references().any(|f| f.at.get(1..) == m.at.get(1..)))
+    }
+
+    /// Says how many of the runs that were `found` have which status.
+    ///
+    /// # Errors
+    /// [`Error::Incomplete`] if a run was killed or is damaged, or if errors are not known.
+    pub fn standing(&self, plan: &Plan, found: &[Found]) -> Result<String> {
+        for (status, what) in [
+            (MemberStatus::Killed, "ended without a word"),
+            (MemberStatus::Damaged, "damaged, and to be made again by the whole command"),
+        ] {
+            let such = || found.iter().filter(|f| f.status == status);
+            if let Some(Found { name, reason, .. }) = such().next() {
+                let message = format!("{} {what}; the first: {name}: {reason}", such().count());
+                return Err(Error::Incomplete(message));
+            }
+        }
+        match self.has_references(plan, found) {
+            true => Ok(counts(found)),
+            false => {
+                Err(Error::Incomplete("no reference came to its end: errors are not known".into()))
+            }
+        }
     }
 
     /// The members that are references.

@@ -38,6 +38,26 @@ pub struct Options {
     pub of: Option<Quantity>,
 }
 
+/// Usual number of repetitions of short runs, to time them.
+pub const REPEATS: u16 = 3;
+
+impl Default for Options {
+    fn default() -> Self {
+        let tolerances = [1e-1, 1e-2, 1e-3, 1e-4].into_iter().filter_map(Positive::new).collect();
+        Self {
+            integrators: Vec::new(),
+            tolerances,
+            forces: Vec::new(),
+            references: Vec::new(),
+            taken: None,
+            seeds: 2,
+            limit: 300,
+            wanted: 0.01,
+            of: None,
+        }
+    }
+}
+
 /// References are so many times tighter than the tightest tolerance.
 const TIGHTER: f64 = 100.0;
 /// The same of a staggered integrator, which is of second order.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::num::real;
+use crate::run::{Error, Result};
 use crate::study::extent;
 use crate::study::gather::{Distance, Measures};
 
@@ -45,6 +46,18 @@ impl Quantity {
     /// The measures, which can be compared on any branch.
     pub const MEASURES: [Self; 5] =
         [Self::Energy, Self::Amplitude, Self::Spots, Self::Separation, Self::Buckling];
+
+    /// The quantity that a command calls `name`.
+    ///
+    /// # Errors
+    /// There is none; the names.
+    pub fn named(name: &str) -> Result<Self> {
+        serde_json::from_value(serde_json::Value::from(name)).map_err(|_| {
+            let names = Self::ALL.map(|q| serde_json::to_value(q).unwrap_or_default());
+            let names: Vec<&str> = names.iter().filter_map(serde_json::Value::as_str).collect();
+            Error::Refused(format!("{name:?} is no quantity; expected one of {}", names.join(", ")))
+        })
+    }
 
     /// Its name.
     pub(crate) fn name(self) -> &'static str {

@@ -4,12 +4,14 @@
 //! are measured: before shapes diverge at a bifurcation by the distance of their fields, after it by what
 //! does not depend on which of equal branches was taken (energy, number of spots, separation, amplitude).
 
+mod begin;
 mod pictures;
 mod table;
 mod timescales;
 
+pub use begin::{Comparison, Planned, Reports, TABLE};
 pub use pictures::{contact_sheet, figure};
-pub(crate) use table::{csv, table};
+use table::{csv, table};
 pub use timescales::Timescales;
 
 use std::sync::Arc;

@@ -181,6 +181,16 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Fo
     found
 }
 
+/// Returns how many members have which status, as in `4 members: 3 complete, 1 failed`.
+#[must_use]
+pub fn counts(members: &[Found]) -> String {
+    let count = |status| members.iter().filter(|f| f.status == status).count();
+    let all = MemberStatus::ALL.into_iter().map(|(status, name)| (count(status), name));
+    let texts: Vec<String> =
+        all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
+    format!("{} members: {}", members.len(), texts.join(", "))
+}
+
 fn read_shown(directory: &Path) -> Option<Shown> {
     let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
     // Of a damaged file nothing is shown.

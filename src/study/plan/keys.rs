@@ -102,3 +102,18 @@ pub fn seeds(scene: &Scene) -> Result<Vec<String>> {
     }
     Ok(found)
 }
+
+/// Seeds 1 to `count` for everything random in the scene file `scene` with `set` and the first values of `axes`.
+///
+/// # Errors
+/// A scene that is not valid, or in which nothing is random.
+pub fn seed_axis(scene: &Path, set: &[String], axes: &[Axis], count: usize) -> Result<Axis> {
+    let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
+    let paths = seeds(&Scene::varied(scene, set, &first)?)?;
+    if paths.is_empty() {
+        let message = "--seeds: nothing in the scene is random; give sheet.imperfection, or a \
+                       random start of a species";
+        return Err(Error::Refused(message.into()));
+    }
+    Ok(Axis::seeds(paths, count))
+}

@@ -17,8 +17,8 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 pub use self::axis::{Axis, MOST};
-pub use self::keys::seeds;
 use self::keys::{check_keys, disambiguate_titles};
+pub use self::keys::{seed_axis, seeds};
 use super::{read_document, write_document};
 use crate::kinetics::{Isolation, Search};
 use crate::output::OutputError;
@@ -254,6 +254,17 @@ impl Plan {
     /// If its file cannot be read.
     pub fn read(root: &Path) -> Result<Option<Self>> {
         read_document(&root.join(Self::FILE), "sweep")
+    }
+
+    /// Reads that of the sweep in `root`.
+    ///
+    /// # Errors
+    /// If there is no sweep, or its file cannot be read.
+    pub fn of(root: &Path) -> Result<Self> {
+        Self::read(root)?.ok_or_else(|| {
+            let (path, file) = (root.display(), Self::FILE);
+            Error::Refused(format!("{path}: no {file}: expected the directory of a sweep"))
+        })
     }
 
     /// Writes it into `root`.

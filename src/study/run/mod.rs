@@ -1,5 +1,7 @@
 //! Runs of the members of a study: each in a process of its own, several at a time.
 
+mod begin;
+mod member;
 mod memory;
 mod pool;
 pub mod slurm;
@@ -12,6 +14,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+pub use self::begin::{Runs, Settings, SlurmSettings};
+pub use self::member::member;
 pub use self::memory::{Needs, available};
 pub use self::pool::Pool;
 pub use self::timing::Timing;

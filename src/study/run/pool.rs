@@ -4,6 +4,7 @@
 //! itself, the child ends after its step as if it was interrupted, its files complete. A signal that asked
 //! the study to end is passed on through the pipe, as a number.
 
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use std::time::{Duration, Instant};
 use super::memory::{Needs, peak};
 use crate::output::plot::label;
 use crate::output::{Interrupt, OutputError, ResultDirectory};
-use crate::run::{Result, peak_resident};
+use crate::run::{Error, Result, peak_resident};
 use crate::study::gather::{MemberStatus, last_time, status};
 use crate::study::plan::Plan;
 
@@ -24,8 +25,8 @@ pub struct Pool<'a> {
     pub plan: &'a Plan,
     /// The directory of the study.
     pub root: &'a Path,
-    /// This program.
-    pub program: PathBuf,
+    /// Command of a member, to which the directory of the study and the number of the member are appended.
+    pub command: &'a [OsString],
     /// Most members at once.
     pub jobs: usize,
     /// Bytes that all of them together may take, if that matters.
@@ -203,15 +204,19 @@ impl Pool<'_> {
         let log = self.log(member);
         fs::create_dir_all(self.root.join(Plan::MEMBERS)).map_err(OutputError::write(&log))?;
         let messages = File::create(&log).map_err(OutputError::write(&log))?;
-        let mut child = Command::new(&self.program)
-            .args(["sweep", "member", "--leash"])
+        let (program, arguments) = self
+            .command
+            .split_first()
+            .ok_or_else(|| Error::Refused("there is no command that runs a member".to_owned()))?;
+        let mut child = Command::new(program)
+            .args(arguments)
             .arg(self.root)
             .arg(member.to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(messages)
             .spawn()
-            .map_err(OutputError::read(&self.program))?;
+            .map_err(OutputError::read(program.as_ref()))?;
         let leash = child.stdin.take();
         Ok(Running { member, child, leash, since: Instant::now(), peak: 0, relaxed: false })
     }

@@ -7,7 +7,7 @@ use crate::output::{Claim, OutputError, ResultDirectory};
 use crate::run::Result;
 
 /// Claims the directory `root`, made where there is none, once nothing in it is refused by `check`; what that finds.
-pub(super) fn claim<T>(root: &Path, check: impl Fn() -> Result<T>) -> Result<(Claim, T)> {
+pub(crate) fn claim<T>(root: &Path, check: impl Fn() -> Result<T>) -> Result<(Claim, T)> {
     check()?;
     fs::create_dir_all(root).map_err(OutputError::write(root))?;
     let claim = Claim::take(root)?;
@@ -16,12 +16,12 @@ pub(super) fn claim<T>(root: &Path, check: impl Fn() -> Result<T>) -> Result<(Cl
 }
 
 /// Refuses the directory `root`.
-pub(super) fn refuse<T>(root: &Path, message: impl Into<String>) -> Result<T> {
+pub(crate) fn refuse<T>(root: &Path, message: impl Into<String>) -> Result<T> {
     Err(OutputError::Directory { path: root.to_owned(), message: message.into() }.into())
 }
 
 /// Names of what is in the directory `root`, sorted; none where there is no such directory.
-pub(super) fn names(root: &Path) -> Result<Vec<String>> {
+pub(crate) fn names(root: &Path) -> Result<Vec<String>> {
     if fs::symlink_metadata(root).is_err() {
         return Ok(Vec::new());
     }
@@ -37,12 +37,12 @@ pub(super) fn names(root: &Path) -> Result<Vec<String>> {
 }
 
 /// Removes the file `path`.
-pub(super) fn remove_file(path: &Path) -> Result<()> {
+pub(crate) fn remove_file(path: &Path) -> Result<()> {
     Ok(fs::remove_file(path).map_err(OutputError::write(path))?)
 }
 
 /// Removes what a run wrote into the directory `path`; a folder that holds anything else stays.
-pub(super) fn remove_run(path: &Path) -> Result<()> {
+pub(crate) fn remove_run(path: &Path) -> Result<()> {
     drop(ResultDirectory::prepare(path, true)?);
     for rest in [Claim::STATUS, Claim::LOCK] {
         let _ = fs::remove_file(path.join(rest));

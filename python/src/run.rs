@@ -1,0 +1,252 @@
+//! Runs into result directories, as `rumple run` and `rumple resume` make them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rumple::kinetics::{Kinetics, Search};
+use rumple::model::Evaluation;
+use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
+use rumple::run::run::{Ending, continued, recorded};
+use rumple::run::{Observer, StepInfo, inspect, provenance, resume as resumption};
+use rumple::sheet::read;
+use rumple::view;
+
+use crate::engine::{Pending, Slot};
+use crate::law::Law;
+use crate::scene::Scene;
+use crate::{convert, engine};
+
+/// A state of a run that writes results, for observers.
+#[pyclass(module = "rumple", frozen, get_all)]
+pub(crate) struct State {
+    /// Time of the state.
+    time: f64,
+    /// Accepted steps.
+    steps: u64,
+    /// Positions of the vertices, n × 3.
+    positions: Py<PyArray2<f64>>,
+    /// Values of the species where they live, by name.
+    species: Py<PyDict>,
+    /// Energy of every effect that has one, by name.
+    energies: Py<PyDict>,
+}
+
+impl State {
+    /// Copies the state of `at`.
+    fn of(py: Python<'_>, at: &Evaluation<'_>, energies: Vec<f64>) -> PyResult<Self> {
+        let (model, state) = (at.model(), at.state());
+        let species = PyDict::new(py);
+        let names = model.chemistry().map(|c| c.descriptor().species.as_slice());
+        for (about, values) in names.unwrap_or_default().iter().zip(&state.species) {
+            species.set_item(&about.name, PyArray1::from_slice(py, values))?;
+        }
+        let by_name = PyDict::new(py);
+        for (name, energy) in model.mechanics().names().zip(energies) {
+            by_name.set_item(name, energy)?;
+        }
+        Ok(Self {
+            time: state.time,
+            steps: state.step,
+            positions: convert::vectors(py, &state.x)?.unbind(),
+            species: species.unbind(),
+            energies: by_name.unbind(),
+        })
+    }
+}
+
+#[pymethods]
+impl State {
+    fn __repr__(&self) -> String {
+        format!("<rumple.State at time {}, step {}>", self.time, self.steps)
+    }
+}
+
+/// Shows the state after every step to a function in Python, which may end the run.
+struct Shown {
+    observe: Py<PyAny>,
+    /// The step that was seen last; none before the start.
+    seen: Option<u64>,
+    raised: Slot,
+    interrupt: Interrupt,
+}
+
+impl Observer for Shown {
+    fn observe(&mut self, _: &mut Evaluation<'_>, _: &StepInfo<'_>) -> rumple::Result<()> {
+        Ok(())
+    }
+
+    fn stop(&mut self, at: &mut Evaluation<'_>) -> rumple::Result<Option<Ending>> {
+        let step = at.state().step;
+        let begun = self.seen.replace(step);
+        // The start is no step, and the state before a step that was interrupted is shown twice.
+        if begun.is_none() || begun == Some(step) {
+            return Ok(None);
+        }
+        let energies = at.energies()?;
+        let ended = Python::attach(|py| {
+            let state = Bound::new(py, State::of(py, at, energies)?)?;
+            self.observe.call1(py, (state,))?.is_truthy(py)
+        });
+        match ended {
+            Ok(true) => Ok(Some(Ending::Observed("an observer has ended the run"))),
+            Ok(false) => Ok(None),
+            Err(error) => {
+                // The run ends as one that is interrupted, and can be continued.
+                self.raised.keep(error);
+                self.interrupt.request();
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// What a run has besides its scene and its directory.
+struct Attended {
+    pending: Pending,
+    interrupt: Interrupt,
+    shown: Option<Shown>,
+}
+
+impl Attended {
+    fn new(observe: Option<Py<PyAny>>) -> Self {
+        let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
+        let shown = observe.map(|observe| Shown {
+            observe,
+            seen: None,
+            raised: pending.signal.clone(),
+            interrupt,
+        });
+        Self { pending, interrupt, shown }
+    }
+
+    /// Does `work`, which is given the interrupt and the observers, and writes the viewer beside its results in the
+    /// directory that it has come to, if the scene wants one.
+    fn run(
+        self,
+        py: Python<'_>,
+        work: impl FnOnce(Interrupt, &mut [&mut dyn Observer], &mut Reached) -> rumple::Result<()>
+        + Send,
+    ) -> PyResult<PathBuf> {
+        let Self { pending, interrupt, mut shown } = self;
+        let mut reached = Reached::default();
+        let done = pending.attend(py, interrupt, || {
+            let mut others: Vec<&mut dyn Observer> = Vec::new();
+            others.extend(shown.as_mut().map(|shown| -> &mut dyn Observer { shown }));
+            let done = work(interrupt, &mut others, &mut reached);
+            if reached.report {
+                reached.missing = view::report(&reached.root).err().map(|e| e.to_string());
+            }
+            done
+        });
+        if let Some(why) = reached.missing {
+            let text = format!("no {} is written: {why}", ResultDirectory::REPORT);
+            warn(py, &text)?;
+        }
+        reached.notes.iter().try_for_each(|note| warn(py, note))?;
+        done.map(|()| reached.root)
+    }
+}
+
+/// The directory of a run that has begun, and what is to be said of it.
+#[derive(Default)]
+struct Reached {
+    root: PathBuf,
+    report: bool,
+    missing: Option<String>,
+    notes: Vec<String>,
+}
+
+/// Issues a warning.
+pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    py.import("warnings")?.call_method1("warn", (text, py.get_type::<PyUserWarning>(), 2))?;
+    Ok(())
+}
+
+/// The path `path` in full, which the working directory does not change.
+pub(crate) fn full(path: &Path) -> rumple::Result<PathBuf> {
+    let refuse = |error| rumple::Error::Refused(format!("{}: {error}", path.display()));
+    std::path::absolute(path).map_err(refuse)
+}
+
+/// Runs a scene and writes its results; the directory.
+#[pyfunction]
+#[pyo3(signature = (scene, out, state, force, observe, law, plugins))]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn run(
+    py: Python<'_>,
+    scene: &Scene,
+    out: Option<PathBuf>,
+    state: Option<PathBuf>,
+    force: bool,
+    observe: Option<Py<PyAny>>,
+    law: Option<&Law>,
+    plugins: Vec<PathBuf>,
+) -> PyResult<PathBuf> {
+    let attended = Attended::new(observe);
+    let law = law.map(|law| law.kinetics(py, &attended.pending.law));
+    let scene = Arc::clone(&scene.checked);
+    attended.run(py, move |interrupt, others, reached| {
+        let stem = Path::new(scene.name());
+        let default = || ResultDirectory::default_path(stem, SystemTime::now());
+        let root = full(&out.unwrap_or_else(default))?;
+        let search = Search::from_environment(&plugins);
+        let law = law.map(|law| -> Arc<dyn Kinetics> { Arc::new(law) });
+        let mut simulation = match law {
+            None => rumple::Simulation::new(&scene, &search)?,
+            Some(law) => rumple::Simulation::with_law(&scene, &search, law)?,
+        };
+        let mut inputs = provenance::inputs(&scene, simulation.plugins());
+        let state = state.map(|path| full(&path)).transpose()?;
+        if let Some(path) = &state {
+            inputs.add("the state", path);
+            inspect::take_state(&mut simulation, &read::surface(path)?)?;
+        }
+        inputs.outside(&root)?;
+        let directory = ResultDirectory::prepare(&root, force)?;
+        (reached.root, reached.report) = (root, scene.output.report);
+        reached.notes = simulation.notes().to_vec();
+        let mut progress = Progress::new(Mode::Silent, 0.0, scene.time.span.until.get());
+        let origin = (&*scene, state.as_deref());
+        recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others)?;
+        Ok(())
+    })
+}
+
+/// Continues the run in a directory; the directory.
+#[pyfunction]
+#[pyo3(signature = (directory, until, observe, plugins))]
+pub(crate) fn resume(
+    py: Python<'_>,
+    directory: PathBuf,
+    until: Option<f64>,
+    observe: Option<Py<PyAny>>,
+    plugins: Vec<PathBuf>,
+) -> PyResult<PathBuf> {
+    Attended::new(observe).run(py, move |interrupt, others, reached| {
+        let root = full(&directory)?;
+        if !root.is_dir() {
+            let text = format!("{}: no such directory", root.display());
+            return Err(rumple::Error::Refused(text));
+        }
+        let directory = ResultDirectory::reopen(&root)?;
+        let search = Search::from_environment(&plugins);
+        let mut resumed = resumption::resume(&directory, until, &search)?;
+        (reached.root, reached.report) = (root, resumed.scene.output.report);
+        reached.notes = resumed.notes.clone();
+        let (from, end) = (resumed.checkpoint.time(), resumed.scene.time.span.until.get());
+        let mut progress = Progress::new(Mode::Silent, from, end);
+        continued(&mut resumed, &directory, &mut progress, interrupt, others)?;
+        Ok(())
+    })
+}
+
+/// Writes the viewer of the results in a directory beside them; its path.
+#[pyfunction]
+pub(crate) fn report(py: Python<'_>, directory: PathBuf) -> PyResult<PathBuf> {
+    engine::call(py, || view::report(&full(&directory)?))
+}

@@ -1,0 +1,258 @@
+//! Sweeps, accuracy studies and comparisons, by the library's `study`.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rumple::kinetics::Search;
+use rumple::num::checked::Positive;
+use rumple::output::{Interrupt, Mode, Progress};
+use rumple::run::Error;
+use rumple::study::accuracy::{Options, Quantity, Study};
+use rumple::study::compare::{Comparison, Reports};
+use rumple::study::gather::gather;
+use rumple::study::plan::{Axis, Plan, seed_axis};
+use rumple::study::run::{Runs, Settings};
+use rumple::study::{run, sweep as table};
+use rumple::view;
+
+use crate::engine::Pending;
+use crate::run::full;
+use crate::scene::Scene;
+use crate::{engine, overrides};
+
+/// What all studies have.
+#[derive(FromPyObject)]
+pub(crate) struct How {
+    /// The directory.
+    out: PathBuf,
+    /// Whether an earlier study in it is replaced.
+    force: bool,
+    /// Most members at once.
+    jobs: u64,
+    /// Whether members that failed are run again.
+    retry_failed: bool,
+    /// Threads of a member.
+    threads: u16,
+    /// Folders in which plugins are looked for first.
+    plugins: Vec<PathBuf>,
+    /// Command of a member in a process of its own.
+    member: Vec<OsString>,
+}
+
+impl How {
+    /// Gives `plan` what members have.
+    fn give(&self, plan: &mut Plan) -> rumple::Result<()> {
+        counted(&[("jobs", self.jobs), ("threads", self.threads.into())])?;
+        let search = Search::from_environment(&self.plugins);
+        plan.threads = self.threads;
+        plan.plugin_limit = UNLIMITED;
+        plan.plugin_path =
+            search.directories().iter().map(|path| full(path)).collect::<rumple::Result<_>>()?;
+        Ok(())
+    }
+
+    /// Runs `plan`, as `command` does.
+    fn on(
+        &self,
+        command: &str,
+        mut plan: Plan,
+        interrupt: Interrupt,
+        prepare: &dyn Fn(&Path) -> rumple::Result<()>,
+        gather: &dyn Fn(&Plan, &Path) -> rumple::Result<String>,
+    ) -> rumple::Result<()> {
+        let root = full(&self.out)?;
+        let settings = Settings {
+            jobs: usize::try_from(self.jobs).ok(),
+            retry_failed: self.retry_failed,
+            force: self.force,
+            ..Settings::default()
+        };
+        let member = self.member.clone();
+        let (check, silent) = (&|_: &Plan| Ok(()), &|_: &str| ());
+        let (happens, submitted) = (silent, silent);
+        let runs = Runs { command, settings, member, check, prepare, gather, happens, submitted };
+        let first = runs.seal(&mut plan, &root)?;
+        let claim = runs.open(&plan, &root)?;
+        let ended = runs.on(&plan, (&root, &claim), interrupt);
+        if first.output.report {
+            // The results are complete without it.
+            let _ = view::report(&root);
+        }
+        ended
+    }
+}
+
+/// Refuses settings that are 0 and count something.
+fn counted(settings: &[(&str, u64)]) -> rumple::Result<()> {
+    match settings.iter().find(|(_, count)| *count == 0) {
+        None => Ok(()),
+        Some((name, _)) => Err(Error::Refused(format!("{name} is 0, expected 1 or more"))),
+    }
+}
+
+/// Seconds that one call of a plugin may take: only isolated ones are timed.
+const UNLIMITED: f64 = f64::MAX;
+
+fn axes(texts: &[String]) -> rumple::Result<Vec<Axis>> {
+    texts.iter().map(|text| Axis::parse(text).map_err(Error::Refused)).collect()
+}
+
+/// Runs a scene over values of its keys.
+#[pyfunction]
+#[pyo3(signature = (scene, over, seeds, level, how))]
+pub(crate) fn sweep(
+    py: Python<'_>,
+    scene: &Scene,
+    over: Option<&Bound<'_, PyDict>>,
+    seeds: Option<u16>,
+    level: Option<f64>,
+    how: How,
+) -> PyResult<()> {
+    let over = overrides::axes(over)?;
+    let interrupt = Interrupt::of_one_run();
+    Pending::default().attend(py, interrupt, || {
+        let (file, set) = (scene.file()?, &scene.set);
+        let mut axes = axes(&over)?;
+        if let Some(count) = seeds {
+            counted(&[("seeds", count.into())])?;
+            let count = count.into();
+            axes.push(seed_axis(file, set, &axes, count)?);
+        }
+        let mut plan = Plan::new(file, set, axes)?;
+        plan.level = level;
+        how.give(&mut plan)?;
+        let collect = |plan: &Plan, root: &Path| {
+            let members = gather(plan, root, true);
+            table::write(plan, &members, root)?;
+            // The table says which members failed.
+            Ok(rumple::study::gather::counts(&members))
+        };
+        how.on("sweep", plan, interrupt, &|_| Ok(()), &collect)
+    })
+}
+
+/// What an accuracy study is asked for.
+#[derive(FromPyObject)]
+pub(crate) struct Asked {
+    integrators: Vec<String>,
+    tolerances: Option<Vec<f64>>,
+    force_tolerances: Vec<f64>,
+    references: Vec<String>,
+    seeds: u16,
+    limit: u64,
+    repeats: u16,
+    want: f64,
+    of: Option<String>,
+}
+
+impl Asked {
+    fn options(&self) -> rumple::Result<Options> {
+        counted(&[("limit", self.limit), ("repeats", self.repeats.into())])?;
+        if !(self.want > 0.0 && self.want.is_finite()) {
+            let text = format!("want is {}, expected a share above 0, as 0.01", self.want);
+            return Err(Error::Refused(text));
+        }
+        let usual = Options::default();
+        let numbers = |name: &str, values: &[f64]| -> rumple::Result<Vec<Positive>> {
+            let number = |value: &f64| {
+                Positive::new(*value).filter(|value| value.get() < 1.0).ok_or_else(|| {
+                    Error::Refused(format!("{name}: {value} is not a number between 0 and 1"))
+                })
+            };
+            values.iter().map(number).collect()
+        };
+        let tolerances = self.tolerances.as_deref().map(|all| numbers("tolerances", all));
+        Ok(Options {
+            integrators: self.integrators.clone(),
+            tolerances: tolerances.unwrap_or(Ok(usual.tolerances))?,
+            forces: numbers("force_tolerances", &self.force_tolerances)?,
+            references: self.references.clone(),
+            taken: None,
+            seeds: self.seeds,
+            limit: self.limit,
+            wanted: self.want,
+            of: self.of.as_deref().map(Quantity::named).transpose()?,
+        })
+    }
+}
+
+/// Runs a scene by several integrators and tolerances against references; the advice.
+#[pyfunction]
+#[pyo3(signature = (scene, over, level, asked, how))]
+pub(crate) fn accuracy(
+    py: Python<'_>,
+    scene: &Scene,
+    over: Option<&Bound<'_, PyDict>>,
+    level: Option<f64>,
+    asked: Asked,
+    how: How,
+) -> PyResult<String> {
+    let over = overrides::axes(over)?;
+    let interrupt = Interrupt::of_one_run();
+    Pending::default().attend(py, interrupt, || {
+        let (file, set) = (scene.file()?, &scene.set);
+        let (others, options) = (axes(&over)?, asked.options()?);
+        let search = Search::from_environment(&how.plugins);
+        options.check(file, set, &others, &search)?;
+        let (study, mut plan) = Study::plan(file, set, others, &search, &options)?;
+        (plan.level, plan.repeats) = (level, asked.repeats);
+        how.give(&mut plan)?;
+        let collect = |plan: &Plan, root: &Path| {
+            let found = gather(plan, root, false);
+            table::write_tables(plan, &found, root)?;
+            study.gather(plan, root).write(root)?;
+            study.standing(plan, &found)
+        };
+        how.on("accuracy", plan, interrupt, &|root| study.write(root), &collect)?;
+        let root = full(&how.out)?;
+        Ok(study.gather(&Plan::of(&root)?, &root).advice())
+    })
+}
+
+/// Runs a scene under several policies and integrators.
+#[pyfunction]
+#[pyo3(signature = (scene, policies, integrators, how))]
+pub(crate) fn compare(
+    py: Python<'_>,
+    scene: &Scene,
+    policies: Vec<String>,
+    integrators: Vec<String>,
+    how: How,
+) -> PyResult<Vec<String>> {
+    let interrupt = Interrupt::of_one_run();
+    Pending::default().attend(py, interrupt, || {
+        let root = full(&how.out)?;
+        let search = Search::from_environment(&how.plugins);
+        let comparison = Comparison {
+            scene: scene.file()?,
+            set: &scene.set,
+            policies: &policies,
+            integrators: &integrators,
+            search: &search,
+            force: how.force,
+        };
+        let said = std::cell::RefCell::new(Vec::new());
+        let say = |text: &str| said.borrow_mut().push(text.to_owned());
+        let planned = comparison.plan(&say)?;
+        let (first, start) = comparison.start(&root)?;
+        let claim = comparison.open(&root)?;
+        let progress = |scene: &rumple::scene::Scene| {
+            Progress::new(Mode::Silent, 0.0, scene.time.span.until.get())
+        };
+        let reports = Reports { progress: &progress, say: &say };
+        let ended = comparison.on((planned, start), (&root, &claim), &reports, interrupt);
+        if first.output.report {
+            // The results are complete without it.
+            let _ = view::report(&root);
+        }
+        ended.map(|()| said.take())
+    })
+}
+
+/// Runs one member of a study in this process, which was started for it.
+#[pyfunction]
+pub(crate) fn member(py: Python<'_>, root: PathBuf, number: usize) -> PyResult<()> {
+    engine::call(py, || run::member(&full(&root)?, number, true))
+}

@@ -1,0 +1,138 @@
+"""Sweeps, accuracy studies and comparisons."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import rumple
+from conftest import DOME
+
+pandas = pytest.importorskip("pandas")
+
+SMALL = {"sheet.vertices": 80, "time.until": 0.5, "output.every": 0.25}
+TIMES = ["CPU [s]", "memory [MB]"]
+
+
+def test_a_sweep_is_that_of_the_program(program, tmp_path):
+    scene = rumple.load(DOME, SMALL)
+    over = {"effect[4].coefficient": [0.1, 1.0], "time.policy": ["quasi-static"]}
+    table = rumple.sweep(scene, over, out=tmp_path / "a", jobs=2)
+    assert list(table["effect[4].coefficient"]) == [0.1, 1.0]
+    assert list(table["status"]) == ["complete"] * 2 and list(table["time"]) == [0.5] * 2
+    assert table.attrs["directory"] == str(tmp_path / "a")
+    texts = [word for text in SMALL.items() for word in ("--set", f"{text[0]}={text[1]}")]
+    overs = ["--over", "effect[4].coefficient=0.1,1.0", "--over", "time.policy=quasi-static"]
+    command = [program, "sweep", DOME, "--out", tmp_path / "b", "--quiet", *texts, *overs]
+    subprocess.run(command, check=True)
+    other = pandas.read_csv(tmp_path / "b/sweep.csv")
+    same = [name for name in table if name not in ["member", *TIMES]]
+    pandas.testing.assert_frame_equal(table[same], other[same])
+    first = rumple.read(tmp_path / "a/members" / table["member"][0])
+    assert len(first.frames) == 3
+
+
+def test_a_sweep_goes_on_and_is_replaced_by_force(tmp_path):
+    scene = rumple.load(DOME, SMALL)
+    rumple.sweep(scene, {"material.thickness": [0.5]}, out=tmp_path / "out")
+    status = tmp_path / "out/members/thickness=0.5/status.json"
+    before = status.stat().st_mtime_ns
+    table = rumple.sweep(scene, {"material.thickness": "0.5,0.6"}, out=tmp_path / "out")
+    assert len(table) == 2 and status.stat().st_mtime_ns == before
+    with pytest.raises(rumple.Error, match="holds another sweep"):
+        rumple.sweep(scene, {"material.young": [1e3]}, out=tmp_path / "out")
+    rumple.sweep(scene, {"material.young": [1e3]}, out=tmp_path / "out", force=True)
+    assert not status.exists()
+
+
+def test_members_that_fail_are_rows():
+    scene = rumple.load(DOME, {**SMALL, "time.until": 5.0, "kinetics.rates.c": "5*c^2 + k"})
+    table = rumple.sweep(scene, {"kinetics.parameters.k": [0.0, 2.0]})
+    assert list(table["status"]) == ["complete", "failed"]
+    assert table["reason"][1] and table.attrs["directory"] is None
+
+
+def test_seeds_repeat_members():
+    noisy = {**SMALL, "sheet.imperfection": {"amplitude": 0.01}}
+    table = rumple.sweep(rumple.load(DOME, noisy), seeds=2)
+    assert list(table["seed"]) == [1, 2]
+    assert table["energy [energy]"].nunique() == 2
+    with pytest.raises(rumple.Error, match="kinetics.parameters.nothing"):
+        rumple.sweep(DOME, {"kinetics.parameters.nothing": [1]})
+    with pytest.raises(rumple.Error, match="nothing to vary"):
+        rumple.sweep(DOME)
+    for wrong in ["jobs", "threads", "seeds"]:
+        with pytest.raises(rumple.Error, match=f"{wrong} is 0, expected 1 or more"):
+            rumple.sweep(rumple.load(DOME, noisy), **{"seeds": 1, wrong: 0})
+
+
+def test_scenes_without_a_file_and_pandas_that_is_missing_are_refused(monkeypatch):
+    with pytest.raises(rumple.Error, match="was parsed from text"):
+        rumple.sweep(rumple.parse(DOME.read_text()), {"material.thickness": [0.5]})
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(rumple.Error, match="pip install pandas"):
+        rumple.sweep(DOME, {"material.thickness": [0.5]})
+
+
+def test_ctrl_c_ends_a_sweep_with_its_members(tmp_path):
+    sent = []
+
+    def send():
+        status = tmp_path / "out/members/thickness=0.5/ledger.csv"
+        while not status.is_file():
+            time.sleep(0.01)
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    scene = rumple.load(DOME, {"sheet.vertices": 3000})
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    threading.Thread(target=send).start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            rumple.sweep(scene, {"material.thickness": [0.5, 0.6]}, out=tmp_path / "out")
+        assert time.monotonic() - sent[0] < 2.0
+    finally:
+        signal.signal(signal.SIGINT, before)
+    member = rumple.read(tmp_path / "out/members/thickness=0.5")
+    assert member.status["status"] == "interrupted"
+
+
+def test_accuracy_has_errors_and_advice():
+    table = rumple.accuracy(
+        rumple.load(DOME, SMALL),
+        integrators=["staggered"],
+        tolerances=[1e-2, 1e-4],
+        references=['{ kind = "staggered" }'],
+        seeds=0,
+        repeats=1,
+        limit=60,
+        want=0.05,
+        of="species",
+    )
+    assert list(table["status"]) == ["complete"] * 2 and list(table["tolerance"]) == [1e-2, 1e-4]
+    errors = table["error of the species"]
+    assert errors[0] > errors[1] > 0
+    assert "staggered" in table.attrs["advice"]
+    with pytest.raises(rumple.Error, match="no quantity; expected one of species, shape"):
+        rumple.accuracy(DOME, of="colour")
+    with pytest.raises(rumple.Error, match="want is 0"):
+        rumple.accuracy(DOME, want=0.0)
+    with pytest.raises(rumple.Error, match="tolerances: 2 is not a number between 0 and 1"):
+        rumple.accuracy(DOME, tolerances=[2.0])
+
+
+def test_comparisons_have_a_member_for_every_policy(tmp_path):
+    scene = rumple.load(DOME, {**SMALL, "material.drag": 1.0})
+    policies = ["quasi-static", "simultaneous"]
+    table = rumple.compare(scene, policies=policies, out=tmp_path / "out")
+    members = list(table["member"].unique())
+    assert [name.split(",")[0] for name in members] == policies
+    assert table["shape distance"][table["member"] == members[0]].max() == 0
+    assert table["shape distance"][table["member"] == members[1]].max() > 0
+    assert "slowest mode of the shape" in table.attrs["report"]
+    with pytest.raises(rumple.Error, match="an earlier comparison"):
+        rumple.compare(scene, policies=policies, out=tmp_path / "out")

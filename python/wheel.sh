@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# A wheel of the Python module for Linux systems with glibc 2.17 or newer (manylinux2014): linked by zig, whatever glibc this
+# system has.
+# usage: wheel.sh [DIRECTORY]; by default target/wheels
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+tools=target/python/zig
+python3 -m venv "$tools"
+"$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.7,<2' ziglang
+# Objects for another linker are kept apart.
+export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}/zig
+# maturin asks the first python3 for zig.
+PATH=$PWD/$tools/bin:$PATH maturin build --release --locked --zig --compatibility manylinux2014 \
+    --manifest-path python/Cargo.toml --out "${1:-target/wheels}"

@@ -1,0 +1,47 @@
+//! A member in a process of its own, as [`Pool`](super::Pool) and the tasks of an array job start it.
+
+use std::path::Path;
+use std::{io, thread};
+
+use crate::output::{Interrupt, Mode, Progress};
+use crate::run::run::Ending;
+use crate::run::{Error, Result, provenance};
+use crate::solve::SolveError;
+use crate::study::plan::Plan;
+
+/// Runs member `number` of the study in `root` in this process, whose threads and signals it takes. With a `leash` it ends, as
+/// if interrupted, when standard input is closed.
+///
+/// # Errors
+/// As [`run`](fn@super::run), and an interruption.
+pub fn member(root: &Path, number: usize, leash: bool) -> Result<()> {
+    let plan = Plan::of(root)?;
+    let threads = plan.threads.max(1).into();
+    // Only fails if a pool exists already, which then serves as well.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    let interrupt = Interrupt::install()?;
+    if leash {
+        // Whoever started this member holds the other end: before it is closed comes the number of a signal,
+        // or nothing from one that was killed.
+        thread::spawn(move || {
+            let said = io::read_to_string(io::stdin()).unwrap_or_default();
+            interrupt.pass_on(said.parse().ok());
+        });
+    }
+    let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);
+    let done = super::run(
+        &plan,
+        root,
+        number,
+        &|scene, simulation, directory| provenance::record(scene, None, simulation, directory),
+        &mut progress,
+        interrupt,
+    );
+    progress.finish();
+    match done? {
+        Some(summary) if summary.ending == Ending::Interrupted => {
+            Err(Error::Solve(SolveError::Interrupted))
+        }
+        _ => Ok(()),
+    }
+}
