@@ -146,7 +146,7 @@ fn faults_are_reported_with_their_place() {
     let in_stl = |from: &str, to: &str, words: &[&str]| changed(&stl, "stl", from, to, words);
     in_stl("facet", "face", &["mesh.stl", "line 2", "\"face\"", "facet"]);
     in_stl("vertex", "vertex x", &["line 4", "\"x\"", "number as x"]);
-    in_stl("endsolid", "", &["cut short"]);
+    in_stl("endsolid Created by Gmsh", "", &["cut short"]);
     refused(b"", "stl", &["has 0 bytes"]);
     refused(&[0; 200], "stl", &["0 triangles", "no triangles"]);
     refused(&[7; 200], "stl", &["byte 80", "cut short"]);

@@ -30,6 +30,8 @@ struct Mesh<'a> {
     across: Vec<[u32; 3]>,
     /// Triangles at every vertex.
     valence: Vec<u32>,
+    /// Fewest of them: a closed fan has three, one at the boundary has one.
+    fewest: Vec<u32>,
 }
 
 /// Flips edges of oriented triangles until they are Delaunay; the boundary stays.
@@ -63,13 +65,21 @@ impl<'a> Mesh<'a> {
         }
         half.sort_unstable();
         let mut across = vec![[NONE; 3]; triangles.len()];
+        let mut fewest = vec![3; points.len()];
         for group in half.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
-            if let [(_, _, s, i), (_, _, t, j)] = *group {
-                across[s as usize][i] = t;
-                across[t as usize][j] = s;
+            match *group {
+                [(_, _, s, i), (_, _, t, j)] => {
+                    across[s as usize][i] = t;
+                    across[t as usize][j] = s;
+                }
+                [(a, b, ..)] => {
+                    fewest[a as usize] = 1;
+                    fewest[b as usize] = 1;
+                }
+                _ => {}
             }
         }
-        Self { points, triangles, across, valence }
+        Self { points, triangles, across, valence, fewest }
     }
 
     /// Flips the side of triangle `t` opposite its corner `k` if it is not Delaunay; whether it did.
@@ -83,8 +93,8 @@ impl<'a> Mesh<'a> {
         // c is opposite the edge a b in t, d in s.
         let [c, a, b] = [0, 1, 2].map(|i| self.triangles[t][(k + i) % 3]);
         let d = self.triangles[s][j];
-        // Fewer than four triangles at a vertex of the sphere are none.
-        if c == d || self.valence[a as usize] <= 3 || self.valence[b as usize] <= 3 {
+        let spare = |v: u32| self.valence[v as usize] > self.fewest[v as usize];
+        if c == d || !spare(a) || !spare(b) {
             return false;
         }
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.points[v as usize]);
@@ -142,9 +152,7 @@ mod tests {
     fn a_long_diagonal_is_flipped_and_a_bent_pair_is_not_folded() {
         let thin = [(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (2.0, 1.0, 0.0), (2.0, -1.0, 0.0)];
         let points = thin.map(|(x, y, z)| Vec3::new(x, y, z));
-        // Two triangles alone have vertices of two triangles; a fan around them makes more of them.
         let mut mesh = Mesh::new(&points, vec![[0, 1, 2], [1, 0, 3]]);
-        mesh.valence = vec![6; 4];
         assert!(mesh.flip(0, 2));
         assert_eq!(mesh.triangles, [[2, 0, 3], [3, 1, 2]]);
         assert_eq!(mesh.across, [[NONE, 1, NONE], [NONE, 0, NONE]]);

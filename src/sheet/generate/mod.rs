@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use super::{Sheet, SheetError};
 use domain::Domain;
 pub use graph::Height;
+use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real};
 
 /// Smallest quality that a generated triangle may have; below it another random start is tried.
@@ -253,13 +254,16 @@ fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
             domain.fixed_boundary()
         ));
     }
-    for (t, tri) in sheet.triangles().iter().enumerate() {
+    for tri in sheet.triangles() {
+        let corners = tri.map(|v| sheet.rest()[v as usize]);
+        let [x, y, z] = (corners.iter().sum::<Vec3>() / 3.0).into();
+        let near = || format!("the triangle at ({x:.3}, {y:.3}, {z:.3})");
         if tri.iter().all(|&v| sheet.boundary()[v as usize]) {
-            return Err(format!("triangle {t} has all its vertices on the boundary"));
+            return Err(format!("{} has all its vertices on the boundary", near()));
         }
-        let q = super::quality::triangle_quality(tri.map(|v| sheet.rest()[v as usize]));
+        let q = super::quality::triangle_quality(corners);
         if q < MIN_QUALITY {
-            return Err(format!("triangle {t} has quality {q:.3}, below {MIN_QUALITY}"));
+            return Err(format!("{} has quality {q:.3}, below {MIN_QUALITY}", near()));
         }
     }
     Ok(sheet)
