@@ -100,7 +100,7 @@ fn a_file_is_whole_after_every_single_write() {
     let mut log = Log::default();
     written(&mut log, 70, true);
     let mut disk = Vec::new();
-    let mut seen = vec![false; 71];
+    let mut seen = [false; 71];
     for (k, (at, bytes)) in log.0.iter().enumerate() {
         // A write of many bytes may end anywhere: only where it adds to what nothing reads.
         if bytes.len() > 8 && k > 0 {
