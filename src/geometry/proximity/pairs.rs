@@ -24,6 +24,8 @@ const OF_REST: f64 = 0.5;
 const MARGIN: f64 = 0.15;
 /// The same for the longer list.
 const WIDE: f64 = 0.5;
+/// Motion since the last list beyond which the next longer list would not last: the pairs come out of the trees.
+const CALM: f64 = 0.3;
 /// A step ends where a pair is nearer than this share of its distance at the start, or of its reach.
 const APPROACH: f64 = 0.1;
 
@@ -165,9 +167,20 @@ impl Proximity {
     /// Makes the list at `x`.
     fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range) {
         let (margin, reduction) = (MARGIN * self.edge, sheet.reduction());
-        let wide = WIDE * self.edge - margin;
-        if self.range != range || !self.wide.serves(reduction, x, wide) {
-            self.make_wide(sheet, x, range);
+        if self.range != range {
+            self.wide = List::NONE;
+        }
+        let serves = self.wide.serves(reduction, x, WIDE * self.edge - margin);
+        if !serves && !self.list.serves(reduction, x, CALM * self.edge) {
+            let pairs = self.around(sheet, x, &range, margin);
+            self.list.set(x, pairs);
+            self.range = range;
+            return;
+        }
+        if !serves {
+            let pairs = self.around(sheet, x, &range, WIDE * self.edge);
+            let with = |pair: Pair| (pair, pair.kind.distance(&at(x, &pair.corners)));
+            self.wide.set(x, pairs.into_iter().map(with).collect());
         }
         let slack = 2.0 * margin;
         let List { at: from, pairs } = &self.wide;
@@ -177,24 +190,23 @@ impl Proximity {
             bound < pair.reach && pair.kind.distance(&at(x, &pair.corners)) - slack < pair.reach
         });
         self.list.set(x, near.into_iter().map(|(pair, _)| pair).collect());
+        self.range = range;
     }
 
-    /// Makes the longer list at `x`.
-    fn make_wide(&mut self, sheet: &Sheet, x: &[Vec3], range: Range) {
+    /// All pairs that may come within their reach while no vertex moves by more than `margin` from `x`.
+    fn around(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range, margin: f64) -> Vec<Pair> {
         self.follow(sheet, x, None);
-        let slack = 2.0 * WIDE * self.edge;
+        let slack = 2.0 * margin;
         let keep = |kind: Kind, corners: &[u32; 4]| {
             let distance = kind.distance(&at(x, corners)) - slack;
             // Distances at rest are asked for last: most pairs are out of reach without.
-            let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, &range))?;
+            let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, range))?;
             (distance < reach).then_some(reach)
         };
         let search = Search { sheet, x, d: None, keep: &keep };
         let mut pairs = search.points(&self.triangles, slack + range.points);
         pairs.append(&mut search.edges(&self.edges, slack + range.edges));
-        let with = |pair: Pair| (pair, pair.kind.distance(&at(x, &pair.corners)));
-        self.wide.set(x, pairs.into_iter().map(with).collect());
-        self.range = range;
+        pairs
     }
 
     /// All pairs of the longer list that may touch on the step `d` from `x`.
