@@ -1,8 +1,8 @@
 //! A tree of boxes along the axes: which items of a shape may be near one another.
 //!
 //! The items stand in the Morton order of their rest places, four to a leaf; every node has the box of the nodes
-//! below. The order is made once, the boxes follow the shape: O(n) to refit, O(log n) an inquiry on a sheet that is
-//! not crumpled beyond recognition.
+//! below, at rest and in the shape. The order is made once, the boxes follow the shape: O(n) to refit, O(log n) an
+//! inquiry on a sheet that is not crumpled beyond recognition.
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
@@ -32,10 +32,21 @@ impl Bounds {
         Self { least: self.least.inf(&other.least), largest: self.largest.sup(&other.largest) }
     }
 
-    /// The box with all that is at most `reach` away along an axis.
+    fn centre(&self) -> Vec3 {
+        0.5 * (self.least + self.largest)
+    }
+
+    /// The least distance of a point of the one from a point of the other.
     #[inline]
-    pub(crate) fn inflated(&self, reach: f64) -> Self {
-        Self { least: self.least.add_scalar(-reach), largest: self.largest.add_scalar(reach) }
+    pub(crate) fn gap(&self, other: &Self) -> f64 {
+        let between = (self.least - other.largest).sup(&(other.least - self.largest));
+        between.sup(&Vec3::zeros()).norm()
+    }
+
+    /// The largest distance of a point of the one from a point of the other.
+    #[inline]
+    pub(crate) fn span(&self, other: &Self) -> f64 {
+        (self.largest - other.least).sup(&(other.largest - self.least)).norm()
     }
 
     /// Whether the two have a point in common.
@@ -57,11 +68,14 @@ pub(crate) struct BoxTree {
     leaves: usize,
     /// Boxes of the nodes: those below node k are 2k + 1 and 2k + 2.
     boxes: Vec<Bounds>,
+    /// The same at rest.
+    rest: Vec<Bounds>,
 }
 
 impl BoxTree {
-    /// Of items with these centres at rest.
-    pub(crate) fn new(centres: &[Vec3]) -> Self {
+    /// Of items with these boxes at rest.
+    pub(crate) fn new(items: &[Bounds]) -> Self {
+        let centres: Vec<Vec3> = items.iter().map(Bounds::centre).collect();
         let all = Bounds::of(centres.iter().copied());
         let size = (all.largest - all.least).max();
         let key = |x: &Vec3| {
@@ -71,7 +85,11 @@ impl BoxTree {
         let mut order: Vec<u32> = (0..centres.len()).map(index).collect();
         order.sort_by_cached_key(|t| (key(&centres[*t as usize]), *t));
         let leaves = centres.len().div_ceil(LEAF).next_power_of_two();
-        Self { order, leaves, boxes: vec![Bounds::EMPTY; 2 * leaves - 1] }
+        let boxes = vec![Bounds::EMPTY; 2 * leaves - 1];
+        let mut tree = Self { order, leaves, boxes, rest: Vec::new() };
+        tree.refit(|item| items[item as usize]);
+        tree.rest.clone_from(&tree.boxes);
+        tree
     }
 
     /// The items in the order of the leaves.
@@ -81,7 +99,7 @@ impl BoxTree {
 
     /// Lets the boxes follow the shape: `of` is the box of an item.
     pub(crate) fn refit(&mut self, of: impl Fn(u32) -> Bounds + Sync) {
-        let Self { order, leaves, boxes } = self;
+        let Self { order, leaves, boxes, .. } = self;
         let (inner, last) = boxes.split_at_mut(*leaves - 1);
         parallel::fill(last, |leaf| {
             let items = order.iter().skip(leaf * LEAF).take(LEAF);
@@ -93,8 +111,14 @@ impl BoxTree {
         }
     }
 
-    /// Hands the items at places from `first` on whose leaves meet `bounds` to `visit`.
-    pub(crate) fn visit(&self, bounds: &Bounds, first: usize, mut visit: impl FnMut(u32)) {
+    /// Hands the items at places from `first` on to `visit`, but for those below nodes that `enter` refuses by their
+    /// boxes in the shape and at rest.
+    pub(crate) fn visit(
+        &self,
+        enter: impl Fn(&Bounds, &Bounds) -> bool,
+        first: usize,
+        mut visit: impl FnMut(u32),
+    ) {
         // Nodes to open as (node, its first leaf, how many leaves): a tree of 2³² leaves needs 33.
         let mut open = [(0, 0, 0); 64];
         open[0] = (0, 0, self.leaves);
@@ -102,7 +126,8 @@ impl BoxTree {
         while count > 0 {
             count -= 1;
             let (node, leaf, leaves) = open[count];
-            if (leaf + leaves) * LEAF <= first || !self.boxes[node].meets(bounds) {
+            let passed = (leaf + leaves) * LEAF <= first;
+            if passed || !enter(&self.boxes[node], &self.rest[node]) {
                 continue;
             }
             if leaves > 1 {

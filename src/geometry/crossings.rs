@@ -51,9 +51,9 @@ impl Crossings {
     /// For the shapes of `sheet`.
     #[must_use]
     pub fn new(sheet: &Sheet) -> Self {
-        let centre = |t: &[u32; 3]| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0;
-        let centres: Vec<Vec3> = sheet.triangles().iter().map(centre).collect();
-        Self { tree: BoxTree::new(&centres) }
+        let of = |t: &[u32; 3]| Bounds::of(t.map(|v| sheet.rest()[v as usize]));
+        let bounds: Vec<Bounds> = sheet.triangles().iter().map(of).collect();
+        Self { tree: BoxTree::new(&bounds) }
     }
 
     /// All pairs of triangles that cross in the shape `x` of `sheet`, which it was made for.
@@ -82,13 +82,17 @@ impl Crossings {
         let corners = |t: u32| sheet.triangles()[t as usize];
         let bounds = |t: u32| Bounds::of(corners(t).map(|v| x[v as usize]));
         let own = bounds(t);
-        self.tree.visit(&own, place + 1, |other| {
-            if bounds(other).meets(&own) && cross(&corners(t), &corners(other), x) {
-                found.pairs += 1;
-                let pair = [t.min(other) as usize, t.max(other) as usize];
-                found.first = found.first.into_iter().chain([pair]).min();
-            }
-        });
+        self.tree.visit(
+            |now, _| now.meets(&own),
+            place + 1,
+            |other| {
+                if bounds(other).meets(&own) && cross(&corners(t), &corners(other), x) {
+                    found.pairs += 1;
+                    let pair = [t.min(other) as usize, t.max(other) as usize];
+                    found.first = found.first.into_iter().chain([pair]).min();
+                }
+            },
+        );
     }
 }
 

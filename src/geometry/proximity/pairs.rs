@@ -15,7 +15,7 @@ use rumple_numerics::reduction::Reduction;
 use rumple_sheet::Sheet;
 
 use super::advance::{Kind, at};
-use super::search::{Features, Search};
+use super::search::{Features, Limit, Search};
 
 /// Share of the distance at rest that bounds the reach of a pair.
 const OF_REST: f64 = 0.5;
@@ -41,7 +41,13 @@ pub struct Range {
 }
 
 impl Range {
-    fn of(&self, kind: Kind) -> f64 {
+    /// The reach of features that are so far apart at rest.
+    #[inline]
+    pub(super) fn at(&self, kind: Kind, at_rest: f64) -> f64 {
+        self.of(kind).min(OF_REST * self.shrinkage * at_rest)
+    }
+
+    pub(super) fn of(&self, kind: Kind) -> f64 {
         match kind {
             Kind::PointTriangle => self.points,
             Kind::EdgeEdge => self.edges,
@@ -102,16 +108,9 @@ impl Proximity {
     /// For the shapes of `sheet`, whose mean edge at rest is `edge`.
     #[must_use]
     pub fn new(sheet: &Sheet, edge: f64) -> Self {
-        let rest = sheet.rest();
-        let centre = |of: &[u32]| {
-            of.iter().map(|v| rest[*v as usize]).sum::<Vec3>()
-                / rumple_numerics::num::real(of.len())
-        };
-        let triangles: Vec<Vec3> = sheet.triangles().iter().map(|t| centre(t)).collect();
-        let edges: Vec<Vec3> = sheet.edges().iter().map(|e| centre(&e.vertices)).collect();
         Self {
-            triangles: Features::new(&triangles),
-            edges: Features::new(&edges),
+            triangles: Features::new(sheet.triangles(), sheet.rest()),
+            edges: Features::new(&ends(sheet), sheet.rest()),
             edge,
             range: Range { points: 0.0, edges: 0.0, shrinkage: 1.0 },
             wide: List::NONE,
@@ -203,9 +202,10 @@ impl Proximity {
             let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, range))?;
             (distance < reach).then_some(reach)
         };
-        let search = Search { sheet, x, d: None, keep: &keep };
-        let mut pairs = search.points(&self.triangles, slack + range.points);
-        pairs.append(&mut search.edges(&self.edges, slack + range.edges));
+        let limit = Limit { range, share: 1.0, slack };
+        let search = Search { sheet, x, d: None, limit, keep: &keep };
+        let mut pairs = search.points(&self.triangles);
+        pairs.append(&mut search.edges(&self.edges));
         pairs
     }
 
@@ -225,9 +225,10 @@ impl Proximity {
     fn on_path(&mut self, sheet: &Sheet, (x, d): (&[Vec3], &[Vec3]), range: &Range) -> Vec<Pair> {
         self.follow(sheet, x, Some(d));
         let keep = |kind: Kind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
-        let search = Search { sheet, x, d: Some(d), keep: &keep };
-        let mut pairs = search.points(&self.triangles, APPROACH * range.points);
-        pairs.append(&mut search.edges(&self.edges, APPROACH * range.edges));
+        let limit = Limit { range, share: APPROACH, slack: 0.0 };
+        let search = Search { sheet, x, d: Some(d), limit, keep: &keep };
+        let mut pairs = search.points(&self.triangles);
+        pairs.append(&mut search.edges(&self.edges));
         pairs
     }
 
@@ -250,10 +251,14 @@ fn filtered<P: Copy + Send + Sync>(pairs: &[P], keep: &(impl Fn(&P) -> bool + Sy
     parallel::reduce(pairs.len().div_ceil(BLOCK), &block, &both).unwrap_or_default()
 }
 
+/// The ends of all edges.
+fn ends(sheet: &Sheet) -> Vec<[u32; 2]> {
+    sheet.edges().iter().map(|edge| edge.vertices).collect()
+}
+
 /// The reach of a pair.
 fn reach(kind: Kind, sheet: &Sheet, corners: &[u32; 4], range: &Range) -> f64 {
-    let at_rest = kind.distance(&at(sheet.rest(), corners));
-    range.of(kind).min(OF_REST * range.shrinkage * at_rest)
+    range.at(kind, kind.distance(&at(sheet.rest(), corners)))
 }
 
 #[cfg(test)]

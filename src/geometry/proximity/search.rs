@@ -6,7 +6,7 @@ use rumple_numerics::parallel::{self, BLOCK};
 use rumple_sheet::Sheet;
 
 use super::advance::Kind;
-use super::pairs::Pair;
+use super::pairs::{Pair, Range};
 use crate::box_tree::{Bounds, BoxTree};
 
 /// A ball around a feature, and how it moves: by `drift`, and no point of it by more than `spread` besides.
@@ -40,6 +40,12 @@ impl Ball {
         let moves = (self.drift - other.drift).norm() + self.spread + other.spread;
         (self.centre - other.centre).norm() - self.radius - other.radius - moves
     }
+
+    /// An upper bound of the distance of what two balls hold that do not move.
+    #[inline]
+    fn together(&self, other: &Self) -> f64 {
+        (self.centre - other.centre).norm() + self.radius + other.radius
+    }
 }
 
 /// The mean of some points, and the largest distance from it.
@@ -62,12 +68,18 @@ fn enclosing<const K: usize>(x: &[Vec3; K]) -> (Vec3, f64) {
 pub(super) struct Features {
     tree: BoxTree,
     balls: Vec<Ball>,
+    /// The same at rest.
+    rest: Vec<Ball>,
 }
 
 impl Features {
-    /// With these centres at rest.
-    pub(super) fn new(centres: &[Vec3]) -> Self {
-        Self { tree: BoxTree::new(centres), balls: vec![Ball::NONE; centres.len()] }
+    /// Those with these corners, at `rest`.
+    pub(super) fn new<const K: usize>(corners: &[[u32; K]], rest: &[Vec3]) -> Self {
+        let at_rest = |of: &[u32; K]| of.map(|v| rest[v as usize]);
+        let boxes: Vec<Bounds> = corners.iter().map(|of| Bounds::of(at_rest(of))).collect();
+        let balls = corners.iter().map(|of| Ball::around(at_rest(of), None)).collect();
+        let none = vec![Ball::NONE; corners.len()];
+        Self { tree: BoxTree::new(&boxes), balls: none, rest: balls }
     }
 
     /// Lets boxes and balls follow the shape `x` and its step `d`.
@@ -77,9 +89,7 @@ impl Features {
         x: &[Vec3],
         d: Option<&[Vec3]>,
     ) {
-        let places =
-            |v: u32| [x[v as usize], d.map_or(x[v as usize], |d| x[v as usize] + d[v as usize])];
-        self.tree.refit(|k| bounds(&corners(k), &places));
+        self.tree.refit(|k| bounds(&corners(k), x, d));
         parallel::fill(&mut self.balls, |k| {
             let of = corners(index(k));
             Ball::around(of.map(|v| x[v as usize]), d.map(|d| of.map(|v| d[v as usize])))
@@ -87,62 +97,92 @@ impl Features {
     }
 }
 
+/// Which pairs are wanted: those that come nearer than a share of their reach, by more than `slack` further away.
+#[derive(Clone, Copy)]
+pub(super) struct Limit<'a> {
+    pub(super) range: &'a Range,
+    pub(super) share: f64,
+    pub(super) slack: f64,
+}
+
+impl Limit<'_> {
+    /// Whether there can be such a pair, at least `gap` apart and at rest at most `span`.
+    #[inline]
+    fn holds(&self, kind: Kind, gap: f64, span: impl FnOnce() -> f64) -> bool {
+        let gap = gap - self.slack;
+        gap < self.share * self.range.of(kind) && gap < self.share * self.range.at(kind, span())
+    }
+}
+
+/// A feature for which others are looked for: its balls and boxes in the shape and at rest.
+struct Own {
+    balls: [Ball; 2],
+    boxes: [Bounds; 2],
+}
+
 /// A search for pairs at the shape x and on its step d, of which `keep` gives the reach.
 pub(super) struct Search<'a, K> {
     pub(super) sheet: &'a Sheet,
     pub(super) x: &'a [Vec3],
     pub(super) d: Option<&'a [Vec3]>,
+    pub(super) limit: Limit<'a>,
     pub(super) keep: &'a K,
 }
 
 impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
-    /// The pairs of a vertex and a triangle at most `far` apart, in their order.
-    pub(super) fn points(&self, triangles: &Features, far: f64) -> Vec<Pair> {
-        let Self { sheet, x, d, keep } = *self;
-        let Features { tree, balls } = triangles;
+    /// The pairs of a vertex and a triangle, in their order.
+    pub(super) fn points(&self, triangles: &Features) -> Vec<Pair> {
+        let Self { sheet, x, d, .. } = *self;
         in_order(sheet.vertex_count(), &|v, found| {
-            let place = x[v as usize];
-            let step = d.map(|d| d[v as usize]);
-            let own = Ball::around([place], step.map(|d| [d]));
-            let reached = Bounds::of([place, place + step.unwrap_or_default()]).inflated(far);
-            tree.visit(&reached, 0, |t| {
+            let [place, rest] = [x, sheet.rest()].map(|x| [x[v as usize]]);
+            let own = Own {
+                balls: [Ball::around(place, d.map(|d| [d[v as usize]])), Ball::around(rest, None)],
+                boxes: [bounds(&[v], x, d), Bounds::of(rest)],
+            };
+            self.around(Kind::PointTriangle, triangles, &own, |t| {
                 let [a, b, c] = sheet.triangles()[t as usize];
-                if balls[t as usize].apart(&own) < far && v != a && v != b && v != c {
-                    let corners = [v, a, b, c];
-                    let reach = keep(Kind::PointTriangle, &corners);
-                    let pair = |reach| Pair {
-                        kind: Kind::PointTriangle,
-                        features: [v, t],
-                        corners,
-                        reach,
-                    };
-                    found.extend(reach.map(pair));
+                if v != a && v != b && v != c {
+                    self.offer(Kind::PointTriangle, [v, t], [v, a, b, c], found);
                 }
             });
         })
     }
 
-    /// The pairs of edges at most `far` apart, in their order.
-    pub(super) fn edges(&self, edges: &Features, far: f64) -> Vec<Pair> {
-        let Self { sheet, x, d, keep } = *self;
-        let Features { tree, balls } = edges;
-        let places =
-            |v: u32| [x[v as usize], d.map_or(x[v as usize], |d| x[v as usize] + d[v as usize])];
-        in_order(balls.len(), &|e, found| {
+    /// The pairs of edges, in their order.
+    pub(super) fn edges(&self, edges: &Features) -> Vec<Pair> {
+        let Self { sheet, x, d, .. } = *self;
+        in_order(edges.balls.len(), &|e, found| {
             let [a, b] = sheet.edges()[e as usize].vertices;
-            let own = &balls[e as usize];
-            tree.visit(&bounds(&[a, b], &places).inflated(far), 0, |f| {
+            let own = Own {
+                balls: [edges.balls[e as usize], edges.rest[e as usize]],
+                boxes: [bounds(&[a, b], x, d), bounds(&[a, b], sheet.rest(), None)],
+            };
+            self.around(Kind::EdgeEdge, edges, &own, |f| {
                 let [p, q] = sheet.edges()[f as usize].vertices;
-                let apart = a != p && a != q && b != p && b != q;
-                if f > e && apart && balls[f as usize].apart(own) < far {
-                    let corners = [a, b, p, q];
-                    let reach = keep(Kind::EdgeEdge, &corners);
-                    let pair =
-                        |reach| Pair { kind: Kind::EdgeEdge, features: [e, f], corners, reach };
-                    found.extend(reach.map(pair));
+                if f > e && a != p && a != q && b != p && b != q {
+                    self.offer(Kind::EdgeEdge, [e, f], [a, b, p, q], found);
                 }
             });
         })
+    }
+
+    /// Hands the features that may make a pair with `own` to `visit`.
+    fn around(&self, kind: Kind, of: &Features, own: &Own, mut visit: impl FnMut(u32)) {
+        let limit = &self.limit;
+        let Own { balls: [ball, ball_at_rest], boxes: [now, at_rest] } = own;
+        let enter =
+            |node: &Bounds, rest: &Bounds| limit.holds(kind, node.gap(now), || rest.span(at_rest));
+        of.tree.visit(enter, 0, |k| {
+            let (other, rest) = (&of.balls[k as usize], &of.rest[k as usize]);
+            if limit.holds(kind, other.apart(ball), || rest.together(ball_at_rest)) {
+                visit(k);
+            }
+        });
+    }
+
+    fn offer(&self, kind: Kind, features: [u32; 2], corners: [u32; 4], found: &mut Vec<Pair>) {
+        let reach = (self.keep)(kind, &corners);
+        found.extend(reach.map(|reach| Pair { kind, features, corners, reach }));
     }
 }
 
@@ -165,12 +205,12 @@ fn in_order(count: usize, add: &(dyn Fn(u32, &mut Vec<Pair>) + Sync)) -> Vec<Pai
     parallel::reduce(count.div_ceil(BLOCK), &block, &both).unwrap_or_default()
 }
 
-/// The box of the places of some vertices.
+/// The box of the places that some vertices pass on the step `d` from `x`.
 #[inline]
-fn bounds<const K: usize>(of: &[u32; K], places: &impl Fn(u32) -> [Vec3; 2]) -> Bounds {
-    let mut all = Bounds::of(places(of[0]));
-    for v in &of[1..] {
-        all = all.with(&Bounds::of(places(*v)));
+fn bounds<const K: usize>(of: &[u32; K], x: &[Vec3], d: Option<&[Vec3]>) -> Bounds {
+    let mut all = Bounds::of(of.map(|v| x[v as usize]));
+    if let Some(d) = d {
+        all = all.with(&Bounds::of(of.map(|v| x[v as usize] + d[v as usize])));
     }
     all
 }
