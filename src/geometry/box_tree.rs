@@ -70,6 +70,18 @@ pub(crate) struct BoxTree {
     boxes: Vec<Bounds>,
     /// The same at rest.
     rest: Vec<Bounds>,
+    /// The same of displacements; nothing without.
+    moves: Vec<Bounds>,
+}
+
+/// The boxes of a node.
+pub(crate) struct Node<'a> {
+    /// In the shape.
+    pub(crate) now: &'a Bounds,
+    /// At rest.
+    pub(crate) rest: &'a Bounds,
+    /// Of displacements, if there are any.
+    pub(crate) moves: Option<&'a Bounds>,
 }
 
 impl BoxTree {
@@ -86,7 +98,7 @@ impl BoxTree {
         order.sort_by_cached_key(|t| (key(&centres[*t as usize]), *t));
         let leaves = centres.len().div_ceil(LEAF).next_power_of_two();
         let boxes = vec![Bounds::EMPTY; 2 * leaves - 1];
-        let mut tree = Self { order, leaves, boxes, rest: Vec::new() };
+        let mut tree = Self { order, leaves, boxes, rest: Vec::new(), moves: Vec::new() };
         tree.refit(|item| items[item as usize]);
         tree.rest.clone_from(&tree.boxes);
         tree
@@ -99,8 +111,20 @@ impl BoxTree {
 
     /// Lets the boxes follow the shape: `of` is the box of an item.
     pub(crate) fn refit(&mut self, of: impl Fn(u32) -> Bounds + Sync) {
-        let Self { order, leaves, boxes, .. } = self;
-        let (inner, last) = boxes.split_at_mut(*leaves - 1);
+        Self::fit(&self.order, self.leaves, &mut self.boxes, of);
+    }
+
+    /// The same for the boxes of displacements.
+    pub(crate) fn refit_moves(&mut self, of: Option<impl Fn(u32) -> Bounds + Sync>) {
+        self.moves.clear();
+        if let Some(of) = of {
+            self.moves.resize(self.boxes.len(), Bounds::EMPTY);
+            Self::fit(&self.order, self.leaves, &mut self.moves, of);
+        }
+    }
+
+    fn fit(order: &[u32], leaves: usize, boxes: &mut [Bounds], of: impl Fn(u32) -> Bounds + Sync) {
+        let (inner, last) = boxes.split_at_mut(leaves - 1);
         parallel::fill(last, |leaf| {
             let items = order.iter().skip(leaf * LEAF).take(LEAF);
             items.fold(Bounds::EMPTY, |all, item| all.with(&of(*item)))
@@ -111,11 +135,10 @@ impl BoxTree {
         }
     }
 
-    /// Hands the items at places from `first` on to `visit`, but for those below nodes that `enter` refuses by their
-    /// boxes in the shape and at rest.
+    /// Hands the items at places from `first` on to `visit`, but for those below nodes that `enter` refuses.
     pub(crate) fn visit(
         &self,
-        enter: impl Fn(&Bounds, &Bounds) -> bool,
+        enter: impl Fn(&Node<'_>) -> bool,
         first: usize,
         mut visit: impl FnMut(u32),
     ) {
@@ -127,7 +150,8 @@ impl BoxTree {
             count -= 1;
             let (node, leaf, leaves) = open[count];
             let passed = (leaf + leaves) * LEAF <= first;
-            if passed || !enter(&self.boxes[node], &self.rest[node]) {
+            let (now, rest) = (&self.boxes[node], &self.rest[node]);
+            if passed || !enter(&Node { now, rest, moves: self.moves.get(node) }) {
                 continue;
             }
             if leaves > 1 {

@@ -7,7 +7,7 @@ use rumple_sheet::Sheet;
 
 use super::advance::Kind;
 use super::pairs::{Pair, Range};
-use crate::box_tree::{Bounds, BoxTree};
+use crate::box_tree::{Bounds, BoxTree, Node};
 
 /// A ball around a feature, and how it moves: by `drift`, and no point of it by more than `spread` besides.
 #[derive(Debug, Clone, Copy)]
@@ -85,11 +85,12 @@ impl Features {
     /// Lets boxes and balls follow the shape `x` and its step `d`.
     pub(super) fn follow<const K: usize>(
         &mut self,
-        corners: impl Fn(u32) -> [u32; K] + Sync,
+        corners: impl Fn(u32) -> [u32; K] + Sync + Copy,
         x: &[Vec3],
         d: Option<&[Vec3]>,
     ) {
-        self.tree.refit(|k| bounds(&corners(k), x, d));
+        self.tree.refit(|k| bounds(&corners(k), x));
+        self.tree.refit_moves(d.map(|d| move |k| bounds(&corners(k), d)));
         parallel::fill(&mut self.balls, |k| {
             let of = corners(index(k));
             Ball::around(of.map(|v| x[v as usize]), d.map(|d| of.map(|v| d[v as usize])))
@@ -118,6 +119,7 @@ impl Limit<'_> {
 struct Own {
     balls: [Ball; 2],
     boxes: [Bounds; 2],
+    moves: Option<Bounds>,
 }
 
 /// A search for pairs at the shape x and on its step d, of which `keep` gives the reach.
@@ -137,7 +139,8 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
             let [place, rest] = [x, sheet.rest()].map(|x| [x[v as usize]]);
             let own = Own {
                 balls: [Ball::around(place, d.map(|d| [d[v as usize]])), Ball::around(rest, None)],
-                boxes: [bounds(&[v], x, d), Bounds::of(rest)],
+                boxes: [Bounds::of(place), Bounds::of(rest)],
+                moves: d.map(|d| bounds(&[v], d)),
             };
             self.around(Kind::PointTriangle, triangles, &own, |t| {
                 let [a, b, c] = sheet.triangles()[t as usize];
@@ -155,7 +158,8 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
             let [a, b] = sheet.edges()[e as usize].vertices;
             let own = Own {
                 balls: [edges.balls[e as usize], edges.rest[e as usize]],
-                boxes: [bounds(&[a, b], x, d), bounds(&[a, b], sheet.rest(), None)],
+                boxes: [x, sheet.rest()].map(|x| bounds(&[a, b], x)),
+                moves: d.map(|d| bounds(&[a, b], d)),
             };
             self.around(Kind::EdgeEdge, edges, &own, |f| {
                 let [p, q] = sheet.edges()[f as usize].vertices;
@@ -169,9 +173,12 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
     /// Hands the features that may make a pair with `own` to `visit`.
     fn around(&self, kind: Kind, of: &Features, own: &Own, mut visit: impl FnMut(u32)) {
         let limit = &self.limit;
-        let Own { balls: [ball, ball_at_rest], boxes: [now, at_rest] } = own;
-        let enter =
-            |node: &Bounds, rest: &Bounds| limit.holds(kind, node.gap(now), || rest.span(at_rest));
+        let Own { balls: [ball, ball_at_rest], boxes: [now, at_rest], moves } = own;
+        let enter = |node: &Node<'_>| {
+            let both = node.moves.zip(moves.as_ref());
+            let approach = both.map_or(0.0, |(theirs, own)| theirs.span(own));
+            limit.holds(kind, node.now.gap(now) - approach, || node.rest.span(at_rest))
+        };
         of.tree.visit(enter, 0, |k| {
             let (other, rest) = (&of.balls[k as usize], &of.rest[k as usize]);
             if limit.holds(kind, other.apart(ball), || rest.together(ball_at_rest)) {
@@ -205,12 +212,8 @@ fn in_order(count: usize, add: &(dyn Fn(u32, &mut Vec<Pair>) + Sync)) -> Vec<Pai
     parallel::reduce(count.div_ceil(BLOCK), &block, &both).unwrap_or_default()
 }
 
-/// The box of the places that some vertices pass on the step `d` from `x`.
+/// The box of some vertices in `x`.
 #[inline]
-fn bounds<const K: usize>(of: &[u32; K], x: &[Vec3], d: Option<&[Vec3]>) -> Bounds {
-    let mut all = Bounds::of(of.map(|v| x[v as usize]));
-    if let Some(d) = d {
-        all = all.with(&Bounds::of(of.map(|v| x[v as usize] + d[v as usize])));
-    }
-    all
+fn bounds<const K: usize>(of: &[u32; K], x: &[Vec3]) -> Bounds {
+    Bounds::of(of.map(|v| x[v as usize]))
 }
