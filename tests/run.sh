@@ -48,11 +48,11 @@ if ((${#packages[@]})); then
         apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
 if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema' 2>/dev/null; then
-    echo "making $venv with vtk, numpy, mkdocs-material, playwright and jsonschema"
+    echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema and taplo"
     rm -rf "$venv"
     python3 -m venv "$venv"
     "$venv/bin/pip" install --quiet --disable-pip-version-check \
-        vtk numpy 'mkdocs-material==9.*' playwright jsonschema
+        vtk numpy 'mkdocs-material==9.*' playwright jsonschema taplo
 fi
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 

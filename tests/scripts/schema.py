@@ -2,7 +2,8 @@
 """The JSON Schema of scenes against what the program accepts: schema.py PROGRAM
 
 Valid are all scenes of models/, all templates of `rumple new` and their resolved scenes. Refused are, for every key of
-every scene, the same scene with that key misspelt, or with a value of another type.
+every scene, the same scene with that key misspelt, or with a value of another type. With taplo beside Python (PyPI's
+taplo), it reads a template by its `#:schema` line, and a mistake in it is refused.
 """
 
 import copy
@@ -49,6 +50,31 @@ def changed(scene, path, misspelt):
     return scene
 
 
+def editor():
+    """What taplo, and so the editors that use it, say of a template with its schema."""
+    taplo = Path(sys.executable).with_name("taplo")
+    if not taplo.exists():
+        return ["left out: no taplo"]
+    said = []
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene.toml"
+        rumple("new", scene, "--from", "turing", "--schema")
+        good = scene.read_text()
+        for right, wrong in [
+            ("", ""),
+            ("thickness =", "thicknes ="),
+            ("young = 1e3", 'young = "soft"'),
+            ('kind = "bending"', 'kind = "bendin"'),
+        ]:
+            assert right in good
+            scene.write_text(good.replace(right, wrong))
+            lint = subprocess.run([taplo, "lint", scene], capture_output=True, text=True, cwd=folder)
+            if (lint.returncode == 0) != (right == wrong):
+                sys.exit(f"taplo: {right!r} as {wrong!r}: exit code {lint.returncode}\n{lint.stderr}")
+            said.append(wrong or "good")
+    return said
+
+
 def main():
     schema = json.loads(rumple("schema"))
     jsonschema.Draft7Validator.check_schema(schema)
@@ -75,6 +101,7 @@ def main():
     print(f"{valid} scenes valid, {refused} with a mistake refused, {len(failures)} failures")
     if failures:
         sys.exit("\n".join(failures[:40]))
+    print(f"taplo: {', '.join(editor())}")
 
 
 main()
