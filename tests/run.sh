@@ -111,6 +111,11 @@ heading "read by VTK"
 heading "rendered by ParaView"
 tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique
 
+heading "opened by the macro for ParaView"
+target/release/rumple paraview "$result" --array "$array" --force
+xvfb-run -a -s "-screen 0 1280x1024x24 +extension GLX -noreset" \
+    env LIBGL_ALWAYS_SOFTWARE=1 pvbatch "$result/open-in-paraview.py" "$result/macro.png"
+
 heading "the Python module"
 tests/scripts/python.sh
 

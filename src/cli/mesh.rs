@@ -5,9 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
+use crate::Vec3;
+use crate::kinetics::formula::FieldFormula;
 use crate::output::{Inputs, ResultFile};
+use crate::sheet::repair::{RepairOptions, Repaired, repair};
 use crate::sheet::write::{self, MeshFormat};
-use crate::sheet::{MeshReport, Shape, SheetError, check, generate, read};
+use crate::sheet::{
+    Finding, MeshReport, Shape, Sheet, SheetError, check, generate, generate_graph, read,
+};
 
 /// Arguments of the command `mesh`.
 #[derive(Debug, Args)]
@@ -23,7 +28,10 @@ pub struct MeshArgs {
 enum Command {
     /// Make an irregular mesh of a simple shape (or an icosphere).
     Generate(GenerateArgs),
-    /// Report all faults of a mesh file (.obj, .vtu, .vtp, .vtk); exit code 2 if it is
+    /// Repair a mesh file and write it anew: vertices at one point, duplicates, triangles without area, small
+    /// parts, orientation, loose vertices. Exit code 2 with the places of what cannot be repaired.
+    Repair(RepairArgs),
+    /// Report all faults of a mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk); exit code 2 if it is
     /// unusable.
     Check {
         /// The mesh file.
@@ -54,7 +62,24 @@ struct GenerateArgs {
     force: bool,
 }
 
-#[derive(Debug, Clone, Copy, Subcommand)]
+#[derive(Debug, Args)]
+struct RepairArgs {
+    /// The mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk).
+    file: PathBuf,
+    /// The repaired mesh (.obj, .vtu, .vtp, .vtk).
+    out: PathBuf,
+    /// Merge vertices nearer than this; those at the same point are always merged.
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0)]
+    merge_distance: f64,
+    /// Remove parts of less than this share of the area; the largest part stays.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    small: f64,
+    /// Replace the output if it exists.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Clone, Subcommand)]
 enum ShapeCommand {
     /// A flat disc.
     Disc {
@@ -89,7 +114,7 @@ enum ShapeCommand {
         #[arg(long)]
         irregular: bool,
     },
-    /// An open cylinder around the z axis.
+    /// A cylinder around the z axis.
     Cylinder {
         /// Radius.
         #[arg(long)]
@@ -97,18 +122,96 @@ enum ShapeCommand {
         /// Extent along z.
         #[arg(long)]
         height: f64,
+        /// Closed by flat discs.
+        #[arg(long)]
+        caps: bool,
+    },
+    /// A part of a sphere, its boundary in z = 0.
+    Cap {
+        /// Radius of the sphere.
+        #[arg(long)]
+        radius: f64,
+        /// Height of the apex over the boundary.
+        #[arg(long)]
+        height: f64,
+    },
+    /// A torus around the z axis.
+    Torus {
+        /// Distance of the middle of the tube from the axis.
+        #[arg(long)]
+        major: f64,
+        /// Radius of the tube.
+        #[arg(long)]
+        minor: f64,
+    },
+    /// A closed ellipsoid.
+    Ellipsoid {
+        /// Semi-axes along x, y and z, as 3,2,1.
+        #[arg(long, value_name = "X,Y,Z", value_delimiter = ',')]
+        semi_axes: Vec<f64>,
+    },
+    /// A strip z = amplitude · sin(2πx/wavelength).
+    WavyStrip {
+        /// Extent along x.
+        #[arg(long)]
+        width: f64,
+        /// Extent along y.
+        #[arg(long)]
+        height: f64,
+        /// Largest |z|.
+        #[arg(long)]
+        amplitude: f64,
+        /// Period along x.
+        #[arg(long)]
+        wavelength: f64,
+    },
+    /// The surface z = f(x, y) over a rectangle.
+    Graph {
+        /// Extent along x.
+        #[arg(long)]
+        width: f64,
+        /// Extent along y.
+        #[arg(long)]
+        height: f64,
+        /// A formula of x and y, as "0.2*sin(x)*cos(y)".
+        #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
+        z: String,
     },
 }
 
-impl From<ShapeCommand> for Shape {
-    fn from(command: ShapeCommand) -> Self {
-        match command {
-            ShapeCommand::Disc { radius } => Self::Disc { radius },
-            ShapeCommand::Rectangle { width, height } => Self::Rectangle { width, height },
-            ShapeCommand::Annulus { inner, outer } => Self::Annulus { inner, outer },
-            ShapeCommand::Sphere { radius, irregular } => Self::Sphere { radius, irregular },
-            ShapeCommand::Cylinder { radius, height } => Self::Cylinder { radius, height },
-        }
+impl ShapeCommand {
+    /// Makes the mesh; also what it is of, for the report.
+    fn generate(&self, vertices: usize, seed: u64) -> crate::Result<(Sheet, Value)> {
+        let shape = match *self {
+            Self::Disc { radius } => Shape::Disc { radius },
+            Self::Rectangle { width, height } => Shape::Rectangle { width, height },
+            Self::Annulus { inner, outer } => Shape::Annulus { inner, outer },
+            Self::Sphere { radius, irregular } => Shape::Sphere { radius, irregular },
+            Self::Cylinder { radius, height, caps } => Shape::Cylinder { radius, height, caps },
+            Self::Cap { radius, height } => Shape::Cap { radius, height },
+            Self::Torus { major, minor } => Shape::Torus { major, minor },
+            Self::Ellipsoid { ref semi_axes } => {
+                let semi_axes = <[f64; 3]>::try_from(&semi_axes[..]).map_err(|_| {
+                    let n = semi_axes.len();
+                    SheetError::Unusable(format!("--semi-axes has {n} numbers; 3 are expected"))
+                })?;
+                Shape::Ellipsoid { semi_axes }
+            }
+            Self::WavyStrip { width, height, amplitude, wavelength } => {
+                Shape::WavyStrip { width, height, amplitude, wavelength }
+            }
+            Self::Graph { width, height, ref z } => {
+                let formula = FieldFormula::new(z, false).map_err(|e| {
+                    let help = e.help.map(|help| format!("; {help}")).unwrap_or_default();
+                    SheetError::Unusable(format!("--z \"{z}\": {}{help}", e.message))
+                })?;
+                let heights = |points: &[Vec3]| formula.at(points, 0.0);
+                let sheet = generate_graph([width, height], &heights, vertices, seed)?;
+                let named = json!({ "shape": "graph", "width": width, "height": height, "z": z });
+                return Ok((sheet, named));
+            }
+        };
+        Ok((generate(&shape, vertices, seed)?, json!(shape)))
     }
 }
 
@@ -120,10 +223,13 @@ impl From<ShapeCommand> for Shape {
 pub fn run(args: &MeshArgs) -> crate::Result<()> {
     match &args.command {
         Command::Generate(given) => {
-            let shape = Shape::from(given.shape);
-            let out = given.out.as_deref().map(|path| mesh_file(path, given.force)).transpose()?;
+            let out = given
+                .out
+                .as_deref()
+                .map(|path| mesh_file(path, given.force, &Inputs::default()))
+                .transpose()?;
             let waiting = super::Waiting::on("making the mesh", false);
-            let sheet = generate(&shape, given.vertices, given.seed)?;
+            let (sheet, shape) = given.shape.generate(given.vertices, given.seed)?;
             drop(waiting);
             if let Some((file, format)) = out {
                 file.write(|mut out| write::mesh(&sheet, format, &mut out))?;
@@ -134,6 +240,7 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
             });
             print(args.json, &value, &report.to_string());
         }
+        Command::Repair(given) => mend(given, args.json)?,
         Command::Check { file } => {
             let surface = read::surface(file)?;
             let (findings, _) = check::examine(&surface);
@@ -157,31 +264,79 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
                 return Err(SheetError::File { path: file.clone(), message }.into());
             }
         }
-        Command::Info { file } => {
-            let surface = read::surface(file)?;
-            let arrays = |list: &[crate::sheet::Array]| -> Vec<Value> {
-                list.iter().map(|a| json!({ "name": a.name, "components": a.components })).collect()
-            };
-            let (points, cells) = (arrays(&surface.point_arrays), arrays(&surface.cell_arrays));
-            let (sheet, findings) = surface.into_sheet()?;
-            let report = MeshReport::new(&sheet);
-            let mut text = report.to_string();
-            for (place, list) in [("point", &points), ("cell", &cells)] {
-                for array in list {
-                    text += &format!("\n{place} array      {array}");
-                }
-            }
-            for finding in &findings {
-                text += &format!("\nnote: {finding}");
-            }
-            let value = json!({
-                "file": file, "mesh": report, "point_arrays": points, "cell_arrays": cells,
-                "findings": findings
-            });
-            print(args.json, &value, &text);
-        }
+        Command::Info { file } => describe(file, args.json)?,
     }
     Ok(())
+}
+
+/// Describes a usable mesh.
+fn describe(file: &Path, as_json: bool) -> crate::Result<()> {
+    let surface = read::surface(file)?;
+    let arrays = |list: &[crate::sheet::Array]| -> Vec<Value> {
+        list.iter().map(|a| json!({ "name": a.name, "components": a.components })).collect()
+    };
+    let (points, cells) = (arrays(&surface.point_arrays), arrays(&surface.cell_arrays));
+    let (sheet, findings) = surface.into_sheet()?;
+    let report = MeshReport::new(&sheet);
+    let mut text = report.to_string();
+    for (place, list) in [("point", &points), ("cell", &cells)] {
+        for array in list {
+            text += &format!("\n{place} array      {array}");
+        }
+    }
+    for finding in &findings {
+        text += &format!("\nnote: {finding}");
+    }
+    let value = json!({
+        "file": file, "mesh": report, "point_arrays": points, "cell_arrays": cells,
+        "findings": findings
+    });
+    print(as_json, &value, &text);
+    Ok(())
+}
+
+/// Repairs a mesh, prints what was done, and writes it.
+fn mend(given: &RepairArgs, as_json: bool) -> crate::Result<()> {
+    let surface = read::surface(&given.file)?;
+    let mut inputs = Inputs::default();
+    inputs.add("the mesh", &given.file);
+    let (file, format) = mesh_file(&given.out, given.force, &inputs)?;
+    let mut notes = surface.notes.clone();
+    if !surface.point_arrays.is_empty() || !surface.cell_arrays.is_empty() {
+        notes.push("the arrays of the file are not written".to_owned());
+    }
+    let options = RepairOptions { merge_distance: given.merge_distance, small: given.small };
+    let Repaired { steps, notes: findings, result } = repair(surface, options)?;
+    notes.extend(findings.iter().map(ToString::to_string));
+    let mut lines: Vec<String> = Vec::new();
+    for step in &steps {
+        let places = if step.places.is_empty() {
+            String::new()
+        } else {
+            format!(": {}", step.places.join("; "))
+        };
+        lines.push(format!("{}{places}", step.done));
+    }
+    lines.extend(notes.iter().map(|note| format!("note: {note}")));
+    let left: &[Finding] = result.as_ref().err().map_or(&[], |left| left);
+    lines.extend(left.iter().map(|finding| format!("error: {finding}")));
+    let report = result.as_ref().ok().map(MeshReport::new);
+    lines.extend(report.as_ref().map(ToString::to_string));
+    let value = json!({
+        "file": given.file, "out": given.out, "steps": steps, "notes": notes, "left": left, "mesh": report
+    });
+    print(as_json, &value, &lines.join("\n"));
+    match &result {
+        Ok(sheet) => Ok(file.write(|mut out| write::mesh(sheet, format, &mut out))?),
+        Err(left) => {
+            let advice: Vec<&str> = left.iter().filter_map(|f| f.fault.advice()).collect();
+            let message = format!(
+                "cannot be repaired without a guess; nothing was written. {}",
+                advice.join(". ")
+            );
+            Err(SheetError::File { path: given.file.clone(), message }.into())
+        }
+    }
 }
 
 /// Prints one of the two forms.
@@ -194,11 +349,11 @@ fn print(as_json: bool, value: &Value, text: &str) {
 }
 
 /// The file to be written, and its format.
-fn mesh_file(path: &Path, force: bool) -> crate::Result<(ResultFile, MeshFormat)> {
+fn mesh_file(path: &Path, force: bool, inputs: &Inputs) -> crate::Result<(ResultFile, MeshFormat)> {
     let Some(format) = MeshFormat::of(path) else {
         let message = "a mesh is written as .obj, .vtu, .vtp or .vtk; give the file one of these \
             extensions";
         return Err(SheetError::File { path: path.to_owned(), message: message.into() }.into());
     };
-    Ok((ResultFile::new(path, force, &Inputs::default())?, format))
+    Ok((ResultFile::new(path, force, inputs)?, format))
 }

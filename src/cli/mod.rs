@@ -18,6 +18,7 @@ mod fatal_signal;
 mod inspect;
 pub mod mesh;
 mod new;
+mod paraview;
 mod plugin;
 mod resume;
 mod run;
@@ -65,6 +66,8 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Write a viewer of results in one HTML file: the sheet in 3D, ledger, scene, costs.
     View(view::ViewArgs),
+    /// Write a Python macro that opens a run in ParaView, coloured and with the camera set.
+    Paraview(paraview::ParaviewArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
     Inspect(inspect::InspectArgs),
     /// Run a scene over lists and ranges of its keys: tables, pictures, plots.
@@ -170,6 +173,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Explain(args) => explain::run(args),
         Command::View(args) => view::run(args),
+        Command::Paraview(args) => paraview::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Accuracy(args) => accuracy::run(args),

@@ -100,7 +100,7 @@ fn build(
 }
 
 /// Forces the rename to the disk where the system offers it; the file is whole either way.
-fn sync_directory(path: &Path) {
+pub(super) fn sync_directory(path: &Path) {
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if let Ok(directory) = File::open(parent) {
         let _ = directory.sync_all();

@@ -25,12 +25,16 @@ impl ResultDirectory {
     pub const EVENTS: &'static str = "events.csv";
     /// Name of the index of `.vtu` frames.
     pub const PVD: &'static str = "sheet.pvd";
+    /// Name of the file of all frames.
+    pub const VTKHDF: &'static str = "sheet.vtkhdf";
     /// Name of the index of `.vtk` frames.
     pub const SERIES: &'static str = "sheet.vtk.series";
     /// Name of the ledger.
     pub const LEDGER: &'static str = "ledger.csv";
     /// Name of the viewer of the results.
     pub const REPORT: &'static str = "report.html";
+    /// Name of the macro for ParaView.
+    pub const MACRO: &'static str = "open-in-paraview.py";
     const RESOLVED: &'static str = "resolved.toml";
     /// Name of the provenance.
     pub const PROVENANCE: &'static str = "provenance.json";
@@ -130,7 +134,7 @@ impl ResultDirectory {
     /// Removes what a run has written.
     fn clear(&self) -> Result<(), OutputError> {
         // The index goes first: what is left if this is cut short then claims nothing.
-        let mut ours = vec![self.pvd(), self.root.join(Self::SERIES)];
+        let mut ours = vec![self.pvd(), self.root.join(Self::SERIES), self.root.join(Self::VTKHDF)];
         let content = names(&self.root)?;
         ours.extend(content.iter().filter(|n| is_root_file(n)).map(|name| self.root.join(name)));
         let folders = [
@@ -171,12 +175,13 @@ impl ResultDirectory {
         self.root.join(Self::PVD)
     }
 
-    /// The index of frames in this format.
+    /// The index of frames in this format, or the file of all.
     #[must_use]
     pub fn index(&self, format: Format) -> PathBuf {
         match format {
             Format::Vtu => self.pvd(),
             Format::Vtk => self.root.join(Self::SERIES),
+            Format::Vtkhdf => self.root.join(Self::VTKHDF),
         }
     }
 
@@ -353,6 +358,7 @@ fn is_root_file(name: &str) -> bool {
     [
         ResultDirectory::PVD,
         ResultDirectory::SERIES,
+        ResultDirectory::VTKHDF,
         ResultDirectory::LEDGER,
         ResultDirectory::EVENTS,
         ResultDirectory::RESOLVED,
@@ -360,6 +366,7 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::FAILED,
         ResultDirectory::COSTS,
         ResultDirectory::REPORT,
+        ResultDirectory::MACRO,
         ResultDirectory::MEASURES,
         ResultDirectory::SHOWN,
         ResultDirectory::STATES,

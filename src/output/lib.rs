@@ -3,6 +3,7 @@
 //! ```text
 //! DIR/sheet.pvd                  times and frames; the file to open in ParaView
 //! DIR/frames/frame_000123.vtu    one state each
+//! DIR/sheet.vtkhdf               all frames in one file, if the scene asks for that
 //! DIR/sheet.vtk.series           the file to open instead, if the scene asks for .vtk frames
 //! DIR/ledger.csv                 one row a step
 //! DIR/events.csv                 snaps, and losses of stability if the scene watches for them
@@ -39,6 +40,7 @@ pub mod progress;
 pub mod provenance;
 pub mod series;
 pub mod vtk;
+pub mod vtkhdf;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};

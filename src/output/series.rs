@@ -1,4 +1,4 @@
-//! A series of frames and its index (`.pvd`, or `.vtk.series`), which gives every frame its time.
+//! A series of frames and its index (`.pvd`, or `.vtk.series`), which gives every frame its time; or one file of all.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::encode::decimal;
 use super::provenance::digest_of;
+use super::vtkhdf::FramesFile;
 use super::vtu::{self, Compression};
 use super::{Frame, OutputError, ResultDirectory, atomic, vtk};
 
@@ -19,6 +20,8 @@ pub enum Format {
     Vtu,
     /// VTK's old format, binary and not compressed.
     Vtk,
+    /// All frames in one file, temporal VTKHDF.
+    Vtkhdf,
 }
 
 impl Format {
@@ -28,6 +31,7 @@ impl Format {
         match self {
             Self::Vtu => "vtu",
             Self::Vtk => "vtk",
+            Self::Vtkhdf => "vtkhdf",
         }
     }
 }
@@ -43,21 +47,16 @@ pub struct Series {
     compression: Compression,
     times: Vec<f64>,
     digests: Vec<u64>,
+    one: FramesFile,
 }
 
 impl Series {
     /// Starts a series of `.vtu` frames in `directory`; nothing is written yet.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`] if the directory of the frames cannot be made.
-    pub fn create(
-        directory: &ResultDirectory,
-        compression: Compression,
-    ) -> Result<Self, OutputError> {
-        let frames = directory.frames();
-        fs::create_dir_all(&frames).map_err(OutputError::write(&frames))?;
+    #[must_use]
+    pub fn create(directory: &ResultDirectory, compression: Compression) -> Self {
         let (format, times, digests) = (Format::default(), Vec::new(), Vec::new());
-        Ok(Self { directory: directory.clone(), format, compression, times, digests })
+        let (directory, one) = (directory.clone(), FramesFile::default());
+        Self { directory, format, compression, times, digests, one }
     }
 
     /// The same series after the frames at `times` with `digests`, which are in `directory`; those after them are no
@@ -67,6 +66,10 @@ impl Series {
     /// [`OutputError::Directory`] if one of them is not there, [`OutputError::Write`] if the index cannot be
     /// written.
     pub fn after(self, times: Vec<f64>, digests: Vec<u64>) -> Result<Self, OutputError> {
+        if self.format == Format::Vtkhdf {
+            let one = FramesFile::after(&self.index(), &times, &digests, self.compression)?;
+            return Ok(Self { times, digests, one, ..self });
+        }
         let series = Self { times, digests, ..self };
         let missing = (0..series.times.len()).map(|k| series.path(k)).find(|path| !path.is_file());
         if let Some(path) = missing {
@@ -94,10 +97,19 @@ impl Series {
     /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] and [`OutputError::Read`] if
     /// the disk is full or refuses. The index then still lists the frames written before, all whole.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<PathBuf, OutputError> {
+        if self.format == Format::Vtkhdf {
+            let path = self.index();
+            let digest = self.one.push(&path, frame, self.compression)?;
+            self.times.push(frame.time);
+            self.digests.push(digest);
+            return Ok(path);
+        }
+        let frames = self.directory.frames();
+        fs::create_dir_all(&frames).map_err(OutputError::write(&frames))?;
         let path = self.path(self.times.len());
         match self.format {
-            Format::Vtu => vtu::write(&path, frame, self.compression)?,
             Format::Vtk => vtk::write(&path, frame)?,
+            _ => vtu::write(&path, frame, self.compression)?,
         }
         // Of what was just written, which the system has in memory.
         let digest = digest_of(&path)?;
@@ -135,8 +147,8 @@ impl Series {
             (decimal(time), Path::new(ResultDirectory::FRAMES).join(name))
         });
         let text = match self.format {
-            Format::Vtu => collection(frames),
             Format::Vtk => file_series(frames),
+            _ => collection(frames),
         };
         atomic::replace(&self.index(), |writer| writer.write_all(text.as_bytes()))
     }

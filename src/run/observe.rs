@@ -93,7 +93,7 @@ impl Frames {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
         }
-        let series = Series::create(directory, output.compression)?.in_format(output.format);
+        let series = Series::create(directory, output.compression).in_format(output.format);
         Ok(Some(Self { fields: fields.clone(), series }))
     }
 

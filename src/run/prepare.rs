@@ -216,10 +216,7 @@ pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet
         SheetSource::Point { .. } => {
             Sheet::new(vec![Vec3::zeros()], Vec::new()).map_err(|e| refuse("shape", &e))
         }
-        SheetSource::Generated(shape) => {
-            let (shape, vertices, seed) = start::shape(shape);
-            sheet::generate(&shape, vertices, seed).map_err(|e| refuse("shape", &e))
-        }
+        SheetSource::Generated(shape) => start::generated(scene, shape),
     }
 }
 

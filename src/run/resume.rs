@@ -9,7 +9,7 @@ use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::Search;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
-use crate::output::{ResultDirectory, RunStatus, Standing};
+use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
 use crate::scene::Scene;
 
 /// A run set up to continue.
@@ -123,6 +123,10 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
     let rows = rows(&directory.ledger(), checkpoint.step());
     if rows != Some(checkpoint.step() + 1) {
         return Some(format!("ledger.csv ends before step {}", checkpoint.step()));
+    }
+    let one = directory.index(Format::Vtkhdf);
+    if one.is_file() {
+        return vtkhdf::fault(&one, &checkpoint.place.frames, &checkpoint.place.digests);
     }
     let frames = checkpoint.place.frames.len();
     let there = |k: &usize| {

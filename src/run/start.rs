@@ -13,33 +13,54 @@ use crate::kinetics::{Location, formula};
 use crate::model::Chemistry;
 use crate::model::{Positions, State};
 use crate::num::Short;
-use crate::num::checked::Finite;
+use crate::num::checked::{Finite, Positive};
 use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
 use crate::sheet::{self, Sheet};
 
-/// The generator's shape, vertex count and seed.
-pub(super) fn shape(shape: &scene::Shape) -> (sheet::Shape, usize, u64) {
+/// The generator's shape; none for the graph of a formula.
+fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
     use scene::Shape as S;
     use sheet::Shape as G;
-    match shape {
-        S::Disc(d) => (G::Disc { radius: d.radius.get() }, d.vertices.get(), d.seed),
-        S::Rectangle(r) => (
-            G::Rectangle { width: r.width.get(), height: r.height.get() },
-            r.vertices.get(),
-            r.seed,
-        ),
-        S::Annulus(a) => {
-            (G::Annulus { inner: a.inner.get(), outer: a.outer.get() }, a.vertices.get(), a.seed)
+    Some(match shape {
+        S::Disc(d) => G::Disc { radius: d.radius.get() },
+        S::Rectangle(r) => G::Rectangle { width: r.width.get(), height: r.height.get() },
+        S::Annulus(a) => G::Annulus { inner: a.inner.get(), outer: a.outer.get() },
+        S::Sphere(s) => G::Sphere { radius: s.radius.get(), irregular: s.irregular },
+        S::Cylinder(c) => {
+            G::Cylinder { radius: c.radius.get(), height: c.height.get(), caps: c.caps }
         }
-        S::Sphere(s) => {
-            (G::Sphere { radius: s.radius.get(), irregular: s.irregular }, s.vertices.get(), s.seed)
-        }
-        S::Cylinder(c) => (
-            G::Cylinder { radius: c.radius.get(), height: c.height.get() },
-            c.vertices.get(),
-            c.seed,
-        ),
-    }
+        S::Cap(c) => G::Cap { radius: c.radius.get(), height: c.height.get() },
+        S::Torus(t) => G::Torus { major: t.major.get(), minor: t.minor.get() },
+        S::Ellipsoid(e) => G::Ellipsoid { semi_axes: e.semi_axes.map(Positive::get) },
+        S::WavyStrip(w) => G::WavyStrip {
+            width: w.width.get(),
+            height: w.height.get(),
+            amplitude: w.amplitude.get(),
+            wavelength: w.wavelength.get(),
+        },
+        S::Graph(_) => return None,
+    })
+}
+
+/// Generates the sheet of `scene`.
+///
+/// # Errors
+/// Shapes that cannot be made, at `sheet.shape`, and formulas that are none, at `sheet.z`.
+pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
+    let (vertices, seed) = (spec.vertices(), spec.seed());
+    let made = if let scene::Shape::Graph(graph) = spec {
+        let formula = formula::FieldFormula::new(&graph.z, false).map_err(|e| {
+            scene.error_within("sheet.z", &graph.z, &e.span, &e.message, e.help.as_deref())
+        })?;
+        let size = [graph.width.get(), graph.height.get()];
+        sheet::generate_graph(size, &|points| formula.at(points, 0.0), vertices, seed)
+    } else {
+        let shape = shape(spec).ok_or_else(|| {
+            scene.error_at("sheet.shape", "there is no generator of this shape", None)
+        })?;
+        sheet::generate(&shape, vertices, seed)
+    };
+    made.map_err(|e| scene.error_at("sheet.shape", &e.to_string(), None).into())
 }
 
 /// The start: rest positions with the imperfection and the bump, and the species' first values.

@@ -70,8 +70,41 @@ pub enum Shape {
     Annulus(Annulus),
     /// A sphere around the origin.
     Sphere(Sphere),
-    /// An open cylinder around the z axis.
+    /// A cylinder around the z axis.
     Cylinder(Cylinder),
+    /// A part of a sphere.
+    Cap(Cap),
+    /// A torus around the z axis.
+    Torus(Torus),
+    /// An ellipsoid around the origin.
+    Ellipsoid(Ellipsoid),
+    /// A strip bent to a sine.
+    WavyStrip(WavyStrip),
+    /// The graph of a formula over a rectangle.
+    Graph(Graph),
+}
+
+impl Shape {
+    /// Number of vertices asked for.
+    #[must_use]
+    pub fn vertices(&self) -> usize {
+        self.numbers().0
+    }
+
+    /// Seed of the random start of the mesh generator.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.numbers().1
+    }
+
+    fn numbers(&self) -> (usize, u64) {
+        macro_rules! of {
+            ($($kind:ident),*) => {
+                match self { $(Self::$kind(shape) => (shape.vertices.get(), shape.seed),)* }
+            };
+        }
+        of!(Disc, Rectangle, Annulus, Sphere, Cylinder, Cap, Torus, Ellipsoid, WavyStrip, Graph)
+    }
 }
 
 macro_rules! shape {
@@ -132,6 +165,58 @@ shape!(
         radius: Positive,
         /// Extent along z.
         height: Positive,
+        /// Closed by flat discs.
+        #[serde(default)]
+        caps: bool,
+    }
+);
+shape!(
+    /// Sizes of a spherical cap.
+    Cap {
+        /// Radius of the sphere.
+        radius: Positive,
+        /// Height of the apex over the boundary.
+        height: Positive,
+    }
+);
+shape!(
+    /// Sizes of a torus.
+    Torus {
+        /// Distance of the middle of the tube from the axis.
+        major: Positive,
+        /// Radius of the tube.
+        minor: Positive,
+    }
+);
+shape!(
+    /// Sizes of an ellipsoid.
+    Ellipsoid {
+        /// Along x, y and z.
+        semi_axes: [Positive; 3],
+    }
+);
+shape!(
+    /// Sizes of a wavy strip.
+    WavyStrip {
+        /// Extent along x.
+        width: Positive,
+        /// Extent along y.
+        height: Positive,
+        /// Largest |z|.
+        amplitude: Positive,
+        /// Period along x.
+        wavelength: Positive,
+    }
+);
+shape!(
+    /// The surface z = f(x, y).
+    Graph {
+        /// Extent along x.
+        width: Positive,
+        /// Extent along y.
+        height: Positive,
+        /// A formula of `x` and `y`.
+        z: String,
     }
 );
 
@@ -185,7 +270,22 @@ pub(crate) fn origin() -> [Finite; 3] {
 const COMMON: [&str; 5] = ["shape", "file", "planar", "imperfection", "bump"];
 
 /// Names of the shapes.
-const SHAPES: [&str; 6] = ["disc", "rectangle", "annulus", "sphere", "cylinder", "point"];
+const SHAPES: [&str; 11] = [
+    "disc",
+    "rectangle",
+    "annulus",
+    "sphere",
+    "cylinder",
+    "cap",
+    "torus",
+    "ellipsoid",
+    "wavy-strip",
+    "graph",
+    "point",
+];
+
+/// Those of them that lie in a plane.
+const FLAT: [&str; 3] = ["disc", "rectangle", "annulus"];
 
 /// Reads the table `[sheet]`.
 pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
@@ -228,7 +328,8 @@ fn read_planar(node: &mut Node) -> Result<bool, Problem> {
         }
     }
     if let Some(Value::String(shape)) = node.get("shape").map(|shape| &shape.value)
-        && matches!(shape.as_str(), "sphere" | "cylinder" | "point")
+        && SHAPES.contains(&shape.as_str())
+        && !FLAT.contains(&shape.as_str())
     {
         let message = format!("a {shape} does not lie in a plane z = const");
         let problem = Problem::plain(message).placed(&place).under("planar");
@@ -264,6 +365,11 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, Problem> {
         "point" => return read_point(&sizes),
         "sphere" => read(sizes).map(Shape::Sphere),
         "cylinder" => read(sizes).map(Shape::Cylinder),
+        "cap" => read(sizes).map(Shape::Cap),
+        "torus" => read(sizes).map(Shape::Torus),
+        "ellipsoid" => read(sizes).map(Shape::Ellipsoid),
+        "wavy-strip" => read(sizes).map(Shape::WavyStrip),
+        "graph" => read(sizes).map(Shape::Graph),
         _ => return Err(Problem::unknown_name("shape", &name, &SHAPES).placed(&place)),
     };
     shape.map(SheetSource::Generated).map_err(|problem: Problem| problem.also_allowed(&COMMON))
@@ -306,7 +412,23 @@ fn read_file(file: Node, rest: &Node) -> Result<SheetSource, Problem> {
 
 /// Neither shape nor file: a misspelt key is more likely meant than a missing one.
 fn unspecified(node: &Node) -> Problem {
-    let sizes = ["vertices", "seed", "radius", "width", "height", "inner", "outer", "irregular"];
+    let sizes = [
+        "vertices",
+        "seed",
+        "radius",
+        "width",
+        "height",
+        "inner",
+        "outer",
+        "irregular",
+        "caps",
+        "major",
+        "minor",
+        "semi_axes",
+        "amplitude",
+        "wavelength",
+        "z",
+    ];
     let known: Vec<&str> = COMMON.into_iter().chain(sizes).collect();
     if let Value::Table(entries) = &node.value
         && let Some((key, _)) = entries.iter().find(|(key, _)| !known.contains(&key.name.as_str()))

@@ -5,13 +5,14 @@ mod enclosed;
 pub mod generate;
 pub mod quality;
 pub mod read;
+pub mod repair;
 mod surface;
 mod topology;
 pub mod write;
 
 pub use check::Finding;
 pub use enclosed::is_turned;
-pub use generate::{Shape, generate};
+pub use generate::{Height, Shape, generate, generate_graph};
 pub use quality::MeshReport;
 pub use surface::{Array, Surface};
 pub use topology::{Edge, Incidence, Sheet, SheetError};

@@ -15,6 +15,9 @@ use super::Sheet;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::real;
 
+/// Quality below which a triangle counts as one without area; rounding alone leaves about 1e-16.
+pub(crate) const ZERO_QUALITY: f64 = 1e-12;
+
 /// Quality q of a triangle, from 0 (collapsed) to 1 (equilateral); NaN for non-finite corners and
 /// for three corners in one point.
 #[must_use]

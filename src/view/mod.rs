@@ -80,6 +80,15 @@ pub fn report(root: &Path) -> Result<PathBuf> {
     Ok(path)
 }
 
+/// Times and files of the frames of the run in `root`, as [`crate::sheet::read::surface`] reads them; none of a directory
+/// without any.
+///
+/// # Errors
+/// An index that is not one of a run.
+pub fn frames(root: &std::path::Path) -> Result<Vec<(f64, std::path::PathBuf)>> {
+    sheet::index(root)
+}
+
 /// Reads the text file `path`; none where there is no such file.
 fn text_of(path: &Path) -> Result<Option<String>> {
     match std::fs::read_to_string(path) {

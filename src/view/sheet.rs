@@ -74,7 +74,13 @@ pub(super) struct FrameBlock {
 ///
 /// # Errors
 /// An entry without a time or a file, or with a file outside of the directory.
-fn index(root: &Path) -> Result<Vec<(f64, PathBuf)>> {
+pub(super) fn index(root: &Path) -> Result<Vec<(f64, PathBuf)>> {
+    let one = root.join(ResultDirectory::VTKHDF);
+    if one.is_file() {
+        let times = read::frame_times(&one)?;
+        let frame = |(k, time)| (time, PathBuf::from(format!("{}#{k}", one.display())));
+        return Ok(times.into_iter().enumerate().map(frame).collect());
+    }
     let (pvd, series) = (root.join(ResultDirectory::PVD), root.join(ResultDirectory::SERIES));
     if let Some(text) = text_of(&pvd)? {
         let entries = text.split("<DataSet").skip(1).map(|entry| {

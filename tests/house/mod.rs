@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use paths::{Use, uses};
 
 /// Every room with those that it may know. Rooms further down know nobody further up.
-const PLAN: [(&str, &[&str]); 18] = [
+const PLAN: [(&str, &[&str]); 19] = [
     ("cli", &["view", "study", "run", "scene", "output", "solve", "kinetics", "sheet"]),
     ("view", &["study", "run", "output", "sheet"]),
     ("study", &["run", "scene", "output", "solve", "model", "kinetics", "geometry", "sheet"]),
@@ -27,10 +27,11 @@ const PLAN: [(&str, &[&str]); 18] = [
     ("effects", &["registry", "kinetics", "geometry", "sheet"]),
     ("registry", &["document"]),
     ("document", &[]),
-    ("output", &[]),
+    ("output", &["vtkhdf"]),
     ("kinetics", &[]),
     ("geometry", &["sheet"]),
-    ("sheet", &[]),
+    ("sheet", &["vtkhdf"]),
+    ("vtkhdf", &[]),
     ("numerics", &[]),
 ];
 

@@ -29,7 +29,7 @@ fn force_removes_an_earlier_run_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("deep").join("run");
     let directory = ResultDirectory::prepare(&root, false).unwrap();
-    let mut series = Series::create(&directory, Compression::Zlib).unwrap();
+    let mut series = Series::create(&directory, Compression::Zlib);
     series.push(&Patch::new(3).frame(0.0, 0)).unwrap();
     series.push(&Patch::new(3).frame(1.0, 1)).unwrap();
     Ledger::create(&directory.ledger(), &["step".to_owned()]).unwrap();

@@ -2,6 +2,7 @@
 
 mod comparison;
 mod directory;
+mod formats;
 mod interrupt;
 mod ledger;
 mod picture;

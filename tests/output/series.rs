@@ -15,7 +15,7 @@ fn times_of(pvd: &str) -> Vec<f64> {
 fn times_read_back_to_the_last_bit() {
     let folder = tempfile::tempdir().unwrap();
     let directory = ResultDirectory::prepare(folder.path(), false).unwrap();
-    let mut series = Series::create(&directory, Compression::Zlib).unwrap();
+    let mut series = Series::create(&directory, Compression::Zlib);
     let patch = Patch::new(3);
     let times = [-0.0, f64::from_bits(1), 0.1 + 0.2, 1.0 / 3.0, 1e15 + 0.125, 1e22, f64::MAX];
     for (step, &time) in (0..).zip(&times) {
@@ -68,7 +68,7 @@ fn a_device_is_written_to_and_not_replaced() {
 fn a_series_survives_a_frame_that_cannot_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let directory = ResultDirectory::prepare(folder.path(), false).unwrap();
-    let mut series = Series::create(&directory, Compression::Zlib).unwrap();
+    let mut series = Series::create(&directory, Compression::Zlib);
     let patch = Patch::new(3);
     series.push(&patch.frame(0.0, 0)).unwrap();
     let before = fs::read(series.index()).unwrap();
@@ -87,7 +87,7 @@ fn a_series_survives_a_frame_that_cannot_be_written() {
 fn an_index_that_cannot_be_written_is_an_error_with_its_path() {
     let folder = tempfile::tempdir().unwrap();
     let directory = ResultDirectory::prepare(folder.path(), false).unwrap();
-    let mut series = Series::create(&directory, Compression::Zlib).unwrap();
+    let mut series = Series::create(&directory, Compression::Zlib);
     fs::create_dir_all(series.index().join("inside")).unwrap();
     let error = series.push(&Patch::new(3).frame(0.0, 0)).unwrap_err();
     assert!(error.to_string().contains("sheet.pvd: "), "{error}");

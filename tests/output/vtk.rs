@@ -48,7 +48,7 @@ fn values_that_are_not_finite_pass_and_contradictions_do_not() {
 
 fn series(folder: &std::path::Path, patch: &Patch, times: &[f64]) -> Series {
     let directory = ResultDirectory::prepare(folder, false).unwrap();
-    let series = Series::create(&directory, Compression::Zlib).unwrap();
+    let series = Series::create(&directory, Compression::Zlib);
     let mut series = series.in_format(Format::Vtk);
     for (step, &time) in (0..).zip(times) {
         series.push(&patch.frame(time, step)).unwrap();

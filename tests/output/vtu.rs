@@ -104,7 +104,7 @@ fn real_vtk_reads_back_every_bit() {
     for compression in PACKED {
         let folder = tempfile::tempdir().unwrap();
         let directory = ResultDirectory::prepare(folder.path(), false).unwrap();
-        let mut series = Series::create(&directory, compression).unwrap();
+        let mut series = Series::create(&directory, compression);
         let patch = Patch::new(181);
         let times = [0.0, 0.1 + 0.2, 1.0 / 3.0 + 7.0, 1e-300, 1.234_567_890_123_456_7e20];
         let mut sorted = times;

@@ -13,10 +13,12 @@ mod inspect;
 mod invariants;
 mod notes;
 mod old_format;
+mod paraview;
 pub mod program;
 mod resumed;
 mod self_intersection;
 mod stability;
+mod vtkhdf;
 mod work;
 
 use std::path::PathBuf;

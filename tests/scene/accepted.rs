@@ -67,6 +67,12 @@ fn resolved_reads_back_as_the_same_scene() {
         "shape = \"annulus\"\ninner = 1\nouter = 2",
         "shape = \"sphere\"\nradius = 1\nirregular = true",
         "shape = \"cylinder\"\nradius = 1\nheight = 2",
+        "shape = \"cylinder\"\nradius = 1\nheight = 2\ncaps = true",
+        "shape = \"cap\"\nradius = 3\nheight = 1",
+        "shape = \"torus\"\nmajor = 3\nminor = 1",
+        "shape = \"ellipsoid\"\nsemi_axes = [1.5, 1.2, 1.0]",
+        "shape = \"wavy-strip\"\nwidth = 20\nheight = 8\namplitude = 1\nwavelength = 10",
+        "shape = \"graph\"\nwidth = 6\nheight = 4\nz = \"0.1*x*y\"",
     ] {
         let first = scene(&text.replacen("shape = \"disc\"\nradius = 100.0", sheet, 1));
         let resolved = first.resolved().unwrap();

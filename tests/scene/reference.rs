@@ -21,6 +21,13 @@ const TABLES: [(&str, &str, &[&str]); 21] = [
         &[
             "sheet = { impossible = 0 }",
             "sheet = { shape = \"impossible\" }",
+            "sheet = { shape = \"sphere\", impossible = 0 }",
+            "sheet = { shape = \"cylinder\", impossible = 0 }",
+            "sheet = { shape = \"cap\", impossible = 0 }",
+            "sheet = { shape = \"torus\", impossible = 0 }",
+            "sheet = { shape = \"ellipsoid\", impossible = 0 }",
+            "sheet = { shape = \"wavy-strip\", impossible = 0 }",
+            "sheet = { shape = \"graph\", impossible = 0 }",
             "sheet = { file = \"a.obj\", impossible = 0 }",
             "sheet = { shape = \"disc\", radius = 1.0, vertices = 100, bump = { impossible = 0 } }",
             "sheet = { shape = \"disc\", radius = 1.0, vertices = 100, imperfection = { impossible = 0 } }",

@@ -64,7 +64,8 @@ fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
         "unknown key shap in [sheet]",
         Some(
             "did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, \
-             radius, width, height, inner, outer, irregular",
+             radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, \
+             amplitude, wavelength, z",
         ),
     );
     wrong(
@@ -106,7 +107,10 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
         "\"disk\"",
         "\"disk\"",
         "sheet: unknown shape \"disk\"",
-        Some("did you mean disc? allowed: disc, rectangle, annulus, sphere, cylinder, point"),
+        Some(
+            "did you mean disc? allowed: disc, rectangle, annulus, sphere, cylinder, cap, torus, \
+             ellipsoid, wavy-strip, graph, point",
+        ),
     );
     wrong(
         "\"none\"",

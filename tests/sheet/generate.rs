@@ -2,15 +2,29 @@
 
 use std::f64::consts::{PI, TAU};
 
+use rumple::Vec3;
 use rumple::sheet::quality::triangle_angles;
-use rumple::sheet::{MeshReport, Shape, Sheet, generate};
+use rumple::sheet::{MeshReport, Shape, Sheet, generate, generate_graph};
 
 const DISC: Shape = Shape::Disc { radius: 100.0 };
 const RECTANGLE: Shape = Shape::Rectangle { width: 30.0, height: 10.0 };
 const ANNULUS: Shape = Shape::Annulus { inner: 2.0, outer: 7.0 };
 const BALL: Shape = Shape::Sphere { radius: 0.5, irregular: true };
 const ICOSPHERE: Shape = Shape::Sphere { radius: 0.5, irregular: false };
-const CYLINDER: Shape = Shape::Cylinder { radius: 3.0, height: 11.0 };
+const CYLINDER: Shape = Shape::Cylinder { radius: 3.0, height: 11.0, caps: false };
+const CAPPED: Shape = Shape::Cylinder { radius: 3.0, height: 8.0, caps: true };
+const CAP: Shape = Shape::Cap { radius: 3.0, height: 2.0 };
+/// Nearly all of a sphere.
+const BULB: Shape = Shape::Cap { radius: 3.0, height: 5.5 };
+const TORUS: Shape = Shape::Torus { major: 3.0, minor: 1.0 };
+const FAT_TORUS: Shape = Shape::Torus { major: 3.0, minor: 2.0 };
+const ELLIPSOID: Shape = Shape::Ellipsoid { semi_axes: [1.5, 1.2, 1.0] };
+const SPHEROID: Shape = Shape::Ellipsoid { semi_axes: [1.0, 1.0, 2.0] };
+const WAVY: Shape = Shape::WavyStrip { width: 20.0, height: 8.0, amplitude: 1.0, wavelength: 10.0 };
+
+fn saddle(points: &[Vec3]) -> Vec<f64> {
+    points.iter().map(|p| 0.3 * (p.x * p.x - p.y * p.y)).collect()
+}
 
 fn made(shape: &Shape, vertices: usize, seed: u64) -> Sheet {
     generate(shape, vertices, seed).unwrap_or_else(|e| panic!("{shape:?} {vertices} {seed}: {e}"))
@@ -31,8 +45,11 @@ fn total_curvature(sheet: &Sheet) -> f64 {
 
 fn promises(shape: &Shape, vertices: usize, seed: u64, chi: i64) {
     let what = format!("{shape:?} with {vertices} vertices, seed {seed}");
-    let sheet = made(shape, vertices, seed);
-    let report = MeshReport::new(&sheet);
+    kept(&made(shape, vertices, seed), &what, vertices, chi);
+}
+
+fn kept(sheet: &Sheet, what: &str, vertices: usize, chi: i64) {
+    let report = MeshReport::new(sheet);
     println!("{what}\n{report}");
     assert_eq!(report.vertices, vertices, "{what}");
     assert_eq!(report.euler_characteristic, chi, "{what}");
@@ -40,7 +57,7 @@ fn promises(shape: &Shape, vertices: usize, seed: u64, chi: i64) {
     assert!(report.quality.min >= 0.6, "{what}: {:?}", report.quality);
     assert!(report.quality.mean > 0.97, "{what}: {:?}", report.quality);
     assert!(report.irregular_vertices * 50 > vertices, "{what}: nearly a lattice");
-    let error = total_curvature(&sheet) - TAU * f64::from(i32::try_from(chi).unwrap());
+    let error = total_curvature(sheet) - TAU * f64::from(i32::try_from(chi).unwrap());
     assert!(error.abs() < 1e-9, "{what}: Gauss-Bonnet off by {error:e}");
     // Along the curve a neighbour is some √N away; without an order it is N/3.
     let root = (vertices as f64).sqrt();
@@ -69,6 +86,84 @@ fn other_shapes_keep_the_promises() {
 }
 
 #[test]
+fn curved_shapes_keep_the_promises() {
+    for (vertices, seeds) in [(600, 0..3), (5_000, 0..1)] {
+        for seed in seeds {
+            for shape in [CAP, BULB, WAVY] {
+                promises(&shape, vertices, seed, 1);
+            }
+            for shape in [TORUS, FAT_TORUS] {
+                promises(&shape, vertices, seed, 0);
+            }
+            for shape in [ELLIPSOID, CAPPED] {
+                promises(&shape, vertices, seed, 2);
+            }
+            let sheet = generate_graph([6.0, 4.0], &saddle, vertices, seed).unwrap();
+            kept(&sheet, "a saddle", vertices, 1);
+        }
+    }
+    // Where it is sharp, a spheroid wants more vertices for triangles as good.
+    promises(&SPHEROID, 5_000, 1, 2);
+}
+
+/// Loops of boundary edges.
+fn loops(sheet: &Sheet) -> usize {
+    let mut next = std::collections::BTreeMap::new();
+    for t in sheet.triangles() {
+        for k in 0..3 {
+            next.insert((t[k], t[(k + 1) % 3]), ());
+        }
+    }
+    let mut along: std::collections::BTreeMap<u32, u32> =
+        next.keys().filter(|(a, b)| !next.contains_key(&(*b, *a))).copied().collect();
+    let mut count = 0;
+    while let Some((start, mut v)) = along.pop_first() {
+        count += 1;
+        while v != start {
+            v = along.remove(&v).unwrap();
+        }
+    }
+    count
+}
+
+#[test]
+fn boundaries_are_as_many_loops_as_the_shape_has() {
+    let cases = [
+        (DISC, 1),
+        (ANNULUS, 2),
+        (CYLINDER, 2),
+        (CAPPED, 0),
+        (CAP, 1),
+        (BULB, 1),
+        (TORUS, 0),
+        (ELLIPSOID, 0),
+        (WAVY, 1),
+    ];
+    for (shape, expected) in cases {
+        assert_eq!(loops(&made(&shape, 1000, 2)), expected, "{shape:?}");
+    }
+}
+
+#[test]
+fn vertices_lie_on_their_surfaces() {
+    let worst = |shape: &Shape, distance: &dyn Fn(&Vec3) -> f64| {
+        let sheet = made(shape, 1000, 1);
+        let worst = sheet.rest().iter().map(distance).fold(0.0, |a: f64, d| a.max(d.abs()));
+        assert!(worst < 1e-9, "{shape:?}: {worst:e}");
+    };
+    worst(&CAP, &|p| (p - Vec3::z() * -1.0).norm() - 3.0);
+    worst(&CAP, &|p| (-p.z).max(0.0) + (p.z - 2.0).max(0.0));
+    worst(&BULB, &|p| (p - Vec3::z() * 2.5).norm() - 3.0);
+    worst(&TORUS, &|p| (p.x.hypot(p.y) - 3.0).hypot(p.z) - 1.0);
+    worst(&ELLIPSOID, &|p| Vec3::new(p.x / 1.5, p.y / 1.2, p.z).norm() - 1.0);
+    worst(&WAVY, &|p| p.z - (TAU / 10.0 * p.x).sin());
+    worst(&CAPPED, &|p| (p.x.hypot(p.y) - 3.0).max(0.0) + (p.z.abs() - 4.0).max(0.0));
+    worst(&CAPPED, &|p| (3.0 - p.x.hypot(p.y)).max(0.0).min(4.0 - p.z.abs()));
+    let sheet = generate_graph([6.0, 4.0], &saddle, 1000, 1).unwrap();
+    assert!(sheet.rest().iter().all(|p| p.z == 0.3 * (p.x * p.x - p.y * p.y)));
+}
+
+#[test]
 fn boundaries_are_evenly_spaced_at_the_edge_length_of_the_interior() {
     let sheet = made(&DISC, 5_000, 3);
     let report = MeshReport::new(&sheet);
@@ -86,11 +181,19 @@ fn normals_point_up_and_outward() {
         let [a, b, c] = t.map(|v| sheet.rest()[v as usize]);
         ((b - a).cross(&(c - a)), (a + b + c) / 3.0)
     };
-    for shape in [DISC, RECTANGLE, ANNULUS] {
+    for shape in [DISC, RECTANGLE, ANNULUS, WAVY, CAP] {
         let sheet = made(&shape, 800, 0);
         assert!(sheet.triangles().iter().all(|t| normal_at(&sheet, t).0.z > 0.0), "{shape:?}");
     }
-    for shape in [BALL, ICOSPHERE, CYLINDER] {
+    let saddle = generate_graph([6.0, 4.0], &saddle, 800, 0).unwrap();
+    assert!(saddle.triangles().iter().all(|t| normal_at(&saddle, t).0.z > 0.0));
+    let torus = made(&TORUS, 800, 0);
+    for t in torus.triangles() {
+        let (normal, centre) = normal_at(&torus, t);
+        let ring = Vec3::new(centre.x, centre.y, 0.0).normalize() * 3.0;
+        assert!(normal.dot(&(centre - ring)) > 0.0);
+    }
+    for shape in [BALL, ICOSPHERE, CYLINDER, ELLIPSOID, CAPPED] {
         let sheet = made(&shape, 800, 0);
         for t in sheet.triangles() {
             let (normal, mut centre) = normal_at(&sheet, t);
@@ -114,6 +217,20 @@ fn areas_are_those_of_the_shapes() {
     near(area(&ANNULUS), PI * 45.0, 1e-3);
     near(area(&BALL), PI, 3e-3);
     near(area(&CYLINDER), TAU * 33.0, 1e-3);
+    near(area(&CAP), TAU * 6.0, 1e-3);
+    near(area(&BULB), TAU * 16.5, 2e-3);
+    near(area(&TORUS), TAU * TAU * 3.0, 2e-3);
+    near(area(&CAPPED), TAU * 33.0, 1e-3);
+    // A prolate spheroid, 2πa²(1 + c/(a e) asin e); and the ellipsoid by its elliptic integrals.
+    let e = 0.75f64.sqrt();
+    near(area(&SPHEROID), TAU * (1.0 + 2.0 / e * e.asin()), 2e-3);
+    near(area(&ELLIPSOID), 19.000_641, 2e-3);
+    // Arc length of a sine over two periods, by the trapezoidal rule, which converges fast.
+    let slope = |k: u32| TAU / 10.0 * (TAU * f64::from(k) / 1000.0).cos();
+    let arc = (0..1000).map(|k| (1.0 + slope(k).powi(2)).sqrt()).sum::<f64>() / 1000.0;
+    near(area(&WAVY), 160.0 * arc, 1e-3);
+    let sheet = generate_graph([6.0, 4.0], &|p| vec![0.0; p.len()], 5_000, 1).unwrap();
+    near(MeshReport::new(&sheet).area, 24.0, 1e-12);
 }
 
 #[test]
@@ -129,7 +246,7 @@ fn the_icosphere_takes_the_nearest_number_of_vertices() {
 
 #[test]
 fn a_seed_fixes_every_bit_and_another_seed_gives_another_mesh() {
-    for shape in [DISC, RECTANGLE, ANNULUS, BALL, CYLINDER] {
+    for shape in [DISC, RECTANGLE, ANNULUS, BALL, CYLINDER, CAPPED, CAP, TORUS, ELLIPSOID, WAVY] {
         let bits = |seed| {
             let sheet = made(&shape, 600, seed);
             let bits: Vec<_> =
@@ -166,7 +283,24 @@ fn impossible_wishes_are_refused_with_a_reason() {
     };
     refused(&Shape::Disc { radius: -1.0 }, 500, "radius = -1");
     refused(&Shape::Disc { radius: f64::NAN }, 500, "radius = NaN");
-    refused(&Shape::Cylinder { radius: 1.0, height: f64::INFINITY }, 500, "height = inf");
+    let long = Shape::Cylinder { radius: 1.0, height: f64::INFINITY, caps: false };
+    refused(&long, 500, "height = inf");
+    let flat = Shape::Cylinder { radius: 1.0, height: 1e-3, caps: true };
+    refused(&flat, 500, "more vertices");
+    refused(&Shape::Cap { radius: 1.0, height: 2.0 }, 500, "smaller than the diameter 2");
+    refused(&Shape::Cap { radius: 1.0, height: 1.9999 }, 500, "the boundary");
+    refused(&Shape::Torus { major: 1.0, minor: 1.0 }, 500, "smaller than major");
+    refused(&Shape::Torus { major: 1.0, minor: 0.99 }, 500, "the hole");
+    refused(&Shape::Ellipsoid { semi_axes: [1.0, 0.0, 1.0] }, 500, "semi_axes = 0");
+    refused(&Shape::Ellipsoid { semi_axes: [1.0, 0.01, 1.0] }, 500, "radius of curvature");
+    let short = Shape::WavyStrip { width: 9.0, height: 9.0, amplitude: 1.0, wavelength: 0.5 };
+    refused(&short, 500, "a wave");
+    let graph = |height: &dyn Fn(&[Vec3]) -> Vec<f64>, word: &str| {
+        let message = generate_graph([2.0, 2.0], height, 500, 1).unwrap_err().to_string();
+        assert!(message.contains(word), "{message}");
+    };
+    graph(&|p| p.iter().map(|p| p.x.ln()).collect(), "z = NaN at x = -1, y = -1");
+    graph(&|p| p.iter().map(|p| 30.0 * p.y).collect(), "slope");
     refused(&Shape::Annulus { inner: 2.0, outer: 2.0 }, 500, "inner = 2");
     refused(&Shape::Annulus { inner: 1e-3, outer: 2.0 }, 500, "inner boundary");
     refused(&Shape::Rectangle { width: 1.0, height: 1e-3 }, 500, "shorter side");
@@ -180,7 +314,7 @@ fn impossible_wishes_are_refused_with_a_reason() {
 #[test]
 fn small_meshes_are_made_or_refused_but_never_break() {
     for vertices in 0..150 {
-        for shape in [DISC, RECTANGLE, ANNULUS, BALL, CYLINDER] {
+        for shape in [DISC, RECTANGLE, ANNULUS, BALL, CYLINDER, CAP, BULB] {
             match generate(&shape, vertices, 1) {
                 Ok(sheet) => assert_eq!(sheet.vertex_count(), vertices, "{shape:?}"),
                 // The narrow ones need most; every refusal says what helps.

@@ -2,9 +2,11 @@
 
 mod check;
 mod command;
+mod formats;
 mod generate;
 mod legacy;
 mod read;
+mod repair;
 mod vtkio_faults;
 mod write;
 

@@ -13,18 +13,17 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::quality::triangle_quality;
+use super::quality::{ZERO_QUALITY, triangle_quality};
 use super::surface::Surface;
 use graph::Edges;
-
-/// Quality below which a triangle counts as one without area; rounding alone leaves about 1e-16.
-const ZERO_QUALITY: f64 = 1e-12;
+pub(crate) use graph::Union;
+use rumple_numerics::Vec3;
 
 /// Quality below which a triangle counts as a needle: an angle below two degrees.
 const NEEDLE_QUALITY: f64 = 0.05;
 
 /// Places that are kept of one kind of fault.
-const SHOWN: usize = 5;
+pub(crate) const SHOWN: usize = 5;
 
 /// The kinds of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -63,6 +62,35 @@ pub enum Fault {
     SeveralComponents,
 }
 
+impl Fault {
+    /// What to do by hand about a fault that no repair mends.
+    #[must_use]
+    pub fn advice(self) -> Option<&'static str> {
+        Some(match self {
+            Self::NonManifoldEdge => {
+                "At most two triangles of a sheet share an edge: remove the triangles of inner walls and of parts that lie \
+                 on one another, or cut the mesh along these edges"
+            }
+            Self::NonManifoldVertex => {
+                "Parts of a sheet that touch in one vertex are not joined: give each part a vertex of its own, a little \
+                 apart, or join them along an edge"
+            }
+            Self::NotOrientable => "A sheet has two sides: cut a one-sided surface along a line",
+            Self::SeveralComponents => {
+                "A sheet is one part: a larger --small removes all but the largest, or --merge-distance joins parts that \
+                 nearly touch"
+            }
+            Self::ZeroArea => "Give these triangles an area, or remove them and close the hole",
+            Self::NonFinite => "Give these vertices finite coordinates",
+            Self::IndexOutOfRange => {
+                "Give these triangles vertices that exist: the file may be cut short"
+            }
+            Self::Empty => "The file holds no triangles",
+            _ => return None,
+        })
+    }
+}
+
 /// One kind of fault with the places where it was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
@@ -99,7 +127,15 @@ impl fmt::Display for Finding {
 /// that do not exist.
 #[must_use]
 pub fn examine(surface: &Surface) -> (Vec<Finding>, Vec<[u32; 3]>) {
-    let mut found = Findings { surface, list: Vec::new() };
+    examine_numbered(surface, &[])
+}
+
+/// As [`examine`]; triangle t has the number `numbers[t]` in the file, or t where there are none.
+pub(crate) fn examine_numbered(
+    surface: &Surface,
+    numbers: &[u32],
+) -> (Vec<Finding>, Vec<[u32; 3]>) {
+    let mut found = Findings { surface, numbers, list: Vec::new() };
     let mut triangles = surface.triangles.clone();
     if surface.points.is_empty() || triangles.is_empty() {
         found.report(Fault::Empty, "the mesh has no points or no triangles", 1, std::iter::empty());
@@ -123,8 +159,15 @@ pub fn examine(surface: &Surface) -> (Vec<Finding>, Vec<[u32; 3]>) {
     (found.list, triangles)
 }
 
+/// The bits of a point; adding zero turns -0 into +0, which is the same place.
+pub(crate) fn place_of(p: &Vec3) -> [u64; 3] {
+    [0, 1, 2].map(|k| (p[k] + 0.0).to_bits())
+}
+
 struct Findings<'a> {
     surface: &'a Surface,
+    /// Numbers of the triangles in the file.
+    numbers: &'a [u32],
     list: Vec<Finding>,
 }
 
@@ -137,9 +180,10 @@ impl Findings<'_> {
     }
 
     fn triangle(&self, t: usize) -> String {
+        let number = self.numbers.get(t).map_or(t, |&number| number as usize);
         match self.surface.triangle_lines.get(t) {
-            Some(line) => format!("triangle {t} (line {line})"),
-            None => format!("triangle {t}"),
+            Some(line) => format!("triangle {number} (line {line})"),
+            None => format!("triangle {number}"),
         }
     }
 
@@ -178,9 +222,7 @@ impl Findings<'_> {
         let mut first: HashMap<[u64; 3], usize> = HashMap::with_capacity(points.len());
         let mut twice = Vec::new();
         for (v, p) in points.iter().enumerate() {
-            // Adding zero turns -0 into +0, which is the same place.
-            let key = [0, 1, 2].map(|k| (p[k] + 0.0).to_bits());
-            let known = *first.entry(key).or_insert(v);
+            let known = *first.entry(place_of(p)).or_insert(v);
             if known != v {
                 twice.push((known, v));
             }

@@ -6,11 +6,11 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::density::edge_length;
-use super::domain::{Domain, delaunay};
+use super::domain::{Domain, periodic};
 use super::too_narrow;
 use crate::SheetError;
 use rumple_numerics::Vec3;
-use rumple_numerics::num::{index, real, whole};
+use rumple_numerics::num::{real, whole};
 
 /// Fewest edges around: a rolled triangle must stay nearly flat, and a strip must not meet itself.
 const FEWEST_AROUND: usize = 8;
@@ -20,10 +20,6 @@ const FEWEST_ACROSS: usize = 4;
 
 /// Least distance of free vertices from the boundary in edge lengths, as for flat outlines.
 const BOUNDARY_MARGIN: f64 = 0.5;
-
-/// Width of the copies on both sides of the strip in edge lengths; a Delaunay circle of the random
-/// start is at most a few edges wide.
-const COPIED: f64 = 4.0;
 
 /// The unrolled cylinder: x in [0, 2πR), y in [-height/2, height/2].
 pub(super) struct Strip {
@@ -37,8 +33,18 @@ pub(super) struct Strip {
 impl Strip {
     pub(super) fn new(radius: f64, height: f64, vertices: usize) -> Result<Self, SheetError> {
         let around = TAU * radius;
-        let half = 0.5 * height;
         let edge = edge_length(around * height, 2.0 * around, 0.0, vertices);
+        Self::with_edge(radius, height, edge, vertices)
+    }
+
+    /// The same with edges of this length; `vertices` is for messages.
+    pub(super) fn with_edge(
+        radius: f64,
+        height: f64,
+        edge: f64,
+        vertices: usize,
+    ) -> Result<Self, SheetError> {
+        let (around, half) = (TAU * radius, 0.5 * height);
         let count = whole(around / edge);
         if count < FEWEST_AROUND {
             return Err(too_narrow("the circumference", around / edge, FEWEST_AROUND, vertices));
@@ -96,28 +102,8 @@ impl Domain for Strip {
         Vec3::new(x, point.y.clamp(-reach, reach), 0.0)
     }
 
-    /// Of the strip with copies on both sides, the triangles whose smallest vertex is an original:
-    /// every triangle of the rolled mesh has exactly one such copy.
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
-        let margin = (COPIED * self.edge).min(0.5 * self.around);
-        let mut all = points.to_vec();
-        let mut original: Vec<u32> = (0..index(points.len())).collect();
-        for (v, p) in points.iter().enumerate() {
-            let near_start = p.x < margin;
-            if near_start || p.x > self.around - margin {
-                let shift = if near_start { self.around } else { -self.around };
-                all.push(p + Vec3::x() * shift);
-                original.push(index(v));
-            }
-        }
-        delaunay(&all)
-            .into_iter()
-            .filter(|t| {
-                let smallest = t.iter().min_by_key(|&&v| original[v as usize]);
-                smallest.is_some_and(|&v| (v as usize) < points.len())
-            })
-            .map(|t| t.map(|v| original[v as usize]))
-            .collect()
+        periodic(points, [self.around, f64::INFINITY], self.edge)
     }
 
     fn place(&self, point: Vec3) -> Vec3 {

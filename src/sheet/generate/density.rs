@@ -8,7 +8,7 @@
 //! (2N - 2χ) s l² - s P l - A = 0,      s = √3/4.
 //! ```
 
-use rumple_numerics::num::real;
+use rumple_numerics::num::{real, whole};
 
 /// The edge length (unit of length) at which `vertices` vertices fill `area` inside a boundary of length
 /// `perimeter`; `twice_chi` is 2χ: 2 for a disc, 0 for a ring or tube, 4 for a sphere.
@@ -17,4 +17,10 @@ pub(super) fn edge_length(area: f64, perimeter: f64, twice_chi: f64, vertices: u
     let m = s * (2.0 * real(vertices) - twice_chi).max(1.0);
     let p = s * perimeter;
     (p + (p * p + 4.0 * m * area).sqrt()) / (2.0 * m)
+}
+
+/// About how many vertices fill `area` inside a boundary of length `perimeter` with edges of this length: the same relation.
+pub(super) fn vertex_count(area: f64, perimeter: f64, twice_chi: f64, edge: f64) -> usize {
+    let s = 3f64.sqrt() / 4.0;
+    whole(0.5 * ((area + s * perimeter * edge) / (s * edge * edge) + twice_chi))
 }

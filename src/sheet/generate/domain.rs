@@ -3,6 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 
 use rumple_numerics::Vec3;
+use rumple_numerics::num::index;
 
 /// A surface to be filled with vertices, in coordinates where distances are true.
 ///
@@ -45,5 +46,52 @@ pub(super) fn delaunay(points: &[Vec3]) -> Vec<[u32; 3]> {
     let flat: Vec<_> = points.iter().map(|p| delaunator::Point { x: p.x, y: p.y }).collect();
     let found = delaunator::triangulate(&flat).triangles;
     // delaunator turns clockwise in a frame whose y axis points up.
-    found.chunks_exact(3).map(|t| [t[0], t[2], t[1]].map(rumple_numerics::num::index)).collect()
+    found.chunks_exact(3).map(|t| [t[0], t[2], t[1]].map(index)).collect()
+}
+
+/// Width of the copies around a periodic domain in edge lengths; a Delaunay circle of the random start is at most a few
+/// edges wide.
+const COPIED: f64 = 4.0;
+
+/// Delaunay triangles of points in a plane that repeats itself after `periods` along x and y (infinite where it does
+/// not), in which edges are about `edge` long.
+///
+/// Of the points with copies on all sides, the triangles whose smallest vertex is an original: every triangle of the
+/// periodic mesh has exactly one such copy.
+pub(super) fn periodic(points: &[Vec3], periods: [f64; 2], edge: f64) -> Vec<[u32; 3]> {
+    let mut all = points.to_vec();
+    let mut original: Vec<u32> = (0..index(points.len())).collect();
+    let first = points.first().copied().unwrap_or_default();
+    let low = points.iter().fold(first, |low, p| low.inf(p));
+    for axis in [0, 1] {
+        let period = periods[axis];
+        if !period.is_finite() {
+            continue;
+        }
+        let margin = (COPIED * edge).min(0.5 * period);
+        // The domain is one period from the least coordinate on; copies along x are copied along y too.
+        let end = low[axis] + period;
+        for v in 0..all.len() {
+            let p = all[v];
+            let shift = if p[axis] < low[axis] + margin {
+                period
+            } else if p[axis] > end - margin {
+                -period
+            } else {
+                continue;
+            };
+            let mut copy = p;
+            copy[axis] += shift;
+            all.push(copy);
+            original.push(original[v]);
+        }
+    }
+    delaunay(&all)
+        .into_iter()
+        .filter(|t| {
+            let smallest = t.iter().min_by_key(|&&v| original[v as usize]);
+            smallest.is_some_and(|&v| (v as usize) < points.len())
+        })
+        .map(|t| t.map(|v| original[v as usize]))
+        .collect()
 }

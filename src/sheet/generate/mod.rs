@@ -6,9 +6,13 @@
 //! the interior. Vertices are numbered along a Hilbert curve and triangles follow them, so
 //! neighbours are near one another in memory.
 
+mod capped;
+mod curved;
 mod cylinder;
 mod density;
 mod domain;
+mod flip;
+mod graph;
 mod noise;
 mod order;
 mod planar;
@@ -19,6 +23,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Sheet, SheetError};
 use domain::Domain;
+pub use graph::Height;
+use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real};
 
 /// Smallest quality that a generated triangle may have; below it another random start is tried.
@@ -64,12 +70,45 @@ pub enum Shape {
         #[serde(default)]
         irregular: bool,
     },
-    /// An open cylinder around the z axis, from -height/2 to height/2, normals outward.
+    /// A cylinder around the z axis, from -height/2 to height/2, normals outward.
     Cylinder {
-        /// Distance of every vertex from the axis.
+        /// Distance of its vertices from the axis.
         radius: f64,
         /// Extent along z.
         height: f64,
+        /// Closed by flat discs at both ends; open otherwise.
+        #[serde(default)]
+        caps: bool,
+    },
+    /// A part of a sphere around the z axis, its boundary in z = 0 and its apex at z = height, normals outward.
+    Cap {
+        /// Radius of the sphere.
+        radius: f64,
+        /// Height of the apex over the boundary, smaller than the diameter.
+        height: f64,
+    },
+    /// A torus around the z axis, normals outward.
+    Torus {
+        /// Distance of the middle of the tube from the axis.
+        major: f64,
+        /// Radius of the tube, smaller than `major`.
+        minor: f64,
+    },
+    /// A closed ellipsoid around the origin, normals outward.
+    Ellipsoid {
+        /// Semi-axes along x, y and z.
+        semi_axes: [f64; 3],
+    },
+    /// A strip z = amplitude · sin(2πx/wavelength) around the origin, normal upward.
+    WavyStrip {
+        /// Extent along x.
+        width: f64,
+        /// Extent along y.
+        height: f64,
+        /// Largest |z|.
+        amplitude: f64,
+        /// Period along x.
+        wavelength: f64,
     },
 }
 
@@ -80,7 +119,17 @@ impl Shape {
             Self::Disc { radius } | Self::Sphere { radius, .. } => vec![("radius", radius)],
             Self::Rectangle { width, height } => vec![("width", width), ("height", height)],
             Self::Annulus { inner, outer } => vec![("inner", inner), ("outer", outer)],
-            Self::Cylinder { radius, height } => vec![("radius", radius), ("height", height)],
+            Self::Cylinder { radius, height, .. } | Self::Cap { radius, height } => {
+                vec![("radius", radius), ("height", height)]
+            }
+            Self::Torus { major, minor } => vec![("major", major), ("minor", minor)],
+            Self::Ellipsoid { semi_axes } => semi_axes.map(|axis| ("semi_axes", axis)).to_vec(),
+            Self::WavyStrip { width, height, amplitude, wavelength } => vec![
+                ("width", width),
+                ("height", height),
+                ("amplitude", amplitude),
+                ("wavelength", wavelength),
+            ],
         }
     }
 }
@@ -95,20 +144,7 @@ impl Shape {
 /// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, and
 /// numbers of vertices too small for the shape or too large for 32-bit indices.
 pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
-    for (name, size) in shape.sizes() {
-        // The bounds keep areas and squared lengths far from overflow and underflow.
-        if !(1e-100..=1e100).contains(&size) {
-            return Err(SheetError::Unusable(format!(
-                "{name} = {} of the shape must be a positive number between 1e-100 and 1e100",
-                Short(size)
-            )));
-        }
-    }
-    if vertices > MAX_VERTICES {
-        return Err(SheetError::Unusable(format!(
-            "{vertices} vertices are too many for a generator; at most {MAX_VERTICES} are made"
-        )));
-    }
+    check(&shape.sizes(), vertices)?;
     match *shape {
         Shape::Disc { radius } => irregular(&planar::disc(radius, vertices)?, vertices, seed),
         Shape::Rectangle { width, height } => {
@@ -125,10 +161,61 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
             let (points, triangles) = order::numbered(&points, &points, &triangles);
             Sheet::new(points, triangles)
         }
-        Shape::Cylinder { radius, height } => {
+        Shape::Cylinder { radius, height, caps: true } => {
+            capped::capped(radius, height, vertices, seed)
+        }
+        Shape::Cylinder { radius, height, caps: false } => {
             irregular(&cylinder::Strip::new(radius, height, vertices)?, vertices, seed)
         }
+        Shape::Cap { radius, height } => {
+            irregular(&curved::Cap::new(radius, height, vertices)?, vertices, seed)
+        }
+        Shape::Torus { major, minor } => {
+            irregular(&curved::Torus::new(major, minor, vertices)?, vertices, seed)
+        }
+        Shape::Ellipsoid { semi_axes } => {
+            irregular(&curved::Ellipsoid::new(semi_axes, vertices)?, vertices, seed)
+        }
+        Shape::WavyStrip { width, height, amplitude, wavelength } => {
+            let wave = [amplitude, wavelength];
+            irregular(&graph::Wavy::new([width, height], wave, vertices)?, vertices, seed)
+        }
     }
+}
+
+/// Makes the sheet z = `height`(x, y) over a rectangle around the origin, `size` along x and y, normal upward.
+///
+/// As for [`generate`]; edges are about equally long on the surface.
+///
+/// # Errors
+/// As for [`generate`]; heights that are not finite, and slopes above 20.
+pub fn generate_graph(
+    size: [f64; 2],
+    height: Height<'_>,
+    vertices: usize,
+    seed: u64,
+) -> Result<Sheet, SheetError> {
+    check(&[("width", size[0]), ("height", size[1])], vertices)?;
+    irregular(&graph::Graph::new(size, height, vertices)?, vertices, seed)
+}
+
+/// Refuses sizes and numbers of vertices that no generator takes.
+fn check(sizes: &[(&str, f64)], vertices: usize) -> Result<(), SheetError> {
+    for &(name, size) in sizes {
+        // The bounds keep areas and squared lengths far from overflow and underflow.
+        if !(1e-100..=1e100).contains(&size) {
+            return Err(SheetError::Unusable(format!(
+                "{name} = {} of the shape must be a positive number between 1e-100 and 1e100",
+                Short(size)
+            )));
+        }
+    }
+    if vertices > MAX_VERTICES {
+        return Err(SheetError::Unusable(format!(
+            "{vertices} vertices are too many for a generator; at most {MAX_VERTICES} are made"
+        )));
+    }
+    Ok(())
 }
 
 /// Fills a domain with random points, relaxes them, and accepts the mesh if it is a good one.
@@ -167,13 +254,16 @@ fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
             domain.fixed_boundary()
         ));
     }
-    for (t, tri) in sheet.triangles().iter().enumerate() {
+    for tri in sheet.triangles() {
+        let corners = tri.map(|v| sheet.rest()[v as usize]);
+        let [x, y, z] = (corners.iter().sum::<Vec3>() / 3.0).into();
+        let near = || format!("the triangle at ({x:.3}, {y:.3}, {z:.3})");
         if tri.iter().all(|&v| sheet.boundary()[v as usize]) {
-            return Err(format!("triangle {t} has all its vertices on the boundary"));
+            return Err(format!("{} has all its vertices on the boundary", near()));
         }
-        let q = super::quality::triangle_quality(tri.map(|v| sheet.rest()[v as usize]));
+        let q = super::quality::triangle_quality(corners);
         if q < MIN_QUALITY {
-            return Err(format!("triangle {t} has quality {q:.3}, below {MIN_QUALITY}"));
+            return Err(format!("{} has quality {q:.3}, below {MIN_QUALITY}", near()));
         }
     }
     Ok(sheet)

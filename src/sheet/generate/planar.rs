@@ -16,10 +16,10 @@ use rumple_numerics::num::{real, whole};
 ///
 /// Half an edge keeps them out of the circles around boundary edges, so these stay Delaunay; balance
 /// puts the first row at 0.87.
-const BOUNDARY_MARGIN: f64 = 0.5;
+pub(super) const BOUNDARY_MARGIN: f64 = 0.5;
 
 /// Fewest edges across the narrowest place: below, triangles would span from boundary to boundary.
-const FEWEST_ACROSS: usize = 4;
+pub(super) const FEWEST_ACROSS: usize = 4;
 
 /// Fewest edges around a hole.
 const FEWEST_AROUND: usize = 6;
@@ -28,7 +28,7 @@ const FEWEST_AROUND: usize = 6;
 ///
 /// It keeps the corner's two edges from closing a triangle of three boundary vertices; the two triangles
 /// at the corner have quality 0.92 with it.
-const CORNER: f64 = 0.85;
+pub(super) const CORNER: f64 = 0.85;
 
 /// A flat region with its fixed vertices.
 pub(super) struct Planar {
@@ -59,15 +59,14 @@ pub(super) fn disc(radius: f64, vertices: usize) -> Result<Planar, SheetError> {
     if 2.0 * radius < real(FEWEST_ACROSS) * edge {
         return Err(too_narrow("the diameter", 2.0 * radius / edge, FEWEST_ACROSS, vertices));
     }
-    let boundary = whole(TAU * radius / edge);
-    let fixed = circle(radius, boundary, 0.0).collect();
-    Ok(Planar {
-        outline: Outline::Ring { inner: 0.0, outer: radius },
-        fixed,
-        boundary,
-        hole: 0,
-        edge,
-    })
+    Ok(disc_around(radius, whole(TAU * radius / edge), 0.0, edge))
+}
+
+/// A disc with `boundary` vertices on its boundary, the first at angle `turn` spacings, and edges of this length.
+pub(super) fn disc_around(radius: f64, boundary: usize, turn: f64, edge: f64) -> Planar {
+    let fixed = circle(radius, boundary, turn).collect();
+    let outline = Outline::Ring { inner: 0.0, outer: radius };
+    Planar { outline, fixed, boundary, hole: 0, edge }
 }
 
 /// A ring around the origin.

@@ -61,45 +61,49 @@ impl Domain for Ball {
         point * (self.radius / point.norm().max(f64::MIN_POSITIVE))
     }
 
-    /// Delaunay on the sphere: stereographic projection from the last vertex maps circles to
-    /// circles, so the plane's Delaunay triangles are the sphere's, and its hull is the ring of
-    /// neighbours of the last vertex.
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
-        let Some((pole, others)) = points.split_last() else { return Vec::new() };
-        let axis = pole.normalize();
-        let across = if axis.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
-        let e1 = axis.cross(&across).normalize();
-        let e2 = axis.cross(&e1);
-        let flat: Vec<Vec3> = others
-            .iter()
-            .map(|p| {
-                let below = (self.radius - p.dot(&axis)).max(f64::MIN_POSITIVE);
-                Vec3::new(p.dot(&e1) / below, p.dot(&e2) / below, 0.0)
-            })
-            .collect();
-        let mut triangles = delaunay(&flat);
-        // Boundary edges of the flat triangles are the half-edges without a partner.
-        let mut half: Vec<(u32, u32, u32, u32)> = triangles
-            .iter()
-            .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
-            .map(|(a, b)| (a.min(b), a.max(b), a, b))
-            .collect();
-        half.sort_unstable();
-        let last = index(others.len());
-        for group in half.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
-            if let [(_, _, a, b)] = *group {
-                triangles.push([b, a, last]);
-            }
-        }
-        // The frame (e1, e2, axis) seen from the pole shows the plane from behind.
-        for t in &mut triangles {
-            let [a, b, c] = t.map(|v| points[v as usize]);
-            if a.dot(&b.cross(&c)) < 0.0 {
-                t.swap(1, 2);
-            }
-        }
-        triangles
+        on_sphere(points, self.radius)
     }
+}
+
+/// Delaunay on the sphere: stereographic projection from the last vertex maps circles to
+/// circles, so the plane's Delaunay triangles are the sphere's, and its hull is the ring of
+/// neighbours of the last vertex.
+pub(super) fn on_sphere(points: &[Vec3], radius: f64) -> Vec<[u32; 3]> {
+    let Some((pole, others)) = points.split_last() else { return Vec::new() };
+    let axis = pole.normalize();
+    let across = if axis.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
+    let e1 = axis.cross(&across).normalize();
+    let e2 = axis.cross(&e1);
+    let flat: Vec<Vec3> = others
+        .iter()
+        .map(|p| {
+            let below = (radius - p.dot(&axis)).max(f64::MIN_POSITIVE);
+            Vec3::new(p.dot(&e1) / below, p.dot(&e2) / below, 0.0)
+        })
+        .collect();
+    let mut triangles = delaunay(&flat);
+    // Boundary edges of the flat triangles are the half-edges without a partner.
+    let mut half: Vec<(u32, u32, u32, u32)> = triangles
+        .iter()
+        .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
+        .map(|(a, b)| (a.min(b), a.max(b), a, b))
+        .collect();
+    half.sort_unstable();
+    let last = index(others.len());
+    for group in half.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
+        if let [(_, _, a, b)] = *group {
+            triangles.push([b, a, last]);
+        }
+    }
+    // The frame (e1, e2, axis) seen from the pole shows the plane from behind.
+    for t in &mut triangles {
+        let [a, b, c] = t.map(|v| points[v as usize]);
+        if a.dot(&b.cross(&c)) < 0.0 {
+            t.swap(1, 2);
+        }
+    }
+    triangles
 }
 
 /// The icosphere with the nearest number of vertices: every face of an icosahedron is cut into n²

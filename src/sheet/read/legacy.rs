@@ -1,4 +1,4 @@
-//! VTK's old format (`.vtk`): PolyData or an UnstructuredGrid of triangles, as text or binary.
+//! VTK's old format (`.vtk`): PolyData or an UnstructuredGrid of polygons, as text or binary.
 //!
 //! vtkio reads it. Done here is what it leaves out: field data between the kind of the data set and
 //! its points, where ParaView writes the time; titles that are empty; the escapes in names; the
@@ -72,20 +72,21 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
         (after, _) if after > 0 => Err(fault.at(Some(after))),
         (_, DataSet::PolyData { pieces, .. }) => {
             let piece = only(pieces)?;
-            for (name, cells) in [
-                ("VERTICES", piece.verts),
-                ("LINES", piece.lines),
-                ("TRIANGLE_STRIPS", piece.strips),
-            ] {
-                if cells.is_some_and(|cells| !is_empty(&cells)) {
-                    return Err(format!("has {name}; only POLYGONS that are triangles are read"));
-                }
-            }
-            surface(piece.points, piece.polys.unwrap_or_default(), None, piece.data)
+            // The order in which VTK numbers them for the arrays on cells.
+            let lists = [
+                (piece.verts, model::VERTEX),
+                (piece.lines, model::LINE),
+                (piece.polys, model::POLYGON),
+                (piece.strips, model::STRIP),
+            ];
+            let lists =
+                lists.into_iter().filter_map(|(cells, kind)| Some((cells?, Types::All(kind))));
+            surface(piece.points, lists, piece.data)
         }
         (_, DataSet::UnstructuredGrid { pieces, .. }) => {
             let piece = only(pieces)?;
-            surface(piece.points, piece.cells.cell_verts, Some(&piece.cells.types), piece.data)
+            let list = (piece.cells.cell_verts, Types::Each(piece.cells.types));
+            surface(piece.points, [list], piece.data)
         }
         _ => Err("holds neither POLYDATA nor an UNSTRUCTURED_GRID".into()),
     }
@@ -119,7 +120,7 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, String> {
         [first, set] if first.eq_ignore_ascii_case(b"DATASET") => {
             if !known.iter().any(|known| set.eq_ignore_ascii_case(known)) {
                 return Err(format!(
-                    "holds the data set {}; POLYDATA and UNSTRUCTURED_GRID of triangles are read",
+                    "holds the data set {}; POLYDATA and UNSTRUCTURED_GRID of polygons are read",
                     shown(set)
                 ));
             }
@@ -177,41 +178,46 @@ fn only<P>(pieces: Vec<Piece<P>>) -> Result<P, String> {
     }
 }
 
-fn is_empty(cells: &VertexNumbers) -> bool {
-    match cells {
-        VertexNumbers::Legacy { vertices, .. } => vertices.is_empty(),
-        VertexNumbers::XML { connectivity, .. } => connectivity.is_empty(),
-    }
+/// VTK's types of the cells of a list.
+enum Types {
+    All(u64),
+    Each(Vec<CellType>),
 }
 
-/// The surface of these points, cells and attributes.
+/// The surface of these points, lists of cells and attributes.
 fn surface(
     points: IOBuffer,
-    mut cells: VertexNumbers,
-    types: Option<&[CellType]>,
+    lists: impl IntoIterator<Item = (VertexNumbers, Types)>,
     data: Attributes,
 ) -> Result<Surface, String> {
-    if let VertexNumbers::XML { offsets, .. } = &mut cells {
-        if offsets.first() != Some(&0) {
-            return Err("the offsets of its cells do not begin with 0".into());
+    let mut cells = model::Cells::default();
+    for (mut list, types) in lists {
+        if let VertexNumbers::XML { offsets, connectivity } = &mut list {
+            match offsets.first() {
+                Some(0) => drop(offsets.remove(0)),
+                None if connectivity.is_empty() => {}
+                _ => return Err("the offsets of its cells do not begin with 0".into()),
+            }
         }
-        offsets.remove(0);
+        let count = match &list {
+            VertexNumbers::XML { offsets, .. } => offsets.len(),
+            VertexNumbers::Legacy { num_cells, .. } => *num_cells as usize,
+        };
+        match types {
+            Types::All(kind) => model::add(&mut cells, &list, |_| kind)?,
+            Types::Each(types) if types.len() == count => {
+                model::add(&mut cells, &list, |cell| types[cell] as u64)?;
+            }
+            Types::Each(types) => {
+                return Err(format!("has {} CELL_TYPES for {count} cells", types.len()));
+            }
+        }
     }
-    if let Some(types) = types {
-        model::only_triangles(types.iter().map(|&kind| kind as u64))?;
-    }
-    let mut surface = Surface {
-        points: model::points(points),
-        triangles: model::triangles(&cells)?,
-        ..Surface::default()
-    };
-    let (points, cells) = (surface.points.len(), surface.triangles.len());
-    if let Some(types) = types.filter(|types| types.len() != cells) {
-        return Err(format!("has {} CELL_TYPES for {cells} cells", types.len()));
-    }
+    let mut surface = Surface { points: model::points(points), ..Surface::default() };
     let notes = &mut surface.notes;
-    surface.point_arrays = arrays(data.point, "point", points, notes)?;
-    surface.cell_arrays = arrays(data.cell, "cell", cells, notes)?;
+    surface.point_arrays = arrays(data.point, "point", surface.points.len(), notes)?;
+    let on_cells = arrays(data.cell, "cell", cells.len(), notes)?;
+    cells.finish(&mut surface, on_cells)?;
     Ok(surface)
 }
 

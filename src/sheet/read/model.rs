@@ -3,9 +3,22 @@
 use vtkio::model::{IOBuffer, ScalarType, VertexNumbers};
 
 use rumple_numerics::Vec3;
+use rumple_numerics::num::index;
 
-/// VTK's number for a triangle.
-const TRIANGLE: u64 = 5;
+use super::polygons::Polygons;
+use crate::Surface;
+use crate::surface::Array;
+
+/// Arrays on cells may grow so many times by the cuts of polygons, or to so many numbers: one strip can be all triangles.
+const MOST_TIMES: usize = 64;
+const LARGEST: usize = 1 << 20;
+
+/// VTK's numbers for a vertex, a line, a strip of triangles and a polygon; several vertices or edges in a cell make no
+/// difference here.
+pub(super) const VERTEX: u64 = 1;
+pub(super) const LINE: u64 = 3;
+pub(super) const STRIP: u64 = 6;
+pub(super) const POLYGON: u64 = 7;
 
 /// The numbers of a buffer; whole ones beyond 2^53 are rounded.
 pub(super) fn reals(buffer: IOBuffer) -> Vec<f64> {
@@ -36,83 +49,191 @@ pub(super) fn points(buffer: IOBuffer) -> Vec<Vec3> {
     reals(buffer).chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect()
 }
 
-/// Refuses cells that are not triangles by VTK's numbers for their types.
-pub(super) fn only_triangles(types: impl IntoIterator<Item = u64>) -> Result<(), String> {
-    match types.into_iter().enumerate().find(|&(_, kind)| kind != TRIANGLE) {
-        None => Ok(()),
-        Some((cell, kind)) => Err(format!(
-            "cell {cell} is {} (VTK type {kind}); only triangles (type {TRIANGLE}) are read",
-            type_name(kind)
-        )),
+/// What becomes of a cell of one of VTK's types.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Use {
+    /// Its corners are those of a polygon, in their order.
+    Polygon,
+    /// Four corners in the order of a grid.
+    Pixel,
+    /// A strip of triangles.
+    Strip,
+    /// A vertex or a line, which has no area.
+    Ignored,
+}
+
+/// The use of a cell type.
+///
+/// # Errors
+/// What VTK calls a type that is not read.
+fn use_of(kind: u64) -> Result<Use, &'static str> {
+    Ok(match kind {
+        1..=4 => Use::Ignored,
+        5 | 7 | 9 => Use::Polygon,
+        6 => Use::Strip,
+        8 => Use::Pixel,
+        10 => return Err("a tetrahedron: extract the surface of the mesh first"),
+        12 => return Err("a hexahedron: extract the surface of the mesh first"),
+        22 => return Err("a quadratic triangle: save the mesh with linear elements"),
+        23 => return Err("a quadratic quadrilateral: save the mesh with linear elements"),
+        _ => return Err("neither a triangle nor another polygon"),
+    })
+}
+
+/// Cells of a file as triangles, and which cell each comes from.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    polygons: Polygons,
+    /// The cell of every polygon.
+    cells: Vec<u32>,
+    /// Cells without area.
+    ignored: usize,
+    seen: usize,
+}
+
+impl Cells {
+    /// Adds the cell with these corners.
+    ///
+    /// # Errors
+    /// Types that are not read, and numbers of corners that do not suit the type.
+    pub(super) fn push(&mut self, kind: u64, corners: &[u32]) -> Result<(), String> {
+        let cell = self.seen;
+        self.seen += 1;
+        let n = corners.len();
+        let what =
+            use_of(kind).map_err(|name| format!("cell {cell} has VTK type {kind}, {name}"))?;
+        let fits = match what {
+            Use::Ignored => true,
+            Use::Pixel => n == 4,
+            Use::Strip => n >= 3,
+            Use::Polygon if kind == 5 => n == 3,
+            Use::Polygon if kind == 9 => n == 4,
+            Use::Polygon => n >= 3,
+        };
+        if !fits {
+            return Err(format!("cell {cell} of VTK type {kind} has {n} vertices"));
+        }
+        match what {
+            Use::Ignored => self.ignored += 1,
+            Use::Polygon => self.add(corners.iter().copied(), cell),
+            Use::Pixel => self.add([0, 1, 3, 2].map(|k| corners[k]), cell),
+            Use::Strip => {
+                for (k, t) in corners.windows(3).enumerate() {
+                    let [a, b, c] = [t[0], t[1], t[2]];
+                    self.add(if k % 2 == 0 { [a, b, c] } else { [b, a, c] }, cell);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, corners: impl IntoIterator<Item = u32>, cell: usize) {
+        self.polygons.push(corners);
+        self.cells.push(index(cell));
+    }
+
+    /// Gives `surface` the triangles, notes, and cell arrays with one entry per triangle in place of one per cell.
+    ///
+    /// # Errors
+    /// Those of [`Polygons::triangles`].
+    pub(super) fn finish(self, surface: &mut Surface, arrays: Vec<Array>) -> Result<(), String> {
+        let Self { polygons, cells, ignored, seen } = self;
+        let found = polygons.triangles(&surface.points, |k| format!("cell {}", cells[k]))?;
+        surface.notes.extend(found.note());
+        if ignored > 0 {
+            surface.notes.push(format!("{ignored} cells that are vertices or lines were ignored"));
+        }
+        surface.cell_arrays = arrays;
+        if cells.len() != seen
+            || found.cut > 0
+            || cells.iter().enumerate().any(|(k, &c)| index(k) != c)
+        {
+            let of = |k: usize| match found.polygon.get(k) {
+                Some(&polygon) => cells[polygon as usize],
+                None => cells[k],
+            };
+            for array in &mut surface.cell_arrays {
+                let n = array.components;
+                let all = n.saturating_mul(found.corners.len());
+                if all > MOST_TIMES.saturating_mul(array.values.len()).max(LARGEST) {
+                    return Err(format!(
+                        "the array \"{}\" on cells would have {all} numbers on triangles: save the mesh with \
+                         triangles in place of strips",
+                        array.name
+                    ));
+                }
+                let entries =
+                    (0..found.corners.len()).map(|t| &array.values[n * of(t) as usize..][..n]);
+                array.values = entries.flatten().copied().collect();
+            }
+        }
+        surface.triangles = found.corners;
+        Ok(())
+    }
+
+    /// How many cells there are.
+    pub(super) fn len(&self) -> usize {
+        self.seen
     }
 }
 
-/// The corners of cells that must all be triangles.
-pub(super) fn triangles(cells: &VertexNumbers) -> Result<Vec<[u32; 3]>, String> {
-    match cells {
+/// Adds cells whose types are those of `types`, or polygons where these are absent.
+///
+/// # Errors
+/// Types and corners that do not fit one another.
+pub(super) fn add(
+    cells: &mut Cells,
+    list: &VertexNumbers,
+    types: impl Fn(usize) -> u64,
+) -> Result<(), String> {
+    match list {
         VertexNumbers::XML { connectivity, offsets } => {
-            triples(offsets)?;
-            if connectivity.len() != 3 * offsets.len() {
-                return Err(format!(
-                    "{} cells name {} vertices, 3 each are expected",
-                    offsets.len(),
-                    connectivity.len()
-                ));
+            let mut corners = Vec::new();
+            let mut start = 0;
+            for (cell, &end) in offsets.iter().enumerate() {
+                let given = usize::try_from(start)
+                    .ok()
+                    .zip(usize::try_from(end).ok())
+                    .and_then(|(start, end)| connectivity.get(start..end));
+                let Some(given) = given else {
+                    return Err(match end < start {
+                        true => format!("the offsets go backwards at cell {cell}"),
+                        false => format!(
+                            "the offset {end} of cell {cell} is beyond the {} vertex numbers of the cells",
+                            connectivity.len()
+                        ),
+                    });
+                };
+                start = end;
+                corners.clear();
+                for &v in given {
+                    let v = u32::try_from(v);
+                    corners
+                        .push(v.map_err(|_| format!("cell {cell} names a vertex beyond 32 bits"))?);
+                }
+                cells.push(types(cell), &corners)?;
             }
-            connectivity.chunks_exact(3).enumerate().map(|(cell, t)| corners(cell, t)).collect()
+            Ok(())
         }
         VertexNumbers::Legacy { num_cells, vertices } => {
-            let groups = vertices.chunks(4);
-            if let Some((cell, group)) = groups.clone().enumerate().find(|(_, g)| g[0] != 3) {
-                return Err(not_three(cell, group[0].into()));
+            let mut rest = &vertices[..];
+            for cell in 0..*num_cells as usize {
+                let split = rest
+                    .split_first()
+                    .and_then(|(&n, rest)| rest.split_at_checked(n as usize))
+                    .ok_or_else(|| {
+                        format!("the vertex numbers of the {num_cells} cells end at cell {cell}")
+                    })?;
+                cells.push(types(cell), split.0)?;
+                rest = split.1;
             }
-            if vertices.len() != 4 * *num_cells as usize {
-                return Err(format!(
-                    "{num_cells} cells are given by {} numbers, 4 each are expected",
-                    vertices.len()
-                ));
+            match rest.is_empty() {
+                true => Ok(()),
+                false => Err(format!(
+                    "{} vertex numbers follow the last of {num_cells} cells",
+                    rest.len()
+                )),
             }
-            Ok(groups.map(|g| [g[1], g[2], g[3]]).collect())
         }
-    }
-}
-
-/// Refuses offsets of cells that have more or less than three vertices.
-pub(super) fn triples(offsets: &[u64]) -> Result<(), String> {
-    let mut start = 0;
-    for (cell, &end) in offsets.iter().enumerate() {
-        match end.checked_sub(start) {
-            Some(3) => start = end,
-            Some(n) => return Err(not_three(cell, n)),
-            None => return Err(format!("the offsets go backwards at cell {cell}")),
-        }
-    }
-    Ok(())
-}
-
-fn not_three(cell: usize, corners: u64) -> String {
-    format!("cell {cell} has {corners} vertices; only triangles are read")
-}
-
-fn corners(cell: usize, given: &[u64]) -> Result<[u32; 3], String> {
-    let vertex = |v: u64| {
-        u32::try_from(v).map_err(|_| format!("cell {cell} names vertex {v}, beyond 32 bits"))
-    };
-    Ok([vertex(given[0])?, vertex(given[1])?, vertex(given[2])?])
-}
-
-/// What VTK calls a cell of this type.
-fn type_name(number: u64) -> &'static str {
-    match number {
-        1 | 2 => "a vertex",
-        3 | 4 => "a line",
-        6 => "a triangle strip",
-        7 => "a polygon",
-        8 => "a pixel",
-        9 => "a quadrilateral",
-        10 => "a tetrahedron",
-        12 => "a hexahedron",
-        22 => "a quadratic triangle",
-        _ => "something else",
     }
 }

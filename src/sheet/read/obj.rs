@@ -1,7 +1,9 @@
 //! Wavefront OBJ: `v x y z` and `f a b c` lines; the rest describes looks and is left aside.
+//! Faces of more than three vertices are cut into triangles.
 
 use std::collections::BTreeMap;
 
+use super::polygons::Polygons;
 use crate::Surface;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
@@ -16,6 +18,8 @@ const LEFT_ASIDE: [&str; 11] =
 /// checks to say, but negative numbers (counted back from the last vertex) must exist at once.
 pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     let mut surface = Surface::default();
+    let mut faces = Polygons::default();
+    let mut face_lines = Vec::new();
     let mut aside: BTreeMap<&str, usize> = BTreeMap::new();
     for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
         let number = number + 1;
@@ -30,10 +34,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 surface.point_lines.push(index(number));
             }
             Some("f") => {
-                let triangle = face(words, surface.points.len())
+                let corners = face(words, surface.points.len())
                     .map_err(|why| format!("line {number}: {why}"))?;
-                surface.triangles.push(triangle);
-                surface.triangle_lines.push(index(number));
+                faces.push(corners);
+                face_lines.push(index(number));
             }
             Some(word) => match LEFT_ASIDE.iter().find(|&&known| known == word) {
                 Some(known) => *aside.entry(known).or_default() += 1,
@@ -48,6 +52,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
             },
         }
     }
+    let found =
+        faces.triangles(&surface.points, |k| format!("line {}: the face", face_lines[k]))?;
+    surface.notes.extend(found.note());
+    surface.triangle_lines = found.spread_lines(face_lines);
+    surface.triangles = found.corners;
     for (word, count) in aside {
         surface.notes.push(format!("{count} lines \"{word}\" were ignored"));
     }
@@ -66,8 +75,8 @@ fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<Vec3, String> {
 }
 
 /// The vertex numbers of an `f` line, from 0.
-fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<[u32; 3], String> {
-    let mut corners = Vec::with_capacity(3);
+fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<Vec<u32>, String> {
+    let mut corners = Vec::with_capacity(4);
     for word in words {
         // v, v/vt, v//vn and v/vt/vn
         let first = word.split('/').next().unwrap_or_default();
@@ -83,6 +92,5 @@ fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<[u32;
             format!("vertex number {given} does not exist; {points} vertices came before")
         })?);
     }
-    <[u32; 3]>::try_from(corners)
-        .map_err(|c| format!("a face of {} vertices; only triangles are read", c.len()))
+    Ok(corners)
 }

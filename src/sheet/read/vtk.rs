@@ -1,4 +1,4 @@
-//! VTK's XML formats: an UnstructuredGrid (`.vtu`) or PolyData (`.vtp`) of triangles.
+//! VTK's XML formats: an UnstructuredGrid (`.vtu`) or PolyData (`.vtp`) of polygons.
 //!
 //! vtkio reads these files too, but it drops arrays that it cannot decode without a word, so that a
 //! species would be missing from a state; it loses blocks whose size is given as 0, cannot read raw
@@ -7,7 +7,7 @@
 use vtkio::model::{ByteOrder, IOBuffer, VertexNumbers};
 
 use super::decode::{Budget, Compressor, Encoding, Source, numbers, scalar};
-use super::model;
+use super::model::{self, Cells};
 use super::xml::{Scanner, Tag, Token};
 use crate::Surface;
 use crate::surface::Array;
@@ -43,12 +43,13 @@ pub(super) fn parse(bytes: &[u8], kind: Kind) -> Result<Surface, String> {
     let file = take_apart(bytes, kind)?;
     let points = file.piece.count("NumberOfPoints")?.unwrap_or(0);
     let mut surface = Surface { points: file.points(points)?, ..Surface::default() };
-    surface.triangles = match kind {
+    let cells = match kind {
         Kind::UnstructuredGrid => file.cells()?,
         Kind::PolyData => file.polygons()?,
     };
     surface.point_arrays = file.attributes("PointData", points)?;
-    surface.cell_arrays = file.attributes("CellData", surface.triangles.len())?;
+    let on_cells = file.attributes("CellData", cells.len())?;
+    cells.finish(&mut surface, on_cells)?;
     surface.time = file.time()?;
     Ok(surface)
 }
@@ -210,32 +211,46 @@ impl File<'_> {
         Ok(model::points(values))
     }
 
-    /// Triangles of an unstructured grid.
-    fn cells(&self) -> Result<Vec<[u32; 3]>, String> {
+    /// Cells of an unstructured grid.
+    fn cells(&self) -> Result<Cells, String> {
         let count = self.piece.count("NumberOfCells")?.unwrap_or(0);
-        model::only_triangles(self.positions("Cells", "types", count)?)?;
-        self.triangles("Cells", count)
+        let types = self.positions("Cells", "types", count)?;
+        let mut cells = Cells::default();
+        self.add(&mut cells, "Cells", count, |cell| types[cell])?;
+        Ok(cells)
     }
 
-    /// Triangles of polygonal data.
-    fn polygons(&self) -> Result<Vec<[u32; 3]>, String> {
-        for what in ["Verts", "Lines", "Strips"] {
-            let count = self.piece.count(&format!("NumberOf{what}"))?.unwrap_or(0);
+    /// Cells of polygonal data, in the order in which VTK numbers them.
+    fn polygons(&self) -> Result<Cells, String> {
+        let mut cells = Cells::default();
+        for (section, kind) in [
+            ("Verts", model::VERTEX),
+            ("Lines", model::LINE),
+            ("Polys", model::POLYGON),
+            ("Strips", model::STRIP),
+        ] {
+            let count = self.piece.count(&format!("NumberOf{section}"))?.unwrap_or(0);
             if count > 0 {
-                return Err(format!("has {count} {what}; only Polys that are triangles are read"));
+                self.add(&mut cells, section, count, |_| kind)?;
             }
         }
-        self.triangles("Polys", self.piece.count("NumberOfPolys")?.unwrap_or(0))
+        Ok(cells)
     }
 
-    /// `connectivity` and `offsets` of cells that must all be triangles.
-    fn triangles(&self, section: &str, count: usize) -> Result<Vec<[u32; 3]>, String> {
+    /// Adds the cells that `connectivity` and `offsets` of a section give.
+    fn add(
+        &self,
+        cells: &mut Cells,
+        section: &str,
+        count: usize,
+        types: impl Fn(usize) -> u64,
+    ) -> Result<(), String> {
         let offsets = self.positions(section, "offsets", count)?;
-        // The offsets are inspected first: of cells that are not triangles there are other numbers
-        // of vertices.
-        model::triples(&offsets)?;
-        let connectivity = self.positions(section, "connectivity", 3 * offsets.len())?;
-        model::triangles(&VertexNumbers::XML { connectivity, offsets })
+        let corners = offsets.last().map_or(Ok(0), |&last| {
+            usize::try_from(last).map_err(|_| format!("the last offset of <{section}> is {last}"))
+        })?;
+        let connectivity = self.positions(section, "connectivity", corners)?;
+        model::add(cells, &VertexNumbers::XML { connectivity, offsets }, types)
     }
 
     /// An array of whole numbers from 0.

@@ -24,7 +24,7 @@ use crate::kinetics::{Isolation, Search};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
-use crate::scene::{Scene, Shape, SheetSource};
+use crate::scene::{Scene, SheetSource};
 
 /// A study: its scene, what it varies, its members.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -316,15 +316,6 @@ fn size(scene: &Scene) -> u64 {
     match &scene.sheet.source {
         SheetSource::File { file } => fs::metadata(file).map_or(1, |about| about.len()),
         SheetSource::Point { .. } => 1,
-        SheetSource::Generated(shape) => {
-            let vertices = match shape {
-                Shape::Disc(s) => s.vertices,
-                Shape::Rectangle(s) => s.vertices,
-                Shape::Annulus(s) => s.vertices,
-                Shape::Sphere(s) => s.vertices,
-                Shape::Cylinder(s) => s.vertices,
-            };
-            vertices.get() as u64
-        }
+        SheetSource::Generated(shape) => shape.vertices() as u64,
     }
 }

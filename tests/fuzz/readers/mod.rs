@@ -55,7 +55,7 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 25] = [
+pub const ALL: [Reader; 29] = [
     scenes::SCENE,
     built::BUILT,
     scenes::OVERRIDE,
@@ -63,9 +63,13 @@ pub const ALL: [Reader; 25] = [
     formulas::FORMULA,
     LAW,
     surfaces::OBJ,
+    surfaces::PLY,
+    surfaces::STL,
+    surfaces::MSH,
     surfaces::VTU,
     surfaces::VTP,
     surfaces::VTK,
+    surfaces::VTKHDF,
     surfaces::STATE,
     results::CHECKPOINT,
     results::LEDGER,

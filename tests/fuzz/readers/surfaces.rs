@@ -5,7 +5,7 @@ use std::io::Write;
 
 use rumple::Simulation;
 use rumple::kinetics::Search;
-use rumple::output::{Compression, vtu};
+use rumple::output::{Compression, Format, Frame, ResultDirectory, Series, vtu};
 use rumple::run::inspect;
 use rumple::scene::Scene;
 use rumple::sheet::read;
@@ -19,6 +19,30 @@ pub const OBJ: Reader = Reader {
         vec![PYRAMID.into(), b"# a triangle\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2//2 -1\n".into()]
     },
     read: |bytes| surface("mesh.obj", bytes),
+    repair: None,
+};
+
+pub const PLY: Reader = Reader {
+    name: "ply",
+    bound: bound(1, 64),
+    seeds: || data("ply"),
+    read: |bytes| surface("mesh.ply", bytes),
+    repair: None,
+};
+
+pub const STL: Reader = Reader {
+    name: "stl",
+    bound: bound(1, 64),
+    seeds: || data("stl"),
+    read: |bytes| surface("mesh.stl", bytes),
+    repair: None,
+};
+
+pub const MSH: Reader = Reader {
+    name: "msh",
+    bound: bound(1, 64),
+    seeds: || data("msh"),
+    read: |bytes| surface("mesh.msh", bytes),
     repair: None,
 };
 
@@ -43,6 +67,15 @@ pub const VTK: Reader = Reader {
     bound: bound(1, 64),
     seeds: || data("vtk"),
     read: |bytes| surface("mesh.vtk", bytes),
+    repair: None,
+};
+
+pub const VTKHDF: Reader = Reader {
+    name: "vtkhdf",
+    // What deflate can make of the bytes.
+    bound: bound(8, 16_384),
+    seeds: frames,
+    read: |bytes| surface("mesh.vtkhdf", bytes),
     repair: None,
 };
 
@@ -105,6 +138,21 @@ fn frame(compression: Compression) -> Vec<u8> {
     let mut simulation = made().unwrap_or_else(|| panic!("the small scene is not ready"));
     let frame = simulation.frame().unwrap_or_else(|error| panic!("{error}"));
     vtu::encode(&frame, compression).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Two frames in one file, with and without compression.
+fn frames() -> Vec<Vec<u8>> {
+    let mut simulation = made().unwrap_or_else(|| panic!("the small scene is not ready"));
+    let frame = simulation.frame().unwrap_or_else(|error| panic!("{error}"));
+    let written = |compression| {
+        let folder = tempfile::tempdir().ok()?;
+        let directory = ResultDirectory::prepare(folder.path(), false).ok()?;
+        let mut series = Series::create(&directory, compression).in_format(Format::Vtkhdf);
+        series.push(&frame).ok()?;
+        series.push(&Frame { time: 1.0, ..frame.clone() }).ok()?;
+        std::fs::read(series.index()).ok()
+    };
+    [Compression::Zlib, Compression::None].into_iter().filter_map(written).collect()
 }
 
 thread_local! {

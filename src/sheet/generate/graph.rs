@@ -1,0 +1,343 @@
+//! Surfaces over a rectangle: the graph z = f(x, y) of any function, and the wavy strip, which is a bent plane.
+//!
+//! A graph is relaxed in space: vertices move along x and y, and z follows. Boundary vertices are evenly spaced in arc
+//! length. Triangles are those of the (x, y) plane, flipped until they are Delaunay in space. Area and lengths come from
+//!
+//! ```text
+//! A = ∫∫ √(1 + f_x² + f_y²) dx dy,        L = ∫ √(1 + f_x²) dx.
+//! ```
+//!
+//! The wavy strip z = A sin(2πx/λ) has no Gaussian curvature: its rectangle is relaxed flat and bent along the arc length,
+//! so that its triangles are as good as flat ones.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::density::edge_length;
+use super::domain::{Domain, delaunay};
+use super::flip::delaunay_in_space;
+use super::planar::{BOUNDARY_MARGIN, CORNER, FEWEST_ACROSS, Planar};
+use super::too_narrow;
+use crate::SheetError;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{Short, real, whole};
+
+/// Intervals along each side of the table that heights are looked up in while vertices move; a wave needs some twenty of
+/// them. In the end vertices get the exact height.
+const INTERVALS: usize = 1024;
+
+/// Intervals along a curve whose arc length is tabulated.
+const FINE: usize = 20_000;
+
+/// Steepest slope: beyond it, triangles of the plane say little about the surface.
+const STEEPEST: f64 = 20.0;
+
+/// Distances of the vertex inside a corner from it, in edges.
+const NEAREST: f64 = 1.0;
+const FARTHEST: f64 = 1.25;
+
+/// z over the (x, y) of points.
+pub type Height<'a> = &'a dyn Fn(&[Vec3]) -> Vec<f64>;
+
+/// The graph of a function over a rectangle around the origin.
+pub(super) struct Graph<'a> {
+    half: [f64; 2],
+    height: Height<'a>,
+    /// Heights over a grid, row by row along x.
+    table: Vec<f64>,
+    fixed: Vec<Vec3>,
+    boundary: usize,
+    edge: f64,
+    /// Largest area over that of the plane.
+    most: f64,
+}
+
+impl<'a> Graph<'a> {
+    pub(super) fn new(
+        [width, depth]: [f64; 2],
+        height: Height<'a>,
+        vertices: usize,
+    ) -> Result<Self, SheetError> {
+        let half = [0.5 * width, 0.5 * depth];
+        let along = |k: usize, half: f64| half * (2.0 * real(k) / real(INTERVALS) - 1.0);
+        let all = 0..=INTERVALS;
+        let row = |j: usize| {
+            all.clone().map(move |i| Vec3::new(along(i, half[0]), along(j, half[1]), 0.0))
+        };
+        let grid: Vec<Vec3> = all.clone().flat_map(row).collect();
+        let table = height(&grid);
+        if let Some((p, z)) = grid.iter().zip(&table).find(|(_, z)| !z.is_finite()) {
+            return Err(SheetError::Unusable(format!(
+                "z = {} at x = {}, y = {}; heights must be finite",
+                Short(*z),
+                Short(p.x),
+                Short(p.y)
+            )));
+        }
+        let mut graph =
+            Self { half, height, table, fixed: Vec::new(), boundary: 0, edge: 0.0, most: 1.0 };
+        let area = graph.measure()?;
+        let [a, b] = half;
+        let corners = [(-a, -b), (a, -b), (a, b), (-a, b)];
+        let sides: Vec<Curve> = (0..4)
+            .map(|k| {
+                let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);
+                Curve::new(|s| graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)))
+            })
+            .collect();
+        let perimeter = sides.iter().map(Curve::length).sum();
+        let edge = edge_length(area, perimeter, 2.0, vertices);
+        let narrow = sides.iter().map(Curve::length).fold(f64::INFINITY, f64::min);
+        if narrow < real(FEWEST_ACROSS) * edge {
+            return Err(too_narrow("the shortest side", narrow / edge, FEWEST_ACROSS, vertices));
+        }
+        graph.edge = edge;
+        for (k, side) in sides.iter().enumerate() {
+            let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);
+            let count = whole(side.length() / edge);
+            for i in 0..count {
+                let s = if i == 0 { 0.0 } else { side.at(side.length() * real(i) / real(count)) };
+                graph.fixed.push(graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)));
+            }
+        }
+        graph.boundary = graph.fixed.len();
+        for k in 0..4 {
+            let before = &sides[(k + 3) % 4];
+            let steps =
+                [sides[k].at(CORNER * edge), 1.0 - before.at(before.length() - CORNER * edge)];
+            let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
+            let (x, y) = corners[k];
+            let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
+            graph.fixed.push(graph.inside([x, y], [dx, dy], edge));
+        }
+        Ok(graph)
+    }
+
+    /// The cell of the table that holds (x, y), with the place in it.
+    fn cell(&self, x: f64, y: f64) -> [(usize, f64); 2] {
+        [(x, self.half[0]), (y, self.half[1])].map(|(x, half)| {
+            let at = 0.5 * (x / half + 1.0) * real(INTERVALS);
+            let cell = whole(at.floor()).min(INTERVALS - 1);
+            (cell, (at - real(cell)).clamp(0.0, 1.0))
+        })
+    }
+
+    fn corner(&self, i: usize, j: usize) -> f64 {
+        self.table[j * (INTERVALS + 1) + i]
+    }
+
+    /// The point over (x, y), from the table.
+    fn lift(&self, x: f64, y: f64) -> Vec3 {
+        let [(i, s), (j, t)] = self.cell(x, y);
+        let row = |j: usize| (1.0 - s) * self.corner(i, j) + s * self.corner(i + 1, j);
+        Vec3::new(x, y, (1.0 - t) * row(j) + t * row(j + 1))
+    }
+
+    /// The vertex inside the corner (x, y), between its sides, along which lie (dx, 0) and (0, dy).
+    ///
+    /// With an angle θ between the sides it is at 2 [`CORNER`] cos(θ/2) edges, as in a flat rectangle, but not nearer or
+    /// farther than suits the two triangles there.
+    fn inside(&self, [x, y]: [f64; 2], [dx, dy]: [f64; 2], edge: f64) -> Vec3 {
+        let corner = self.lift(x, y);
+        let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());
+        let distance = CORNER * (along[0] + along[1]).norm();
+        let share = distance.clamp(NEAREST, FARTHEST) * edge
+            / (self.lift(x + dx, y + dy) - corner).norm().max(f64::MIN_POSITIVE);
+        self.lift(x + share * dx, y + share * dy)
+    }
+
+    /// Slopes along x and y.
+    fn slopes(&self, x: f64, y: f64) -> [f64; 2] {
+        let [(i, s), (j, t)] = self.cell(x, y);
+        let along_x = |j: usize| self.corner(i + 1, j) - self.corner(i, j);
+        let along_y = |i: usize| self.corner(i, j + 1) - self.corner(i, j);
+        let step = self.half.map(|half| 2.0 * half / real(INTERVALS));
+        [
+            ((1.0 - t) * along_x(j) + t * along_x(j + 1)) / step[0],
+            ((1.0 - s) * along_y(i) + s * along_y(i + 1)) / step[1],
+        ]
+    }
+
+    /// The area by the midpoint rule; also keeps its largest density.
+    fn measure(&mut self) -> Result<f64, SheetError> {
+        let [a, b] = self.half;
+        let mut sum = 0.0;
+        for i in 0..INTERVALS {
+            for j in 0..INTERVALS {
+                let middle =
+                    |k: usize, half: f64| half * ((2.0 * real(k) + 1.0) / real(INTERVALS) - 1.0);
+                let (x, y) = (middle(i, a), middle(j, b));
+                let [p, q] = self.slopes(x, y);
+                let slope = p.hypot(q);
+                if !(slope <= STEEPEST) {
+                    return Err(SheetError::Unusable(format!(
+                        "z has the slope {} at x = {}, y = {}; slopes of at most {STEEPEST} are meshed",
+                        Short(slope),
+                        Short(x),
+                        Short(y)
+                    )));
+                }
+                let density = (1.0 + slope * slope).sqrt();
+                sum += density;
+                self.most = self.most.max(density);
+            }
+        }
+        Ok(4.0 * a * b * sum / real(INTERVALS * INTERVALS))
+    }
+}
+
+impl Domain for Graph<'_> {
+    fn fixed(&self) -> &[Vec3] {
+        &self.fixed
+    }
+
+    fn fixed_boundary(&self) -> usize {
+        self.boundary
+    }
+
+    fn edge(&self) -> f64 {
+        self.edge
+    }
+
+    fn euler_characteristic(&self) -> i64 {
+        1
+    }
+
+    fn bounds(&self) -> [Vec3; 2] {
+        let [a, b] = self.half;
+        let low = self.table.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = self.table.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        [Vec3::new(-a, -b, low), Vec3::new(a, b, high)]
+    }
+
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
+        let [x, y] = self.half.map(|half| half * (2.0 * rng.random::<f64>() - 1.0));
+        let [p, q] = self.slopes(x, y);
+        let kept = rng.random::<f64>() * self.most < (1.0 + p * p + q * q).sqrt();
+        let point = Vec3::new(x, y, 0.0);
+        let inside = self.constrain(point);
+        (kept && inside.xy() == point.xy()).then_some(inside)
+    }
+
+    fn constrain(&self, point: Vec3) -> Vec3 {
+        let [a, b] = self.half;
+        let [p, q] = self.slopes(point.x.clamp(-a, a), point.y.clamp(-b, b));
+        // A distance on the surface is longer than the one below it.
+        let margin = |slope: f64| BOUNDARY_MARGIN * self.edge / (1.0 + slope * slope).sqrt();
+        let [a, b] = [a - margin(p), b - margin(q)];
+        self.lift(point.x.clamp(-a, a), point.y.clamp(-b, b))
+    }
+
+    fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
+        delaunay_in_space(points, delaunay(points))
+    }
+
+    fn place(&self, point: Vec3) -> Vec3 {
+        let flat = Vec3::new(point.x, point.y, 0.0);
+        Vec3::new(point.x, point.y, (self.height)(&[flat]).first().copied().unwrap_or(f64::NAN))
+    }
+}
+
+/// A curve over 0 to 1 with its arc length.
+struct Curve {
+    /// Arc length at equal steps.
+    length: Vec<f64>,
+}
+
+impl Curve {
+    fn new(point: impl Fn(f64) -> Vec3) -> Self {
+        let mut length = Vec::with_capacity(FINE + 1);
+        let mut last = point(0.0);
+        length.push(0.0);
+        let mut sum = 0.0;
+        for k in 1..=FINE {
+            let next = point(real(k) / real(FINE));
+            sum += (next - last).norm();
+            length.push(sum);
+            last = next;
+        }
+        Self { length }
+    }
+
+    fn length(&self) -> f64 {
+        self.length[FINE]
+    }
+
+    /// The parameter at an arc length.
+    fn at(&self, length: f64) -> f64 {
+        let above = self.length.partition_point(|&l| l < length).clamp(1, FINE);
+        let [low, high] = [self.length[above - 1], self.length[above]];
+        (real(above - 1) + (length - low) / (high - low).max(f64::MIN_POSITIVE)) / real(FINE)
+    }
+}
+
+/// A rectangle bent along x.
+pub(super) struct Wavy {
+    flat: Planar,
+    curve: Curve,
+    width: f64,
+    wave: [f64; 2],
+}
+
+impl Wavy {
+    /// `width` along x below the strip, `height` along y, `amplitude` and `wavelength` of the wave.
+    pub(super) fn new(
+        [width, height]: [f64; 2],
+        [amplitude, wavelength]: [f64; 2],
+        vertices: usize,
+    ) -> Result<Self, SheetError> {
+        let wave = [amplitude, std::f64::consts::TAU / wavelength];
+        // Triangles must follow the wave: at least as many of them as edges around a tube.
+        let curve = Curve::new(|s| Self::point(width * (s - 0.5), wave));
+        let flat = super::planar::rectangle(curve.length(), height, vertices)?;
+        let per_wave = wavelength * curve.length() / width / flat.edge();
+        if per_wave < 8.0 {
+            return Err(too_narrow("a wave", per_wave, 8, vertices));
+        }
+        Ok(Self { flat, curve, width, wave })
+    }
+
+    fn point(x: f64, [amplitude, number]: [f64; 2]) -> Vec3 {
+        Vec3::new(x, 0.0, amplitude * (number * x).sin())
+    }
+}
+
+impl Domain for Wavy {
+    fn fixed(&self) -> &[Vec3] {
+        self.flat.fixed()
+    }
+
+    fn fixed_boundary(&self) -> usize {
+        self.flat.fixed_boundary()
+    }
+
+    fn edge(&self) -> f64 {
+        self.flat.edge()
+    }
+
+    fn euler_characteristic(&self) -> i64 {
+        1
+    }
+
+    fn bounds(&self) -> [Vec3; 2] {
+        self.flat.bounds()
+    }
+
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
+        self.flat.sample(rng)
+    }
+
+    fn constrain(&self, point: Vec3) -> Vec3 {
+        self.flat.constrain(point)
+    }
+
+    fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
+        self.flat.triangles(points)
+    }
+
+    fn place(&self, point: Vec3) -> Vec3 {
+        let s = self.curve.at(point.x + 0.5 * self.curve.length());
+        let bent = Self::point(self.width * (s - 0.5), self.wave);
+        Vec3::new(bent.x, point.y, bent.z)
+    }
+}

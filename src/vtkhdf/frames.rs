@@ -1,0 +1,263 @@
+//! What VTK asks of a temporal unstructured grid: groups, data sets, steps.
+//!
+//! ```text
+//! VTKHDF                   Version = [2, 0], Type = "UnstructuredGrid"
+//!   Points                 all frames one after another
+//!   Connectivity, Offsets, Types, NumberOfPoints, NumberOfCells, NumberOfConnectivityIds      once
+//!   PointData/…, CellData/…, FieldData/…       all frames one after another
+//!   Steps                  NSteps
+//!     Values               times
+//!     PointOffsets         k · points;   PointDataOffsets/…, CellDataOffsets/…, FieldDataOffsets/… alike
+//!     PartOffsets, CellOffsets, ConnectivityIdOffsets = 0,   NumberOfParts = 1,   FieldDataSizes/… = 1
+//! ```
+//!
+//! Offsets that are the same for all fields are one data set of many names. A slash separates groups, so that in names it
+//! becomes " per "; the attribute `name` keeps the name.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+
+use super::growing::{Disk, Growing, Growth, MOST_NAMES, Node, Row, Spec};
+use super::object::{Attribute, Kind};
+
+/// VTK's number of a triangle.
+pub(crate) const TRIANGLE: u8 = 5;
+
+/// Level of deflate: positions keep their full precision, so that higher levels gain little.
+const LEVEL: u32 = 1;
+
+/// Named numbers on points or cells, entity by entity.
+#[derive(Debug, Clone, Copy)]
+pub struct Field<'a> {
+    /// Name with its unit.
+    pub name: &'a str,
+    /// 1 or 3.
+    pub components: usize,
+    /// The values.
+    pub values: &'a [f64],
+}
+
+/// The state of a frame.
+#[derive(Debug, Clone)]
+pub struct State<'a> {
+    /// Time.
+    pub time: f64,
+    /// Coordinates of the points.
+    pub points: &'a [[f64; 3]],
+    /// Fields on points.
+    pub point: Vec<Field<'a>>,
+    /// Fields on cells.
+    pub cell: Vec<Field<'a>>,
+    /// Numbers of the whole.
+    pub numbers: &'a [(String, f64)],
+}
+
+/// What is the same in all frames: the triangles, and how many points there are.
+#[derive(Debug, Clone, Copy)]
+pub struct Topology<'a> {
+    /// Number of points.
+    pub points: usize,
+    /// Corners of the triangles.
+    pub triangles: &'a [[u32; 3]],
+}
+
+/// Writes frames to a file, each whole before the next.
+#[derive(Debug)]
+pub struct FrameWriter<D> {
+    file: Growing<D>,
+    compressed: bool,
+    /// Names and components of the first frame, in the order of its data sets.
+    shape: Vec<(String, usize)>,
+    numbers: usize,
+    cells: u64,
+}
+
+/// A name as HDF5 can have it, with what it really is.
+fn link(name: &str) -> (String, Vec<(String, Attribute)>) {
+    // "1/length" is "1 per length"; a name of one dot would be the group itself.
+    let safe = name.replace('/', " per ");
+    let safe = if safe.is_empty() || safe == "." { format!("field {safe}") } else { safe };
+    (safe, vec![("name".to_owned(), Attribute::Text(name.to_owned()))])
+}
+
+/// Growing data sets with their numbers.
+#[derive(Default)]
+struct Sets(Vec<Spec>);
+
+impl Sets {
+    fn add(&mut self, kind: Kind, columns: Option<u64>, growth: Growth, compressed: bool) -> usize {
+        self.0.push(Spec { kind, columns, growth, compressed });
+        self.0.len() - 1
+    }
+}
+
+fn group(members: BTreeMap<String, Node>) -> Node {
+    Node::Group(members, Vec::new())
+}
+
+impl<D: Disk> FrameWriter<D> {
+    /// Writes a file without frames for states like `first` on `topology`.
+    ///
+    /// # Errors
+    /// Those of the file, and more fields than a group can name.
+    pub fn create(
+        disk: D,
+        topology: Topology<'_>,
+        first: &State<'_>,
+        compressed: bool,
+    ) -> io::Result<Self> {
+        let mut sets = Sets::default();
+        let (points, cells) = (topology.points as u64, topology.triangles.len() as u64);
+        let mut top = BTreeMap::new();
+        let of = |number: usize| Node::Growing(number, Vec::new());
+        // In the order of the rows of a frame.
+        let all_points = sets.add(Kind::F64, Some(3), Growth::Chunk(points), compressed);
+        top.insert("Points".to_owned(), of(all_points));
+        let mut shape = Vec::new();
+        let mut fields = [BTreeMap::new(), BTreeMap::new()];
+        for (place, list, rows) in [(0, &first.point, points), (1, &first.cell, cells)] {
+            for field in list {
+                let columns = (field.components > 1).then_some(field.components as u64);
+                let set = sets.add(Kind::F64, columns, Growth::Chunk(rows), compressed);
+                let (name, title) = link(field.name);
+                fields[place].insert(name, Node::Growing(set, title));
+                shape.push((field.name.to_owned(), field.components));
+            }
+        }
+        let mut numbers = BTreeMap::new();
+        for (name, _) in first.numbers {
+            let set = sets.add(Kind::F64, None, Growth::Number, false);
+            let (name, title) = link(name);
+            numbers.insert(name, Node::Growing(set, title));
+        }
+        let crowded = fields.iter().chain([&numbers]).any(|group| group.len() > MOST_NAMES);
+        if crowded
+            || fields[0].len() + fields[1].len() != shape.len()
+            || numbers.len() != first.numbers.len()
+        {
+            let what = format!("names of fields that are alike, or more than {MOST_NAMES} of them");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+        }
+        let steps = steps(&mut sets, &fields, &numbers);
+        let [point, cell] = fields;
+        top.insert("PointData".to_owned(), group(point));
+        top.insert("CellData".to_owned(), group(cell));
+        top.insert("FieldData".to_owned(), group(numbers));
+        top.insert("Steps".to_owned(), steps);
+        for (name, node) in fixed(topology) {
+            top.insert(name.to_owned(), node);
+        }
+        let attributes = vec![
+            ("Version".to_owned(), Attribute::Pair([2, 0])),
+            ("Type".to_owned(), Attribute::Text("UnstructuredGrid".to_owned())),
+        ];
+        let file = Growing::create(disk, ("VTKHDF", top, attributes), sets.0)?;
+        Ok(Self { file, compressed, shape, numbers: first.numbers.len(), cells })
+    }
+
+    /// Frames written.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.file.count
+    }
+
+    /// Adds a frame. After an error of the disk the file has the frames before, and takes no more.
+    ///
+    /// # Errors
+    /// Those of the file, and a state with other fields than the first one.
+    pub fn append(&mut self, state: &State<'_>) -> io::Result<()> {
+        let fields: Vec<&Field<'_>> = state.point.iter().chain(&state.cell).collect();
+        let shape = fields.iter().map(|f| (f.name, f.components));
+        if !shape.eq(self.shape.iter().map(|(name, n)| (name.as_str(), *n)))
+            || state.numbers.len() != self.numbers
+        {
+            let what = "the frame has other fields than the first one".to_owned();
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+        }
+        let arrays: Vec<&[f64]> = std::iter::once(state.points.as_flattened())
+            .chain(fields.iter().map(|f| f.values))
+            .collect();
+        let compressed = self.compressed;
+        let chunks: io::Result<Vec<Vec<u8>>> =
+            arrays.into_par_iter().map(|values| encoded(values, compressed)).collect();
+        let chunks = chunks?;
+        let k = self.file.count;
+        let cells = self.cells;
+        let mut rows: Vec<Row> = chunks.into_iter().map(Row::Chunk).collect();
+        rows.extend(state.numbers.iter().map(|(_, value)| Row::Number(value.to_le_bytes())));
+        rows.push(Row::Number(state.time.to_le_bytes()));
+        rows.extend(
+            [state.points.len() as u64 * k, cells * k, k].map(|n| Row::Number(n.to_le_bytes())),
+        );
+        rows.extend([(); 4].map(|()| Row::Constant));
+        self.file.append(rows)
+    }
+}
+
+/// The group `Steps`: times, and where each frame begins. Its data sets follow those of the fields in a frame's rows.
+fn steps(
+    sets: &mut Sets,
+    fields: &[BTreeMap<String, Node>; 2],
+    numbers: &BTreeMap<String, Node>,
+) -> Node {
+    let of = |number: usize| Node::Growing(number, Vec::new());
+    let mut steps = BTreeMap::new();
+    let times = sets.add(Kind::F64, None, Growth::Number, false);
+    let [to_points, to_cells, to_numbers] =
+        [(); 3].map(|()| sets.add(Kind::I64, None, Growth::Number, false));
+    let zero = sets.add(Kind::I64, None, Growth::Constant(0), false);
+    let zeros = sets.add(Kind::I64, Some(1), Growth::Constant(0), false);
+    let one = sets.add(Kind::I64, None, Growth::Constant(1), false);
+    let ones = sets.add(Kind::I64, Some(2), Growth::Constant(1), false);
+    let offsets = |group: &BTreeMap<String, Node>, set: usize| {
+        self::group(group.keys().map(|name| (name.clone(), of(set))).collect())
+    };
+    steps.insert("Values".to_owned(), of(times));
+    steps.insert("PartOffsets".to_owned(), of(zero));
+    steps.insert("NumberOfParts".to_owned(), of(one));
+    steps.insert("PointOffsets".to_owned(), of(to_points));
+    steps.insert("CellOffsets".to_owned(), of(zeros));
+    steps.insert("ConnectivityIdOffsets".to_owned(), of(zeros));
+    steps.insert("PointDataOffsets".to_owned(), offsets(&fields[0], to_points));
+    steps.insert("CellDataOffsets".to_owned(), offsets(&fields[1], to_cells));
+    steps.insert("FieldDataOffsets".to_owned(), offsets(numbers, to_numbers));
+    steps.insert("FieldDataSizes".to_owned(), offsets(numbers, ones));
+    Node::Group(steps, vec![("NSteps".to_owned(), Attribute::Number(0))])
+}
+
+/// The data sets that are the same in all frames.
+fn fixed(topology: Topology<'_>) -> [(&'static str, Node); 6] {
+    let triangles = topology.triangles;
+    let whole = |numbers: &mut dyn Iterator<Item = u64>| -> Node {
+        let bytes: Vec<u8> = numbers.flat_map(u64::to_le_bytes).collect();
+        Node::Static(Kind::I64, bytes.len() as u64 / 8, bytes)
+    };
+    let one = |n: usize| whole(&mut std::iter::once(n as u64));
+    let cells = triangles.len();
+    [
+        ("NumberOfPoints", one(topology.points)),
+        ("NumberOfCells", one(cells)),
+        ("NumberOfConnectivityIds", one(3 * cells)),
+        ("Connectivity", whole(&mut triangles.as_flattened().iter().map(|v| u64::from(*v)))),
+        ("Offsets", whole(&mut (0..=cells as u64).map(|k| 3 * k))),
+        ("Types", Node::Static(Kind::U8, cells as u64, vec![TRIANGLE; cells])),
+    ]
+}
+
+/// The bytes of numbers, those of equal weight together and deflated if `compressed`.
+fn encoded(values: &[f64], compressed: bool) -> io::Result<Vec<u8>> {
+    if !compressed {
+        return Ok(values.iter().flat_map(|x| x.to_le_bytes()).collect());
+    }
+    let mut shuffled = Vec::with_capacity(8 * values.len());
+    for byte in 0..8 {
+        shuffled.extend(values.iter().map(|x| x.to_le_bytes()[byte]));
+    }
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
+    encoder.write_all(&shuffled)?;
+    encoder.finish()
+}
