@@ -16,6 +16,7 @@
 //! * `run`: coupled runs, `inspect`, and the program from the outside.
 //! * `scene`: what is accepted, what is refused and how that is said.
 //! * `sheet`: generated meshes, their quality and topology; readers; checks.
+//! * `start`: scenes from templates, the schema of scenes, completions, man pages, licences.
 //! * `sweep`: keys and values, members, tables, pictures, plots; killed and gone on; Slurm.
 //! * `view`: the viewer of results: its data against the frames, its size, what is refused.
 
@@ -39,5 +40,6 @@ mod plugins;
 mod run;
 mod scene;
 mod sheet;
+mod start;
 mod sweep;
 mod view;

@@ -47,11 +47,12 @@ if ((${#packages[@]})); then
     "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
-if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright' 2>/dev/null; then
-    echo "making $venv with vtk, numpy, mkdocs-material and playwright"
+if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema' 2>/dev/null; then
+    echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema and taplo"
     rm -rf "$venv"
     python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --disable-pip-version-check vtk numpy 'mkdocs-material==9.*' playwright
+    "$venv/bin/pip" install --quiet --disable-pip-version-check \
+        vtk numpy 'mkdocs-material==9.*' playwright jsonschema taplo
 fi
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 
@@ -90,6 +91,12 @@ target/release/rumple run "$scene" --out "$result" --force
 
 heading "scenes of the paper's figures"
 CHECK=1 models/paper/figures.sh all
+
+heading "the schema of scenes"
+"$venv/bin/python" tests/scripts/schema.py target/release/rumple
+
+heading "archive and Debian package, away from the source"
+tests/scripts/package.sh target/package
 
 heading "an effect of another crate"
 target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet

@@ -17,10 +17,13 @@ mod explain;
 mod fatal_signal;
 mod inspect;
 pub mod mesh;
+mod new;
 mod paraview;
 mod plugin;
 mod resume;
 mod run;
+mod schema;
+mod shell;
 mod sweep;
 mod view;
 
@@ -49,6 +52,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented scene to begin with.
+    New(new::NewArgs),
     /// Run a scene and write frames for ParaView, a ledger and the resolved scene.
     Run(run::RunArgs),
     /// Go on with a run that was interrupted or killed, from its last checkpoint.
@@ -73,6 +78,12 @@ enum Command {
     Mesh(mesh::MeshArgs),
     /// Write, list, describe, validate and time kinetics plugins.
     Plugin(plugin::PluginArgs),
+    /// Print the JSON Schema of scenes: editors complete keys and mark mistakes by it.
+    Schema(schema::SchemaArgs),
+    /// Print completions for a shell.
+    Completions(shell::CompletionArgs),
+    /// Write pages for `man`.
+    Man(shell::ManArgs),
 }
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
@@ -155,6 +166,7 @@ pub fn main() -> ExitCode {
     #[cfg(unix)]
     fatal_signal::install();
     let result = match &cli.command {
+        Command::New(args) => new::run(args),
         Command::Run(args) => run::run(args),
         Command::Resume(args) => resume::run(args),
         Command::Check(args) => check::run(args),
@@ -167,6 +179,9 @@ pub fn main() -> ExitCode {
         Command::Accuracy(args) => accuracy::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
+        Command::Schema(args) => schema::run(args),
+        Command::Completions(args) => shell::completions(args),
+        Command::Man(args) => shell::man(args),
     };
     // No call of an instance that is dropped can return its error.
     let result =

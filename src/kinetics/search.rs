@@ -10,6 +10,10 @@ use super::error::{KineticsError, nearest};
 /// The environment variable with further directories, separated as in `PATH`.
 pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
 
+/// Where an installed program keeps its plugins, from the folder above that of the program: `bin/rumple` finds
+/// those in `lib/rumple/plugins`.
+pub const INSTALLED: &str = "lib/rumple/plugins";
+
 /// The directories in which a plugin is looked up by name, in order; and whether it is to have a process
 /// of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,7 +41,8 @@ impl Search {
         self.isolation.as_ref()
     }
 
-    /// The explicit directories first, then those of [`PATH_VARIABLE`], then the executable's own.
+    /// The explicit directories first, then those of [`PATH_VARIABLE`], then the executable's own, then
+    /// [`INSTALLED`] beside that, where it exists.
     #[must_use]
     pub fn from_environment(explicit: &[PathBuf]) -> Self {
         let mut directories = explicit.to_vec();
@@ -46,7 +51,10 @@ impl Search {
                 .extend(env::split_paths(&paths).filter(|path| !path.as_os_str().is_empty()));
         }
         if let Ok(executable) = env::current_exe() {
-            directories.extend(executable.parent().map(Path::to_owned));
+            let own = executable.parent().map(Path::to_owned);
+            let installed = own.as_deref().and_then(Path::parent).map(|root| root.join(INSTALLED));
+            directories.extend(own);
+            directories.extend(installed.filter(|directory| directory.is_dir()));
         }
         // A plugin may change the working directory before the next is looked up.
         for directory in &mut directories {

@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use super::checkpoint::CheckpointSpec;
 use super::invariants::InvariantsSpec;
 use super::material::Material;
 use super::output::OutputSpec;
@@ -14,8 +15,8 @@ use crate::registry::choose;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
 /// Tables with what reads them.
-type Reader = fn(Node) -> Option<Problem>;
-const READERS: [(&str, Reader); 8] = [
+pub(super) type Reader = fn(Node) -> Option<Problem>;
+pub(super) const READERS: [(&str, Reader); 9] = [
     ("time", |node| time::read_time(node, false).err()),
     ("output", |node| read::<OutputSpec>(node).err()),
     ("sheet", |node| sheet::read_sheet(node).err()),
@@ -24,6 +25,7 @@ const READERS: [(&str, Reader); 8] = [
     ("equilibrium", |node| choose::<dyn EquilibriumSpec>(node, Some(DEFAULT_EQUILIBRIUM)).err()),
     ("stability", |node| read::<StabilitySpec>(node).err()),
     ("invariants", |node| read::<InvariantsSpec>(node).err()),
+    ("checkpoint", |node| read::<CheckpointSpec>(node).err()),
 ];
 
 /// The path of the first table's key that is called `key`, as in `time.until`.

@@ -16,6 +16,7 @@ mod material;
 mod misplaced_key;
 mod output;
 mod overrides;
+mod schema;
 mod sections;
 mod sheet;
 mod source;
@@ -40,6 +41,7 @@ pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};
 pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
 pub use self::output::{Format, OutputSpec};
+pub use self::schema::schema;
 pub use self::sheet::{
     Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Point, Rectangle, Shape, SheetSource,
     SheetSpec, Sphere,

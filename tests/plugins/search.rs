@@ -83,3 +83,24 @@ fn a_folder_is_told_from_the_library_in_it() {
     let text = error.to_string();
     assert!(text.contains("growth is a folder") && text.contains(&file), "{text}");
 }
+
+#[test]
+fn an_installed_program_finds_its_plugins_in_lib() {
+    let root = tempfile::tempdir().unwrap();
+    let (bin, lib) = (root.path().join("bin"), root.path().join(search::INSTALLED));
+    fs::create_dir_all(&bin).unwrap();
+    fs::create_dir_all(&lib).unwrap();
+    let program = bin.join("rumple");
+    fs::copy(env!("CARGO_BIN_EXE_rumple"), &program).unwrap();
+    let file = search::file_name("schnakenberg");
+    fs::copy(directory().join(&file), lib.join(&file)).unwrap();
+    let out = std::process::Command::new(&program)
+        .args(["plugin", "list"])
+        .current_dir(root.path())
+        .env_clear()
+        .output()
+        .unwrap();
+    let listed = String::from_utf8_lossy(&out.stdout);
+    assert!(listed.contains("schnakenberg"), "{listed}");
+    assert!(listed.contains(search::INSTALLED), "{listed}");
+}

@@ -175,3 +175,13 @@ fn unknown_kinds_of_a_registry() {
         assert!(help.starts_with(&format!("did you mean {meant}? allowed: ")), "{help}");
     }
 }
+
+#[test]
+fn a_misspelt_key_of_a_region_is_not_passed_over() {
+    let pin = "kind = \"pin\"\naxes = \"z\"\nwhere = { ring = { inner = 1.0, outer = 2.0, axs = [1, 0, 0] } }";
+    let error = refused(&SCENE.replace("kind = \"test-weightless\"", pin), &[]);
+    let message = error.message();
+    assert!(message.starts_with("unknown key axs in "), "{message}");
+    let advice = error.advice().unwrap_or_default();
+    assert!(advice.contains("did you mean axis?"), "{advice}");
+}

@@ -153,6 +153,36 @@ impl Problem {
         }
     }
 
+    /// Keys and indices from the root to the value that is wrong.
+    #[must_use]
+    pub fn path(&self) -> Vec<Segment> {
+        self.0.path.iter().rev().cloned().collect()
+    }
+
+    /// The key that is missing, where one is.
+    #[must_use]
+    pub fn missing(&self) -> Option<&str> {
+        match &self.0.what {
+            What::Missing { key, .. } => Some(key),
+            _ => None,
+        }
+    }
+
+    /// What was expected, where the value is of the wrong type or out of range.
+    #[must_use]
+    pub fn expected(&self) -> Option<&str> {
+        match &self.0.what {
+            What::Mismatch { expected, .. } => Some(expected),
+            _ => None,
+        }
+    }
+
+    /// Whether a key is unknown, of whatever table.
+    #[must_use]
+    pub fn is_unknown_key(&self) -> bool {
+        matches!(self.0.what, What::UnknownKey { .. })
+    }
+
     /// Whether the text is not TOML at all.
     pub fn is_syntax(&self) -> bool {
         matches!(self.0.what, What::Syntax(_))

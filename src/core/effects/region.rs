@@ -9,7 +9,7 @@ use crate::sheet::Sheet;
 
 /// A set of vertices, by their rest positions or numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Region {
     /// All vertices on the boundary.
     #[serde(rename = "rim", alias = "boundary")]

@@ -1,0 +1,116 @@
+//! The JSON Schema: kinds from the registries, closed tables, types; `tests/scripts/schema.py` validates scenes by it.
+
+use std::collections::BTreeSet;
+
+use serde_json::Value;
+
+use crate::run::program::{rumple, text};
+
+/// All tables of a kind of schema within one: those of `anyOf`, or itself.
+fn forms(schema: &Value) -> Vec<&Value> {
+    schema["anyOf"].as_array().map_or_else(|| vec![schema], |all| all.iter().collect())
+}
+
+/// The names of the tag in the tables of a schema.
+fn names<'a>(schema: &'a Value, tag: &str) -> BTreeSet<&'a str> {
+    forms(schema).iter().filter_map(|form| form["properties"][tag]["const"].as_str()).collect()
+}
+
+/// The table whose tag is `name`.
+fn of<'a>(schema: &'a Value, tag: &str, name: &str) -> &'a Value {
+    let forms = forms(schema);
+    forms.into_iter().find(|form| form["properties"][tag]["const"] == name).unwrap()
+}
+
+#[test]
+fn kinds_are_those_of_the_registries() {
+    let schema = rumple::scene::schema();
+    let effects = &schema["properties"]["effect"]["items"];
+    let kinds: BTreeSet<&str> = rumple::effects::kinds().into_iter().collect();
+    assert_eq!(names(effects, "kind"), kinds);
+    // One that only these tests register.
+    assert!(kinds.contains("test-spring"));
+    let integrators = &schema["properties"]["time"]["properties"]["integrator"];
+    assert_eq!(names(integrators, "kind"), BTreeSet::from(["explicit", "monolithic", "staggered"]));
+    let methods = &schema["properties"]["equilibrium"];
+    assert_eq!(names(methods, "method"), BTreeSet::from(["descent", "fire", "lbfgs", "newton"]));
+    let shapes = names(&schema["properties"]["sheet"], "shape");
+    assert!(shapes.contains("annulus") && shapes.contains("point"), "{shapes:?}");
+}
+
+#[test]
+fn keys_types_ranges_and_meanings_are_there() {
+    let schema = rumple::scene::schema();
+    let material = &schema["properties"]["material"];
+    assert_eq!(material["required"], serde_json::json!(["young", "poisson", "thickness"]));
+    let young = &material["properties"]["young"];
+    assert_eq!((&young["type"], &young["exclusiveMinimum"]), (&"number".into(), &0.0.into()));
+    assert!(young["description"].as_str().unwrap().starts_with("Young's modulus E"), "{young}");
+    let poisson = &material["properties"]["poisson"];
+    assert_eq!(poisson["maximum"], 0.5, "{poisson}");
+    let effects = &schema["properties"]["effect"]["items"];
+    let pin = of(effects, "kind", "pin");
+    assert_eq!(pin["required"], serde_json::json!(["kind", "where", "axes"]), "{pin}");
+    let displacement = &pin["properties"]["displacement"];
+    assert_eq!((&displacement["minItems"], &displacement["maxItems"]), (&3.into(), &3.into()));
+    let lbfgs = of(&schema["properties"]["equilibrium"], "method", "lbfgs");
+    assert!(lbfgs["properties"]["collapse"]["enum"].as_array().unwrap().contains(&"hold".into()));
+    // No table of the format is open but those whose keys are the user's.
+    let mut open = BTreeSet::new();
+    walk(&schema, "", &mut open);
+    // Regions of regions are described once.
+    let users = [
+        "initial",
+        "let",
+        "observables",
+        "parameters",
+        "rates",
+        "rename",
+        "species",
+        "totals",
+        "units",
+    ];
+    assert_eq!(open, users.map(str::to_owned).into());
+}
+
+/// Collects the keys of tables that take any key, or that take anything.
+fn walk(schema: &Value, key: &str, open: &mut BTreeSet<String>) {
+    match schema {
+        Value::Object(object) => {
+            if object.get("type") == Some(&"object".into())
+                && object.get("additionalProperties") != Some(&false.into())
+            {
+                open.insert(key.to_owned());
+            }
+            for (name, inside) in
+                object.get("properties").and_then(Value::as_object).into_iter().flatten()
+            {
+                assert!(
+                    // Regions of regions are described once.
+                    name == "all-of" || inside.as_object().is_some_and(|inside| !inside.is_empty()),
+                    "{name} takes anything"
+                );
+                walk(inside, name, open);
+            }
+            for inside in
+                ["items", "additionalProperties", "anyOf"].iter().filter_map(|k| object.get(*k))
+            {
+                walk(inside, key, open);
+            }
+        }
+        Value::Array(all) => all.iter().for_each(|one| walk(one, key, open)),
+        _ => {}
+    }
+}
+
+#[test]
+fn it_is_printed_and_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = rumple(folder.path(), &["schema"]);
+    let schema: Value = serde_json::from_str(&text(&printed.stdout)).unwrap();
+    assert_eq!(schema["title"], "Scene of rumple");
+    let written = rumple(folder.path(), &["schema", "--out", "s.json"]);
+    assert!(written.status.success(), "{}", text(&written.stderr));
+    assert_eq!(std::fs::read(folder.path().join("s.json")).unwrap(), printed.stdout);
+    assert_eq!(rumple(folder.path(), &["schema", "--out", "s.json"]).status.code(), Some(2));
+}
