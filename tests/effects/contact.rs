@@ -184,6 +184,28 @@ fn a_start_that_crosses_itself_is_refused_with_its_place() {
 }
 
 #[test]
+fn integrators_that_would_step_through_surfaces_are_refused() {
+    for integrator in [
+        "{ kind = 'explicit', method = 'euler' }",
+        "{ kind = 'explicit', method = 'tsit45' }",
+        "{ kind = 'monolithic' }",
+        "{ kind = 'staggered', shape = 'tr-bdf2' }",
+    ] {
+        let text = format!(
+            "sheet = {{ shape = 'disc', radius = 2.0, vertices = 60 }}
+            material = {{ young = 1e3, poisson = 0.3, thickness = 0.1, drag = 1.0 }}
+            time = {{ until = 1.0, policy = 'simultaneous', integrator = {integrator} }}
+            kinetics = {{ rates = {{ c = '-c' }} }}
+            effect = [{{ kind = 'stretching' }}, {{ kind = 'bending' }}, {{ kind = 'contact' }}]"
+        );
+        let scene = rumple::scene::Scene::parse(&text, "through.toml", &[]).unwrap();
+        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
+        assert!(error.contains("integrator") && error.contains("contact"), "{integrator}: {error}");
+    }
+}
+
+#[test]
 fn a_reach_beyond_the_thickness_is_refused_at_its_key() {
     let text = "sheet = { shape = 'disc', radius = 1.0, vertices = 50 }
         material = { young = 1e3, poisson = 0.3, thickness = 0.1 }

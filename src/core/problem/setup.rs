@@ -211,8 +211,14 @@ impl Problem<'_> {
             && self.integrator.needs_sparse_motion(storage)
         {
             let message = "this integrator needs derivatives that couple neighbours only, but an \
-                effect of the scene (such as volume) couples all vertices";
+                effect of the scene (such as volume or contact) couples vertices far apart";
             let help = "integrator = \"staggered\" supports all effects under every policy";
+            return Err(refused(message.into(), Some(help)));
+        }
+        if mechanics.limits_steps() && !self.integrator.keeps_step_limits(storage) {
+            let message = "this integrator would step through surfaces, and an effect of the scene (such as contact) \
+                limits steps so that none does";
+            let help = "integrator = \"staggered\" keeps such limits under every policy";
             return Err(refused(message.into(), Some(help)));
         }
         if mechanics.is_constrained() && !self.integrator.keeps_constraints(storage) {

@@ -71,6 +71,10 @@ impl IntegratorSpec for ExplicitSpec {
         self.method == ExplicitMethod::Euler
     }
 
+    fn keeps_step_limits(&self, _: Storage) -> bool {
+        false
+    }
+
     fn parts(&self, _: Storage) -> Vec<String> {
         vec!["all unknowns move by their rates: no linear system".into()]
     }

@@ -67,6 +67,11 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         !self.needs_sparse_motion(policy)
     }
 
+    /// Whether no step of a moving shape passes what effects allow ([`Energy::largest_step`](crate::effects::Energy::largest_step)).
+    fn keeps_step_limits(&self, policy: Storage) -> bool {
+        !self.needs_sparse_motion(policy)
+    }
+
     /// Whether it moves shapes by a drag that differs by direction.
     fn knows_directions_of_drag(&self) -> bool {
         false
