@@ -5,6 +5,7 @@ use super::{Error, Simulation, failure};
 use crate::model::State;
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
+use crate::solve::SolveError;
 
 /// What all stages of a run share.
 pub(super) struct Session<'a> {
@@ -16,14 +17,14 @@ pub(super) struct Session<'a> {
 
 impl Session<'_> {
     /// Writes the failure report of a run that stopped with `error`, in the first relaxation of `start` if that is given; an
-    /// error of output is returned unchanged.
+    /// error of output, or of a start that is refused, is returned unchanged.
     pub(super) fn stopped(
         &self,
         simulation: &mut Simulation,
         error: Error,
         start: Option<&State>,
     ) -> Error {
-        if matches!(error, Error::Output(_)) {
+        if matches!(error, Error::Output(_) | Error::Solve(SolveError::Start { .. })) {
             return error;
         }
         let error = super::located(error, simulation.sheet(), &simulation.stepper.state.x);

@@ -2,12 +2,11 @@
 
 use rumple::Vec3;
 use rumple::geometry::Crossings;
-use rumple::run::Error;
 use rumple::sheet::Sheet;
-use rumple::solve::SolveError;
 
 use super::running::{at_end, volume};
 use crate::common::prepare;
+use crate::run::program::{folder, rumple, text};
 
 fn crossings(sheet: &Sheet, x: &[Vec3]) -> usize {
     Crossings::new(sheet).find(sheet, x).pairs
@@ -155,32 +154,24 @@ fn plates_that_close_flatten_a_shell() {
 
 #[test]
 fn a_start_that_crosses_itself_is_refused_with_its_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let mesh = folder.path().join("crossed.obj");
+    let scene = "sheet = { file = 'crossed.obj' }
+        material = { young = 1e3, poisson = 0.3, thickness = 0.1 }
+        time = { until = 1.0 }
+        effect = [{ kind = 'stretching' }, { kind = 'bending' }, { kind = 'contact' }]";
+    let folder = folder(scene);
     // A strip that is folded up and back down through itself.
     std::fs::write(
-        &mesh,
+        folder.path().join("crossed.obj"),
         "v 0 0 0\nv 0 2 0\nv 1 0 0\nv 1 2 0\nv 1 0 1\nv 1 2 1\nv 0.5 0.5 -1\nv 0.5 1.5 -1\n\
          f 1 3 2\nf 3 4 2\nf 3 5 4\nf 5 6 4\nf 5 7 6\nf 7 8 6\n",
     )
     .unwrap();
-    let (_, mut simulation) = prepare(
-        &format!(
-            "sheet = {{ file = '{}' }}
-            material = {{ young = 1e3, poisson = 0.3, thickness = 0.1 }}
-            time = {{ until = 1.0 }}
-            effect = [{{ kind = 'stretching' }}, {{ kind = 'bending' }}, {{ kind = 'contact' }}]",
-            mesh.display()
-        ),
-        &[],
-    );
-    match simulation.prepare() {
-        Err(Error::Solve(SolveError::Start { effect, why })) => {
-            assert_eq!(effect, "contact");
-            assert!(why.contains("pairs of its triangles cross, first triangles 0"), "{why}");
-        }
-        other => panic!("{other:?}"),
-    }
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
+    let message = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{message}");
+    assert!(message.contains("the effect contact cannot begin with this shape"), "{message}");
+    assert!(message.contains("pairs of its triangles cross, first triangles 0"), "{message}");
+    assert!(!folder.path().join("result/failure").exists(), "a report of what the message says");
 }
 
 #[test]
