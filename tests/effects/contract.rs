@@ -1,4 +1,4 @@
-//! The parts of the contract that no shipped effect uses yet: pairs that depend on the shape, limits of steps; and an
+//! Pairs that depend on the shape and limits of steps, by an effect of the test; and an
 //! effect that couples what it does not declare.
 
 use std::sync::Arc;

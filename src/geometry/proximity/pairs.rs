@@ -5,7 +5,7 @@
 //! its triangles, edges with a vertex in common) make no pair.
 //!
 //! A list holds all pairs that may come within their reach while no vertex moves by more than a margin from where it
-//! was when the list was made; it is made anew when one has, out of a longer list for a wider margin, which in turn comes
+//! was when the list was made; it is then rebuilt out of a longer list for a wider margin, which in turn comes
 //! out of trees of boxes. What is read from it (which pairs are within their reach, how far a step may go) does not
 //! depend on when it was made.
 

@@ -11,7 +11,7 @@
 //! pressure `p = -b'(s)` per rest area. The reach d̂ is half the thickness, unless a scene says otherwise: the sheet is
 //! its middle surface.
 //!
-//! Below a tenth of d̂, where `p = 12 κ`, b goes on as a parabola: an obstacle that a ramp moves into the sheet pushes
+//! Below a tenth of d̂, where `p = 12 κ`, b is continued by a parabola: an obstacle that a ramp moves into the sheet pushes
 //! it out again. It is the vertices that stay out: between them a triangle may cut into a sphere by ℓ²/(8 R), ℓ its
 //! edge.
 //!
