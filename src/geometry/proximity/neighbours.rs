@@ -10,25 +10,60 @@ use super::pairs::Pair;
 use super::search::{Features, Limit, Search};
 use crate::box_tree::{Bounds, BoxTree};
 
-/// Clusters of which one thread takes care at a time.
-const AT_ONCE: usize = 16;
+/// Pairs are taken over where at least this share is left of how much nearer their clusters may come.
+const KEPT: f64 = 0.5;
 
 /// The clusters that are near one another.
 #[derive(Debug)]
 pub(super) struct Neighbours {
     /// For every cluster those of its number or later, ascending.
     of: Vec<Vec<Neighbour>>,
-    /// How much nearer than listed features of others may come until they make pairs.
-    beyond: f64,
+    /// How much nearer features of others may come until there are pairs.
+    unlisted: f64,
 }
 
 /// A cluster near another.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Neighbour {
     number: u32,
-    /// Beyond the slack of the limit, how much nearer features may come until they make pairs; not positive where there
-    /// may be pairs.
-    room: f64,
+    /// How much nearer features may come until there are other pairs.
+    allowed: f64,
+    /// The pairs of their features, sought or not; nothing where there are none.
+    pairs: Option<Sought>,
+}
+
+/// Pairs of the features of two clusters.
+#[derive(Debug, Clone)]
+enum Sought {
+    No,
+    Yes(Vec<Pair>),
+}
+
+/// How the corners of a cluster have moved: their mean displacement, and the largest deviation from it.
+#[derive(Clone, Copy)]
+struct Moved {
+    mean: Vec3,
+    spread: f64,
+}
+
+impl Moved {
+    fn of(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync)) -> Vec<Self> {
+        let of = |corners: &[u32]| {
+            let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
+            let apart = |v: &u32| (moved(*v) - mean).norm_squared();
+            let spread = corners.iter().map(apart).fold(0.0, f64::max).sqrt();
+            Self { mean, spread }
+        };
+        let mut all = vec![Self { mean: Vec3::zeros(), spread: 0.0 }; clusters.len()];
+        parallel::fill(&mut all, |k| of(&clusters[k].corners));
+        all
+    }
+
+    /// By how much features of two clusters have come nearer at most.
+    #[inline]
+    fn approach(&self, other: &Self) -> f64 {
+        (self.mean - other.mean).norm() + self.spread + other.spread
+    }
 }
 
 /// The boxes of a cluster: in the shape, on a step but for what all have in common, and of displacements.
@@ -77,7 +112,8 @@ impl Neighbours {
                 let gap = gap.max(ours.swept.gap(&theirs.swept));
                 let room = limit.room(gap, own.span(other));
                 if room <= beyond {
-                    found.push(Neighbour { number: j, room });
+                    let pairs = (room <= 0.0).then_some(Sought::No);
+                    found.push(Neighbour { number: j, allowed: limit.slack + room.max(0.0), pairs });
                 }
             });
             found.sort_unstable_by_key(|other| other.number);
@@ -85,66 +121,79 @@ impl Neighbours {
         };
         let mut of = vec![Vec::new(); clusters.len()];
         parallel::update(&mut of, |k, place| *place = near(k));
-        Self { of, beyond }
+        Self { of, unlisted: limit.slack + beyond }
     }
 
-    /// Whether no two features that make no pair have come nearer by more than `slack` beyond their room, now that vertices
-    /// have `moved`.
-    pub(super) fn last(&self, clusters: &[Cluster], slack: f64, moved: &(impl Fn(u32) -> Vec3 + Sync)) -> bool {
-        // Mean displacement, and the largest deviation from it.
-        let of = |corners: &[u32]| {
-            let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
-            let apart = corners.iter().map(|v| (moved(*v) - mean).norm_squared()).fold(0.0, f64::max);
-            (mean, apart.sqrt())
-        };
-        let mut all = vec![(Vec3::zeros(), 0.0); clusters.len()];
-        parallel::fill(&mut all, |k| of(&clusters[k].corners));
-        let common = all.iter().map(|(mean, _)| mean).sum::<Vec3>() / real(all.len().max(1));
+    /// Whether there are no other pairs yet, now that vertices have `moved`.
+    pub(super) fn last(&self, clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync)) -> bool {
+        let all = Moved::of(clusters, moved);
+        let mean = all.iter().map(|moved| moved.mean).sum::<Vec3>() / real(all.len().max(1));
+        let common = Moved { mean, spread: 0.0 };
         let excess = |k: usize| {
-            let (mean, own) = all[k];
-            let far = (mean - common).norm() + own - 0.5 * (slack + self.beyond);
-            self.of[k].iter().fold(far, |most, other| {
-                let (theirs, spread) = all[other.number as usize];
-                most.max((theirs - mean).norm() + own + spread - slack - other.room.max(0.0))
-            })
+            let far = all[k].approach(&common) - 0.5 * self.unlisted;
+            let beyond = |other: &Neighbour| {
+                all[k].approach(&all[other.number as usize]) - other.allowed
+            };
+            self.of[k].iter().map(beyond).fold(far, f64::max)
         };
         parallel::max(clusters.len(), excess) <= 0.0
     }
 
-    /// All pairs that `search` finds, by vertex and triangle, then by edges.
+    /// Takes over the pairs of clusters that have hardly come nearer since those `before`, as vertices have `moved`.
+    pub(super) fn keep(
+        &mut self,
+        clusters: &[Cluster],
+        before: &Self,
+        moved: &(impl Fn(u32) -> Vec3 + Sync),
+    ) {
+        let all = Moved::of(clusters, moved);
+        parallel::update(&mut self.of, |k, near| {
+            for other in near.iter_mut().filter(|other| other.pairs.is_some()) {
+                let old = &before.of[k];
+                let Ok(place) = old.binary_search_by_key(&other.number, |old| old.number) else {
+                    continue;
+                };
+                let Some(Sought::Yes(pairs)) = &old[place].pairs else { continue };
+                let left = old[place].allowed - all[k].approach(&all[other.number as usize]);
+                if left >= KEPT * other.allowed {
+                    other.allowed = left;
+                    other.pairs = Some(Sought::Yes(pairs.clone()));
+                }
+            }
+        });
+    }
+
+    /// All pairs, of which `search` finds those not known yet, by vertex and triangle, then by edges.
     pub(super) fn pairs<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync>(
-        &self,
+        &mut self,
         clusters: &[Cluster],
         search: &Search<'_, K>,
     ) -> Vec<Pair> {
         let mut needed = vec![false; clusters.len()];
-        let near = |k: usize| self.of[k].iter().filter(|other| other.room <= 0.0);
-        for k in 0..clusters.len() {
-            near(k).for_each(|other| [k, other.number as usize].iter().for_each(|k| needed[*k] = true));
+        for (k, near) in self.of.iter().enumerate() {
+            for other in near.iter().filter(|other| matches!(other.pairs, Some(Sought::No))) {
+                [k, other.number as usize].iter().for_each(|k| needed[*k] = true);
+            }
         }
         let mut features: Vec<Option<Features>> = clusters.iter().map(|_| None).collect();
         parallel::fill(&mut features, |k| needed[k].then(|| search.features(&clusters[k])));
-        let of = |k: usize, found: &mut Vec<Pair>| {
+        parallel::update(&mut self.of, |k, near| {
             let Some(own) = &features[k] else { return };
-            for j in near(k).map(|other| other.number as usize) {
+            for other in near.iter_mut().filter(|other| matches!(other.pairs, Some(Sought::No))) {
+                let (j, mut found) = (other.number as usize, Vec::new());
                 match &features[j] {
-                    _ if j == k => search.within(own, found),
-                    Some(other) => search.between(own, other, found),
+                    _ if j == k => search.within(own, &mut found),
+                    Some(theirs) => search.between(own, theirs, &mut found),
                     None => (),
                 }
+                other.pairs = Some(Sought::Yes(found));
             }
-        };
-        let block = |b: usize| {
-            let mut found = Vec::new();
-            (b * AT_ONCE..((b + 1) * AT_ONCE).min(clusters.len())).for_each(|k| of(k, &mut found));
-            found
-        };
-        let both = |mut a: Vec<Pair>, mut b: Vec<Pair>| {
-            a.append(&mut b);
-            a
-        };
-        let mut all =
-            parallel::reduce(clusters.len().div_ceil(AT_ONCE), &block, &both).unwrap_or_default();
+        });
+        let known = self.of.iter().flatten().filter_map(|other| match &other.pairs {
+            Some(Sought::Yes(pairs)) => Some(pairs),
+            _ => None,
+        });
+        let mut all: Vec<Pair> = known.flatten().copied().collect();
         all.sort_unstable_by_key(|pair| (pair.kind, pair.features));
         all
     }

@@ -90,8 +90,6 @@ struct List {
     /// Pairs by vertex and triangle, then by edges.
     pairs: Vec<Pair>,
     neighbours: Neighbours,
-    /// How much nearer neighbours may come.
-    slack: f64,
     gradients: Vec<Gradient>,
     /// By how much F may change on every triangle, squared.
     allowance: Vec<f64>,
@@ -157,12 +155,13 @@ impl Proximity {
     fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range, before: Option<List>) -> List {
         let gradients = self.deformation.gradients(sheet, x);
         let needed = OF_REST * range.shrinkage;
-        let before = before.map(|List { gradients: old, bounds, .. }| (changes(&old, &gradients), bounds));
+        let changes = before.as_ref().map(|before| changes(&before.gradients, &gradients));
         let mut bounds = vec![None; self.clusters.len()];
         parallel::fill(&mut bounds, |k| {
             let cluster = &self.clusters[k];
-            let before = before.as_ref().and_then(|(changes, bounds)| {
-                Some((bounds[k].as_ref()?, largest_change(&cluster.patch, changes).sqrt()))
+            let before = before.as_ref().zip(changes.as_ref()).and_then(|(before, changes)| {
+                let changed = largest_change(&cluster.patch, changes).sqrt();
+                Some((before.bounds[k].as_ref()?, changed))
             });
             self.deformation.bound(cluster, &gradients, needed, before)
         });
@@ -171,7 +170,11 @@ impl Proximity {
         let apart = |k: usize| bounds[k].is_some_and(|bound| bound.holds);
         let parts = (self.clusters.as_slice(), &mut self.tree);
         let beyond = BEYOND * self.edge;
-        let neighbours = Neighbours::find(parts, (x, None), &limit, (&apart, beyond));
+        let mut neighbours = Neighbours::find(parts, (x, None), &limit, (&apart, beyond));
+        if let Some(before) = &before {
+            let moved = |v: u32| x[v as usize] - before.at[v as usize];
+            neighbours.keep(&self.clusters, &before.neighbours, &moved);
+        }
         let keep = |kind: Kind, corners: &[u32; 4]| {
             let distance = kind.distance(&at(x, corners)) - slack;
             // Distances at rest are asked for last: most pairs are out of reach without.
@@ -188,7 +191,7 @@ impl Proximity {
                 triangles.for_each(|t| allowance[t] = allowance[t].min(allowed));
             }
         }
-        List { at: x.to_vec(), range, pairs, neighbours, slack, gradients, allowance, bounds }
+        List { at: x.to_vec(), range, pairs, neighbours, gradients, allowance, bounds }
     }
 
     /// All pairs that may touch on the step `d` from `x`, where a list serves, to `end`.
@@ -216,7 +219,7 @@ impl Proximity {
         let keep = |kind: Kind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
         let limit = Limit { range, share: APPROACH, slack: 0.0 };
         let parts = (clusters.as_slice(), tree);
-        let neighbours = Neighbours::find(parts, (x, Some(d)), &limit, (&|k| apart[k], 0.0));
+        let mut neighbours = Neighbours::find(parts, (x, Some(d)), &limit, (&|k| apart[k], 0.0));
         let search = Search { sheet, x, d: Some(d), limit, keep: &keep };
         neighbours.pairs(clusters, &search)
     }
@@ -231,7 +234,7 @@ impl List {
         deformation: &Deformation,
     ) -> bool {
         let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        if self.at.len() != x.len() || !self.neighbours.last(clusters, self.slack, &moved) {
+        if self.at.len() != x.len() || !self.neighbours.last(clusters, &moved) {
             return false;
         }
         let deformed = |t: usize| {
