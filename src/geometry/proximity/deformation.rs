@@ -111,7 +111,12 @@ impl Deformation {
         let rotation = self.rotation(cluster, gradients)?;
         let least = self.least(patch, gradients, &rotation);
         let allowed = (least - needed) / patch.sensitivity();
-        Some(Bound { rotation, least, holds: allowed >= LEAST_ALLOWANCE, allowed: allowed.max(0.0) })
+        Some(Bound {
+            rotation,
+            least,
+            holds: allowed >= LEAST_ALLOWANCE,
+            allowed: allowed.max(0.0),
+        })
     }
 
     /// A rotation near F on the triangles of a cluster, as its columns.

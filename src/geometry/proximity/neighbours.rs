@@ -96,9 +96,8 @@ impl Neighbours {
         tree.refit(|k| boxes[k as usize].swept);
         let tree = &*tree;
         let farthest = limit.farthest() + beyond;
-        let covers = |k: usize, j: u32| {
-            apart(k) && clusters[k].patch.covers.binary_search(&j).is_ok()
-        };
+        let covers =
+            |k: usize, j: u32| apart(k) && clusters[k].patch.covers.binary_search(&j).is_ok();
         let near = |k: usize| {
             let (own, ours, mut found) = (&clusters[k], &boxes[k], Vec::new());
             let enter = |node: &Bounds| node.gap(&ours.swept) < farthest;
@@ -113,7 +112,11 @@ impl Neighbours {
                 let room = limit.room(gap, own.span(other));
                 if room <= beyond {
                     let pairs = (room <= 0.0).then_some(Sought::No);
-                    found.push(Neighbour { number: j, allowed: limit.slack + room.max(0.0), pairs });
+                    found.push(Neighbour {
+                        number: j,
+                        allowed: limit.slack + room.max(0.0),
+                        pairs,
+                    });
                 }
             });
             found.sort_unstable_by_key(|other| other.number);
@@ -131,9 +134,8 @@ impl Neighbours {
         let common = Moved { mean, spread: 0.0 };
         let excess = |k: usize| {
             let far = all[k].approach(&common) - 0.5 * self.unlisted;
-            let beyond = |other: &Neighbour| {
-                all[k].approach(&all[other.number as usize]) - other.allowed
-            };
+            let beyond =
+                |other: &Neighbour| all[k].approach(&all[other.number as usize]) - other.allowed;
             self.of[k].iter().map(beyond).fold(far, f64::max)
         };
         parallel::max(clusters.len(), excess) <= 0.0

@@ -132,7 +132,10 @@ impl Proximity {
             pair.kind.free_share(&from, &at(direction, &pair.corners), least)
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
-        let serving = self.list.as_ref().filter(|list| list.serves((sheet, &self.clusters), &end, &self.deformation));
+        let serving = self
+            .list
+            .as_ref()
+            .filter(|list| list.serves((sheet, &self.clusters), &end, &self.deformation));
         let blocked = match serving {
             Some(list) => least(&list.pairs),
             None => least(&self.on_path(sheet, (x, direction), &end, range)),
@@ -142,8 +145,9 @@ impl Proximity {
 
     /// A list that serves at `x`.
     fn listed(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> &List {
-        let serves =
-            |list: &List| list.range == *range && list.serves((sheet, &self.clusters), x, &self.deformation);
+        let serves = |list: &List| {
+            list.range == *range && list.serves((sheet, &self.clusters), x, &self.deformation)
+        };
         let list = match self.list.take() {
             Some(list) if serves(&list) => list,
             before => self.make(sheet, x, *range, before.filter(|list| list.range == *range)),
@@ -352,6 +356,55 @@ mod tests {
                 x.iter_mut().for_each(|x| *x += 0.03 * noise.vector());
             }
         }
+    }
+
+    /// The square of n × n vertices without a notch at one side, over which `rest` lies.
+    fn notched(n: u32, rest: &dyn Fn(f64, f64) -> Vec3) -> Sheet {
+        let place = |k: u32| rest(f64::from(k % n), f64::from(k / n));
+        let two = |k: u32| [[k, k + 1, k + n], [k + 1, k + n + 1, k + n]];
+        let notch = |i: u32, j: u32| i < n / 3 && (j == n / 2 || j == n / 2 + 1);
+        let cells = (0..n - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j)));
+        let cells = cells.filter(|(i, j)| !notch(*i, *j)).map(|(i, j)| j * n + i);
+        Sheet::new((0..n * n).map(place).collect(), cells.flat_map(two).collect()).unwrap()
+    }
+
+    #[test]
+    fn bent_sheets_have_all_their_pairs_whatever_their_patches_keep_apart() {
+        const N: u32 = 20;
+        let flat = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let cap = |x: f64, y: f64| Vec3::new(x, y, 0.02 * ((x - 9.5).powi(2) + (y - 9.0).powi(2)));
+        let roll = |r: f64| {
+            move |x: &Vec3| {
+                let (sin, cos) = (x.x / r).sin_cos();
+                Vec3::new((r - x.z) * sin, x.y, r - (r - x.z) * cos)
+            }
+        };
+        let wave = |a: f64| move |x: &Vec3| Vec3::new(0.5 * x.x, x.y, x.z + a * (0.9 * x.x).sin());
+        let press = |by: f64| move |x: &Vec3| Vec3::new(x.x, by * x.y, by * x.z);
+        let (gentle, tight, waves, pressed) = (roll(9.0), roll(2.6), wave(2.5), press(0.3));
+        let turns: [&dyn Fn(&Vec3) -> Vec3; 4] = [&gentle, &tight, &waves, &pressed];
+        let (mut apart, mut near) = (0, 0);
+        for rest in [&flat as &dyn Fn(f64, f64) -> Vec3, &cap] {
+            let sheet = notched(N, rest);
+            for turn in turns {
+                let mut proximity = Proximity::new(&sheet, 1.0, RANGE.points);
+                let mut noise = Noise(7);
+                for round in 0..=8 {
+                    let share = f64::from(round) / 8.0;
+                    let bent = |x: &Vec3| x + share * (turn(x) - x) + 0.03 * noise.vector();
+                    let x: Vec<Vec3> = sheet.rest().iter().map(bent).collect();
+                    let wanted = slowly(&sheet, &x, &RANGE);
+                    assert_eq!(within(&mut proximity, &sheet, &x), wanted, "{round}");
+                    let bounds = &proximity.list.as_ref().unwrap().bounds;
+                    apart += bounds.iter().filter(|b| b.is_some_and(|b| b.holds)).count();
+                    near += wanted.len();
+                }
+            }
+        }
+        assert!(
+            apart > 200 && near > 1000,
+            "{apart} patches keep their points apart; {near} pairs"
+        );
     }
 
     #[test]
