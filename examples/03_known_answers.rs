@@ -129,6 +129,22 @@ fn growth_tables() -> Outcome<()> {
             }
         }
     }
+    println!("\n## F3: growth along the radius to a cone");
+    for models in [BOND_MEYER, STVK_HINGE] {
+        println!("\n**slope at λ = 1.1, {}**\n", models.name);
+        println!("| h | vertices | computed | √(λ² - 1) | error |");
+        println!("| ---: | ---: | ---: | ---: | ---: |");
+        for thickness in [0.2, 0.1, 0.05] {
+            for vertices in [400, 1600] {
+                let Sample { computed, exact, .. } =
+                    growth::cone(vertices, thickness, 1.1, &models)?;
+                let error = 100.0 * (computed / exact - 1.0);
+                println!(
+                    "| {thickness} | {vertices} | {computed:.4} | {exact:.4} | {error:+.2} % |"
+                );
+            }
+        }
+    }
     println!("\n## F5: disclinations");
     for models in [BOND_HINGE, BOND_MEYER] {
         println!("\n**critical Y R²/B, {}**\n", models.name);

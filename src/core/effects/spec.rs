@@ -1,5 +1,6 @@
 //! What a scene lists, what that is bound to, and what comes of it.
 
+use super::directed::Direction;
 use super::energy::{Energy, EnergyTerm};
 use super::growth::LengthFactor;
 use super::pin::Prescribed;
@@ -167,6 +168,8 @@ pub struct Effect {
     pub constraints: Vec<EnergyTerm>,
     /// Length factors that multiply those of laws.
     pub growth: Vec<LengthFactor>,
+    /// A direction in which the length factor of the law acts.
+    pub direction: Option<Direction>,
     /// Transports of species.
     pub transports: Vec<TransportTerm>,
 }
