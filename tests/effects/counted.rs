@@ -126,6 +126,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         material: Some(&material),
         kinetics: kinetics.as_ref().map(|k| (k.descriptor(), place)),
         measure: Measure::Concentration,
+        read: None,
     };
     let mut all = Effect::default();
     let mut pins = vec![[false; 3]; sheet.vertex_count()];

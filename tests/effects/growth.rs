@@ -10,8 +10,13 @@ use crate::common::lattice;
 
 fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
     let spec = Growth { factor: formula.into(), region: Region::All };
-    let context =
-        EffectContext { sheet, material: None, kinetics: None, measure: Measure::Concentration };
+    let context = EffectContext {
+        sheet,
+        material: None,
+        kinetics: None,
+        measure: Measure::Concentration,
+        read: None,
+    };
     spec.build(&context).unwrap().growth.remove(0)
 }
 

@@ -13,7 +13,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 25] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 28] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -21,6 +21,9 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 25] = [
     ("bending", "model = 'meyer'\narea = 'barycentric'", false, [true, true, true]),
     ("bending", "model = 'meyer'\nweight = 'paper'", false, [true, true, true]),
     ("bending", "model = 'hinge'", false, [true, true, true]),
+    ("bending", "model = 'hinge'\nrest = 'mesh'", true, [true, true, true]),
+    ("bending", "model = 'hinge'\ncurvature = 0.2", false, [true, true, false]),
+    ("bending", "model = 'hinge'\nrest = 'mesh'\ncurvature = '0.1*x'", true, [true, true, false]),
     ("load", "where = 'all'\nforce = { per-area = [0.1, 0.2, -0.3] }", false, [false; 3]),
     (
         "load",

@@ -11,6 +11,7 @@ mod contact;
 mod diffusion;
 mod element;
 mod energy;
+mod field;
 mod foundation;
 mod green_gauss;
 mod growth;
@@ -25,12 +26,15 @@ mod stretching;
 mod transport;
 mod volume;
 
-pub use bending::{Bending, BendingModel, BendingWeight, HingeBending, MeyerBending};
+pub use bending::{
+    Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
+};
 pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
+pub use field::Field;
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};
@@ -40,7 +44,8 @@ pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::{Factor, Ramp};
 pub use region::Region;
 pub use spec::{
-    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, kinds,
+    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, ReadSheet,
+    kinds,
 };
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
