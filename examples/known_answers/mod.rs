@@ -8,6 +8,7 @@ pub mod loads;
 pub mod membranes;
 pub mod meshes;
 pub mod plates;
+pub mod shells;
 pub mod strips;
 pub mod sze;
 

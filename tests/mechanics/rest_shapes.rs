@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{EnergyTerm, HingeBending, Material, RestShape};
+use rumple::effects::{EnergyTerm, HingeBending, Material, MeyerBending, RestShape};
+use rumple::geometry::AreaRule;
 use rumple::model::Potential;
 use rumple::sheet::{Shape, Sheet, generate};
 
@@ -26,12 +27,12 @@ fn shells() -> Vec<Arc<Sheet>> {
 fn bending(sheet: &Arc<Sheet>, model: &str, rest: &RestShape) -> Potential {
     let term = match model {
         "hinge" => EnergyTerm::new(HingeBending::with_rest(sheet, &MATERIAL, rest)),
-        other => panic!("{other}"),
+        _ => EnergyTerm::new(MeyerBending::with_rest(sheet, &MATERIAL, AreaRule::default(), rest)),
     };
     potential(Arc::clone(sheet), vec![term], vec![[false; 3]; sheet.vertex_count()])
 }
 
-const MODELS: [&str; 1] = ["hinge"];
+const MODELS: [&str; 2] = ["hinge", "meyer"];
 
 fn forces(potential: &mut Potential, x: &[Vec3]) -> (f64, f64) {
     let mut gradient = vec![Vec3::zeros(); x.len()];
