@@ -171,61 +171,55 @@ fn cantilever_tables() -> Outcome<()> {
 
 fn shell_tables() -> Outcome<()> {
     let both = [shells::SHELL_MEYER, shells::SHELL_HINGE];
-    let only = std::env::args().nth(2);
-    let wanted = |name: &str| only.as_deref().is_none_or(|o| o == name);
-    if wanted("R1") {
-        println!("\n## R1: a strip rolled by spontaneous curvature");
-        for models in both {
-            for (width, sizes) in [(0.5, [4, 8, 16]), (1.5, [6, 12, 24]), (4.0, [8, 16, 32])] {
-                let samples = over(&sizes, |rows| shells::rolled(width, rows, &models))?;
-                table(&format!("curvature at a width of {width}, {}", models.name), &samples);
-            }
+    rolled_tables(&both)?;
+    println!("\n## R2: hemisphere with a hole");
+    for models in both {
+        let samples = over(&[32, 64, 128], |around| shells::hemisphere(around, &models))?;
+        table(&format!("displacement under forces of 2, linear, {}", models.name), &samples);
+    }
+    hemisphere_table(&shells::SHELL_MEYER)?;
+    println!("\n## R3: pinched cylinder");
+    for models in both {
+        let samples = over(&[64, 128, 192], |around| shells::pinched(around, &models))?;
+        table(&format!("w E h/P, {}", models.name), &samples);
+    }
+    println!("\n## R4: Zoelly's pressure");
+    for models in both {
+        for (irregular, mesh) in [(false, "icosphere"), (true, "irregular")] {
+            let samples = over(&[1000, 2500, 6000], |n| shells::zoelly(n, irregular, &models))?;
+            table(&format!("critical pressure, {}, {mesh}", models.name), &samples);
         }
     }
-    if wanted("R2") {
-        println!("\n## R2: hemisphere with a hole");
-        for models in both {
-            let samples = over(&[32, 64, 128], |around| shells::hemisphere(around, &models))?;
-            table(&format!("displacement under small loads, {}", models.name), &samples);
-        }
-        hemisphere_table(&shells::SHELL_MEYER)?;
+    println!("\n## R5: point load on a cap");
+    for models in both {
+        let samples = over(&[500, 2000, 8000], |n| shells::point(n, &models))?;
+        table(&format!("stiffness, {}", models.name), &samples);
     }
-    if wanted("R3") {
-        println!("\n## R3: pinched cylinder");
-        for models in both {
-            let samples = over(&[64, 128, 192], |around| shells::pinched(around, &models))?;
-            table(&format!("w E h/P, {}", models.name), &samples);
-        }
-    }
-    if wanted("R4") {
-        println!("\n## R4: Zoelly's pressure");
-        for models in both {
-            for (irregular, mesh) in [(false, "icosphere"), (true, "irregular")] {
-                let samples = over(&[1000, 2500, 6000], |n| shells::zoelly(n, irregular, &models))?;
-                table(&format!("critical pressure, {}, {mesh}", models.name), &samples);
-            }
-        }
-    }
-    if wanted("R5") {
-        println!("\n## R5: point load on a cap");
-        for models in both {
-            let samples = over(&[500, 2000, 8000], |n| shells::point(n, &models))?;
-            table(&format!("stiffness, {}", models.name), &samples);
+    Ok(())
+}
+
+fn rolled_tables(both: &[known_answers::Models]) -> Outcome<()> {
+    println!("\n## R1: a strip rolled by spontaneous curvature");
+    let widths: [(f64, &[usize]); 3] = [(0.5, &[4, 8]), (1.5, &[6, 12, 24]), (4.0, &[8, 16, 24])];
+    for models in both {
+        for (width, rows) in widths {
+            let samples = over(rows, |rows| shells::rolled(width, rows, models))?;
+            table(&format!("curvature at a width of {width}, {}", models.name), &samples);
         }
     }
     Ok(())
 }
 
-/// The hemisphere under large loads.
+/// The hemisphere under large loads, reached in steps of 20.
 fn hemisphere_table(models: &known_answers::Models) -> Outcome<()> {
     let forces: Vec<f64> = (1..=20).map(|k| 20.0 * f64::from(k)).collect();
     let runs: Outcome<Vec<_>> =
         [32, 64].iter().map(|n| shells::hemisphere_path(*n, &forces, models)).collect();
     let runs = runs?;
     println!("\n**displacements of A outwards and B inwards, {}**\n", models.name);
-    let heads: String = runs.iter().map(|run| format!(" {} vertices | |", run.0)).collect();
+    let heads: String = runs.iter().map(|run| format!(" A, {0} vertices | B |", run.0)).collect();
     println!("| force |{heads}\n| ---: |{}", " ---: | ---: |".repeat(runs.len()));
-    for (k, force) in forces.iter().enumerate() {
+    for (k, force) in forces.iter().enumerate().filter(|(k, _)| *k == 0 || k % 5 == 4) {
         let row: String =
             runs.iter().map(|run| format!(" {:.3} | {:.3} |", run.1[k][0], run.1[k][1])).collect();
         println!("| {force} |{row}");

@@ -70,21 +70,21 @@ fn point_load(vertex: usize, force: Vec3) -> String {
     )
 }
 
-/// R1: curvature of a strip of this width, 6 long, h = 0.1 and ν = 0.3, with the spontaneous curvature 0.25; along
+/// R1: curvature of a strip of this width, 12 long, h = 0.1 and ν = 0.3, with the spontaneous curvature 0.25; along
 /// its middle.
 pub fn rolled(width: f64, rows: usize, models: &Models) -> Outcome<Sample> {
     const C0: f64 = 0.25;
     let material = Material { young: 1e4, poisson: 0.3, thickness: 0.1 };
-    let strip = Strip { length: 6.0, width, rows, extra: 0.0 };
+    let strip = Strip { length: 12.0, width, rows, extra: 0.0 };
     let sheet = Arc::new(strip.mesh()?);
     let model = if models.bending.contains("hinge") { "hinge" } else { "meyer" };
     let mut x = sheet.rest().to_vec();
     let mut pins = vec![[false; 3]; x.len()];
     // Six components, so that nothing but the rigid motions is held.
     for (place, axes) in [
-        ([1.5, 0.0], [false, true, true]),
-        ([4.5, 0.0], [false, true, true]),
-        ([3.0, width], [true, false, true]),
+        ([3.0, 0.0], [false, true, true]),
+        ([9.0, 0.0], [false, true, true]),
+        ([6.0, width], [true, false, true]),
     ] {
         pins[nearest(&sheet, Vec3::new(place[0], place[1], 0.0))] = axes;
     }

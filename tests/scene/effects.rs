@@ -176,7 +176,7 @@ fn rest_shapes_are_refused_where_they_do_not_fit() {
     wrong(
         &format!("kind = \"bending\"\nrest = {{ state = \"{path}\" }}"),
         "{ state",
-        &format!("{path}: it has {vertices} vertices, and the sheet has {here}"),
+        &format!("effect[1].rest: {path}: it has {vertices} vertices, and the sheet has {here}"),
         help,
     );
     let Err(rumple::Error::Scene(error)) =
@@ -190,7 +190,9 @@ fn rest_shapes_are_refused_where_they_do_not_fit() {
         wrong(
             &format!("kind = \"bending\"\nweight = \"paper\"\n{key}"),
             key.split("= ").nth(1).unwrap(),
-            "weight = \"paper\" is the sum as printed, of a sheet that rests in the plane",
+            &format!(
+                "effect[1].{name}: weight = \"paper\" is the sum as printed, of a sheet that rests in the plane"
+            ),
             &format!("leave {name} out, or choose weight = \"area\""),
         );
     }
@@ -199,7 +201,7 @@ fn rest_shapes_are_refused_where_they_do_not_fit() {
         "\"1/(x",
         &{
             let x = build("kind = \"bending\"").unwrap().sheet().rest()[0];
-            format!("it is inf at vertex 0 ({}, {}, {})", x.x, x.y, x.z)
+            format!("effect[1].curvature: it is inf at vertex 0 ({}, {}, {})", x.x, x.y, x.z)
         },
         "it must be a finite number at the rest position of every vertex",
     );

@@ -15,7 +15,7 @@
 //!
 //! Lengths are at rest as the mesh has them, whatever the rest shape of bending is.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -98,7 +98,7 @@ impl RestShape {
 }
 
 /// Positions of a file of the same mesh.
-fn from_file(file: &PathBuf, context: &EffectContext<'_>) -> Result<Vec<Vec3>, EffectError> {
+fn from_file(file: &Path, context: &EffectContext<'_>) -> Result<Vec<Vec3>, EffectError> {
     let refuse = |message: String, help: &str| EffectError {
         key: "rest",
         message: format!("{}: {message}", file.display()),

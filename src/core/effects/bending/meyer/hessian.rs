@@ -154,10 +154,10 @@ pub(super) fn add(
         }
         (true, None) => {}
     }
-    if let Some(curved) = at.curved {
-        if full || at.is_shaped() {
-            curved::add(at, curved, (shape, full), rings, into);
-        }
+    if let Some(curved) = at.curved
+        && (full || at.is_shaped())
+    {
+        curved::add(at, curved, (shape, full), rings, into);
     }
     if part == HessianPart::Positive && bending.has_boundary && !at.is_shaped() {
         let boundary = places.boundary.get_or_insert_with(|| Boundary::new(sheet));
