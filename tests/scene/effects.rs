@@ -185,7 +185,7 @@ fn rest_shapes_are_refused_where_they_do_not_fit() {
         panic!("a file that does not exist")
     };
     assert!(error.message().contains("missing.obj"), "{}", error.message());
-    for key in ["rest = \"mesh\"", "curvature = 0.1"] {
+    for key in ["rest = \"mesh\"", "curvature = 0.125"] {
         let name = key.split(' ').next().unwrap();
         wrong(
             &format!("kind = \"bending\"\nweight = \"paper\"\n{key}"),
