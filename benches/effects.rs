@@ -30,7 +30,7 @@ use rumple_numerics::linear::BlockMatrix;
 #[global_allocator]
 static MEMORY: Cap<System> = Cap::new(System, usize::MAX);
 
-const EFFECTS: [(&str, &str); 7] = [
+const EFFECTS: [(&str, &str); 11] = [
     ("stretching", "kind = 'stretching'"),
     ("stvk", "kind = 'stretching'\nmodel = 'stvk'"),
     ("bending", "kind = 'bending'"),
@@ -38,6 +38,10 @@ const EFFECTS: [(&str, &str); 7] = [
     ("pressure", "kind = 'pressure'\nvalue = 0.1"),
     ("foundation", "kind = 'foundation'\nwhere = 'all'\nstiffness = 3.0"),
     ("volume", "kind = 'volume'\nstiffness = 5.0"),
+    ("spontaneous curvature", "kind = 'bending'\ncurvature = '0.1*x'"),
+    ("shell", "kind = 'bending'\nrest = 'mesh'"),
+    ("hinges", "kind = 'bending'\nmodel = 'hinge'"),
+    ("shell of hinges", "kind = 'bending'\nmodel = 'hinge'\nrest = 'mesh'"),
 ];
 
 const TOGETHER: [&[usize]; 7] =
@@ -76,6 +80,7 @@ impl Case {
             material: Some(&material),
             kinetics: None,
             measure: Measure::Concentration,
+            read: None,
         };
         let before = now();
         let mut terms = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example 03_known_answers`
 //!
-//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`) only
+//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`) only
 //! these.
 
 mod known_answers;
@@ -11,7 +11,7 @@ use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
     BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, growth, membranes, plates,
-    strips, sze,
+    shells, strips, sze,
 };
 
 /// Prints the tables.
@@ -35,6 +35,9 @@ fn main() -> Outcome<()> {
     }
     if wanted("cantilevers") {
         cantilever_tables()?;
+    }
+    if wanted("shells") {
+        shell_tables()?;
     }
     Ok(())
 }
@@ -178,6 +181,64 @@ fn cantilever_tables() -> Outcome<()> {
         runs.iter().map(|run| run.iter().map(|row| row.1).collect()).collect();
     for (which, name) in ["-U", "W"].iter().enumerate() {
         beside(name, &loads, &runs, which);
+    }
+    Ok(())
+}
+
+fn shell_tables() -> Outcome<()> {
+    let both = [shells::SHELL_MEYER, shells::SHELL_HINGE];
+    rolled_tables(&both)?;
+    println!("\n## R2: hemisphere with a hole");
+    for models in both {
+        let samples = over(&[32, 64, 128], |around| shells::hemisphere(around, &models))?;
+        table(&format!("displacement under forces of 2, linear, {}", models.name), &samples);
+    }
+    hemisphere_table(&shells::SHELL_MEYER)?;
+    println!("\n## R3: pinched cylinder");
+    for models in both {
+        let samples = over(&[64, 128, 192], |around| shells::pinched(around, &models))?;
+        table(&format!("w E h/P, {}", models.name), &samples);
+    }
+    println!("\n## R4: Zoelly's pressure");
+    for models in both {
+        for (irregular, mesh) in [(false, "icosphere"), (true, "irregular")] {
+            let samples = over(&[1000, 2500, 6000], |n| shells::zoelly(n, irregular, &models))?;
+            table(&format!("critical pressure, {}, {mesh}", models.name), &samples);
+        }
+    }
+    println!("\n## R5: point load on a cap");
+    for models in both {
+        let samples = over(&[500, 2000, 8000], |n| shells::point(n, &models))?;
+        table(&format!("stiffness, {}", models.name), &samples);
+    }
+    Ok(())
+}
+
+fn rolled_tables(both: &[known_answers::Models]) -> Outcome<()> {
+    println!("\n## R1: a strip rolled by spontaneous curvature");
+    let widths: [(f64, &[usize]); 3] = [(0.5, &[4, 8]), (1.5, &[6, 12, 24]), (4.0, &[8, 16, 24])];
+    for models in both {
+        for (width, rows) in widths {
+            let samples = over(rows, |rows| shells::rolled(width, rows, models))?;
+            table(&format!("curvature at a width of {width}, {}", models.name), &samples);
+        }
+    }
+    Ok(())
+}
+
+/// The hemisphere under large loads, reached in steps of 20.
+fn hemisphere_table(models: &known_answers::Models) -> Outcome<()> {
+    let forces: Vec<f64> = (1..=20).map(|k| 20.0 * f64::from(k)).collect();
+    let runs: Outcome<Vec<_>> =
+        [32, 64].iter().map(|n| shells::hemisphere_path(*n, &forces, models)).collect();
+    let runs = runs?;
+    println!("\n**displacements of A outwards and B inwards, {}**\n", models.name);
+    let heads: String = runs.iter().map(|run| format!(" A, {0} vertices | B |", run.0)).collect();
+    println!("| force |{heads}\n| ---: |{}", " ---: | ---: |".repeat(runs.len()));
+    for (k, force) in forces.iter().enumerate().filter(|(k, _)| *k == 0 || k % 5 == 4) {
+        let row: String =
+            runs.iter().map(|run| format!(" {:.3} | {:.3} |", run.1[k][0], run.1[k][1])).collect();
+        println!("| {force} |{row}");
     }
     Ok(())
 }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    Component, EffectContext, EffectSpec, Fibre, Growth, Material, Measure, Pins, Region,
+    EffectContext, EffectSpec, Fibre, Field, Growth, Material, Measure, Pins, Region,
 };
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
@@ -81,7 +81,7 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness };
     let free = vec![[false; 3]; vertices];
     let mut mechanics = mechanics(&sheet, &material, &[models.stretching, models.bending], free)?;
-    let radial = ["x", "y", "0"].map(|text| Component::Formula(text.into()));
+    let radial = ["x", "y", "0"].map(|text| Field::Formula(text.into()));
     let growth = Growth {
         factor: None,
         along: Some(factor.to_string()),
@@ -94,6 +94,7 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
         material: Some(&material),
         kinetics: None,
         measure: Measure::Concentration,
+        read: None,
     };
     let grown = growth.build(&context)?.growth.remove(0);
     mechanics.set_length_factor(&grown.at(&sheet, 0.0));

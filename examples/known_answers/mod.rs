@@ -8,6 +8,7 @@ pub mod loads;
 pub mod membranes;
 pub mod meshes;
 pub mod plates;
+pub mod shells;
 pub mod strips;
 pub mod sze;
 
@@ -106,7 +107,7 @@ pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<Energy
     let scene = Scene::parse(&text, "table", &[])?;
     let spec = scene.effects.into_iter().next().ok_or("no effect")?;
     let (kinetics, measure) = (None, Measure::Concentration);
-    let context = EffectContext { sheet, material: Some(material), kinetics, measure };
+    let context = EffectContext { sheet, material: Some(material), kinetics, measure, read: None };
     let term = spec.build(&context)?.energies.into_iter().next();
     term.ok_or_else(|| format!("this effect has no energy: {table}").into())
 }

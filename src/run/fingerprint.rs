@@ -31,7 +31,8 @@ impl MadeFrom {
         let mut files = Vec::new();
         let plugins = simulation.plugins().iter().map(|path| ("the plugin".to_owned(), &**path));
         // The mesh has a hash of its own, and the start is over.
-        let fields = scene.files().into_iter().filter(|(key, _)| key.contains(".parameters"));
+        let stay = |key: &str| key.contains(".parameters") || key.starts_with("effect[");
+        let fields = scene.files().into_iter().filter(|(key, _)| stay(key));
         for (what, path) in plugins.chain(fields) {
             let FileRecord { path, sha256 } = FileRecord::of(path)?;
             files.push([what, path.to_string_lossy().into_owned(), sha256]);

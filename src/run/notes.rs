@@ -145,8 +145,8 @@ fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
     }
 }
 
-/// Inspects a rest shape that is read from a file: bending is at rest where it is flat, so that a curved one is
-/// under stress from the start.
+/// Inspects a rest shape that is read from a file: where bending is at rest in another, as in the plane, it is under
+/// stress from the start.
 pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mut Vec<String>) {
     if !matches!(scene.sheet.source, SheetSource::File { .. }) {
         return;
@@ -160,8 +160,8 @@ pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mu
     if energy > ROUND_OFF * unit {
         notes.push(format!(
             "warning: the shape of sheet.file is not free of stress: bending has the energy {energy:.4e} at the \
-             start, because its rest state is flat (lengths are at rest as they are); without loads the sheet \
-             unbends"
+             start, because its rest shape is another (lengths are at rest as they are); without loads the sheet \
+             moves. With bending.rest = \"mesh\" it is at rest in that shape"
         ));
     }
 }

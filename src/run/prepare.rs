@@ -1,6 +1,7 @@
 //! Makes a scene ready to run.
 
 use std::cell::LazyCell;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::beginning::Beginning;
@@ -138,6 +139,7 @@ fn problem<'a>(scene: &'a Scene, sheet: &Arc<Sheet>, laws: Option<&Laws>) -> Res
         .policy(scene.time.policy)
         .drag(drag)
         .until(scene.time.span.until.get())
+        .reading(&read_shape)
         .solved_by(&*scene.time.integrator, &*scene.equilibrium))
 }
 
@@ -218,6 +220,12 @@ pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet
         }
         SheetSource::Generated(shape) => start::generated(scene, shape),
     }
+}
+
+/// A file of a mesh that an effect names.
+fn read_shape(file: &Path) -> std::result::Result<Sheet, String> {
+    let surface = sheet::read::surface(file).map_err(|e| e.to_string())?;
+    surface.into_sheet().map(|(sheet, _)| sheet).map_err(|e| e.to_string())
 }
 
 pub(crate) fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {

@@ -21,6 +21,10 @@ impl Scene {
         if let Some(file) = &self.time.span.from {
             files.push(("time.from".to_owned(), file.as_path()));
         }
+        for (k, effect) in self.effects.iter().enumerate() {
+            let of = effect.files().into_iter();
+            files.extend(of.map(|(key, file)| (format!("effect[{k}].{key}"), file)));
+        }
         for (k, kinetics) in self.kinetics.iter().enumerate() {
             let path = self.kinetics_path(k);
             for (name, parameter) in &kinetics.parameters {
@@ -45,6 +49,9 @@ impl Scene {
         }
         if let Some(file) = &mut self.time.span.from {
             place(file);
+        }
+        for effect in &mut self.effects {
+            effect.count_paths_from(folder);
         }
         for kinetics in &mut self.kinetics {
             for parameter in kinetics.parameters.values_mut() {

@@ -8,6 +8,7 @@ mod cantilevers;
 mod growth;
 mod membranes;
 mod plates;
+mod shells;
 mod strips;
 
 use known_answers::{Outcome, Sample};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, Component, Cotan, DirectedGrowth, EffectContext, EffectSpec, EnergyTerm, Fibre,
+    BondStretching, Cotan, DirectedGrowth, EffectContext, EffectSpec, EnergyTerm, Fibre, Field,
     GreenGauss, Measure, MeyerBending, StretchingModulus, StretchingWeight, StvkStretching,
     TransportTerm,
 };
@@ -190,8 +190,9 @@ fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
         material: Some(&MATERIAL),
         kinetics: Some((kinetics.descriptor(), Location::Vertex)),
         measure: Measure::Amount,
+        read: None,
     };
-    let fibre = Fibre([0.8, 0.5, 0.1].map(Component::Number));
+    let fibre = Fibre(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
     let direction = DirectedGrowth { fibre, across }.build(&context).unwrap().direction;
     let stvk = EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper));
     let signals = Signals::new(

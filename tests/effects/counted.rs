@@ -24,11 +24,18 @@ use rumple_numerics::linear::BlockMatrix;
 use crate::common::{Noise, allocated, prepare};
 
 /// What scenes list here: a name, the tables, and the meters that they bring.
-const PARTS: [(&str, &str, &[&str]); 16] = [
+const PARTS: [(&str, &str, &[&str]); 19] = [
     ("bonds", "kind = 'stretching'", &["effect stretching"]),
     ("stvk", "kind = 'stretching'\nmodel = 'stvk'", &["effect stretching"]),
     ("meyer", "kind = 'bending'", &["effect bending"]),
     ("hinges", "kind = 'bending'\nmodel = 'hinge'", &["effect bending"]),
+    ("shell", "kind = 'bending'\nrest = 'mesh'", &["effect bending"]),
+    ("curved", "kind = 'bending'\ncurvature = '0.1*x'", &["effect bending"]),
+    (
+        "shell of hinges",
+        "kind = 'bending'\nmodel = 'hinge'\nrest = 'mesh'\ncurvature = 0.1",
+        &["effect bending"],
+    ),
     ("pin", "kind = 'pin'\nwhere = { half-space = { normal = [0, 0, 1] } }\naxes = 'z'", &[]),
     ("load", "kind = 'load'\nwhere = 'all'\nforce = { per-area = [0.1, 0, 0] }", &["effect load"]),
     ("pressure", "kind = 'pressure'\nvalue = 0.1", &["effect pressure"]),
@@ -126,6 +133,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         material: Some(&material),
         kinetics: kinetics.as_ref().map(|k| (k.descriptor(), place)),
         measure: Measure::Concentration,
+        read: None,
     };
     let mut all = Effect::default();
     let mut pins = vec![[false; 3]; sheet.vertex_count()];

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, Component, EffectContext, EffectError, EffectSpec, EnergyTerm, Fibre, Growth,
+    BondStretching, EffectContext, EffectError, EffectSpec, EnergyTerm, Fibre, Field, Growth,
     LengthFactor, Measure, Region, StretchingModulus, StretchingWeight, StvkStretching,
 };
 use rumple::model::{Drag, Mechanics, Model, Potential, Storage};
@@ -14,8 +14,13 @@ use crate::common::{irregular, lattice};
 use crate::mechanics::MATERIAL;
 
 fn built(sheet: &Sheet, spec: &Growth) -> Result<LengthFactor, EffectError> {
-    let context =
-        EffectContext { sheet, material: None, kinetics: None, measure: Measure::Concentration };
+    let context = EffectContext {
+        sheet,
+        material: None,
+        kinetics: None,
+        measure: Measure::Concentration,
+        read: None,
+    };
     Ok(spec.build(&context)?.growth.remove(0))
 }
 
@@ -24,9 +29,7 @@ fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
 }
 
 fn fibre(components: [&str; 3]) -> Fibre {
-    Fibre(components.map(|text| {
-        text.parse().map_or_else(|_| Component::Formula(text.into()), Component::Number)
-    }))
+    Fibre(components.map(|text| Field::Formula(text.into())))
 }
 
 fn directed(along: Option<&str>, across: Option<&str>, components: [&str; 3]) -> Growth {

@@ -13,14 +13,27 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 25] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 33] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
     ("bending", "model = 'meyer'", false, [true, true, true]),
     ("bending", "model = 'meyer'\narea = 'barycentric'", false, [true, true, true]),
     ("bending", "model = 'meyer'\nweight = 'paper'", false, [true, true, true]),
+    ("bending", "rest = 'mesh'", true, [true, true, true]),
+    ("bending", "rest = 'mesh'", false, [true, true, true]),
+    ("bending", "curvature = 0.2", true, [true, true, false]),
+    ("bending", "curvature = 0.2", false, [true, true, false]),
+    (
+        "bending",
+        "rest = 'mesh'\ncurvature = '0.1*x'\narea = 'barycentric'",
+        true,
+        [true, true, false],
+    ),
     ("bending", "model = 'hinge'", false, [true, true, true]),
+    ("bending", "model = 'hinge'\nrest = 'mesh'", true, [true, true, true]),
+    ("bending", "model = 'hinge'\ncurvature = 0.2", false, [true, true, false]),
+    ("bending", "model = 'hinge'\nrest = 'mesh'\ncurvature = '0.1*x'", true, [true, true, false]),
     ("load", "where = 'all'\nforce = { per-area = [0.1, 0.2, -0.3] }", false, [false; 3]),
     (
         "load",

@@ -13,6 +13,7 @@ mod memory;
 mod methods;
 mod multigrid;
 mod relaxation;
+mod rest_shapes;
 mod stability;
 mod stalls;
 

@@ -15,6 +15,7 @@ mod notes;
 mod old_format;
 mod paraview;
 pub mod program;
+mod rest_shapes;
 mod resumed;
 mod self_intersection;
 mod stability;

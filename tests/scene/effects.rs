@@ -47,6 +47,8 @@ fn wrong(effect: &str, needle: &str, message: &str, help: &str) {
 fn every_model_and_load_is_accepted() {
     for effect in [
         "kind = \"bending\"\nmodel = \"hinge\"",
+        "kind = \"bending\"\nrest = \"mesh\"\ncurvature = 0.1",
+        "kind = \"bending\"\nmodel = \"hinge\"\ncurvature = \"0.1*x\"",
         "kind = \"stretching\"\nmodel = \"stvk\"\nmodulus = \"plate\"",
         "kind = \"pressure\"\nvalue = -2",
         "kind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 1] }",
@@ -155,4 +157,60 @@ fn misspelt_kinds_models_and_forces_are_answered_with_the_nearest() {
     assert_eq!(error.message(), "effect[1].value must be a finite number, not inf");
     let error = refusal("kind = \"pressure\"");
     assert_eq!(error.message(), "missing key value in effect[1]");
+}
+
+#[test]
+fn rest_shapes_are_refused_where_they_do_not_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |name: &str, sheet: &rumple::sheet::Sheet| {
+        let path = folder.path().join(name);
+        let mut file = std::fs::File::create(&path).unwrap();
+        rumple::sheet::write::mesh(sheet, rumple::sheet::write::MeshFormat::Obj, &mut file)
+            .unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let help = "a state is a file of the same mesh with other positions, as a frame of a run is";
+    let path = written("other.obj", &crate::common::lattice(3, 3));
+    let vertices = crate::common::lattice(3, 3).vertex_count();
+    let here = build("kind = \"bending\"").unwrap().sheet().vertex_count();
+    wrong(
+        &format!("kind = \"bending\"\nrest = {{ state = \"{path}\" }}"),
+        "{ state",
+        &format!("effect[1].rest: {path}: it has {vertices} vertices, and the sheet has {here}"),
+        help,
+    );
+    let Err(rumple::Error::Scene(error)) =
+        build("kind = \"bending\"\nrest = { state = \"missing.obj\" }")
+    else {
+        panic!("a file that does not exist")
+    };
+    assert!(error.message().contains("missing.obj"), "{}", error.message());
+    for key in ["rest = \"mesh\"", "curvature = 0.125"] {
+        let name = key.split(' ').next().unwrap();
+        wrong(
+            &format!("kind = \"bending\"\nweight = \"paper\"\n{key}"),
+            key.split("= ").nth(1).unwrap(),
+            &format!(
+                "effect[1].{name}: weight = \"paper\" is the sum as printed, of a sheet that rests in the plane"
+            ),
+            &format!("leave {name} out, or choose weight = \"area\""),
+        );
+    }
+    wrong(
+        "kind = \"bending\"\ncurvature = \"exp(1000 + x)\"",
+        "\"exp(",
+        &{
+            let x = build("kind = \"bending\"").unwrap().sheet().rest()[0];
+            format!("effect[1].curvature: it is inf at vertex 0 ({}, {}, {})", x.x, x.y, x.z)
+        },
+        "it must be a finite number at the rest position of every vertex",
+    );
+    for (text, needle) in [
+        ("kind = \"bending\"\nrest = \"plane\"", "\"plane\""),
+        ("kind = \"bending\"\ncurvature = true", "true"),
+    ] {
+        let text = format!("{HEAD}{text}\n");
+        let error = refused(&text, &[]);
+        assert_eq!(error.position(), Some(position(&text, needle)), "{}", error.message());
+    }
 }

@@ -6,7 +6,7 @@
 use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
 
-use super::EffectError;
+use super::{EffectError, Field};
 use crate::Vec3;
 use crate::kinetics::formula::FieldFormula;
 use crate::parallel;
@@ -15,19 +15,9 @@ use crate::sheet::{Edge, Sheet};
 /// The shortest projection, in units of the direction, that has a direction of its own.
 const SHORTEST: f64 = 1e-6;
 
-/// A direction as a scene gives it: three formulas of `x`, `y`, `z` (rest position).
+/// A direction as a scene gives it: three numbers or formulas of `x`, `y`, `z` (rest position).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Fibre(pub [Component; 3]);
-
-/// A component of a direction: a number, or a formula.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Component {
-    /// The same everywhere.
-    Number(f64),
-    /// A formula of `x`, `y` and `z`.
-    Formula(String),
-}
+pub struct Fibre(pub [Field; 3]);
 
 impl Fibre {
     /// The directions at `points`, of any length.
@@ -35,8 +25,8 @@ impl Fibre {
         let mut columns = Vec::with_capacity(3);
         for component in &self.0 {
             columns.push(match component {
-                Component::Number(value) => vec![*value; points.len()],
-                Component::Formula(text) => FieldFormula::new(text, false)
+                Field::Number(value) => vec![value.get(); points.len()],
+                Field::Formula(text) => FieldFormula::new(text, false)
                     .map_err(|e| EffectError { key: "fibre", message: e.message, help: e.help })?
                     .at(points, 0.0),
             });

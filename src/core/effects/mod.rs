@@ -13,6 +13,7 @@ mod directed;
 mod element;
 mod energy;
 mod fibre;
+mod field;
 mod foundation;
 mod green_gauss;
 mod growth;
@@ -27,14 +28,17 @@ mod stretching;
 mod transport;
 mod volume;
 
-pub use bending::{Bending, BendingModel, BendingWeight, HingeBending, MeyerBending};
+pub use bending::{
+    Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
+};
 pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
 pub use directed::{DirectedGrowth, Direction};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
-pub use fibre::{Component, Fibre};
+pub use fibre::Fibre;
+pub use field::Field;
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};
@@ -44,7 +48,8 @@ pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::{Factor, Ramp};
 pub use region::Region;
 pub use spec::{
-    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, kinds,
+    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, ReadSheet,
+    kinds,
 };
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,

@@ -1,5 +1,7 @@
 //! What a scene lists, what that is bound to, and what comes of it.
 
+use std::path::Path;
+
 use super::directed::Direction;
 use super::energy::{Energy, EnergyTerm};
 use super::growth::LengthFactor;
@@ -65,6 +67,14 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// The files that it reads, by their keys within its table.
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        Vec::new()
+    }
+
+    /// Makes their paths absolute: they count from `folder`.
+    fn count_paths_from(&mut self, _folder: &Path) {}
+
     /// Binds it to a sheet, a material and the species there are.
     ///
     /// # Errors
@@ -102,7 +112,12 @@ pub struct EffectContext<'a> {
     pub kinetics: Option<(&'a Descriptor, Location)>,
     /// Whether species are amounts per current or per rest area.
     pub measure: Measure,
+    /// Reads the mesh of a file, or says why it cannot; none where files are not read.
+    pub read: Option<&'a ReadSheet<'a>>,
 }
+
+/// A reader of meshes: the engine itself reads no files.
+pub type ReadSheet<'a> = dyn Fn(&Path) -> Result<Sheet, String> + Sync + 'a;
 
 impl<'a> EffectContext<'a> {
     /// The material.

@@ -130,7 +130,8 @@ pub fn examine_with(
     material: Option<&Material>,
     kinetics: Option<(&Descriptor, Location)>,
 ) -> Result<Report, KitError> {
-    let context = EffectContext { sheet, material, kinetics, measure: Measure::Concentration };
+    let measure = Measure::Concentration;
+    let context = EffectContext { sheet, material, kinetics, measure, read: None };
     let built = effect.build(&context)?;
     let mut report = Report {
         translation_invariant: true,

@@ -30,7 +30,7 @@ mod setup;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::effects::{Effect, EffectContext, EffectSpec, Material, Measure};
+use crate::effects::{Effect, EffectContext, EffectSpec, Material, Measure, ReadSheet};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
@@ -114,6 +114,7 @@ pub struct Problem<'a> {
     until: f64,
     integrator: Given<'a, dyn IntegratorSpec>,
     equilibrium: Given<'a, dyn EquilibriumSpec>,
+    read: Option<&'a ReadSheet<'a>>,
 }
 
 impl<'a> Problem<'a> {
@@ -130,6 +131,7 @@ impl<'a> Problem<'a> {
             until: 1.0,
             integrator: Given::Own(Box::new(StaggeredSpec::default())),
             equilibrium: Given::Own(Box::new(LbfgsSpec::default())),
+            read: None,
         }
     }
 
@@ -194,6 +196,12 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn equilibrium(self, method: impl EquilibriumSpec + 'static) -> Self {
         Self { equilibrium: Given::Own(Box::new(method)), ..self }
+    }
+
+    /// How effects read meshes from files, for those that name one.
+    #[must_use]
+    pub fn reading(self, read: &'a ReadSheet<'a>) -> Self {
+        Self { read: Some(read), ..self }
     }
 
     /// Both as a scene has them.

@@ -108,6 +108,7 @@ impl Problem<'_> {
             material: self.material.as_ref(),
             kinetics: law.map(|law| (law.kinetics.descriptor(), law.location())),
             measure: law.map(|law| law.measure).unwrap_or_default(),
+            read: self.read,
         };
         let mut all = Bound::default();
         all.mechanics.planar = self.planar;

@@ -1,13 +1,20 @@
 //! Bending energy of the angles between neighbouring triangles, in the tangent form.
 //!
 //! ```text
-//! U_b = (B/2) Σ_{interior edges} l̄²/(Ā₁+Ā₂) ψ²,   ψ = 2 tan(θ/2),   B = E h³/(12(1-ν²))
+//! U_b = (B/2) Σ_{interior edges} l̄²/(Ā₁+Ā₂) (ψ - ψ⁰)²,   ψ = 2 tan(θ/2),   B = E h³/(12(1-ν²))
+//! ψ⁰ = ψ(rest shape) + C₀ (Ā₁+Ā₂)/l̄
 //! ```
 //!
 //! θ is the angle by which the normal turns across the edge (0 where flat, positive on a ridge
 //! seen from the side of the normals), l̄ the optimal length of the edge, Ā₁ and Ā₂ the optimal
 //! areas of its triangles ([`RestMetric::weight_area`]). ψ = θ + O(θ³) and grows without bound
 //! towards a closed fold, so triangles do not pass through one another at an edge.
+//!
+//! **Rest angles.** ψ⁰ = 0 for a flat rest shape ([`Flat`]). A curved one gives the angles of its own edges,
+//! which uniform growth keeps: the sheet then rests as the same shape, enlarged. The spontaneous curvature C₀
+//! (1/length, the mean of its values at the ends of the edge) enters the energy linearly as
+//! `-B C₀ Σ l̄ ψ`, and `Σ l θ` is Steiner's `∫ 2H dA` on every mesh: so C₀ is that of Helfrich's `(2H - C₀)²`,
+//! H > 0 on a bump towards the normals.
 //!
 //! **Calibration.** On an equilateral lattice with smooth curvatures an edge sees
 //! `θ = (√3/2) l (κ_nn - κ_tt/3)`, n across and t along it. The sum over the three directions is
@@ -34,14 +41,16 @@
 //! ∂θ = b m (at 0), a m (at 1), -l m (at 2),   a = (x₂ - x₀)·e/l,   b = (x₁ - x₂)·e/l
 //! ```
 //!
-//! plus the same of the other triangle (1, 0, 3). With c = 1 + ψ²/4: `∂U = kψc ∂θ`,
-//! `∂²U = k(c² + ψ²c/2) ∂θ ⊗ ∂θ + kψc ∂²θ`; the first term is the positive part.
+//! plus the same of the other triangle (1, 0, 3). With c = 1 + ψ²/4 and δ = ψ - ψ⁰: `∂U = kδc ∂θ`,
+//! `∂²U = k(c² + δψc/2) ∂θ ⊗ ∂θ + kδc ∂²θ`; the first term, with δψ where that is positive, is the positive
+//! part.
 //!
 //! Source: Grinspun, Hirani, Desbrun & Schröder, "Discrete shells" (2003),
 //! doi:10.2312/SCA03/062-067; moduli of the lattice after Seung & Nelson,
-//! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005. Not covered: rest angles other than
-//! 0, spontaneous curvature.
+//! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005; ∫ 2H dA of a polyhedron after Steiner, e.g.
+//! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
+use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::{Coupling, Energy, HessianPart, Material};
@@ -54,9 +63,11 @@ use crate::sheet::{Edge, Incidence, Sheet};
 /// One hinge: corners 0 and 1 are the ends of the edge, 2 is opposite in the triangle in which the
 /// edge runs from 0 to 1, 3 in the other.
 #[derive(Debug, Clone, Copy, Default)]
-struct Hinge {
+struct Hinge<R> {
     /// `k = B l̄²/(Ā₁+Ā₂)`, energy.
     stiffness: f64,
+    /// ψ⁰.
+    rest: R,
 }
 
 /// What one triangle contributes to ∂θ, by (start, end, opposite).
@@ -115,7 +126,7 @@ impl Wing {
     }
 }
 
-impl Hinge {
+impl Hinge<Flat> {
     /// Corners of the hinge that belong to the two wings.
     const WINGS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
 
@@ -179,22 +190,33 @@ pub(super) fn hinges(sheet: &Sheet) -> impl Iterator<Item = (u32, [u32; 4])> + '
     })
 }
 
-impl Element<4> for Hinge {
+/// ψ of the hinge with the given corners.
+pub(super) fn angle(x: &[Vec3; 4]) -> f64 {
+    Hinge::state(x).1
+}
+
+impl<R: RestAngle> Element<4> for Hinge<R> {
     fn gradient(&self, x: &[Vec3; 4]) -> (f64, [Vec3; 4]) {
-        let (wings, psi) = Self::state(x);
-        let moment = self.stiffness * psi * (1.0 + 0.25 * psi * psi);
-        let pull = Self::angle_gradient(&wings).map(|g| moment * g);
-        (0.5 * self.stiffness * psi * psi, pull)
+        let (wings, psi) = Hinge::state(x);
+        let off = self.rest.deviation(psi);
+        let moment = self.stiffness * off * (1.0 + 0.25 * psi * psi);
+        let pull = Hinge::angle_gradient(&wings).map(|g| moment * g);
+        (0.5 * self.stiffness * off * off, pull)
     }
 
     fn hessian(&self, x: &[Vec3; 4], part: HessianPart) -> [[Block; 4]; 4] {
-        let (wings, psi) = Self::state(x);
+        let (wings, psi) = Hinge::state(x);
+        let off = self.rest.deviation(psi);
         let c = 1.0 + 0.25 * psi * psi;
-        let tangent = self.stiffness * c * (c + 0.5 * psi * psi);
-        let mut blocks = Self::by_angle(&wings, tangent);
+        let mut bent = 0.5 * off * psi;
+        if R::CURVED && part == HessianPart::Positive {
+            bent = bent.max(0.0);
+        }
+        let tangent = self.stiffness * c * (c + bent);
+        let mut blocks = Hinge::by_angle(&wings, tangent);
         if part == HessianPart::Full {
-            let moment = self.stiffness * psi * c;
-            for (wing, places) in wings.iter().zip(Self::WINGS) {
+            let moment = self.stiffness * off * c;
+            for (wing, places) in wings.iter().zip(Hinge::WINGS) {
                 let inner = wing.hessian();
                 for (j, row) in places.into_iter().zip(&inner) {
                     for (k, block) in places.into_iter().zip(row) {
@@ -207,40 +229,68 @@ impl Element<4> for Hinge {
     }
 }
 
-/// Hinge bending of one sheet.
+/// Hinge bending of one sheet; R is [`Flat`] or [`Curved`].
 #[derive(Debug)]
-pub struct HingeBending {
+pub struct HingeBending<R: RestAngle = Flat> {
     rigidity: f64,
     /// Numbers of the interior edges.
     edge: Vec<u32>,
     corners: Vec<[u32; 4]>,
     incident: Incidence,
+    rest: R::Of,
 }
 
 /// Memory of evaluations.
 #[derive(Debug, Default)]
-pub struct HingeWork {
-    hinge: Vec<Hinge>,
+pub struct HingeWork<R> {
+    hinge: Vec<Hinge<R>>,
     pull: Vec<[Vec3; 4]>,
     places: LazyStencils,
 }
 
 impl HingeBending {
-    /// For `sheet` of the given material.
+    /// For `sheet` of the given material, at rest where it is flat.
     #[must_use]
     pub fn new(sheet: &Sheet, material: &Material) -> Self {
+        Self::of(sheet, material.bending_rigidity(), |_| ())
+    }
+}
+
+impl HingeBending<Curved> {
+    /// For `sheet` of the given material, with the rest shape `rest`.
+    #[must_use]
+    pub fn with_rest(sheet: &Sheet, material: &Material, rest: &RestShape) -> Self {
+        Self::with_rigidity(sheet, material.bending_rigidity(), rest)
+    }
+
+    /// For `sheet` of the given bending rigidity, with the rest shape `rest`.
+    pub(super) fn with_rigidity(sheet: &Sheet, rigidity: f64, rest: &RestShape) -> Self {
+        Self::of(sheet, rigidity, |corners| rest.at_hinges(corners))
+    }
+}
+
+impl<R: RestAngle> HingeBending<R> {
+    fn of(sheet: &Sheet, rigidity: f64, rest: impl FnOnce(&[[u32; 4]]) -> R::Of) -> Self {
         let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinges(sheet).unzip();
         let triples = corners
             .iter()
             .enumerate()
             .flat_map(|(h, corner)| (0u32..4).map(move |k| (corner[k as usize], index(h), k)));
         let incident = Incidence::new(sheet.vertex_count(), triples);
-        Self { rigidity: material.bending_rigidity(), edge, corners, incident }
+        let rest = rest(&corners);
+        Self { rigidity, edge, corners, incident, rest }
+    }
+
+    /// `B C₀ ∂ψ` of hinge `h`.
+    fn by_spontaneous(&self, h: usize, x: &[Vec3; 4]) -> [Vec3; 4] {
+        let (wings, psi) = Hinge::state(x);
+        let moment = self.rigidity * R::spontaneous(&self.rest, h) * (1.0 + 0.25 * psi * psi);
+        Hinge::angle_gradient(&wings).map(|g| moment * g)
     }
 }
 
-impl Energy for HingeBending {
-    type Work = HingeWork;
+impl<R: RestAngle> Energy for HingeBending<R> {
+    type Work = HingeWork<R>;
 
     fn name(&self) -> &'static str {
         "bending"
@@ -253,12 +303,13 @@ impl Energy for HingeBending {
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
-        let (edge, rigidity) = (&self.edge, self.rigidity);
+        let Self { edge, rigidity, rest, .. } = self;
         work.hinge.resize(edge.len(), Hinge::default());
         parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
-            Hinge { stiffness: rigidity * length[e] * length[e] / (first + second) }
+            let stiffness = rigidity * length[e] * length[e] / (first + second);
+            Hinge { stiffness, rest: R::at(rest, h, length[e], first + second) }
         });
     }
 
@@ -284,19 +335,28 @@ impl Energy for HingeBending {
             let e = self.edge[h] as usize;
             let corners = corners.map(|v| v as usize);
             let (_, pull) = work.hinge[h].gradient(&corners.map(|v| shape.x[v]));
-            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2).
-            let mut by = |f: usize, slope: f64| {
+            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2) …
+            let mut by = |f: usize, slope: f64, pull: &[Vec3; 4]| {
                 for (v, pull) in corners.into_iter().zip(pull) {
                     emit(v, f, slope * pull);
                 }
             };
-            by(e, 2.0 / metric.length()[e]);
+            let length = metric.length()[e];
+            by(e, 2.0 / length, &pull);
+            // … but for -B C₀ l̄ ψ, which knows no areas.
+            let bent = R::CURVED.then(|| self.by_spontaneous(h, &corners.map(|v| shape.x[v])));
+            if let Some(bent) = &bent {
+                by(e, 1.0, bent);
+            }
             let sides = sheet.edges()[e].triangles.map(|t| t as usize);
             let area: f64 = sides.iter().map(|&t| metric.weight_area()[t]).sum();
             for t in sides {
                 let slopes = metric.weight_area_gradient(sheet, t);
                 for (f, slope) in sheet.triangle_edges()[t].into_iter().zip(slopes) {
-                    by(f as usize, -slope / area);
+                    by(f as usize, -slope / area, &pull);
+                    if let Some(bent) = &bent {
+                        by(f as usize, -slope * length / area, bent);
+                    }
                 }
             }
         }

@@ -23,19 +23,23 @@
 //! obtuse triangles are nothing special.
 //!
 //! Boundary vertices carry no bending energy. Source: Zakharov & Dasbiswas (2021), eq. for U_b; Meyer
-//! et al. (2003), doi:10.1007/978-3-662-05105-4_2. Not covered: spontaneous curvature.
+//! et al. (2003), doi:10.1007/978-3-662-05105-4_2. Rest shapes that are not flat and spontaneous curvature are in
+//! the file `curved.rs`.
 
+mod curved;
 mod hessian;
 mod kernels;
 
 use std::f64::consts::PI;
 
+use curved::{CurvedRest, CurvedWork};
+use hessian::curved::CurvedAt;
 use kernels::{Gather, Gradient};
 
-use super::BendingWeight;
+use super::{BendingWeight, RestShape};
 use crate::Vec3;
 use crate::effects::{Coupling, Energy, HessianPart, Material};
-use crate::geometry::{AreaRule, Shape, VertexArea, angle_at};
+use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
 use crate::parallel;
@@ -63,6 +67,8 @@ pub struct MeyerBending {
     weight: BendingWeight,
     area: VertexArea,
     has_boundary: bool,
+    /// What it is at rest in, if that is not the plane.
+    curved: Option<Box<CurvedRest>>,
 }
 
 /// Memory of evaluations.
@@ -72,6 +78,7 @@ pub struct MeyerWork {
     gathered: Vec<[f64; 5]>,
     vertex: Vec<VertexDerivatives>,
     places: hessian::Places,
+    curved: Option<Box<CurvedWork>>,
 }
 
 impl MeyerBending {
@@ -85,7 +92,16 @@ impl MeyerBending {
             weight,
             area: VertexArea::new(sheet, area),
             has_boundary: sheet.boundary().contains(&true),
+            curved: None,
         }
+    }
+
+    /// The same with the rest shape `rest`, weighted by areas.
+    #[must_use]
+    pub fn with_rest(sheet: &Sheet, material: &Material, area: AreaRule, rest: &RestShape) -> Self {
+        let flat = Self::new(sheet, material, BendingWeight::Area, area);
+        let curved = CurvedRest::new(&flat, sheet, material.poisson, rest);
+        Self { curved: Some(Box::new(curved)), ..flat }
     }
 
     /// Fills [`MeyerWork::gathered`] at the shape.
@@ -105,6 +121,14 @@ impl MeyerBending {
             };
             patches.accumulate::<1, _>(&kernel, gathered, write);
         }
+    }
+
+    /// `B(1-ν) 2πχ`.
+    fn gauss_bonnet(&self, sheet: &Sheet) -> f64 {
+        let euler = sheet.euler_characteristic();
+        let sign = if euler < 0 { -1.0 } else { 1.0 };
+        let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(sign);
+        self.gaussian * 2.0 * PI * turns
     }
 
     /// Energy of vertex `i` and its derivatives, from what it has gathered.
@@ -169,35 +193,47 @@ impl Energy for MeyerBending {
         Coupling::TWO_RINGS
     }
 
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
+        if let Some(curved) = &self.curved {
+            curved.prepare(self, conditions, work);
+        }
+    }
+
+    fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if let Some(curved) = &self.curved {
+            curved.metric_derivatives(self, shape, work, emit);
+        }
+    }
+
     fn evaluate(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
+        if let Some(curved) = &self.curved {
+            return curved.evaluate(self, shape, work, gradient);
+        }
         let MeyerWork { gathered, vertex, .. } = work;
         self.gather(shape, gathered);
         vertex.resize(shape.x.len(), VertexDerivatives::default());
         let mut energy = parallel::fill_and_sum(vertex, |i| self.at_vertex(shape, gathered, i));
         if self.weight == BendingWeight::Area {
-            let euler = shape.sheet.euler_characteristic();
-            let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(if euler < 0 {
-                -1.0
-            } else {
-                1.0
-            });
-            energy -= self.gaussian * 2.0 * PI * turns;
+            energy -= self.gauss_bonnet(shape.sheet);
         }
         if let Some(gradient) = gradient {
-            let patches = shape.sheet.triangle_patches();
-            let write =
-                |g: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *g += Vec3::new(*x, *y, *z);
+            let (by_normal, shape): (&[Vec3], _) = (&[], *shape);
             if self.weight == BendingWeight::Paper || self.has_boundary {
-                let kernel = Gradient::<true> { bending: self, vertex, shape: *shape };
-                patches.accumulate(&kernel, gradient, write);
+                Gradient::<true, false> { bending: self, vertex, by_normal, shape }
+                    .add_to(gradient);
             } else {
-                let kernel = Gradient::<false> { bending: self, vertex, shape: *shape };
-                patches.accumulate(&kernel, gradient, write);
+                Gradient::<false, false> { bending: self, vertex, by_normal, shape }
+                    .add_to(gradient);
             }
         }
         energy
@@ -210,12 +246,25 @@ impl Energy for MeyerBending {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        let MeyerWork { gathered, vertex, places } = work;
-        self.gather(shape, gathered);
-        vertex.resize(shape.x.len(), VertexDerivatives::default());
-        if part == HessianPart::Full {
-            parallel::fill(vertex, |i| self.at_vertex(shape, gathered, i).0);
+        if let Some(curved) = &self.curved {
+            curved.fill(self, shape, work);
+        } else {
+            let MeyerWork { gathered, vertex, .. } = work;
+            self.gather(shape, gathered);
+            vertex.resize(shape.x.len(), VertexDerivatives::default());
+            if part == HessianPart::Full {
+                parallel::fill(vertex, |i| self.at_vertex(shape, gathered, i).0);
+            }
         }
-        hessian::add(&hessian::At { bending: self, gathered, vertex }, places, shape, part, into);
+        let MeyerWork { gathered, vertex, places, curved } = work;
+        let at = self.curved.as_deref().zip(curved.as_deref());
+        let at = at.map(|(rest, work)| CurvedAt { rest, work });
+        let at = hessian::At { bending: self, gathered, vertex, curved: at };
+        hessian::add(&at, places, shape, part, into);
+        if let (Some(rest), Some(curved)) = (&self.curved, curved)
+            && let Some(hinges) = rest.hinges()
+        {
+            hinges.add_hessian(shape, &mut curved.hinge, part, into);
+        }
     }
 }

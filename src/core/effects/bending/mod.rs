@@ -2,12 +2,17 @@
 
 mod hinge;
 mod meyer;
+mod rest;
 
 pub use hinge::HingeBending;
 pub use meyer::MeyerBending;
+pub use rest::{Rest, RestShape};
+
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::field::Field;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced};
 use crate::geometry::AreaRule;
 
@@ -21,6 +26,10 @@ pub struct Bending {
     pub weight: BendingWeight,
     /// The area of a vertex, here and in the signals; only `model = "meyer"` has it.
     pub area: AreaRule,
+    /// The shape in which it is at rest.
+    pub rest: Rest,
+    /// The spontaneous curvature C₀, 1/length.
+    pub curvature: Option<Field>,
     #[serde(skip)]
     misplaced: Option<&'static str>,
 }
@@ -35,6 +44,14 @@ struct Given {
     weight: Option<BendingWeight>,
     #[serde(skip_serializing_if = "Option::is_none")]
     area: Option<AreaRule>,
+    #[serde(default, skip_serializing_if = "is_flat")]
+    rest: Rest,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curvature: Option<Field>,
+}
+
+fn is_flat(rest: &Rest) -> bool {
+    *rest == Rest::Flat
 }
 
 impl From<Given> for Bending {
@@ -49,6 +66,8 @@ impl From<Given> for Bending {
             model: given.model,
             weight: given.weight.unwrap_or_default(),
             area: given.area.unwrap_or_default(),
+            rest: given.rest,
+            curvature: given.curvature,
             misplaced,
         }
     }
@@ -57,7 +76,13 @@ impl From<Given> for Bending {
 impl From<Bending> for Given {
     fn from(it: Bending) -> Self {
         let meyer = it.model == BendingModel::Meyer;
-        Self { model: it.model, weight: meyer.then_some(it.weight), area: meyer.then_some(it.area) }
+        Self {
+            model: it.model,
+            weight: meyer.then_some(it.weight),
+            area: meyer.then_some(it.area),
+            rest: it.rest,
+            curvature: it.curvature,
+        }
     }
 }
 
@@ -71,6 +96,19 @@ impl EffectSpec for Bending {
         (self.model == BendingModel::Meyer).then_some(self.area)
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        match &self.rest {
+            Rest::State(file) => vec![("rest.state", file)],
+            Rest::Flat | Rest::Mesh => Vec::new(),
+        }
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        if let Rest::State(file) = &mut self.rest {
+            *file = folder.join(&*file);
+        }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         if let Some(key) = self.misplaced {
             return Err(misplaced(
@@ -81,11 +119,29 @@ impl EffectSpec for Bending {
             ));
         }
         let (sheet, material) = (context.sheet, context.material()?);
-        Ok(match self.model {
-            BendingModel::Meyer => {
+        if self.weight == BendingWeight::Paper {
+            let curved =
+                [(self.rest != Rest::Flat, "rest"), (self.curvature.is_some(), "curvature")];
+            if let Some((_, key)) = curved.into_iter().find(|(given, _)| *given) {
+                return Err(EffectError {
+                    key,
+                    message: "weight = \"paper\" is the sum as printed, of a sheet that rests in the plane".into(),
+                    help: Some(format!("leave {key} out, or choose weight = \"area\"")),
+                });
+            }
+        }
+        let rest = RestShape::read(&self.rest, self.curvature.as_ref(), context)?;
+        Ok(match (self.model, rest) {
+            (BendingModel::Meyer, None) => {
                 Effect::energy(MeyerBending::new(sheet, material, self.weight, self.area))
             }
-            BendingModel::Hinge => Effect::energy(HingeBending::new(sheet, material)),
+            (BendingModel::Meyer, Some(rest)) => {
+                Effect::energy(MeyerBending::with_rest(sheet, material, self.area, &rest))
+            }
+            (BendingModel::Hinge, None) => Effect::energy(HingeBending::new(sheet, material)),
+            (BendingModel::Hinge, Some(rest)) => {
+                Effect::energy(HingeBending::with_rest(sheet, material, &rest))
+            }
         })
     }
 }

@@ -28,6 +28,7 @@
 //! derivatives of the area fractions are left out.
 
 mod boundary;
+pub(super) mod curved;
 mod rings;
 mod triangles;
 
@@ -39,6 +40,7 @@ use crate::num::index;
 use crate::sheet::Sheet;
 
 use boundary::Boundary;
+use curved::CurvedAt;
 use rings::Outer;
 use triangles::Inner;
 
@@ -84,7 +86,7 @@ impl Local {
 }
 
 /// A vertex and its neighbours, ascending; none on the boundary, where there is no outer part.
-fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
+pub(super) fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
     vertices.clear();
     if !sheet.boundary()[i] {
         vertices.push(index(i));
@@ -101,6 +103,15 @@ pub(super) struct At<'a> {
     pub gathered: &'a [[f64; 5]],
     /// Derivatives by it, for the whole Hessian.
     pub vertex: &'a [VertexDerivatives],
+    /// A rest shape that is not flat, or a spontaneous curvature.
+    pub curved: Option<CurvedAt<'a>>,
+}
+
+impl At<'_> {
+    /// Whether the vertices are unbent elsewhere than in the plane, and hinges take the place of the Gaussian part.
+    fn is_shaped(&self) -> bool {
+        self.curved.is_some_and(|curved| curved.rest.hinges().is_some())
+    }
 }
 
 /// Adds the wanted part of the Hessian; `places` belong to the sheet.
@@ -133,8 +144,22 @@ pub(super) fn add(
             })
         })
     });
-    Stencils::assemble_wide(into, (rings, &outer), triangles.map(|places| (places, &inner)));
-    if part == HessianPart::Positive && bending.has_boundary {
+    match (at.is_shaped(), triangles) {
+        (false, triangles) => {
+            let triangles = triangles.map(|places| (places, &inner));
+            Stencils::assemble_wide(into, (rings, &outer), triangles);
+        }
+        (true, Some(places)) => {
+            Stencils::assemble_wide(into, (places, &inner), None::<(&Stencils, &Inner<'_>)>);
+        }
+        (true, None) => {}
+    }
+    if let Some(curved) = at.curved
+        && (full || at.is_shaped())
+    {
+        curved::add(at, curved, (shape, full), rings, into);
+    }
+    if part == HessianPart::Positive && bending.has_boundary && !at.is_shaped() {
         let boundary = places.boundary.get_or_insert_with(|| Boundary::new(sheet));
         boundary.add(bending.gaussian, bending.weight, shape, into);
     }

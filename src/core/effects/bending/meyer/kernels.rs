@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{MeyerBending, VertexDerivatives};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Shape};
-use crate::parallel::patches::{Corners, Group, Kernel};
+use crate::parallel::patches::{Corners, Group, Kernel, Quad};
 use crate::parallel::simd::{LANES, Lanes, Lanes3, Simd, angle};
 
 /// Four triangles: edges `e_k` opposite corner k, unit normals, twice the areas.
@@ -156,14 +156,41 @@ impl Kernel<3, 2> for Gather<'_> {
     }
 }
 
-/// The gradient that a vertex gathers; ANGLES if triangles may have derivatives by angles.
-pub(super) struct Gradient<'a, const ANGLES: bool> {
+/// The area vectors of triangles, for the sums around every vertex.
+pub(super) struct Normals<'a> {
+    pub x: &'a [Vec3],
+}
+
+impl Kernel<3, 1> for Normals<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
+        let [va, vb, vc] = group.vertex;
+        let a = Lanes3::gather(simd, self.x, va);
+        let (b, c) = (Lanes3::gather(simd, self.x, vb) - a, Lanes3::gather(simd, self.x, vc) - a);
+        let zero = simd.splat(0.0);
+        let vector = b.cross(c).scale(simd.splat(0.5)).with(zero);
+        (zero, [[vector], [vector], [vector]])
+    }
+}
+
+/// The gradient that a vertex gathers; ANGLES if triangles may have derivatives by angles, NORMALS if
+/// vertices have derivatives by their area vectors.
+pub(super) struct Gradient<'a, const ANGLES: bool, const NORMALS: bool> {
     pub bending: &'a MeyerBending,
     pub vertex: &'a [VertexDerivatives],
+    /// `∂U/∂N_i`; empty without NORMALS.
+    pub by_normal: &'a [Vec3],
     pub shape: Shape<'a>,
 }
 
-impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
+impl<const ANGLES: bool, const NORMALS: bool> Gradient<'_, ANGLES, NORMALS> {
+    pub(super) fn add_to(&self, gradient: &mut [Vec3]) {
+        let write = |g: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *g += Vec3::new(*x, *y, *z);
+        self.shape.sheet.triangle_patches().accumulate(self, gradient, write);
+    }
+}
+
+impl<const ANGLES: bool, const NORMALS: bool> Kernel<3, 1> for Gradient<'_, ANGLES, NORMALS> {
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let Triangles { edge: e, normal: n, double_area } =
@@ -184,7 +211,10 @@ impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
             let share = by_area[0] * a + by_area[1] * b + by_area[2] * c;
             along = along + simd.splat(0.5) * share;
         }
-        let q = v.scale(one / double_area) + n.scale(along);
+        let mut q = v.scale(one / double_area) + n.scale(along);
+        if NORMALS {
+            q = q + corner_sum(simd, self.by_normal, vertex).scale(simd.splat(0.5));
+        }
         if ANGLES && has_angles(at, vertex) {
             // The derivatives by angles, Σ_k w_k ∂θ_k/∂x, have the form of those by vectors.
             let turn = turns(simd, at, vertex, &e);
@@ -203,6 +233,16 @@ impl<const ANGLES: bool> Kernel<3, 1> for Gradient<'_, ANGLES> {
         let [a, b, c] = out;
         (zero, [[a], [b], [c]])
     }
+}
+
+/// The sums of `from` over the corners of four triangles.
+#[inline(always)]
+pub(super) fn corner_sum<S: Simd>(
+    simd: S,
+    from: &[Vec3],
+    [a, b, c]: &[[u32; LANES]; 3],
+) -> Lanes3<S::Lanes> {
+    Lanes3::gather(simd, from, *a) + Lanes3::gather(simd, from, *b) + Lanes3::gather(simd, from, *c)
 }
 
 /// `∂U/∂L_i` and `∂U/∂A_i` of four vertices.
@@ -250,9 +290,9 @@ pub(super) fn turns<S: Simd>(
 
 /// Adds the derivative of mixed-Voronoi areas, one triangle after the other.
 #[inline(always)]
-fn add_area_gradient<S: Simd, const ANGLES: bool>(
+fn add_area_gradient<S: Simd, const ANGLES: bool, const NORMALS: bool>(
     simd: S,
-    kernel: &Gradient<'_, ANGLES>,
+    kernel: &Gradient<'_, ANGLES, NORMALS>,
     group: &Group<3>,
     out: &mut [[S::Lanes; 4]; 3],
 ) {

@@ -1,6 +1,6 @@
 //! The inner part of the second derivatives, four triangles at a time.
 
-use super::super::kernels::{Triangles, derivatives, has_angles, turns};
+use super::super::kernels::{Triangles, corner_sum, derivatives, has_angles, turns};
 use super::At;
 use crate::geometry::Shape;
 use crate::linear::{Elements, Rows, pack};
@@ -66,7 +66,11 @@ impl Inner<'_> {
         let by_area = simd.splat(0.5) * simd.load(self.area_factors(element));
         let along = n.dot(v);
         let w = (v - n.scale(along)).scale(inverse);
-        let q = w + n.scale(by_area);
+        let mut q = w + n.scale(by_area);
+        if let Some(curved) = &self.at.curved {
+            let sum = corner_sum(simd, &curved.work.by_normal, &vertex);
+            q = q + sum.scale(simd.load(self.half_turned(element, &vertex)));
+        }
         let slope = by_area - along * inverse;
         // Columns of ∂n/∂x_m = P [e_m]×/2A and of ∂Q/∂x_m, for m = 1 and 2; those of all three
         // corners add up to nothing. 2A grows by (n × e_m)·δ, and P [a]× = [a]× - n (n × a)ᵀ.
@@ -123,6 +127,21 @@ impl Inner<'_> {
         // Moving the triangle as a whole changes no force.
         let [ba, ca, cb] = [transposed(ab), transposed(ac), transposed(bc)];
         [ab, ac, bc, minus_sum(ab, ac), minus_sum(ba, bc), minus_sum(ca, cb)]
+    }
+
+    /// ½ for triangles whose corners in ascending order go round as they do in the sheet, else -½: derivatives by area
+    /// vectors change sign with these.
+    #[inline(always)]
+    fn half_turned(&self, element: [u32; LANES], vertex: &[[u32; LANES]; 3]) -> [f64; LANES] {
+        let mut half = [0.5; LANES];
+        for lane in 0..LANES {
+            let [a, b, c] = self.shape.sheet.triangles()[element[lane] as usize];
+            let pair = [vertex[0][lane], vertex[1][lane]];
+            if ![[a, b], [b, c], [c, a]].contains(&pair) {
+                half[lane] = -0.5;
+            }
+        }
+        half
     }
 
     /// `Σ_k f_k ∂U/∂A_k` with f the shares of the corners.

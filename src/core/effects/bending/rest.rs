@@ -1,0 +1,217 @@
+//! Rest shapes of bending: where a sheet is unbent, if that is not the plane.
+//!
+//! ```text
+//! rest = "flat"                  unbent in the plane (default)
+//! rest = "mesh"                  in the rest positions of the sheet
+//! rest = { state = "FILE" }      in the positions of another file of the same mesh
+//! curvature = C₀                 and spontaneously curved from there on, 1/length: a number, or a formula
+//!                                of the rest position
+//! ```
+//!
+//! C₀ is that of Helfrich's `(B/2) (2H - C₀)²`, with H > 0 on a bump towards the normals (triangles are
+//! counter-clockwise seen from there). A free strip without Gaussian curvature rolls to the radius 1/C₀; where the
+//! curvature across is free too, the sheet becomes a piece of a sphere of the radius (1+ν)/C₀. A sheet whose
+//! curvatures are c in both directions if it is cut into small pieces has `C₀ = (1+ν) c`.
+//!
+//! Lengths are at rest as the mesh has them, whatever the rest shape of bending is.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::hinge;
+use crate::Vec3;
+use crate::effects::field::Field;
+use crate::effects::{EffectContext, EffectError};
+use crate::sheet::Sheet;
+
+/// The shape in which bending is at rest, as a scene gives it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rest {
+    /// The plane.
+    #[default]
+    Flat,
+    /// The rest positions of the sheet.
+    Mesh,
+    /// The positions of a file of the same mesh.
+    State(PathBuf),
+}
+
+/// A rest shape that is not flat, on a sheet.
+#[derive(Debug, Clone, Default)]
+pub struct RestShape {
+    /// Positions of all vertices; none for the plane.
+    pub(super) positions: Option<Vec<Vec3>>,
+    /// C₀ of all vertices, 1/length; none for 0.
+    pub(super) spontaneous: Option<Vec<f64>>,
+}
+
+impl RestShape {
+    /// Unbent at these positions of the vertices.
+    #[must_use]
+    pub fn at(positions: &[Vec3]) -> Self {
+        Self { positions: Some(positions.to_vec()), spontaneous: None }
+    }
+
+    /// The same with the spontaneous curvature C₀ of every vertex, 1/length.
+    #[must_use]
+    pub fn with_spontaneous(self, curvature: Vec<f64>) -> Self {
+        Self { spontaneous: Some(curvature), ..self }
+    }
+
+    /// The one that a scene gives; `None` if it is flat.
+    pub(super) fn read(
+        rest: &Rest,
+        curvature: Option<&Field>,
+        context: &EffectContext<'_>,
+    ) -> Result<Option<Self>, EffectError> {
+        let sheet = context.sheet;
+        let positions = match rest {
+            Rest::Flat => None,
+            Rest::Mesh => Some(sheet.rest().to_vec()),
+            Rest::State(file) => Some(from_file(file, context)?),
+        };
+        if let Some(x) = &positions {
+            check(sheet, x, rest)?;
+        }
+        let spontaneous = curvature.map(|field| field.at_rest(sheet, "curvature")).transpose()?;
+        let made = Self { positions, spontaneous };
+        let flat = made.positions.is_none() && made.spontaneous.is_none();
+        Ok((!flat).then_some(made))
+    }
+
+    /// What the hinges with these corners keep.
+    pub(super) fn at_hinges(&self, corners: &[[u32; 4]]) -> RestAngles {
+        let angle = |x: &Vec<Vec3>| {
+            corners.iter().map(|c| hinge::angle(&c.map(|v| x[v as usize]))).collect()
+        };
+        let mean = |c: &Vec<f64>| {
+            let of = |[a, b, ..]: &[u32; 4]| 0.5 * (c[*a as usize] + c[*b as usize]);
+            corners.iter().map(of).collect()
+        };
+        RestAngles {
+            angle: self.positions.as_ref().map(angle).unwrap_or_default(),
+            spontaneous: self.spontaneous.as_ref().map(mean).unwrap_or_default(),
+        }
+    }
+}
+
+/// Positions of a file of the same mesh.
+fn from_file(file: &Path, context: &EffectContext<'_>) -> Result<Vec<Vec3>, EffectError> {
+    let refuse = |message: String, help: &str| EffectError {
+        key: "rest",
+        message: format!("{}: {message}", file.display()),
+        help: Some(help.into()),
+    };
+    let Some(read) = context.read else {
+        return Err(refuse("files are not read here".into(), "give rest = \"mesh\""));
+    };
+    let other = read(file).map_err(|e| EffectError { key: "rest", message: e, help: None })?;
+    let sheet = context.sheet;
+    let (here, there) = (sheet.vertex_count(), other.vertex_count());
+    let help = "a state is a file of the same mesh with other positions, as a frame of a run is";
+    if here != there {
+        return Err(refuse(format!("it has {there} vertices, and the sheet has {here}"), help));
+    }
+    if let Some(t) = (0..sheet.triangle_count().max(other.triangle_count()))
+        .find(|&t| sheet.triangles().get(t) != other.triangles().get(t))
+    {
+        let of = |sheet: &Sheet| match sheet.triangles().get(t) {
+            Some(corners) => format!("{corners:?}"),
+            None => "missing".to_owned(),
+        };
+        let (here, there) = (of(sheet), of(&other));
+        let message =
+            format!("triangle {t} is {there} there and {here} in the sheet: another mesh");
+        return Err(refuse(message, help));
+    }
+    Ok(other.rest().to_vec())
+}
+
+/// Refuses rest shapes in which a triangle has no area or two lie on one another.
+fn check(sheet: &Sheet, x: &[Vec3], rest: &Rest) -> Result<(), EffectError> {
+    let what = if *rest == Rest::Mesh { "the mesh" } else { "that state" };
+    let bad = hinge::hinges(sheet)
+        .find(|(_, corners)| !(hinge::angle(&corners.map(|v| x[v as usize])).abs() < SHARPEST));
+    let Some((_, [a, b, ..])) = bad else { return Ok(()) };
+    let message = format!(
+        "{what} cannot be a rest shape: at the edge between vertices {a} and {b} it is folded onto itself, or a \
+         triangle there has no area"
+    );
+    Err(EffectError { key: "rest", message, help: Some("rest = \"flat\" needs no angles".into()) })
+}
+
+/// ψ beyond which a fold counts as closed: 179.4 degrees. Its stiffness grows with ψ⁴.
+const SHARPEST: f64 = 400.0;
+
+/// The rest angle of one hinge.
+pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
+    /// Whether it can be another than 0.
+    const CURVED: bool;
+    /// What the hinges of a sheet keep for it.
+    type Of: std::fmt::Debug + Send + Sync;
+
+    /// That of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles.
+    fn at(of: &Self::Of, h: usize, length: f64, areas: f64) -> Self;
+
+    /// C₀ at hinge `h`, 1/length.
+    fn spontaneous(of: &Self::Of, h: usize) -> f64;
+
+    /// ψ - ψ⁰.
+    fn deviation(&self, psi: f64) -> f64;
+}
+
+/// A rest angle of 0, which is nowhere kept.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Flat;
+
+impl RestAngle for Flat {
+    const CURVED: bool = false;
+    type Of = ();
+
+    fn at((): &(), _: usize, _: f64, _: f64) -> Self {
+        Self
+    }
+
+    fn spontaneous((): &(), _: usize) -> f64 {
+        0.0
+    }
+
+    #[inline(always)]
+    fn deviation(&self, psi: f64) -> f64 {
+        psi
+    }
+}
+
+/// ψ⁰ of a rest shape that is not flat.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Curved(f64);
+
+/// Rest angles of the hinges of a sheet; a list may be empty, which means zeros.
+#[derive(Debug, Clone, Default)]
+pub struct RestAngles {
+    /// ψ in the rest shape.
+    angle: Vec<f64>,
+    /// C₀, 1/length.
+    spontaneous: Vec<f64>,
+}
+
+impl RestAngle for Curved {
+    const CURVED: bool = true;
+    type Of = RestAngles;
+
+    fn at(of: &RestAngles, h: usize, length: f64, areas: f64) -> Self {
+        let angle = of.angle.get(h).copied().unwrap_or(0.0);
+        Self(angle + Self::spontaneous(of, h) * areas / length)
+    }
+
+    fn spontaneous(of: &RestAngles, h: usize) -> f64 {
+        of.spontaneous.get(h).copied().unwrap_or(0.0)
+    }
+
+    #[inline(always)]
+    fn deviation(&self, psi: f64) -> f64 {
+        psi - self.0
+    }
+}
