@@ -8,6 +8,7 @@ mod faults;
 mod growth;
 mod planted;
 mod problem;
+mod proximity;
 mod registered;
 mod running;
 mod touching;
