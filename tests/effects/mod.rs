@@ -6,6 +6,7 @@ mod contract;
 mod counted;
 mod faults;
 mod growth;
+mod hard_contact;
 mod planted;
 mod problem;
 mod proximity;

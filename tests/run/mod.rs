@@ -15,7 +15,7 @@ mod notes;
 mod old_format;
 mod paraview;
 pub mod program;
-mod resumed;
+pub mod resumed;
 mod self_intersection;
 mod stability;
 mod vtkhdf;
