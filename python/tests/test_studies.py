@@ -88,7 +88,7 @@ def test_ctrl_c_ends_a_sweep_with_its_members(tmp_path):
         sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 
-    scene = rumple.load(DOME, {"sheet.vertices": 3000})
+    scene = rumple.load(DOME, {"sheet.vertices": 3000, "time.until": 1e4, "output.every": 1e4})
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=send).start()
     try:
