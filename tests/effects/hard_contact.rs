@@ -129,7 +129,7 @@ fn no_generated_shape_is_in_contact_at_rest() {
         "shape = 'torus', major = 4.0, minor = 1.0",
         "shape = 'ellipsoid', semi_axes = [3.0, 2.5, 2.0]",
         "shape = 'wavy-strip', width = 9.0, height = 2.0, amplitude = 1.0, wavelength = 3.0",
-        "shape = 'graph', width = 4.0, height = 4.0, z = '1.2*sin(2*x)*cos(y)'",
+        "shape = 'graph', width = 6.0, height = 4.0, z = '0.8*sin(x)*cos(y)'",
     ] {
         let scene = format!(
             "sheet = {{ {shape}, vertices = 400 }}\ntime = {{ until = 1.0 }}\n\

@@ -8,6 +8,7 @@ mod faults;
 mod growth;
 mod hard_contact;
 mod planted;
+mod pressed;
 mod problem;
 mod proximity;
 mod registered;
