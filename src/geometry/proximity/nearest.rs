@@ -208,7 +208,7 @@ pub fn edge_edge(x: &Corners) -> Nearest {
     let normal = d.cross(&e);
     let det = normal.norm_squared();
     // 0 where an edge has no length.
-    let unit = |value: f64| value.max(0.0).min(1.0);
+    let unit = |value: f64| if value > 0.0 { value.min(1.0) } else { 0.0 };
     let mut s = if det > PARALLEL * a * c { unit(e.cross(&r).dot(&normal) / det) } else { 0.0 };
     let mut t = (b * s + t0) / c;
     if !(t > 0.0) {
