@@ -1,8 +1,8 @@
 //! A tree of boxes along the axes: which items of a shape may be near one another.
 //!
 //! The items stand in the Morton order of their rest places, four to a leaf; every node has the box of the nodes
-//! below, at rest and in the shape. The order is made once, the boxes follow the shape: O(n) to refit, O(log n) an
-//! inquiry on a sheet that is not crumpled beyond recognition.
+//! below. The order is made once, the boxes follow the shape: O(n) to refit, O(log n) an inquiry on a sheet that is not
+//! crumpled beyond recognition.
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
@@ -16,7 +16,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         least: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         largest: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
@@ -30,6 +30,12 @@ impl Bounds {
     #[inline]
     pub(crate) fn with(&self, other: &Self) -> Self {
         Self { least: self.least.inf(&other.least), largest: self.largest.sup(&other.largest) }
+    }
+
+    /// The lengths along the axes.
+    #[inline]
+    pub(crate) fn size(&self) -> Vec3 {
+        self.largest - self.least
     }
 
     fn centre(&self) -> Vec3 {
@@ -68,20 +74,6 @@ pub(crate) struct BoxTree {
     leaves: usize,
     /// Boxes of the nodes: those below node k are 2k + 1 and 2k + 2.
     boxes: Vec<Bounds>,
-    /// The same at rest.
-    rest: Vec<Bounds>,
-    /// The same of displacements; nothing without.
-    moves: Vec<Bounds>,
-}
-
-/// The boxes of a node.
-pub(crate) struct Node<'a> {
-    /// In the shape.
-    pub(crate) now: &'a Bounds,
-    /// At rest.
-    pub(crate) rest: &'a Bounds,
-    /// Of displacements, if there are any.
-    pub(crate) moves: Option<&'a Bounds>,
 }
 
 impl BoxTree {
@@ -89,7 +81,7 @@ impl BoxTree {
     pub(crate) fn new(items: &[Bounds]) -> Self {
         let centres: Vec<Vec3> = items.iter().map(Bounds::centre).collect();
         let all = Bounds::of(centres.iter().copied());
-        let size = (all.largest - all.least).max();
+        let size = all.size().max();
         let key = |x: &Vec3| {
             let scaled = (x - all.least) / size;
             (0..3).fold(0, |key, a| key | spread(scaled[a]) << a)
@@ -98,9 +90,8 @@ impl BoxTree {
         order.sort_by_cached_key(|t| (key(&centres[*t as usize]), *t));
         let leaves = centres.len().div_ceil(LEAF).next_power_of_two();
         let boxes = vec![Bounds::EMPTY; 2 * leaves - 1];
-        let mut tree = Self { order, leaves, boxes, rest: Vec::new(), moves: Vec::new() };
+        let mut tree = Self { order, leaves, boxes };
         tree.refit(|item| items[item as usize]);
-        tree.rest.clone_from(&tree.boxes);
         tree
     }
 
@@ -111,20 +102,8 @@ impl BoxTree {
 
     /// Lets the boxes follow the shape: `of` is the box of an item.
     pub(crate) fn refit(&mut self, of: impl Fn(u32) -> Bounds + Sync) {
-        Self::fit(&self.order, self.leaves, &mut self.boxes, of);
-    }
-
-    /// The same for the boxes of displacements.
-    pub(crate) fn refit_moves(&mut self, of: Option<impl Fn(u32) -> Bounds + Sync>) {
-        self.moves.clear();
-        if let Some(of) = of {
-            self.moves.resize(self.boxes.len(), Bounds::EMPTY);
-            Self::fit(&self.order, self.leaves, &mut self.moves, of);
-        }
-    }
-
-    fn fit(order: &[u32], leaves: usize, boxes: &mut [Bounds], of: impl Fn(u32) -> Bounds + Sync) {
-        let (inner, last) = boxes.split_at_mut(leaves - 1);
+        let (inner, last) = self.boxes.split_at_mut(self.leaves - 1);
+        let order = &self.order;
         parallel::fill(last, |leaf| {
             let items = order.iter().skip(leaf * LEAF).take(LEAF);
             items.fold(Bounds::EMPTY, |all, item| all.with(&of(*item)))
@@ -138,7 +117,7 @@ impl BoxTree {
     /// Hands the items at places from `first` on to `visit`, but for those below nodes that `enter` refuses.
     pub(crate) fn visit(
         &self,
-        enter: impl Fn(&Node<'_>) -> bool,
+        enter: impl Fn(&Bounds) -> bool,
         first: usize,
         mut visit: impl FnMut(u32),
     ) {
@@ -150,8 +129,7 @@ impl BoxTree {
             count -= 1;
             let (node, leaf, leaves) = open[count];
             let passed = (leaf + leaves) * LEAF <= first;
-            let (now, rest) = (&self.boxes[node], &self.rest[node]);
-            if passed || !enter(&Node { now, rest, moves: self.moves.get(node) }) {
+            if passed || !enter(&self.boxes[node]) {
                 continue;
             }
             if leaves > 1 {

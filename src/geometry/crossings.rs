@@ -83,7 +83,7 @@ impl Crossings {
         let bounds = |t: u32| Bounds::of(corners(t).map(|v| x[v as usize]));
         let own = bounds(t);
         self.tree.visit(
-            |node| node.now.meets(&own),
+            |node| node.meets(&own),
             place + 1,
             |other| {
                 if bounds(other).meets(&own) && cross(&corners(t), &corners(other), x) {

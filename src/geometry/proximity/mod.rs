@@ -2,7 +2,11 @@
 //! derivatives, and how far a shape may move before any of them touch.
 
 mod advance;
+mod ball;
+mod clusters;
+mod deformation;
 mod nearest;
+mod neighbours;
 mod pairs;
 mod search;
 

@@ -4,28 +4,30 @@
 //! what the pair has in the rest positions, so that neighbours at rest do not count. Incident features (a vertex and
 //! its triangles, edges with a vertex in common) make no pair.
 //!
-//! A list holds all pairs that may come within their reach while no vertex moves by more than a margin from where it
-//! was when the list was made; it is then rebuilt out of a longer list for a wider margin, which in turn comes
-//! out of trees of boxes. What is read from it (which pairs are within their reach, how far a step may go) does not
-//! depend on when it was made.
+//! Most of a sheet is far from all others and bends gently: clusters of features whose boxes are far enough apart have no
+//! pairs, nor have neighbours on a patch that keeps its points apart (`deformation.rs`). The features of what is left
+//! are compared one by one. The list holds all pairs that may come within their reach while no vertex has moved
+//! further, and no patch is deformed more, than it leaves room for. What is read from it (which pairs are within their
+//! reach, how far a step may go) does not depend on when it was made.
 
 use rumple_numerics::Vec3;
-use rumple_numerics::parallel::{self, BLOCK};
-use rumple_numerics::reduction::Reduction;
+use rumple_numerics::parallel;
 use rumple_sheet::Sheet;
 
 use super::advance::{Kind, at};
-use super::search::{Features, Limit, Search};
+use super::clusters::{Cluster, clusters};
+use super::deformation::{Bound, Deformation, Gradient, change, largest_change};
+use super::neighbours::Neighbours;
+use super::search::{Limit, Search};
+use crate::box_tree::{Bounds, BoxTree};
 
 /// Share of the distance at rest that bounds the reach of a pair.
 const OF_REST: f64 = 0.5;
-/// Motion of vertices for which a list of pairs serves, in mean edges of the rest positions. On a smooth sheet
-/// neighbours are too far apart for the list then; a longer one would hold them, a shorter one is made more often.
-const MARGIN: f64 = 0.15;
-/// The same for the longer list.
-const WIDE: f64 = 0.5;
-/// Motion since the last list beyond which the next longer list would not last: the pairs come out of the trees.
-const CALM: f64 = 0.3;
+/// How much nearer features of clusters with pairs may come until a list is made anew, in mean edges of the rest
+/// positions. On a smooth sheet neighbours are too far apart for the list then; a longer one would hold them.
+const SLACK: f64 = 0.3;
+/// How much nearer clusters without pairs may come until a list is made anew, in mean edges.
+const BEYOND: f64 = 3.0;
 /// A step ends where a pair is nearer than this share of its distance at the start, or of its reach.
 const APPROACH: f64 = 0.1;
 
@@ -47,6 +49,7 @@ impl Range {
         self.of(kind).min(OF_REST * self.shrinkage * at_rest)
     }
 
+    /// The reach of features that are far apart at rest.
     pub(super) fn of(&self, kind: Kind) -> f64 {
         match kind {
             Kind::PointTriangle => self.points,
@@ -71,61 +74,45 @@ pub struct Pair {
 /// The pairs of one sheet.
 #[derive(Debug)]
 pub struct Proximity {
-    triangles: Features,
-    edges: Features,
+    clusters: Vec<Cluster>,
+    tree: BoxTree,
+    deformation: Deformation,
     /// Mean edge at rest.
     edge: f64,
-    range: Range,
-    /// The longer list, with the distances of its pairs where it was made.
-    wide: List<(Pair, f64)>,
-    list: List<Pair>,
+    list: Option<List>,
 }
 
-/// Pairs by vertex and triangle, then by edges.
+/// Pairs, and how far the shape may go from where they were listed.
 #[derive(Debug)]
-struct List<P> {
-    /// Where it was made; nothing before.
+struct List {
     at: Vec<Vec3>,
-    pairs: Vec<P>,
-}
-
-impl<P> List<P> {
-    const NONE: Self = Self { at: Vec::new(), pairs: Vec::new() };
-
-    /// Whether no vertex of `x` is further than `margin` from where the list was made.
-    fn serves(&self, reduction: &Reduction, x: &[Vec3], margin: f64) -> bool {
-        self.at.len() == x.len() && reduction.distance(&self.at, x) <= margin
-    }
-
-    fn set(&mut self, x: &[Vec3], pairs: Vec<P>) {
-        self.at.clear();
-        self.at.extend_from_slice(x);
-        self.pairs = pairs;
-    }
+    range: Range,
+    /// Pairs by vertex and triangle, then by edges.
+    pairs: Vec<Pair>,
+    neighbours: Neighbours,
+    gradients: Vec<Gradient>,
+    /// By how much F may change on every triangle, squared.
+    allowance: Vec<f64>,
+    /// How far apart the patches of clusters keep their points.
+    bounds: Vec<Option<Bound>>,
 }
 
 impl Proximity {
-    /// For the shapes of `sheet`, whose mean edge at rest is `edge`.
+    /// For the shapes of `sheet`, whose mean edge at rest is `edge`, and ranges about `reach`.
     #[must_use]
-    pub fn new(sheet: &Sheet, edge: f64) -> Self {
-        Self {
-            triangles: Features::new(sheet.triangles(), sheet.rest()),
-            edges: Features::new(&ends(sheet), sheet.rest()),
-            edge,
-            range: Range { points: 0.0, edges: 0.0, shrinkage: 1.0 },
-            wide: List::NONE,
-            list: List::NONE,
-        }
+    pub fn new(sheet: &Sheet, edge: f64, reach: f64) -> Self {
+        let clusters = clusters(sheet, reach);
+        let boxes: Vec<Bounds> = clusters.iter().map(|c| c.bounds(sheet.rest())).collect();
+        let tree = BoxTree::new(&boxes);
+        let deformation = Deformation::new(sheet);
+        Self { clusters, tree, deformation, edge, list: None }
     }
 
     /// All pairs of a vertex and a triangle that may be within their reach at `x`, by vertex and triangle, and all such
     /// pairs of edges.
     pub fn near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> (&[Pair], &[Pair]) {
-        if self.range != *range || !self.list.serves(sheet.reduction(), x, MARGIN * self.edge) {
-            self.make(sheet, x, *range);
-        }
-        let points = self.list.pairs.partition_point(|pair| pair.kind == Kind::PointTriangle);
-        self.list.pairs.split_at(points)
+        let pairs = &self.listed(sheet, x, range).pairs;
+        pairs.split_at(pairs.partition_point(|pair| pair.kind == Kind::PointTriangle))
     }
 
     /// The largest share of the step `direction` from `x`, up to 1, on which no two features touch or approach one
@@ -137,6 +124,7 @@ impl Proximity {
         (x, direction): (&[Vec3], &[Vec3]),
         range: &Range,
     ) -> f64 {
+        self.listed(sheet, x, range);
         let end: Vec<Vec3> = x.iter().zip(direction).map(|(x, d)| x + d).collect();
         let share = |pair: &Pair| {
             let from = at(x, &pair.corners);
@@ -144,116 +132,130 @@ impl Proximity {
             pair.kind.free_share(&from, &at(direction, &pair.corners), least)
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
-        let (reduction, same) = (sheet.reduction(), self.range == *range);
-        let margin = MARGIN * self.edge;
-        let serves = |x: &[Vec3]| self.list.serves(reduction, x, margin);
-        let blocked = if same && serves(x) && serves(&end) {
-            least(&self.list.pairs)
-        } else if reduction.largest(direction) <= margin {
-            self.make(sheet, x, *range);
-            least(&self.list.pairs)
-        } else {
-            let serves = |x: &[Vec3]| self.wide.serves(reduction, x, WIDE * self.edge);
-            if same && serves(x) && serves(&end) {
-                least(&self.wide_on_path(x, direction))
-            } else {
-                least(&self.on_path(sheet, (x, direction), range))
-            }
+        let serving = self
+            .list
+            .as_ref()
+            .filter(|list| list.serves((sheet, &self.clusters), &end, &self.deformation));
+        let blocked = match serving {
+            Some(list) => least(&list.pairs),
+            None => least(&self.on_path(sheet, (x, direction), &end, range)),
         };
         blocked.min(1.0)
     }
 
-    /// Makes the list at `x`.
-    fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range) {
-        let (margin, reduction) = (MARGIN * self.edge, sheet.reduction());
-        if self.range != range {
-            self.wide = List::NONE;
-        }
-        let serves = self.wide.serves(reduction, x, WIDE * self.edge - margin);
-        if !serves && !self.list.serves(reduction, x, CALM * self.edge) {
-            let pairs = self.around(sheet, x, &range, margin);
-            self.list.set(x, pairs);
-            self.range = range;
-            return;
-        }
-        if !serves {
-            let pairs = self.around(sheet, x, &range, WIDE * self.edge);
-            let with = |pair: Pair| (pair, pair.kind.distance(&at(x, &pair.corners)));
-            self.wide.set(x, pairs.into_iter().map(with).collect());
-        }
-        let slack = 2.0 * margin;
-        let List { at: from, pairs } = &self.wide;
-        let near = filtered(pairs, &|(pair, distance)| {
-            let moved = pair.corners.map(|v| x[v as usize] - from[v as usize]);
-            let bound = distance - pair.kind.approach(&moved) - slack;
-            bound < pair.reach && pair.kind.distance(&at(x, &pair.corners)) - slack < pair.reach
-        });
-        self.list.set(x, near.into_iter().map(|(pair, _)| pair).collect());
-        self.range = range;
+    /// A list that serves at `x`.
+    fn listed(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> &List {
+        let serves = |list: &List| {
+            list.range == *range && list.serves((sheet, &self.clusters), x, &self.deformation)
+        };
+        let list = match self.list.take() {
+            Some(list) if serves(&list) => list,
+            before => self.make(sheet, x, *range, before.filter(|list| list.range == *range)),
+        };
+        self.list.insert(list)
     }
 
-    /// All pairs that may come within their reach while no vertex moves by more than `margin` from `x`.
-    fn around(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range, margin: f64) -> Vec<Pair> {
-        self.follow(sheet, x, None);
-        let slack = 2.0 * margin;
+    /// The list at `x`, after the one `before`.
+    fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range, before: Option<List>) -> List {
+        let gradients = self.deformation.gradients(sheet, x);
+        let needed = OF_REST * range.shrinkage;
+        let changes = before.as_ref().map(|before| changes(&before.gradients, &gradients));
+        let mut bounds = vec![None; self.clusters.len()];
+        parallel::fill(&mut bounds, |k| {
+            let cluster = &self.clusters[k];
+            let before = before.as_ref().zip(changes.as_ref()).and_then(|(before, changes)| {
+                let changed = largest_change(&cluster.patch, changes).sqrt();
+                Some((before.bounds[k].as_ref()?, changed))
+            });
+            self.deformation.bound(cluster, &gradients, needed, before)
+        });
+        let slack = SLACK * self.edge;
+        let limit = Limit { range: &range, share: 1.0, slack };
+        let apart = |k: usize| bounds[k].is_some_and(|bound| bound.holds);
+        let parts = (self.clusters.as_slice(), &mut self.tree);
+        let beyond = BEYOND * self.edge;
+        let mut neighbours = Neighbours::find(parts, (x, None), &limit, (&apart, beyond));
+        if let Some(before) = &before {
+            let moved = |v: u32| x[v as usize] - before.at[v as usize];
+            neighbours.keep(&self.clusters, &before.neighbours, &moved);
+        }
         let keep = |kind: Kind, corners: &[u32; 4]| {
             let distance = kind.distance(&at(x, corners)) - slack;
             // Distances at rest are asked for last: most pairs are out of reach without.
-            let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, range))?;
+            let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, &range))?;
             (distance < reach).then_some(reach)
         };
-        let limit = Limit { range, share: 1.0, slack };
         let search = Search { sheet, x, d: None, limit, keep: &keep };
-        let mut pairs = search.points(&self.triangles);
-        pairs.append(&mut search.edges(&self.edges));
-        pairs
+        let pairs = neighbours.pairs(&self.clusters, &search);
+        let mut allowance = vec![f64::INFINITY; sheet.triangle_count()];
+        for (k, cluster) in self.clusters.iter().enumerate() {
+            if let Some(bound) = bounds[k].filter(|bound| bound.holds) {
+                let allowed = bound.allowance(&cluster.patch, needed).powi(2);
+                let triangles = cluster.patch.triangles.iter().map(|t| *t as usize);
+                triangles.for_each(|t| allowance[t] = allowance[t].min(allowed));
+            }
+        }
+        List { at: x.to_vec(), range, pairs, neighbours, gradients, allowance, bounds }
     }
 
-    /// All pairs of the longer list that may touch on the step `d` from `x`.
-    fn wide_on_path(&self, x: &[Vec3], d: &[Vec3]) -> Vec<Pair> {
-        let List { at: from, pairs } = &self.wide;
-        let near = filtered(pairs, &|(pair, distance)| {
-            let moved = pair.corners.map(|v| x[v as usize] - from[v as usize]);
-            let step = at(d, &pair.corners);
-            let bound = distance - pair.kind.approach(&moved) - pair.kind.approach(&step);
-            bound < APPROACH * pair.reach
+    /// All pairs that may touch on the step `d` from `x`, where a list serves, to `end`.
+    fn on_path(
+        &mut self,
+        sheet: &Sheet,
+        (x, d): (&[Vec3], &[Vec3]),
+        end: &[Vec3],
+        range: &Range,
+    ) -> Vec<Pair> {
+        let Self { clusters, tree, deformation, list, .. } = self;
+        let Some(List { gradients, bounds, .. }) = list else { return Vec::new() };
+        let at_end = deformation.gradients(sheet, end);
+        let needed = APPROACH * OF_REST * range.shrinkage;
+        let changes = changes(gradients, &at_end);
+        let mut apart = vec![false; clusters.len()];
+        parallel::fill(&mut apart, |k| {
+            let patch = &clusters[k].patch;
+            let Some(bound) = bounds[k].filter(|bound| bound.holds) else { return false };
+            // The bound is concave on the way: it holds there where it holds at both ends.
+            let allowed = bound.allowance(patch, needed).powi(2);
+            largest_change(patch, &changes) <= allowed
+                || deformation.least_at(patch, &at_end, &bound) >= needed
         });
-        near.into_iter().map(|(pair, _)| pair).collect()
-    }
-
-    /// All pairs that may touch on the step `d` from `x`.
-    fn on_path(&mut self, sheet: &Sheet, (x, d): (&[Vec3], &[Vec3]), range: &Range) -> Vec<Pair> {
-        self.follow(sheet, x, Some(d));
         let keep = |kind: Kind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
         let limit = Limit { range, share: APPROACH, slack: 0.0 };
+        let parts = (clusters.as_slice(), tree);
+        let mut neighbours = Neighbours::find(parts, (x, Some(d)), &limit, (&|k| apart[k], 0.0));
         let search = Search { sheet, x, d: Some(d), limit, keep: &keep };
-        let mut pairs = search.points(&self.triangles);
-        pairs.append(&mut search.edges(&self.edges));
-        pairs
-    }
-
-    fn follow(&mut self, sheet: &Sheet, x: &[Vec3], d: Option<&[Vec3]>) {
-        self.triangles.follow(|t| sheet.triangles()[t as usize], x, d);
-        self.edges.follow(|e| sheet.edges()[e as usize].vertices, x, d);
+        neighbours.pairs(clusters, &search)
     }
 }
 
-/// The `pairs` of which `keep` holds, in their order.
-fn filtered<P: Copy + Send + Sync>(pairs: &[P], keep: &(impl Fn(&P) -> bool + Sync)) -> Vec<P> {
-    let block = |b: usize| {
-        let of = &pairs[b * BLOCK..((b + 1) * BLOCK).min(pairs.len())];
-        of.iter().filter(|pair| keep(pair)).copied().collect::<Vec<P>>()
-    };
-    let both = |mut a: Vec<P>, mut b: Vec<P>| {
-        a.append(&mut b);
-        a
-    };
-    parallel::reduce(pairs.len().div_ceil(BLOCK), &block, &both).unwrap_or_default()
+impl List {
+    /// Whether it holds all pairs that may be within their reach at `x`.
+    fn serves(
+        &self,
+        (sheet, clusters): (&Sheet, &[Cluster]),
+        x: &[Vec3],
+        deformation: &Deformation,
+    ) -> bool {
+        let moved = |v: u32| x[v as usize] - self.at[v as usize];
+        if self.at.len() != x.len() || !self.neighbours.last(clusters, &moved) {
+            return false;
+        }
+        let deformed = |t: usize| {
+            if self.allowance[t] == f64::INFINITY {
+                return f64::NEG_INFINITY;
+            }
+            change(&self.gradients[t], &deformation.gradient(sheet, x, t)) - self.allowance[t]
+        };
+        parallel::max(self.allowance.len(), deformed) <= 0.0
+    }
 }
 
-/// The ends of all edges.
-fn ends(sheet: &Sheet) -> Vec<[u32; 2]> {
-    sheet.edges().iter().map(|edge| edge.vertices).collect()
+/// |ΔF|² of every triangle.
+fn changes(from: &[Gradient], to: &[Gradient]) -> Vec<f64> {
+    let mut all = vec![0.0; from.len()];
+    parallel::fill(&mut all, |t| change(&from[t], &to[t]));
+    all
 }
 
 /// The reach of a pair.
@@ -344,7 +346,7 @@ mod tests {
     fn all_pairs_within_reach_are_listed_also_when_the_shape_has_moved() {
         for (gap, roughness) in [(0.55, 0.02), (0.35, 0.1), (0.25, 0.0)] {
             let (sheet, mut x) = folded(12, gap, roughness);
-            let mut proximity = Proximity::new(&sheet, 1.0);
+            let mut proximity = Proximity::new(&sheet, 1.0, 0.6);
             let mut noise = Noise(3);
             for round in 0..12 {
                 let (found, wanted) =
@@ -356,10 +358,59 @@ mod tests {
         }
     }
 
+    /// The square of n × n vertices without a notch at one side, over which `rest` lies.
+    fn notched(n: u32, rest: &dyn Fn(f64, f64) -> Vec3) -> Sheet {
+        let place = |k: u32| rest(f64::from(k % n), f64::from(k / n));
+        let two = |k: u32| [[k, k + 1, k + n], [k + 1, k + n + 1, k + n]];
+        let notch = |i: u32, j: u32| i < n / 3 && (j == n / 2 || j == n / 2 + 1);
+        let cells = (0..n - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j)));
+        let cells = cells.filter(|(i, j)| !notch(*i, *j)).map(|(i, j)| j * n + i);
+        Sheet::new((0..n * n).map(place).collect(), cells.flat_map(two).collect()).unwrap()
+    }
+
+    #[test]
+    fn bent_sheets_have_all_their_pairs_whatever_their_patches_keep_apart() {
+        const N: u32 = 20;
+        let flat = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let cap = |x: f64, y: f64| Vec3::new(x, y, 0.02 * ((x - 9.5).powi(2) + (y - 9.0).powi(2)));
+        let roll = |r: f64| {
+            move |x: &Vec3| {
+                let (sin, cos) = (x.x / r).sin_cos();
+                Vec3::new((r - x.z) * sin, x.y, r - (r - x.z) * cos)
+            }
+        };
+        let wave = |a: f64| move |x: &Vec3| Vec3::new(0.5 * x.x, x.y, x.z + a * (0.9 * x.x).sin());
+        let press = |by: f64| move |x: &Vec3| Vec3::new(x.x, by * x.y, by * x.z);
+        let (gentle, tight, waves, pressed) = (roll(9.0), roll(2.6), wave(2.5), press(0.3));
+        let turns: [&dyn Fn(&Vec3) -> Vec3; 4] = [&gentle, &tight, &waves, &pressed];
+        let (mut apart, mut near) = (0, 0);
+        for rest in [&flat as &dyn Fn(f64, f64) -> Vec3, &cap] {
+            let sheet = notched(N, rest);
+            for turn in turns {
+                let mut proximity = Proximity::new(&sheet, 1.0, RANGE.points);
+                let mut noise = Noise(7);
+                for round in 0..=8 {
+                    let share = f64::from(round) / 8.0;
+                    let bent = |x: &Vec3| x + share * (turn(x) - x) + 0.03 * noise.vector();
+                    let x: Vec<Vec3> = sheet.rest().iter().map(bent).collect();
+                    let wanted = slowly(&sheet, &x, &RANGE);
+                    assert_eq!(within(&mut proximity, &sheet, &x), wanted, "{round}");
+                    let bounds = &proximity.list.as_ref().unwrap().bounds;
+                    apart += bounds.iter().filter(|b| b.is_some_and(|b| b.holds)).count();
+                    near += wanted.len();
+                }
+            }
+        }
+        assert!(
+            apart > 200 && near > 1000,
+            "{apart} patches keep their points apart; {near} pairs"
+        );
+    }
+
     #[test]
     fn a_flat_sheet_has_no_pairs_and_its_list_is_empty() {
         let (sheet, _) = folded(12, 0.5, 0.0);
-        let mut proximity = Proximity::new(&sheet, 1.0);
+        let mut proximity = Proximity::new(&sheet, 1.0, 0.6);
         let (points, edges) = proximity.near(&sheet, sheet.rest(), &RANGE);
         assert_eq!((points.len(), edges.len()), (0, 0));
     }
@@ -373,9 +424,9 @@ mod tests {
             // Short steps, for which a list serves, and long ones.
             let size = if seed % 2 == 0 { 0.08 } else { 1.5 };
             let direction: Vec<Vec3> = x.iter().map(|_| size * noise.vector()).collect();
-            let mut fresh = Proximity::new(&sheet, 1.0);
+            let mut fresh = Proximity::new(&sheet, 1.0, 0.6);
             let share = fresh.largest_step(&sheet, (&x, &direction), &RANGE);
-            let mut listed = Proximity::new(&sheet, 1.0);
+            let mut listed = Proximity::new(&sheet, 1.0, 0.6);
             let before: Vec<Vec3> = x.iter().map(|x| x + 0.02 * noise.vector()).collect();
             let _ = listed.near(&sheet, &before, &RANGE);
             assert_eq!(share, listed.largest_step(&sheet, (&x, &direction), &RANGE), "{seed}");
@@ -395,7 +446,7 @@ mod tests {
     #[test]
     fn long_steps_apart_are_not_shortened() {
         let (sheet, x) = folded(8, 0.4, 0.02);
-        let mut proximity = Proximity::new(&sheet, 1.0);
+        let mut proximity = Proximity::new(&sheet, 1.0, 0.6);
         let away: Vec<Vec3> = x.iter().map(|x| Vec3::new(0.0, 0.0, 20.0 * x.z)).collect();
         assert_eq!(proximity.largest_step(&sheet, (&x, &away), &RANGE), 1.0);
         let along = vec![Vec3::new(100.0, 3.0, -7.0); x.len()];

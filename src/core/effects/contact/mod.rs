@@ -141,7 +141,7 @@ impl Contacts {
     /// All contacts at `shape`.
     fn at(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
         let range = self.range(work);
-        let proximity = work.proximity(shape);
+        let proximity = work.proximity(shape, self.distance);
         let near = proximity.near(shape.sheet, shape.x, &range);
         let weights = Weights {
             stiffness: self.stiffness,
@@ -168,9 +168,9 @@ pub struct ContactWork {
 }
 
 impl ContactWork {
-    fn proximity(&mut self, shape: &Shape<'_>) -> &mut Proximity {
+    fn proximity(&mut self, shape: &Shape<'_>, reach: f64) -> &mut Proximity {
         let edge = shape.metric.mean_edge();
-        self.proximity.get_or_insert_with(|| Proximity::new(shape.sheet, edge))
+        self.proximity.get_or_insert_with(|| Proximity::new(shape.sheet, edge, reach))
     }
 }
 
@@ -251,7 +251,7 @@ impl Energy for Contacts {
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut ContactWork, direction: &[Vec3]) -> f64 {
         let range = self.range(work);
-        work.proximity(from).largest_step(from.sheet, (from.x, direction), &range)
+        work.proximity(from, self.distance).largest_step(from.sheet, (from.x, direction), &range)
     }
 
     fn is_contact(&self) -> bool {

@@ -1,0 +1,202 @@
+//! The clusters that are near one another, at a shape or on a step.
+
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{index, real};
+use rumple_numerics::parallel;
+
+use super::advance::Kind;
+use super::clusters::Cluster;
+use super::pairs::Pair;
+use super::search::{Features, Limit, Search};
+use crate::box_tree::{Bounds, BoxTree};
+
+/// Pairs are taken over where at least this share is left of how much nearer their clusters may come.
+const KEPT: f64 = 0.5;
+
+/// The clusters that are near one another.
+#[derive(Debug)]
+pub(super) struct Neighbours {
+    /// For every cluster those of its number or later, ascending.
+    of: Vec<Vec<Neighbour>>,
+    /// How much nearer features of others may come until there are pairs.
+    unlisted: f64,
+}
+
+/// A cluster near another.
+#[derive(Debug, Clone)]
+struct Neighbour {
+    number: u32,
+    /// How much nearer features may come until there are other pairs.
+    allowed: f64,
+    /// The pairs of their features, sought or not; nothing where there are none.
+    pairs: Option<Sought>,
+}
+
+/// Pairs of the features of two clusters.
+#[derive(Debug, Clone)]
+enum Sought {
+    No,
+    Yes(Vec<Pair>),
+}
+
+/// How the corners of a cluster have moved: their mean displacement, and the largest deviation from it.
+#[derive(Clone, Copy)]
+struct Moved {
+    mean: Vec3,
+    spread: f64,
+}
+
+impl Moved {
+    fn of(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync)) -> Vec<Self> {
+        let of = |corners: &[u32]| {
+            let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
+            let apart = |v: &u32| (moved(*v) - mean).norm_squared();
+            let spread = corners.iter().map(apart).fold(0.0, f64::max).sqrt();
+            Self { mean, spread }
+        };
+        let mut all = vec![Self { mean: Vec3::zeros(), spread: 0.0 }; clusters.len()];
+        parallel::fill(&mut all, |k| of(&clusters[k].corners));
+        all
+    }
+
+    /// By how much features of two clusters have come nearer at most.
+    #[inline]
+    fn approach(&self, other: &Self) -> f64 {
+        (self.mean - other.mean).norm() + self.spread + other.spread
+    }
+}
+
+/// The boxes of a cluster: in the shape, on a step but for what all have in common, and of displacements.
+#[derive(Clone, Copy)]
+struct Boxes {
+    now: Bounds,
+    swept: Bounds,
+    moves: Bounds,
+}
+
+impl Neighbours {
+    /// The neighbours within `limit`, and with room up to `beyond`, at the shape x and on its step d. Those that `apart`
+    /// holds of have no pairs with clusters that their patch covers.
+    pub(super) fn find(
+        (clusters, tree): (&[Cluster], &mut BoxTree),
+        (x, d): (&[Vec3], Option<&[Vec3]>),
+        limit: &Limit<'_>,
+        (apart, beyond): (&(impl Fn(usize) -> bool + Sync), f64),
+    ) -> Self {
+        let common = d.map_or(Vec3::zeros(), |d| d.iter().sum::<Vec3>() / real(d.len().max(1)));
+        let none = Boxes { now: Bounds::EMPTY, swept: Bounds::EMPTY, moves: Bounds::EMPTY };
+        let mut boxes = vec![none; clusters.len()];
+        parallel::fill(&mut boxes, |k| {
+            let (cluster, now) = (&clusters[k], clusters[k].bounds(x));
+            let Some(d) = d else { return Boxes { now, swept: now, ..none } };
+            let end = |v: &u32| x[*v as usize] + d[*v as usize] - common;
+            let swept = now.with(&Bounds::of(cluster.corners.iter().map(end)));
+            Boxes { now, swept, moves: cluster.bounds(d) }
+        });
+        tree.refit(|k| boxes[k as usize].swept);
+        let tree = &*tree;
+        let farthest = limit.farthest() + beyond;
+        let covers =
+            |k: usize, j: u32| apart(k) && clusters[k].patch.covers.binary_search(&j).is_ok();
+        let near = |k: usize| {
+            let (own, ours, mut found) = (&clusters[k], &boxes[k], Vec::new());
+            let enter = |node: &Bounds| node.gap(&ours.swept) < farthest;
+            tree.visit(enter, 0, |j| {
+                let (other, theirs) = (&clusters[j as usize], &boxes[j as usize]);
+                if (j as usize) < k || covers(k, j) || covers(j as usize, index(k)) {
+                    return;
+                }
+                let relative = d.map_or(0.0, |_| ours.moves.span(&theirs.moves));
+                let gap = ours.now.gap(&theirs.now) - relative;
+                let gap = gap.max(ours.swept.gap(&theirs.swept));
+                let room = limit.room(gap, own.span(other));
+                if room <= beyond {
+                    let pairs = (room <= 0.0).then_some(Sought::No);
+                    found.push(Neighbour {
+                        number: j,
+                        allowed: limit.slack + room.max(0.0),
+                        pairs,
+                    });
+                }
+            });
+            found.sort_unstable_by_key(|other| other.number);
+            found
+        };
+        let mut of = vec![Vec::new(); clusters.len()];
+        parallel::update(&mut of, |k, place| *place = near(k));
+        Self { of, unlisted: limit.slack + beyond }
+    }
+
+    /// Whether there are no other pairs yet, now that vertices have `moved`.
+    pub(super) fn last(&self, clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync)) -> bool {
+        let all = Moved::of(clusters, moved);
+        let mean = all.iter().map(|moved| moved.mean).sum::<Vec3>() / real(all.len().max(1));
+        let common = Moved { mean, spread: 0.0 };
+        let excess = |k: usize| {
+            let far = all[k].approach(&common) - 0.5 * self.unlisted;
+            let beyond =
+                |other: &Neighbour| all[k].approach(&all[other.number as usize]) - other.allowed;
+            self.of[k].iter().map(beyond).fold(far, f64::max)
+        };
+        parallel::max(clusters.len(), excess) <= 0.0
+    }
+
+    /// Takes over the pairs of clusters that have hardly come nearer since those `before`, as vertices have `moved`.
+    pub(super) fn keep(
+        &mut self,
+        clusters: &[Cluster],
+        before: &Self,
+        moved: &(impl Fn(u32) -> Vec3 + Sync),
+    ) {
+        let all = Moved::of(clusters, moved);
+        parallel::update(&mut self.of, |k, near| {
+            for other in near.iter_mut().filter(|other| other.pairs.is_some()) {
+                let old = &before.of[k];
+                let Ok(place) = old.binary_search_by_key(&other.number, |old| old.number) else {
+                    continue;
+                };
+                let Some(Sought::Yes(pairs)) = &old[place].pairs else { continue };
+                let left = old[place].allowed - all[k].approach(&all[other.number as usize]);
+                if left >= KEPT * other.allowed {
+                    other.allowed = left;
+                    other.pairs = Some(Sought::Yes(pairs.clone()));
+                }
+            }
+        });
+    }
+
+    /// All pairs, of which `search` finds those not known yet, by vertex and triangle, then by edges.
+    pub(super) fn pairs<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync>(
+        &mut self,
+        clusters: &[Cluster],
+        search: &Search<'_, K>,
+    ) -> Vec<Pair> {
+        let mut needed = vec![false; clusters.len()];
+        for (k, near) in self.of.iter().enumerate() {
+            for other in near.iter().filter(|other| matches!(other.pairs, Some(Sought::No))) {
+                [k, other.number as usize].iter().for_each(|k| needed[*k] = true);
+            }
+        }
+        let mut features: Vec<Option<Features>> = clusters.iter().map(|_| None).collect();
+        parallel::fill(&mut features, |k| needed[k].then(|| search.features(&clusters[k])));
+        parallel::update(&mut self.of, |k, near| {
+            let Some(own) = &features[k] else { return };
+            for other in near.iter_mut().filter(|other| matches!(other.pairs, Some(Sought::No))) {
+                let (j, mut found) = (other.number as usize, Vec::new());
+                match &features[j] {
+                    _ if j == k => search.within(own, &mut found),
+                    Some(theirs) => search.between(own, theirs, &mut found),
+                    None => (),
+                }
+                other.pairs = Some(Sought::Yes(found));
+            }
+        });
+        let known = self.of.iter().flatten().filter_map(|other| match &other.pairs {
+            Some(Sought::Yes(pairs)) => Some(pairs),
+            _ => None,
+        });
+        let mut all: Vec<Pair> = known.flatten().copied().collect();
+        all.sort_unstable_by_key(|pair| (pair.kind, pair.features));
+        all
+    }
+}
