@@ -274,7 +274,7 @@ impl Energy for Contacts {
         // What touches in the rest positions too has no reach.
         let least = TOUCH * shape.metric.mean_edge();
         let range = Range { points: least, edges: least, shrinkage: f64::INFINITY };
-        let proximity = work.proximity(shape);
+        let proximity = work.proximity(shape, self.distance);
         let (points, edges) = proximity.near(shape.sheet, shape.x, &range);
         let mut pairs = points.iter().chain(edges);
         let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;
