@@ -5,6 +5,7 @@
 //! transports of a species ([`Transport`]). All of these are immutable; what an evaluation needs besides is
 //! in memory that the evaluation owns. What a scene does not list is not built.
 
+mod active;
 mod bending;
 mod cone;
 mod contact;
@@ -28,6 +29,7 @@ mod stretching;
 mod transport;
 mod volume;
 
+pub use active::ActiveTension;
 pub use bending::{
     Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
 };
