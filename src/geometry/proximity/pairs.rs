@@ -132,26 +132,25 @@ impl Proximity {
             pair.kind.free_share(&from, &at(direction, &pair.corners), least)
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
-        let serving = self
-            .list
-            .as_ref()
-            .filter(|list| list.serves((sheet, &self.clusters), &end, &self.deformation));
-        let blocked = match serving {
-            Some(list) => least(&list.pairs),
-            None => least(&self.on_path(sheet, (x, direction), &end, range)),
+        let on_sheet = (sheet, self.clusters.as_slice());
+        let serves = |list: &mut List| list.serves(on_sheet, &end, &self.deformation);
+        let blocked = match self.list.as_mut().is_some_and(serves) {
+            true => self.list.as_ref().map_or(1.0, |list| least(&list.pairs)),
+            false => least(&self.on_path(sheet, (x, direction), &end, range)),
         };
         blocked.min(1.0)
     }
 
     /// A list that serves at `x`.
     fn listed(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> &List {
-        let serves = |list: &List| {
-            list.range == *range && list.serves((sheet, &self.clusters), x, &self.deformation)
+        let mut before = self.list.take().filter(|list| list.range == *range);
+        let on_sheet = (sheet, self.clusters.as_slice());
+        let serves = |list: &mut List| list.serves(on_sheet, x, &self.deformation);
+        let list = match before.as_mut().is_some_and(serves) {
+            true => before.take(),
+            false => None,
         };
-        let list = match self.list.take() {
-            Some(list) if serves(&list) => list,
-            before => self.make(sheet, x, *range, before.filter(|list| list.range == *range)),
-        };
+        let list = list.unwrap_or_else(|| self.make(sheet, x, *range, before));
         self.list.insert(list)
     }
 
@@ -236,7 +235,7 @@ impl Proximity {
 impl List {
     /// Whether it holds all pairs that may be within their reach at `x`.
     fn serves(
-        &self,
+        &mut self,
         (sheet, clusters): (&Sheet, &[Cluster]),
         x: &[Vec3],
         deformation: &Deformation,
