@@ -123,11 +123,11 @@ impl EffectSpec for Growth {
         };
         let factors = match &self.fibre {
             None => read(&self.factor).map(Factors::Isotropic),
-            Some(fibre) => Some(Factors::Directed {
+            Some(fibre) => Some(Factors::Directed(Box::new(Directed {
                 along: read(&self.along),
                 across: read(&self.across),
                 square: fibre.along_edges(sheet)?,
-            }),
+            }))),
         };
         let growth = factors.map(|factors| LengthFactor::new(factors, inside, sheet));
         Ok(Effect { growth: growth.into_iter().collect(), ..Effect::default() })
@@ -157,16 +157,22 @@ pub struct LengthFactor(Kind);
 enum Kind {
     /// Once and for all.
     Constant(Vec<f64>),
-    Varying {
-        factors: Factors,
-        inside: Vec<bool>,
-    },
+    Varying(Box<Varying>),
     Own(Function),
 }
 
+/// Formulas, 1 at vertices that are not `inside`.
+#[derive(Debug, Clone)]
+struct Varying {
+    factors: Factors,
+    inside: Vec<bool>,
+}
+
 /// The factor of every edge at a time.
+type OfTime = dyn Fn(&Sheet, f64) -> Vec<f64> + Send + Sync;
+
 #[derive(Clone)]
-struct Function(Arc<dyn Fn(&Sheet, f64) -> Vec<f64> + Send + Sync>);
+struct Function(Arc<OfTime>);
 
 impl std::fmt::Debug for Function {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -178,20 +184,23 @@ impl std::fmt::Debug for Function {
 #[derive(Debug, Clone)]
 enum Factors {
     Isotropic(FieldFormula),
-    Directed {
-        along: Option<FieldFormula>,
-        across: Option<FieldFormula>,
-        /// cos² θ of every edge.
-        square: Vec<f64>,
-    },
+    Directed(Box<Directed>),
+}
+
+#[derive(Debug, Clone)]
+struct Directed {
+    along: Option<FieldFormula>,
+    across: Option<FieldFormula>,
+    /// cos² θ of every edge.
+    square: Vec<f64>,
 }
 
 impl Factors {
     fn depends_on_time(&self) -> bool {
         match self {
             Self::Isotropic(formula) => formula.depends_on_time(),
-            Self::Directed { along, across, .. } => {
-                [along, across].into_iter().flatten().any(FieldFormula::depends_on_time)
+            Self::Directed(of) => {
+                [&of.along, &of.across].into_iter().flatten().any(FieldFormula::depends_on_time)
             }
         }
     }
@@ -200,7 +209,8 @@ impl Factors {
         let of = |formula: &FieldFormula| at_edges(formula, inside, sheet, time);
         match self {
             Self::Isotropic(formula) => of(formula),
-            Self::Directed { along, across, square } => {
+            Self::Directed(directed) => {
+                let Directed { along, across, square } = &**directed;
                 let [along, across] = [along, across].map(|formula| formula.as_ref().map(of));
                 let mut factor = vec![1.0; square.len()];
                 parallel::fill(&mut factor, |e| {
@@ -217,7 +227,7 @@ impl LengthFactor {
     /// Of formulas, 1 at vertices that are not `inside`.
     fn new(factors: Factors, inside: Vec<bool>, sheet: &Sheet) -> Self {
         Self(if factors.depends_on_time() {
-            Kind::Varying { factors, inside }
+            Kind::Varying(Box::new(Varying { factors, inside }))
         } else {
             Kind::Constant(factors.at(sheet, &inside, 0.0))
         })
@@ -241,7 +251,7 @@ impl LengthFactor {
         match &self.0 {
             Kind::Constant(factor) if factor.len() == sheet.edges().len() => factor.into(),
             Kind::Constant(factor) => fitted(factor.clone(), sheet).into(),
-            Kind::Varying { factors, inside } => factors.at(sheet, inside, time).into(),
+            Kind::Varying(of) => of.factors.at(sheet, &of.inside, time).into(),
             Kind::Own(Function(of)) => fitted(of(sheet, time), sheet).into(),
         }
     }
