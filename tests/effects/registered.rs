@@ -91,12 +91,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 45] = [
         false,
         [true, true, true],
     ),
-    (
-        "cross-diffusion",
-        "species = 'c'\nby = 'd'\ncoefficient = -0.7",
-        false,
-        [true, true, true],
-    ),
+    ("cross-diffusion", "species = 'c'\nby = 'd'\ncoefficient = -0.7", false, [true, true, true]),
     ("hold", "species = 'c'\nwhere = 'rim'\nvalue = '1 + x'", false, [true, true, true]),
     ("hold", "species = 'd'\nwhere = 'all'\nvalue = 2.0", true, [true, true, true]),
     ("flux", "species = 'c'\nwhere = 'all'\nvalue = '1 + x'", true, [true, true, true]),
