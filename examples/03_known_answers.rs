@@ -7,7 +7,7 @@
 
 mod known_answers;
 
-use known_answers::chemistry::FINE;
+use known_answers::chemistry::{CARRIED, FINE};
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
@@ -315,7 +315,7 @@ fn chemistry_tables() -> Outcome<()> {
     let samples = over(&[300, 1200, 4800], |n| chemistry::ring(n, implicit))?;
     table("C2 concentration at the inner boundary", &samples);
     for scheme in ["central", "upwind"] {
-        let samples = over(&[600, 2400, 9600], |n| chemistry::rotated(n, scheme, FINE))?;
+        let samples = over(&[600, 2400, 9600], |n| chemistry::rotated(n, scheme, CARRIED))?;
         table(&format!("C3 1 + distance, {scheme}"), &samples);
     }
     table("C4 growth rate", &over(&[300, 1200, 4800], |n| chemistry::cross(n, FINE))?);
