@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, EffectContext, EffectError, EffectSpec, EnergyTerm, Fibre, Field, Growth,
-    LengthFactor, Measure, Region, StretchingModulus, StretchingWeight, StvkStretching,
+    ActiveTension, BondStretching, EffectContext, EffectError, EffectSpec, EnergyTerm, Fibre,
+    Field, Growth, LengthFactor, Measure, Region, StretchingModulus, StretchingWeight,
+    StvkStretching,
 };
 use rumple::model::{Drag, Mechanics, Model, Potential, Storage};
 use rumple::sheet::Sheet;
@@ -144,5 +145,44 @@ fn growth_can_be_a_function() {
         LengthFactor::function(|sheet, t| vec![1.0 - t; sheet.edges().len()]),
     ] {
         assert!(model(wrong).growth(1.0).is_err());
+    }
+}
+
+/// A free sheet contracts until its elastic stress balances the tension: along a fibre `λ Y₂ (λ² - 1)/2 = -τ` with
+/// the lateral strain of ν, in all directions `(λ² - 1)/2 = -γ (1-ν)/Y₂`.
+#[test]
+fn active_tension_is_balanced_by_the_stress_of_theory() {
+    let sheet = std::sync::Arc::new(irregular(6, 5, 0.15));
+    let (stiff, nu) = (MATERIAL.stretching_modulus(), MATERIAL.poisson);
+    let context = EffectContext {
+        sheet: &sheet,
+        material: None,
+        kinetics: None,
+        measure: Measure::Concentration,
+        read: None,
+    };
+    // λ = 0.9 along x.
+    let along = 0.9f64;
+    let strain = 0.5 * (along * along - 1.0);
+    let lateral = (1.0 - 2.0 * nu * strain).sqrt();
+    let tau = -along * stiff * strain;
+    let uniform = 0.95f64;
+    let gamma = -0.5 * (uniform * uniform - 1.0) * stiff / (1.0 - nu);
+    for (value, fibre, stretch) in
+        [(tau, Some(fibre(["1", "0", "0"])), [along, lateral]), (gamma, None, [uniform, uniform])]
+    {
+        let value = Field::Formula(format!("{value:.17e}"));
+        let tension = ActiveTension { value, fibre, ramp: None }.build(&context).unwrap();
+        let mut terms = tension.energies;
+        terms.push(EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)));
+        let pins = vec![[false; 3]; sheet.vertex_count()];
+        let mechanics = Mechanics::new(sheet.clone(), terms, pins).unwrap();
+        let mut potential = Potential::new(&mechanics);
+        let scaled = |x: &Vec3| Vec3::new(stretch[0] * x.x, stretch[1] * x.y, 0.0);
+        let x: Vec<Vec3> = sheet.rest().iter().map(scaled).collect();
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        potential.energy_gradient(&x, &mut gradient);
+        let largest = gradient.iter().map(|g| g.norm()).fold(0.0, f64::max);
+        assert!(largest < 1e-12 * potential.force_scale(), "{stretch:?} {largest}");
     }
 }

@@ -13,7 +13,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 45] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 51] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -81,6 +81,12 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 45] = [
         [false; 3],
     ),
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
+    ("growth", "along = '1 + 0.1*x*t'\nfibre = [1, 'x', 0]", false, [true, true, true]),
+    ("directed-growth", "fibre = [1, 0, 0.5]\nacross = 0.5", true, [true, true, true]),
+    ("active-tension", "value = 0.7", false, [true, true, false]),
+    ("active-tension", "value = -0.4\nramp = { formula = '1 + t' }", true, [true, true, false]),
+    ("active-tension", "value = '0.3 + 0.1*x'\nfibre = [1, 0, 0]", false, [true, true, false]),
+    ("active-tension", "value = -0.3\nfibre = ['y', '-x', 0.1]", true, [true, true, false]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
     ("diffusion", "species = 'c'", false, [true, true, true]),
     ("advection", "species = 'c'\nvelocity = ['-y', 'x', '0.3']", true, [true, true, true]),
@@ -125,7 +131,8 @@ fn sheet(closed: bool) -> Arc<Sheet> {
 fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
     let spec: Box<dyn EffectSpec> = read(kind, table);
     let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
-    let made_up = made_up(&["c", "d"]);
+    let mut made_up = made_up(&["c", "d"]);
+    made_up.capabilities.length_factor = true;
     let kinetics = spec.needs().species.then_some((&made_up, location));
     examine_with(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
 }

@@ -5,6 +5,7 @@
 //! transports of a species ([`Transport`]). All of these are immutable; what an evaluation needs besides is
 //! in memory that the evaluation owns. What a scene does not list is not built.
 
+mod active;
 mod advection;
 mod bending;
 mod cone;
@@ -35,6 +36,7 @@ mod stretching;
 mod transport;
 mod volume;
 
+pub use active::ActiveTension;
 pub use advection::{Advection, AdvectionScheme};
 pub use bending::{
     Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
