@@ -2,16 +2,17 @@
 //!
 //! `cargo run --release --example 03_known_answers`
 //!
-//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`, `contact`) only
-//! these.
+//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`, `contact`,
+//! `chemistry`) only these.
 
 mod known_answers;
 
+use known_answers::chemistry::{CARRIED, FINE};
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
-    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, contact, growth, membranes,
-    plates, shells, strips, sze,
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, chemistry, contact, growth,
+    membranes, plates, shells, strips, sze,
 };
 
 /// Prints the tables.
@@ -41,6 +42,9 @@ fn main() -> Outcome<()> {
     }
     if wanted("contact") {
         contact_tables()?;
+    }
+    if wanted("chemistry") {
+        chemistry_tables()?;
     }
     Ok(())
 }
@@ -296,5 +300,24 @@ fn contact_tables() -> Outcome<()> {
             &samples,
         );
     }
+    Ok(())
+}
+
+fn chemistry_tables() -> Outcome<()> {
+    println!("\n## C1 to C4: transport of species");
+    let sizes = [200, 800, 3200];
+    table("C1 decay rate, c = 0 held", &over(&sizes, |n| chemistry::decay(n, None, FINE))?);
+    for rate in [1.0, 10.0] {
+        let samples = over(&sizes, |n| chemistry::decay(n, Some(rate), FINE))?;
+        table(&format!("C1 decay rate, exchange k R/D = {rate}"), &samples);
+    }
+    let implicit = "{ kind = \"monolithic\", method = \"bdf\", rtol = 1e-7, atol = 1e-9 }";
+    let samples = over(&[300, 1200, 4800], |n| chemistry::ring(n, implicit))?;
+    table("C2 concentration at the inner boundary", &samples);
+    for scheme in ["central", "upwind"] {
+        let samples = over(&[600, 2400, 9600], |n| chemistry::rotated(n, scheme, CARRIED))?;
+        table(&format!("C3 1 + distance, {scheme}"), &samples);
+    }
+    table("C4 growth rate", &over(&[300, 1200, 4800], |n| chemistry::cross(n, FINE))?);
     Ok(())
 }

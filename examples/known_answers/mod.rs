@@ -1,8 +1,9 @@
-//! Problems of plate, membrane and shell theory whose answers are known, solved with the library.
+//! Problems of plate, membrane and shell theory and of transport whose answers are known, solved with the library.
 //!
 //! Every problem is a function of the mesh and the models that returns a [`Sample`]; the example
 //! `03_known_answers` prints tables of them and the tests hold them to their tolerances.
 
+pub mod chemistry;
 pub mod contact;
 pub mod growth;
 pub mod loads;

@@ -80,6 +80,7 @@ impl Stepper {
     pub fn prepare(&mut self) -> Result<Relaxation> {
         self.check()?;
         self.check_start()?;
+        self.hold();
         self.find_breakpoints();
         self.integrator.prepare(&mut self.workspace, &mut self.state)
     }
@@ -91,7 +92,13 @@ impl Stepper {
     pub fn relax(&mut self) -> Result<Relaxation> {
         self.check()?;
         self.check_start()?;
+        self.hold();
         self.workspace.relax(&mut self.state)
+    }
+
+    /// Sets the values that effects hold.
+    fn hold(&mut self) {
+        self.workspace.model.hold(&mut self.state.species);
     }
 
     /// That no effect refuses the shape.
@@ -132,6 +139,7 @@ impl Stepper {
             return Err(SolveError::NoStep { time, until }.into());
         }
         self.check()?;
+        self.hold();
         let work = self.model().tally().work();
         let (causes, not_finite) = (self.workspace.tries().causes(), self.model().not_finite());
         self.workspace.mark();

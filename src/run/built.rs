@@ -28,6 +28,8 @@ pub(crate) struct Brought {
     before: i64,
     pub(crate) energies: usize,
     pub(crate) transports: usize,
+    /// Points whose values are held.
+    pub(crate) held: usize,
     pub(crate) growth: usize,
     /// Whether it directs the length factor of the law.
     pub(crate) directs: bool,
@@ -74,6 +76,7 @@ impl Brought {
             before: bytes(),
             energies: 0,
             transports: 0,
+            held: 0,
             growth: 0,
             directs: false,
             constraints: 0,
@@ -88,8 +91,9 @@ impl Brought {
     pub(crate) fn holds(&mut self, effect: &Effect) {
         self.took = self.began.elapsed();
         self.bytes = bytes() - self.before;
-        let Effect { energies, pins, prescribed, constraints, growth, direction, transports } =
+        let Effect { energies, pins, prescribed, constraints, growth, direction, transports, held } =
             effect;
+        self.held = held.iter().map(|held| held.points().len()).sum();
         self.energies = energies.len();
         self.transports = transports.len();
         self.growth = growth.len();

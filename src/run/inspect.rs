@@ -228,8 +228,7 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
         let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
         chemistry.reaction(&c, &columns, &mut out)?;
         for (term, operator) in chemistry.transports().iter().zip(at.surface().operators()) {
-            let which = term.species();
-            term.add_rate(sheet, operator, c[which], &mut diffusion[which]);
+            term.add_rate(sheet, operator, c[term.by()], &mut diffusion[term.species()]);
         }
         if let Value::Object(all) = &mut result {
             all.insert("species".into(), by_name(&state.species).into());

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, Cotan, DirectedGrowth, EffectContext, EffectSpec, EnergyTerm, Fibre, Field,
-    GreenGauss, Measure, MeyerBending, StretchingModulus, StretchingWeight, StvkStretching,
-    TransportTerm,
+    BondStretching, Cotan, DirectedGrowth, Effect, EffectContext, EffectSpec, EnergyTerm, Fibre,
+    Field, GreenGauss, Held, Measure, MeyerBending, StretchingModulus, StretchingWeight,
+    StvkStretching, TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::kinetics::{
@@ -137,6 +137,58 @@ fn model(
     with_areas(AreaRule::FrozenVoronoi, sheet, location, stretching, transport, measure)
 }
 
+/// What these tables of effects bring to the species `a` and `b`.
+fn brought(sheet: &Sheet, location: Location, measure: Measure, tables: &[&str]) -> Effect {
+    let law = Everything::new(location);
+    let kinetics = Some((law.descriptor(), location));
+    let context = EffectContext { sheet, material: None, kinetics, measure, read: None };
+    let mut all = Effect::default();
+    for table in tables {
+        let text = format!(
+            "sheet = {{ shape = 'disc', radius = 1.0, vertices = 50 }}\ntime = {{ until = 1.0 }}\n\
+             kinetics = {{ rates = {{ a = '0', b = '0' }} }}\n[[effect]]\n{table}\n"
+        );
+        let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]).unwrap();
+        let effect = scene.effects[0].build(&context).unwrap();
+        all.transports.extend(effect.transports);
+        all.held.extend(effect.held);
+    }
+    all
+}
+
+#[test]
+fn the_jacobian_is_exact_for_fluxes_advection_cross_diffusion_and_held_values() {
+    let sheet = Arc::new(irregular(8, 7, 0.2));
+    for (location, tables) in [
+        (
+            Location::Vertex,
+            &[
+                "kind = 'flux'\nspecies = 'a'\nwhere = 'rim'\nvalue = '1 + x'",
+                "kind = 'exchange'\nspecies = 'b'\nwhere = 'all'\nrate = '2 + x'\nreference = 0.3",
+                "kind = 'advection'\nspecies = 'a'\nvelocity = ['1 + y', 'x', 0.2]",
+                "kind = 'cross-diffusion'\nspecies = 'b'\nby = 'a'\ncoefficient = -0.4",
+                "kind = 'hold'\nspecies = 'b'\nwhere = 'rim'\nvalue = 'x'",
+            ][..],
+        ),
+        (
+            Location::Face,
+            &[
+                "kind = 'flux'\nspecies = 'a'\nwhere = 'all'\nvalue = '1 + x'",
+                "kind = 'exchange'\nspecies = 'b'\nwhere = 'rim'\nrate = '2 + x'\nreference = 0.3",
+                "kind = 'hold'\nspecies = 'b'\nwhere = { half-space = { normal = [1, 0, 0] } }\nvalue = 'x'",
+            ][..],
+        ),
+    ] {
+        for measure in [Measure::Concentration, Measure::Amount] {
+            let Effect { transports, held, .. } = brought(&sheet, location, measure, tables);
+            let (rule, stretching) = (AreaRule::FrozenVoronoi, bond(StretchingWeight::OptimalArea));
+            let model = holding(rule, &sheet, location, stretching, (transports, &held), measure);
+            let error = deviation(&model, &state(&sheet, location));
+            assert!(error < 1e-6, "{location:?}, {measure:?}: {error:e}");
+        }
+    }
+}
+
 /// The same with another area of a vertex, in the forces and in the signals.
 fn with_areas(
     rule: AreaRule,
@@ -144,6 +196,18 @@ fn with_areas(
     location: Location,
     stretching: EnergyTerm,
     transport: Vec<TransportTerm>,
+    measure: Measure,
+) -> Arc<Model> {
+    holding(rule, sheet, location, stretching, (transport, &[]), measure)
+}
+
+/// The same with values that are held.
+fn holding(
+    rule: AreaRule,
+    sheet: &Arc<Sheet>,
+    location: Location,
+    stretching: EnergyTerm,
+    (transport, held): (Vec<TransportTerm>, &[Held]),
     measure: Measure,
 ) -> Arc<Model> {
     let weight = rumple::effects::BendingWeight::Area;
@@ -177,7 +241,8 @@ fn with_areas(
         signals,
         transport,
         measure,
-    );
+    )
+    .holding(held);
     let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
     Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
 }

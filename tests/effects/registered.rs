@@ -13,7 +13,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 39] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 51] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -89,6 +89,38 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 39] = [
     ("active-tension", "value = -0.3\nfibre = ['y', '-x', 0.1]", true, [true, true, false]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
     ("diffusion", "species = 'c'", false, [true, true, true]),
+    ("advection", "species = 'c'\nvelocity = ['-y', 'x', '0.3']", true, [true, true, true]),
+    ("advection", "species = 'c'\nvelocity = ['1 + y', 0.3, 1.0]", false, [true, true, true]),
+    (
+        "advection",
+        "species = 'c'\nvelocity = ['1 + y', 0.3, 1.0]\nscheme = 'central'",
+        false,
+        [true, true, true],
+    ),
+    ("cross-diffusion", "species = 'c'\nby = 'd'\ncoefficient = -0.7", false, [true, true, true]),
+    ("hold", "species = 'c'\nwhere = 'rim'\nvalue = '1 + x'", false, [true, true, true]),
+    ("hold", "species = 'd'\nwhere = 'all'\nvalue = 2.0", true, [true, true, true]),
+    ("flux", "species = 'c'\nwhere = 'all'\nvalue = '1 + x'", true, [true, true, true]),
+    ("flux", "species = 'c'\nwhere = 'rim'\nvalue = -0.3", false, [true, true, true]),
+    ("flux", "species = 'c'\nwhere = 'rim'\nvalue = -0.3\nper = 'area'", false, [true, true, true]),
+    (
+        "exchange",
+        "species = 'c'\nwhere = 'rim'\nrate = '2 + y'\nreference = 'x'",
+        false,
+        [true, true, true],
+    ),
+    (
+        "exchange",
+        "species = 'c'\nwhere = { half-space = { normal = [1.0, 0.0, 0.0] } }\nrate = 2\nreference = 1",
+        true,
+        [true, true, true],
+    ),
+    (
+        "exchange",
+        "species = 'c'\nwhere = 'all'\nper = 'length'\nrate = 2.0\nreference = 1.0",
+        false,
+        [true, true, true],
+    ),
 ];
 
 fn sheet(closed: bool) -> Arc<Sheet> {
@@ -99,7 +131,7 @@ fn sheet(closed: bool) -> Arc<Sheet> {
 fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
     let spec: Box<dyn EffectSpec> = read(kind, table);
     let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
-    let mut made_up = made_up(&["c"]);
+    let mut made_up = made_up(&["c", "d"]);
     made_up.capabilities.length_factor = true;
     let kinetics = spec.needs().species.then_some((&made_up, location));
     examine_with(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
@@ -142,6 +174,37 @@ fn diffusion_passes_the_kit_wherever_species_live() {
         assert_eq!(found.faults, Vec::<String>::new(), "{table} {location:?}");
         assert_eq!(found.conserves_totals, totals, "{table} {location:?}");
         assert_eq!(found.keeps_constants, constants, "{table} {location:?}");
+    }
+}
+
+/// Advection moves totals about, and gathers species unless the velocity has no divergence.
+#[test]
+fn advection_and_cross_diffusion_conserve_totals() {
+    for (kind, table, closed, constants) in [
+        ("advection", "species = 'c'\nvelocity = ['1 + y', 'z', '0.3*x']", true, false),
+        ("advection", "species = 'c'\nvelocity = ['1 + y', 0.3, 1.0]", false, false),
+        ("cross-diffusion", "species = 'c'\nby = 'd'\ncoefficient = -0.7", false, true),
+    ] {
+        let found = report(kind, table, closed, Location::Vertex);
+        assert!(found.conserves_totals, "{kind} {table}");
+        assert_eq!(found.keeps_constants, constants, "{kind} {table}");
+    }
+}
+
+/// Their derivatives where species live on faces; a flux changes totals, and leaves no constant alone.
+#[test]
+fn inflows_pass_the_kit_on_faces() {
+    for (kind, table) in [
+        ("flux", "species = 'c'\nwhere = 'all'\nvalue = '1 + x'"),
+        ("flux", "species = 'c'\nwhere = 'rim'\nvalue = '1 + x'"),
+        ("exchange", "species = 'c'\nwhere = 'all'\nrate = 2.0\nreference = 'x'"),
+        ("exchange", "species = 'c'\nwhere = 'rim'\nrate = 2.0\nreference = 'x'"),
+    ] {
+        for location in [Location::Vertex, Location::Face] {
+            let found = report(kind, table, false, location);
+            assert_eq!(found.faults, Vec::<String>::new(), "{kind} {table}");
+            assert!(!found.conserves_totals && !found.keeps_constants, "{kind} {table}");
+        }
     }
 }
 

@@ -14,7 +14,7 @@ const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }
 const TIME: &str = "time = { until = 1.0 }";
 
 /// Page and heading of the reference, and scenes (but for the tables above) with an unknown key or name.
-const TABLES: [(&str, &str, &[&str]); 25] = [
+const TABLES: [(&str, &str, &[&str]); 30] = [
     (
         "sheet",
         "`[sheet]`",
@@ -87,6 +87,11 @@ const TABLES: [(&str, &str, &[&str]); 25] = [
     ("effects", "Growth", &["effect = [{ kind = \"growth\", impossible = 0 }]"]),
     ("effects", "Directed-growth", &["effect = [{ kind = \"directed-growth\", impossible = 0 }]"]),
     ("effects", "Diffusion", &["effect = [{ kind = \"diffusion\", impossible = 0 }]"]),
+    ("effects", "Cross-diffusion", &["effect = [{ kind = \"cross-diffusion\", impossible = 0 }]"]),
+    ("effects", "Advection", &["effect = [{ kind = \"advection\", impossible = 0 }]"]),
+    ("effects", "Flux", &["effect = [{ kind = \"flux\", impossible = 0 }]"]),
+    ("effects", "Exchange", &["effect = [{ kind = \"exchange\", impossible = 0 }]"]),
+    ("effects", "Hold", &["effect = [{ kind = \"hold\", impossible = 0 }]"]),
     (
         "effects",
         "Regions",

@@ -6,18 +6,25 @@
 //! in memory that the evaluation owns. What a scene does not list is not built.
 
 mod active;
+mod advection;
 mod bending;
 mod cone;
 mod contact;
+mod cotan;
+mod cross_diffusion;
 mod diffusion;
 mod directed;
 mod element;
 mod energy;
+mod exchange;
 mod fibre;
 mod field;
+mod flux;
 mod foundation;
 mod green_gauss;
 mod growth;
+mod hold;
+mod inflow;
 mod load;
 mod pin;
 pub mod prelude;
@@ -30,20 +37,27 @@ mod transport;
 mod volume;
 
 pub use active::ActiveTension;
+pub use advection::{Advection, AdvectionScheme};
 pub use bending::{
     Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
 };
 pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
-pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
+pub use cotan::{Cotan, CotanOperator};
+pub use cross_diffusion::CrossDiffusion;
+pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
 pub use directed::{DirectedGrowth, Direction};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
+pub use exchange::Exchange;
 pub use fibre::Fibre;
 pub use field::Field;
+pub use flux::Flux;
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};
+pub use hold::{Held, Hold};
+pub use inflow::Per;
 pub use load::{DeadLoad, Load, LoadForce};
 pub use pin::{Axes, Pin, Prescribed};
 pub use pressure::{FollowerPressure, Pressure};

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::directed::Direction;
 use super::energy::{Energy, EnergyTerm};
 use super::growth::LengthFactor;
+use super::hold::Held;
 use super::pin::Prescribed;
 use super::transport::{Transport, TransportTerm};
 use crate::geometry::AreaRule;
@@ -132,6 +133,33 @@ impl<'a> EffectContext<'a> {
             help: Some("add [material] with young, poisson and thickness".into()),
         })
     }
+
+    /// The number of the species that `key` names, and where it lives; `acts` is what it cannot do without kinetics.
+    ///
+    /// # Errors
+    /// No kinetics, or none with that species.
+    pub fn species(
+        &self,
+        key: &'static str,
+        name: &str,
+        acts: &str,
+    ) -> Result<(usize, Location), EffectError> {
+        let refuse = |message: String, help: String| EffectError { key, message, help: Some(help) };
+        let Some((descriptor, location)) = self.kinetics else {
+            return Err(refuse(
+                format!("`{name}` cannot {acts}: there are no kinetics"),
+                "add a [kinetics] table with a plugin".into(),
+            ));
+        };
+        let Some(species) = descriptor.species_index(name) else {
+            let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
+            return Err(refuse(
+                format!("{} has no species `{name}`", descriptor.name),
+                format!("its species: {}", names.join(", ")),
+            ));
+        };
+        Ok((species, location))
+    }
 }
 
 /// Whether the value of a species is an amount per current or per rest area.
@@ -187,6 +215,8 @@ pub struct Effect {
     pub direction: Option<Direction>,
     /// Transports of species.
     pub transports: Vec<TransportTerm>,
+    /// Values of species that are held.
+    pub held: Vec<Held>,
 }
 
 impl Effect {

@@ -5,7 +5,8 @@ use std::any::Any;
 use crate::Vec3;
 use crate::sheet::Sheet;
 
-/// Transport of one species, `dc/dt = … + transport(c)`, linear in c.
+/// Transport of one species c by another one or itself: `dc/dt = … + L b + s`, with the matrix L and the sources s of
+/// a shape, and b the species that it reads.
 ///
 /// It is immutable; what it is on a given shape is an [`Transport::Operator`] of its own.
 pub trait Transport: Send + Sync + 'static {
@@ -20,6 +21,21 @@ pub trait Transport: Send + Sync + 'static {
     /// Number of the species in the kinetics' descriptor.
     fn species(&self) -> usize;
 
+    /// Number of the species that it reads: itself, unless this is cross-diffusion or the like.
+    fn by(&self) -> usize {
+        self.species()
+    }
+
+    /// Whether it has sources: a rate that is not 0 where the species that it reads is 0.
+    fn has_sources(&self) -> bool {
+        false
+    }
+
+    /// The key of its table in a scene that says how fast it is.
+    fn key(&self) -> &'static str {
+        "coefficient"
+    }
+
     /// Whether its operator on any shape is that of `other`: one then serves both.
     fn has_operator_of(&self, _other: &Self) -> bool {
         false
@@ -28,13 +44,13 @@ pub trait Transport: Send + Sync + 'static {
     /// Makes `operator` that of the shape `x`.
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Self::Operator);
 
-    /// Adds the rate of change to `out`.
+    /// Adds the rate of change, `L c + s`, to `out`; `c` is the species that it reads.
     fn add_rate(&self, sheet: &Sheet, operator: &Self::Operator, c: &[f64], out: &mut [f64]);
 
-    /// A bound on the largest decay rate, 1/time.
+    /// A bound on the row sums of |L|, and so on its decay rates, 1/time.
     fn spectral_bound(&self, operator: &Self::Operator) -> f64;
 
-    /// Hands the matrix of the transport to `emit` as (point, by point, value); order and pairs
+    /// Hands the matrix L of the transport to `emit` as (point, by point, value); order and pairs
     /// depend on the sheet alone, pairs may come more than once.
     fn entries(
         &self,
@@ -62,7 +78,7 @@ pub struct TransportTerm(Box<dyn AnyTransport>);
 
 impl std::fmt::Debug for TransportTerm {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("TransportTerm").field(&self.species()).finish()
+        f.debug_tuple("TransportTerm").field(&self.name()).field(&self.species()).finish()
     }
 }
 
@@ -99,6 +115,9 @@ pub trait AnyTransport: Send + Sync {
     fn operator(&self) -> Operator;
     fn name(&self) -> &'static str;
     fn species(&self) -> usize;
+    fn by(&self) -> usize;
+    fn has_sources(&self) -> bool;
+    fn key(&self) -> &'static str;
     fn transport(&self) -> &dyn Any;
     fn has_operator_of(&self, other: &dyn AnyTransport) -> bool;
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator);
@@ -132,6 +151,18 @@ impl<T: Transport> AnyTransport for Boxed<T> {
 
     fn species(&self) -> usize {
         self.0.species()
+    }
+
+    fn by(&self) -> usize {
+        self.0.by()
+    }
+
+    fn has_sources(&self) -> bool {
+        self.0.has_sources()
+    }
+
+    fn key(&self) -> &'static str {
+        self.0.key()
     }
 
     fn transport(&self) -> &dyn Any {

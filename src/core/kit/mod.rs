@@ -200,14 +200,14 @@ pub fn made_up(species: &[&str]) -> Descriptor {
 }
 
 /// The fault of an effect without effect.
-const NOTHING: &str =
-    "it brings nothing: no energy, fixed or prescribed positions, constraint, growth or transport";
+const NOTHING: &str = "it brings nothing: no energy, fixed or prescribed positions, constraint, growth, transport or held value";
 
 fn is_nothing(built: &Effect) -> bool {
-    let Effect { energies, pins, prescribed, constraints, growth, direction, transports } = built;
+    let Effect { energies, pins, prescribed, constraints, growth, direction, transports, held } =
+        built;
     let pinned = pins.iter().flatten().flatten().any(|fixed| *fixed);
     let lists = energies.len() + prescribed.len() + constraints.len() + growth.len();
-    lists + transports.len() == 0 && !pinned && direction.is_none()
+    lists + transports.len() + held.len() == 0 && !pinned && direction.is_none()
 }
 
 /// The fault of an effect that does in planar scenes what is never shown.

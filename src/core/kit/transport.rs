@@ -65,9 +65,11 @@ pub(super) fn of_transport(
     let mut faults = Vec::new();
     let mut fault = |what: String| faults.push(format!("{}: {what}{as_amount}", term.name()));
     if let Some((descriptor, _)) = context.kinetics {
-        let (species, count) = (term.species(), descriptor.species.len());
-        if species >= count {
-            fault(format!("it moves species number {species}, and there are {count} from 0"));
+        let count = descriptor.species.len();
+        for (does, species) in [("moves", term.species()), ("reads", term.by())] {
+            if species >= count {
+                fault(format!("it {does} species number {species}, and there are {count} from 0"));
+            }
         }
     }
     let edge = mean_edge(sheet);
@@ -80,6 +82,13 @@ pub(super) fn of_transport(
 
     let there = There::new(term, sheet, &x, n);
     let (entries, bound, rate) = (there.entries(), there.bound(), there.rate(&c));
+    // What does not depend on the species; only declared sources are taken for granted.
+    let sources = match term.has_sources() {
+        true => there.rate(&vec![0.0; n]),
+        false => vec![0.0; n],
+    };
+    let linear =
+        |rate: &[f64]| -> Vec<f64> { rate.iter().zip(&sources).map(|(r, s)| r - s).collect() };
     if let Some((i, j, _)) = entries.iter().find(|(i, j, _)| *i >= n || *j >= n) {
         fault(format!("the entry ({i}, {j}) is none of a matrix of {n} points"));
         report.faults.append(&mut faults);
@@ -99,9 +108,9 @@ pub(super) fn of_transport(
         let combined: Vec<f64> = c.iter().zip(&other).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
         let of_other = there.rate(&other);
         let expected: Vec<f64> =
-            rate.iter().zip(&of_other).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
+            linear(&rate).iter().zip(linear(&of_other)).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
         let size = length(&rate) + length(&of_other);
-        if exceeds(apart(&there.rate(&combined), &expected), ROUND_OFF * size) {
+        if exceeds(apart(&linear(&there.rate(&combined)), &expected), ROUND_OFF * size) {
             fault("the rate is not linear in the species".into());
         }
         let mut added = start.clone();
@@ -111,7 +120,7 @@ pub(super) fn of_transport(
             fault("the rate is not added to what is there".into());
         }
         let (product, size) = multiply(&entries, &c);
-        let error = apart(&product, &rate);
+        let error = apart(&product, &linear(&rate));
         if exceeds(error, ROUND_OFF * size.max(length(&rate))) {
             let relative = error / length(&product).max(length(&rate));
             fault(format!(

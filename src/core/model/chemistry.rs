@@ -1,5 +1,6 @@
 //! The chemical half of a model: `dc/dt = D Δ_x c + R(c, signals, t)` and what c does to lengths.
 
+mod held;
 mod places;
 mod surface;
 
@@ -12,7 +13,7 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::Flagged;
-use crate::effects::{Direction, Measure, TransportTerm};
+use crate::effects::{Direction, Held, Measure, TransportTerm};
 use crate::geometry::FaceVertexAverage;
 use crate::kinetics::{
     Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
@@ -20,6 +21,7 @@ use crate::kinetics::{
 use crate::parallel;
 use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
+pub use held::HeldValues;
 use places::{at_vertices, edge_means};
 pub use surface::Surface;
 use surface::distinct_operators;
@@ -39,6 +41,7 @@ pub struct Chemistry {
     which: Arc<[usize]>,
     measure: Measure,
     direction: Option<Direction>,
+    held: HeldValues,
     flagged: Flagged,
     tally: Tally,
     law: Meter,
@@ -83,6 +86,7 @@ impl Chemistry {
             which,
             measure,
             direction: None,
+            held: HeldValues::default(),
             flagged,
             tally: tally.clone(),
             law,
@@ -97,6 +101,19 @@ impl Chemistry {
     pub fn directed(mut self, direction: Option<Direction>) -> Self {
         self.direction = direction;
         self
+    }
+
+    /// The same with values of species that are held.
+    #[must_use]
+    pub fn holding(mut self, held: &[Held]) -> Self {
+        self.held = HeldValues::new(self.descriptor().species.len(), held);
+        self
+    }
+
+    /// Values of species that are held.
+    #[must_use]
+    pub fn held(&self) -> &HeldValues {
+        &self.held
     }
 
     /// Counts what it costs with `tally` from now on.
@@ -342,7 +359,7 @@ impl Chemistry {
         Ok(partials)
     }
 
-    /// `D Δ_x c + R` of every species on `surface`.
+    /// `D Δ_x c + R` of every species on `surface`; `g - c` where it is held at g.
     ///
     /// # Errors
     /// If the plugin fails.
@@ -364,8 +381,10 @@ impl Chemistry {
         self.reaction(&c, signals, &mut r)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);
-            let which = term.species();
-            term.add_rate(sheet, operator, c[which], r[which]);
+            term.add_rate(sheet, operator, c[term.by()], r[term.species()]);
+        }
+        for (s, (c, rates)) in c.iter().zip(&mut r).enumerate() {
+            self.held.set_rates(s, c, rates);
         }
         Ok(())
     }
@@ -391,9 +410,17 @@ impl Chemistry {
             };
             reaction = reaction.max(parallel::max(count, row));
         }
-        let each = self.transports.iter().zip(surface.operators());
-        let diffusion = each.map(|(t, operator)| t.spectral_bound(operator)).fold(0.0, f64::max);
-        Ok([reaction, diffusion])
+        Ok([reaction, self.transport_bound(surface)])
+    }
+
+    /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
+    #[must_use]
+    pub fn transport_bound(&self, surface: &Surface) -> f64 {
+        let mut sums: Few<f64> = SmallVec::from_elem(0.0, self.descriptor().species.len());
+        for (term, operator) in self.transports.iter().zip(surface.operators()) {
+            sums[term.species()] += term.spectral_bound(operator);
+        }
+        sums.into_iter().fold(0.0, f64::max)
     }
 
     /// The transport effects.

@@ -30,7 +30,7 @@ mod state;
 mod time_course;
 mod unreliable_results;
 
-pub use chemistry::{Chemistry, SignalColumns, Surface};
+pub use chemistry::{Chemistry, HeldValues, SignalColumns, Surface};
 pub use coupled::{Coupled, Layout, Part};
 pub use drag::{Drag, Weights};
 pub use drag_spec::{Coefficient, Directions, DragSpec};
@@ -198,6 +198,13 @@ impl Model {
     #[must_use]
     pub fn diffuses(&self) -> bool {
         self.chemistry.as_ref().is_some_and(|chemistry| !chemistry.transports().is_empty())
+    }
+
+    /// Sets the values of species that effects hold.
+    pub fn hold(&self, species: &mut [Vec<f64>]) {
+        if let Some(chemistry) = &self.chemistry {
+            chemistry.held().set(species);
+        }
     }
 
     /// Brings values that left a species' valid range by less than the tolerance

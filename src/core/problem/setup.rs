@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
-    Direction, Effect, EffectContext, LengthFactor, Material, Prescribed, TransportTerm,
+    Direction, Effect, EffectContext, Held, LengthFactor, Material, Prescribed, TransportTerm,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -16,6 +16,7 @@ use crate::solve::{Integrator, Relaxer};
 pub(super) struct Bound {
     pub(super) mechanics: MechanicsParts,
     pub(super) transports: Vec<TransportTerm>,
+    pub(super) held: Vec<Held>,
     pub(super) growth: Vec<LengthFactor>,
     pub(super) direction: Option<Direction>,
 }
@@ -126,6 +127,7 @@ impl Problem<'_> {
                 return Err(ProblemError::new(part, message, Some("leave out one of the two")));
             }
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
+            check_held(number, &all.held, &effect.held)?;
             all.add(effect);
         }
         Ok(all)
@@ -255,10 +257,28 @@ impl Problem<'_> {
     }
 }
 
+/// Refuses values held by effect number `number` that contradict those of an `earlier` one.
+fn check_held(number: usize, earlier: &[Held], new: &[Held]) -> Result<(), ProblemError> {
+    for new in new {
+        if let Some(point) = earlier.iter().find_map(|old| new.contradicts(old)) {
+            let message =
+                format!("an earlier effect holds the species at point {point} at another value");
+            let help = "let the regions of the two differ, or their values agree";
+            return Err(ProblemError::new(
+                Part::Effect(number, "value".into()),
+                message,
+                Some(help),
+            ));
+        }
+    }
+    Ok(())
+}
+
 impl Bound {
     fn add(&mut self, effect: Effect) {
         self.mechanics.terms.extend(effect.energies);
         self.transports.extend(effect.transports);
+        self.held.extend(effect.held);
         self.mechanics.prescribed.extend(effect.prescribed);
         self.mechanics.constraints.extend(effect.constraints);
         self.growth.extend(effect.growth);

@@ -148,6 +148,12 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             };
             parts.push(format!("transport `{name}`: a sparse operator, made {when}"));
         }
+        if brought.held > 0 {
+            parts.push(format!(
+                "holds the species at {} points: their rates are 0, other rates see their values",
+                brought.held
+            ));
+        }
         if parts.is_empty() {
             parts.push("has no effect here: no energy, no fixed direction, no transport".into());
         }

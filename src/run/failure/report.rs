@@ -136,7 +136,7 @@ fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     {
         let s = term.species();
         let mut rate = vec![0.0; species[s].len()];
-        term.add_rate(model.sheet(), operator, species[s], &mut rate);
+        term.add_rate(model.sheet(), operator, species[term.by()], &mut rate);
         terms.push((s, name, rate.get(point).copied().unwrap_or(f64::NAN)));
     }
     let noun = if chemistry.location() == Location::Face { "triangle" } else { "vertex" };

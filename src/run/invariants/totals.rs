@@ -195,7 +195,14 @@ fn conserving(
     if let Some(share) = candidates.into_iter().find(holds) {
         return Ok((share, "amount"));
     }
+    let sources = |(s, _): &(usize, f64)| {
+        let mut flows = chemistry.transports().iter().filter(|t| t.species() == *s);
+        flows.any(|t| t.has_sources()) || !chemistry.held().of(*s).is_empty()
+    };
     let message = match (chemistry.location(), moves) {
+        _ if species.iter().any(sources) => {
+            "an effect lets this species flow in or out (flux, exchange or hold), so its total changes"
+        }
         (Location::Vertex, true) => {
             "on a sheet that moves the total of a concentration is not conserved, since nothing dilutes it"
         }
@@ -214,6 +221,9 @@ fn conserves(
     species: usize,
     share: &[f64],
 ) -> bool {
+    if !chemistry.held().of(species).is_empty() {
+        return false;
+    }
     let mut surface = Surface::default();
     chemistry.transport(sheet, x, &mut surface);
     let c: Vec<f64> = (0..share.len()).map(|i| 1.0 + (real(i) * 1.7).sin()).collect();

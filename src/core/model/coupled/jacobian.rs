@@ -23,7 +23,7 @@ use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;
 use crate::linear::{Assembly, BlockMatrix, Entries, Part, Sparse, SumOfProduct};
 use crate::model::{
-    Chemistry, Derivatives, Model, ModelError, Potential, SignalColumns, State, Surface,
+    Chemistry, Derivatives, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
 };
 
 /// Vertices, or points of the chemistry, whose entries one thread names at a time.
@@ -155,7 +155,7 @@ impl Jacobian {
         // Without a Hessian they are few, and lists in parts cost memory.
         let apart = at.hessian.is_some();
         if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| apart) {
-            let inputs = chemistry.descriptor().inputs();
+            let inputs = (chemistry.descriptor().inputs(), chemistry.held());
             parts.extend(in_parts(layout.points()).map(|points| {
                 Box::new(move |entries: &mut Entries<'_>| {
                     reactions(layout, partials, inputs, points.clone(), entries);
@@ -165,7 +165,7 @@ impl Jacobian {
         let parts: Vec<&Part<'_>> = parts.iter().map(|part| &**part).collect();
         let others = |entries: &mut Entries<'_>| {
             if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| !apart) {
-                let inputs = chemistry.descriptor().inputs();
+                let inputs = (chemistry.descriptor().inputs(), chemistry.held());
                 reactions(layout, partials, inputs, 0..layout.points(), entries);
             }
             others(potential.as_deref(), model, &at, entries);
@@ -237,13 +237,18 @@ fn second_derivatives(
 fn reactions(
     layout: &Layout,
     partials: &Columns,
-    inputs: usize,
+    (inputs, held): (usize, &HeldValues),
     points: Range<usize>,
     entries: &mut Entries<'_>,
 ) {
     let species = layout.species();
     for point in points {
         for s in 0..species {
+            if held.holds(s, point) {
+                let place = layout.concentration(s, point);
+                entries.add(place, place, -1.0);
+                continue;
+            }
             for j in 0..species {
                 let value = partials.column(s * inputs + j)[point];
                 entries.add(layout.concentration(s, point), layout.concentration(j, point), value);
@@ -261,28 +266,33 @@ fn others(
 ) {
     let layout = at.layout;
     let Some((chemistry, partials)) = &at.chemistry else { return };
-    let inputs = chemistry.descriptor().inputs();
+    let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
     let sheet = model.sheet();
     let transports = chemistry.transports().iter().zip(at.surface.operators());
     for (k, (transport, operator)) in transports.enumerate() {
-        let s = transport.species();
+        let (s, by) = (transport.species(), transport.by());
         let scope = chemistry.transport_scope(k, MATRIX);
         transport.entries(sheet, operator, &mut |i, j, value| {
-            entries.add(layout.concentration(s, i), layout.concentration(s, j), value);
+            if held.holds(s, i) {
+                return;
+            }
+            entries.add(layout.concentration(s, i), layout.concentration(by, j), value);
         });
         drop(scope);
         if layout.mechanical() > 0 {
             let _scope = chemistry.transport_scope(k, DERIVATIVES);
-            let (x, c) = (&at.state.x, &at.state.species[s]);
+            let (x, c) = (&at.state.x, &at.state.species[by]);
             transport.shape_derivatives(sheet, operator, x, c, &mut |i, vertex, by| {
-                add_vector(layout, entries, layout.concentration(s, i), vertex, by);
+                if !held.holds(s, i) {
+                    add_vector(layout, entries, layout.concentration(s, i), vertex, by);
+                }
             });
         }
     }
     if layout.mechanical() > 0
         && let Some(potential) = potential
     {
-        let mut sink = BySignals { layout, partials, inputs, entries, lengths: false };
+        let mut sink = BySignals { layout, partials, inputs, held, entries, lengths: false };
         chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
     }
 }
@@ -300,24 +310,28 @@ struct BySignals<'a, 'b, 'c> {
     layout: &'a Layout,
     partials: &'a Columns,
     inputs: usize,
+    held: &'a HeldValues,
     entries: &'b mut Entries<'c>,
     /// Whether derivatives by lengths are wanted, or those by positions.
     lengths: bool,
 }
 
-impl BySignals<'_, '_, '_> {
-    /// The row of the rate of species `s` at `point`, and its derivative by a signal there.
-    fn rate(&self, s: usize, column: usize, point: usize) -> (usize, f64) {
-        let entry = s * self.inputs + self.layout.species() + column;
-        (self.layout.concentration(s, point), self.partials.column(entry)[point])
+impl<'a> BySignals<'a, '_, '_> {
+    /// The rows of the rates at `point`, but for those that are held, and their derivatives by a signal there.
+    fn rates(&self, column: usize, point: usize) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+        let Self { layout, partials, inputs, held, .. } = *self;
+        let free = (0..layout.species()).filter(move |&s| !held.holds(s, point));
+        free.map(move |s| {
+            let entry = s * inputs + layout.species() + column;
+            (layout.concentration(s, point), partials.column(entry)[point])
+        })
     }
 }
 
 impl Derivatives for BySignals<'_, '_, '_> {
     fn by_position(&mut self, column: usize, point: usize, vertex: usize, value: Vec3) {
         if !self.lengths {
-            for s in 0..self.layout.species() {
-                let (row, slope) = self.rate(s, column, point);
+            for (row, slope) in self.rates(column, point) {
                 add_vector(self.layout, self.entries, row, vertex, slope * value);
             }
         }
@@ -325,8 +339,7 @@ impl Derivatives for BySignals<'_, '_, '_> {
 
     fn by_length(&mut self, column: usize, point: usize, edge: usize, value: f64) {
         if self.lengths {
-            for s in 0..self.layout.species() {
-                let (row, slope) = self.rate(s, column, point);
+            for (row, slope) in self.rates(column, point) {
                 self.entries.add(row, edge, slope * value);
             }
         }
@@ -346,8 +359,8 @@ fn residual_by_lengths(potential: &mut Potential, at: &Values<'_>, entries: &mut
         });
     }
     let Some((chemistry, partials)) = &at.chemistry else { return };
-    let inputs = chemistry.descriptor().inputs();
-    let mut sink = BySignals { layout, partials, inputs, entries, lengths: true };
+    let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
+    let mut sink = BySignals { layout, partials, inputs, held, entries, lengths: true };
     chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
 }
 

@@ -73,9 +73,7 @@ pub fn explicit_limit(workspace: &mut Workspace, state: &State) -> Result<Option
     let model = Arc::clone(&workspace.model);
     let Some(chemistry) = model.chemistry() else { return Ok(None) };
     let mut at = workspace.at(state);
-    let operators = at.surface().operators();
-    let each = chemistry.transports().iter().zip(operators);
-    let bound = each.map(|(term, operator)| term.spectral_bound(operator)).fold(0.0, f64::max);
+    let bound = chemistry.transport_bound(at.surface());
     Ok((bound > 0.0).then(|| 2.0 / bound))
 }
 

@@ -1,0 +1,276 @@
+//! Cotangent Laplace-Beltrami of linear elements with lumped mass, of a species by itself or by another one.
+//!
+//! Equation and reference: see the files `diffusion.rs` and `cross_diffusion.rs`.
+
+use super::{Measure, Transport};
+use crate::Vec3;
+use crate::geometry::sum_at_corners;
+use crate::parallel;
+use crate::sheet::{Edge, Sheet};
+
+/// What a triangle adds to its edges and vertices.
+#[derive(Debug, Clone, Copy, Default)]
+struct Corners {
+    /// Cotangents of its angles.
+    cot: [f64; 3],
+    /// A third of its area.
+    third: f64,
+}
+
+/// Cotangent diffusion of one species.
+#[derive(Debug)]
+pub struct Cotan {
+    species: usize,
+    by: usize,
+    coefficient: f64,
+    measure: Measure,
+    /// Lumped areas at rest; of amounts only.
+    rest_area: Vec<f64>,
+    /// The operator on a surface that does not change, if it is to be that.
+    frozen: Option<CotanOperator>,
+}
+
+/// The operator on one surface.
+#[derive(Debug, Default)]
+pub struct CotanOperator {
+    area: Vec<f64>,
+    weight: Vec<f64>,
+    bound: f64,
+}
+
+impl CotanOperator {
+    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3]) {
+        let triangles = sheet.triangles();
+        self.weight.resize(sheet.edges().len(), 0.0);
+        self.area.resize(sheet.vertex_count(), 0.0);
+        // Not kept: twice as large as the operator.
+        let mut corner = vec![Corners::default(); triangles.len()];
+        parallel::fill(&mut corner, |t| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            let (ab, bc, ca) = (b - a, c - b, a - c);
+            let double = ab.cross(&bc).norm();
+            let cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            Corners { cot, third: double / 6.0 }
+        });
+        let (corner, edges, opposite) = (&corner, sheet.edges(), sheet.triangle_edges());
+        parallel::fill(&mut self.weight, |e| {
+            let cot = |t: u32| -> f64 {
+                if t == Edge::NONE {
+                    return 0.0;
+                }
+                let t = t as usize;
+                (0..3).filter(|&k| opposite[t][k] as usize == e).map(|k| corner[t].cot[k]).sum()
+            };
+            let [left, right] = edges[e].triangles;
+            0.5 * (cot(left) + cot(right))
+        });
+        sum_at_corners(sheet, |t| corner[t].third, &mut self.area);
+        // Gershgorin: twice the largest row sum of |w|/A.
+        let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());
+        self.bound = 2.0
+            * parallel::max(area.len(), |i| {
+                let row: f64 =
+                    neighbours.of(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
+                row / area[i]
+            });
+    }
+
+    /// Lumped areas `A_i` of the surface.
+    #[must_use]
+    pub fn area(&self) -> &[f64] {
+        &self.area
+    }
+
+    /// Edges whose weight is negative: where a maximum principle may fail.
+    #[must_use]
+    pub fn negative_weights(&self) -> usize {
+        self.weight.iter().filter(|w| **w < 0.0).count()
+    }
+}
+
+impl Cotan {
+    /// On `sheet` in its rest state; `frozen` keeps that surface.
+    #[must_use]
+    pub fn new(
+        sheet: &Sheet,
+        species: usize,
+        coefficient: f64,
+        measure: Measure,
+        frozen: bool,
+    ) -> Self {
+        // Without diffusion nothing needs to follow the shape.
+        let frozen = frozen || coefficient == 0.0;
+        let amount = measure == Measure::Amount;
+        let at_rest = (frozen || amount).then(|| {
+            let mut at_rest = CotanOperator::default();
+            at_rest.assemble(sheet, sheet.rest());
+            at_rest
+        });
+        let area = at_rest.as_ref().filter(|_| amount).map(|at_rest| at_rest.area.clone());
+        let (rest_area, frozen) = (area.unwrap_or_default(), at_rest.filter(|_| frozen));
+        Self { species, by: species, coefficient, measure, rest_area, frozen }
+    }
+
+    /// The same with the gradient of the species `by` in place of its own: cross-diffusion.
+    #[must_use]
+    pub fn by(self, by: usize) -> Self {
+        Self { by, ..self }
+    }
+
+    /// The operator in use where that of the shape is `operator`.
+    #[must_use]
+    pub fn in_use<'a>(&'a self, operator: &'a CotanOperator) -> &'a CotanOperator {
+        self.frozen.as_ref().unwrap_or(operator)
+    }
+}
+
+impl Transport for Cotan {
+    type Operator = CotanOperator;
+
+    fn name(&self) -> &'static str {
+        if self.by == self.species { "diffusion" } else { "cross-diffusion" }
+    }
+
+    fn species(&self) -> usize {
+        self.species
+    }
+
+    fn by(&self) -> usize {
+        self.by
+    }
+
+    /// Coefficient and measure are not in it.
+    fn has_operator_of(&self, other: &Self) -> bool {
+        self.frozen.is_none() && other.frozen.is_none()
+    }
+
+    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut CotanOperator) {
+        if self.frozen.is_none() {
+            operator.assemble(sheet, x);
+        }
+    }
+
+    fn add_rate(&self, sheet: &Sheet, operator: &CotanOperator, c: &[f64], out: &mut [f64]) {
+        if self.coefficient == 0.0 {
+            return;
+        }
+        let neighbours = sheet.vertex_edges();
+        let CotanOperator { weight, area, .. } = self.in_use(operator);
+        let rest = &self.rest_area;
+        let d = self.coefficient;
+        match self.measure {
+            Measure::Concentration => parallel::update(out, |i, rate| {
+                let flow: f64 = neighbours
+                    .of(i)
+                    .iter()
+                    .map(|&(e, j)| weight[e as usize] * (c[j as usize] - c[i]))
+                    .sum();
+                *rate += d * flow / area[i];
+            }),
+            Measure::Amount => {
+                let density = |i: usize| c[i] * rest[i] / area[i];
+                parallel::update(out, |i, rate| {
+                    let flow: f64 = neighbours
+                        .of(i)
+                        .iter()
+                        .map(|&(e, j)| weight[e as usize] * (density(j as usize) - density(i)))
+                        .sum();
+                    *rate += d * flow / rest[i];
+                });
+            }
+        }
+    }
+
+    fn spectral_bound(&self, operator: &CotanOperator) -> f64 {
+        self.coefficient.abs() * self.in_use(operator).bound
+    }
+
+    fn entries(
+        &self,
+        sheet: &Sheet,
+        operator: &CotanOperator,
+        emit: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let CotanOperator { weight, area, .. } = self.in_use(operator);
+        let neighbours = sheet.vertex_edges();
+        for i in 0..sheet.vertex_count() {
+            // Rows per area; columns from values to densities.
+            let (per, density): (f64, &dyn Fn(usize) -> f64) = match self.measure {
+                Measure::Concentration => (area[i], &|_| 1.0),
+                Measure::Amount => (self.rest_area[i], &|j| self.rest_area[j] / area[j]),
+            };
+            let mut diagonal = 0.0;
+            for &(e, j) in neighbours.of(i) {
+                let flow = self.coefficient * weight[e as usize] / per;
+                emit(i, j as usize, flow * density(j as usize));
+                diagonal -= flow;
+            }
+            emit(i, i, diagonal * density(i));
+        }
+    }
+
+    fn shape_derivatives(
+        &self,
+        sheet: &Sheet,
+        operator: &CotanOperator,
+        x: &[Vec3],
+        c: &[f64],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if self.frozen.is_some() {
+            return;
+        }
+        let CotanOperator { weight, area, .. } = operator;
+        let amount = self.measure == Measure::Amount;
+        let density = |i: usize| if amount { c[i] * self.rest_area[i] / area[i] } else { c[i] };
+        let per = |i: usize| if amount { self.rest_area[i] } else { area[i] };
+        let mut rate = vec![0.0; c.len()];
+        self.add_rate(sheet, operator, c, &mut rate);
+        let neighbours = sheet.vertex_edges();
+        for triangle in sheet.triangles() {
+            let v = triangle.map(|v| v as usize);
+            let [a, b, d] = v.map(|v| x[v]);
+            let e = [d - b, a - d, b - a];
+            let normal = e[0].cross(&e[1]);
+            let double = normal.norm();
+            let normal = normal / double;
+            // ∂A/∂x_m = ½ n × e_m.
+            let by_area = e.map(|e| 0.5 * normal.cross(&e));
+            for k in 0..3 {
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                // cot θ_k = -e_i·e_j/2A drives the flow between the ends of the opposite edge.
+                let cot = -e[i].dot(&e[j]) / double;
+                let flow = 0.5 * self.coefficient * (density(v[j]) - density(v[i]));
+                for m in 0..3 {
+                    let by_dot = match (m + 3 - k) % 3 {
+                        // e_i = x_k - x_j, e_j = x_i - x_k.
+                        0 => e[j] - e[i],
+                        1 => e[i],
+                        _ => -e[j],
+                    };
+                    let by = -by_dot / double - (2.0 * cot / double) * by_area[m];
+                    emit(v[i], v[m], (flow / per(v[i])) * by);
+                    emit(v[j], v[m], (-flow / per(v[j])) * by);
+                }
+            }
+            // Areas of the vertices: of the row, or of the densities.
+            for m in 0..3 {
+                let third = by_area[m] / 3.0;
+                for i in v {
+                    if amount {
+                        let slope = -density(i) / area[i];
+                        let mut own = 0.0;
+                        for &(edge, j) in neighbours.of(i) {
+                            let flow = self.coefficient * weight[edge as usize] * slope;
+                            emit(j as usize, v[m], (flow / per(j as usize)) * third);
+                            own -= flow;
+                        }
+                        emit(i, v[m], (own / per(i)) * third);
+                    } else {
+                        emit(i, v[m], (-rate[i] / area[i]) * third);
+                    }
+                }
+            }
+        }
+    }
+}

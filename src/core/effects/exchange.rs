@@ -1,0 +1,57 @@
+//! Exchange of a species with surroundings of given concentration, through the surface or the boundary: Robin boundary
+//! values.
+//!
+//! ```text
+//! ∂c/∂t = … + k (c_ref - c)      on the triangles of the region      k: 1/time
+//! D ∂c/∂n = k (c_ref - c)        on its boundary edges               k: length/time, n outwards
+//! ```
+//!
+//! k ≥ 0 and c_ref are numbers or formulas of the rest position; c and c_ref are amounts per current area, also where
+//! the species is counted per rest area. Discretisation: see the file `inflow.rs`.
+//!
+//! Reference: Carslaw & Jaeger, Conduction of Heat in Solids (1959), section 1.9.
+
+use serde::{Deserialize, Serialize};
+
+use super::inflow::{Inflow, Per, Through, not_negative};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
+
+/// Parameters of an exchange in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Exchange {
+    /// Which species.
+    pub species: String,
+    /// Where it is exchanged.
+    #[serde(rename = "where")]
+    pub region: Region,
+    /// k: 1/time per area, or length/time per length; not negative.
+    pub rate: Field,
+    /// c_ref: the concentration of the surroundings, amount per area.
+    pub reference: Field,
+    /// What the flux is counted per; length where the whole region is at the boundary, or else area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per: Option<Per>,
+}
+
+#[typetag::serialize(name = "exchange")]
+impl EffectSpec for Exchange {
+    fn name(&self) -> String {
+        format!("exchange of {}", self.species)
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { species: true, ..Needs::default() }
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let place = context.species("species", &self.species, "be exchanged")?;
+        let loss = not_negative(&self.rate, context.sheet, "rate")?;
+        let reference = self.reference.at_rest(context.sheet, "reference")?;
+        let supply = loss.iter().zip(&reference).map(|(rate, value)| rate * value).collect();
+        let through = Through { region: &self.region, per: self.per, supply, loss };
+        Ok(Effect::transport(Inflow::new(("exchange", "rate"), context, place, &through)?))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "exchange", Exchange);

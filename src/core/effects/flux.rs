@@ -1,0 +1,54 @@
+//! Flux of a species into the sheet, through its surface or its boundary: sources by region, Neumann boundary values.
+//!
+//! ```text
+//! ∂c/∂t = … + q              on the triangles of the region      q: amount/(time area)
+//! D ∂c/∂n = q                on its boundary edges               q: amount/(time length), n outwards
+//! ```
+//!
+//! q > 0 flows in. It is a number or a formula of the rest position, counts per current area or length, and adds
+//! `∫ q` to the total per unit of time. Discretisation: see the file `inflow.rs`.
+//!
+//! Reference: natural boundary conditions of linear elements, e.g. Ern & Guermond, Theory and Practice of Finite
+//! Elements (2004), section 3.1.
+
+use serde::{Deserialize, Serialize};
+
+use super::inflow::{Inflow, Per, Through};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
+
+/// Parameters of a flux in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flux {
+    /// Which species.
+    pub species: String,
+    /// Where it flows in.
+    #[serde(rename = "where")]
+    pub region: Region,
+    /// q: amount per time and area or length; negative where it flows out.
+    pub value: Field,
+    /// What q is counted per; length where the whole region is at the boundary, or else area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per: Option<Per>,
+}
+
+#[typetag::serialize(name = "flux")]
+impl EffectSpec for Flux {
+    fn name(&self) -> String {
+        format!("flux of {}", self.species)
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { species: true, ..Needs::default() }
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let place = context.species("species", &self.species, "flow in")?;
+        let supply = self.value.at_rest(context.sheet, "value")?;
+        let loss = vec![0.0; supply.len()];
+        let through = Through { region: &self.region, per: self.per, supply, loss };
+        Ok(Effect::transport(Inflow::new(("flux", "value"), context, place, &through)?))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "flux", Flux);

@@ -1,0 +1,310 @@
+//! Inflow of a species through a part of the sheet or of its boundary, at a rate that is linear in its density.
+//!
+//! ```text
+//! d(A_p ρ_p)/dt = … + m_p (q_p - k_p ρ_p)
+//! ```
+//!
+//! ρ_p the density (amount per current area), A_p the area of the point, m_p its share of the chosen triangles (a third of
+//! each at a vertex) or boundary edges (half of each) of the current shape: linear elements with lumped integrals, of
+//! second order. Of amounts per rest area the value is `C = ρ A/A⁰`.
+
+use serde::{Deserialize, Serialize};
+
+use super::{EffectContext, EffectError, Field, Measure, Region, Transport};
+use crate::Vec3;
+use crate::kinetics::Location;
+use crate::parallel;
+use crate::sheet::Sheet;
+
+/// What a flux is counted per.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Per {
+    /// Area of the triangles whose corners all lie in the region.
+    Area,
+    /// Length of the boundary edges whose ends both lie in the region.
+    Length,
+}
+
+/// A triangle or an edge through which it flows.
+#[derive(Debug, Clone, Copy)]
+enum Gate {
+    Triangle([usize; 3]),
+    Edge([usize; 2]),
+}
+
+impl Gate {
+    fn vertices(&self) -> &[usize] {
+        match self {
+            Self::Triangle(v) => v,
+            Self::Edge(v) => v,
+        }
+    }
+
+    /// Area or length.
+    fn size(&self, x: &[Vec3]) -> f64 {
+        match *self {
+            Self::Triangle([a, b, c]) => 0.5 * (x[b] - x[a]).cross(&(x[c] - x[a])).norm(),
+            Self::Edge([a, b]) => (x[b] - x[a]).norm(),
+        }
+    }
+
+    /// Its derivatives by the vertices.
+    fn size_derivatives(&self, x: &[Vec3], emit: &mut dyn FnMut(usize, Vec3)) {
+        match *self {
+            Self::Triangle(v) => {
+                let [a, b, c] = v.map(|v| x[v]);
+                let normal = (b - a).cross(&(c - a)).normalize();
+                for (v, opposite) in v.into_iter().zip([c - b, a - c, b - a]) {
+                    emit(v, 0.5 * normal.cross(&opposite));
+                }
+            }
+            Self::Edge([a, b]) => {
+                let along = (x[b] - x[a]).normalize();
+                emit(a, -along);
+                emit(b, along);
+            }
+        }
+    }
+}
+
+/// A point that the species flows into.
+#[derive(Debug)]
+struct Fed {
+    point: usize,
+    /// The gates, and the shares of them that are this point's.
+    gates: Vec<(Gate, f64)>,
+    /// The triangles that its area is of, with the share.
+    area: (Vec<Gate>, f64),
+    /// Its area at rest; for amounts.
+    rest_area: f64,
+    /// q.
+    supply: f64,
+    /// k.
+    loss: f64,
+}
+
+impl Fed {
+    /// `m` and `A` on the shape `x`.
+    fn sizes(&self, x: &[Vec3]) -> [f64; 2] {
+        let size = self.gates.iter().map(|(gate, share)| share * gate.size(x)).sum();
+        let (around, share) = &self.area;
+        [size, around.iter().map(|gate| share * gate.size(x)).sum()]
+    }
+}
+
+/// Inflow of one species.
+#[derive(Debug)]
+pub struct Inflow {
+    name: &'static str,
+    key: &'static str,
+    species: usize,
+    measure: Measure,
+    fed: Vec<Fed>,
+}
+
+/// What the species flows through: values of q and k at the vertices.
+pub(super) struct Through<'a> {
+    pub(super) region: &'a Region,
+    pub(super) per: Option<Per>,
+    pub(super) supply: Vec<f64>,
+    pub(super) loss: Vec<f64>,
+}
+
+impl Inflow {
+    /// Into `species`, which lives at `location`; `name` is the kind of the effect, `key` that of its rate.
+    pub(super) fn new(
+        (name, key): (&'static str, &'static str),
+        context: &EffectContext<'_>,
+        (species, location): (usize, Location),
+        through: &Through<'_>,
+    ) -> Result<Self, EffectError> {
+        let (sheet, measure) = (context.sheet, context.measure);
+        let gates = gates(sheet, through, name)?;
+        let points = match location {
+            Location::Vertex => sheet.vertex_count(),
+            Location::Face | Location::Edge => sheet.triangle_count(),
+        };
+        let mut of: Vec<Vec<(Gate, f64)>> = vec![Vec::new(); points];
+        for (gate, triangle) in gates {
+            match location {
+                Location::Vertex => {
+                    let vertices = gate.vertices();
+                    let share = 1.0 / crate::num::real(vertices.len());
+                    vertices.iter().for_each(|v| of[*v].push((gate, share)));
+                }
+                Location::Face | Location::Edge => of[triangle].push((gate, 1.0)),
+            }
+        }
+        let corners = |t: usize| Gate::Triangle(sheet.triangles()[t].map(|v| v as usize));
+        let fed = of.into_iter().enumerate().filter(|(_, gates)| !gates.is_empty());
+        let fed = fed.map(|(point, gates)| {
+            let area = match location {
+                Location::Vertex => {
+                    let around = sheet.vertex_triangles().of(point).iter();
+                    (around.map(|&(t, _)| corners(t as usize)).collect(), 1.0 / 3.0)
+                }
+                Location::Face | Location::Edge => (vec![corners(point)], 1.0),
+            };
+            let mean = |values: &[f64]| match location {
+                Location::Vertex => values[point],
+                Location::Face | Location::Edge => {
+                    let all = gates.iter().flat_map(|(gate, _)| gate.vertices());
+                    let count = crate::num::real(all.clone().count());
+                    all.map(|v| values[*v]).sum::<f64>() / count
+                }
+            };
+            let (supply, loss) = (mean(&through.supply), mean(&through.loss));
+            let mut fed = Fed { point, gates, area, rest_area: 0.0, supply, loss };
+            fed.rest_area = fed.sizes(sheet.rest())[1];
+            fed
+        });
+        Ok(Self { name, key, species, measure, fed: fed.collect() })
+    }
+
+    /// `m/a` and `ρ/value`, with `a` the area that the value is counted per.
+    fn gains(&self, fed: &Fed, [size, area]: [f64; 2]) -> [f64; 2] {
+        match self.measure {
+            Measure::Concentration => [size / area, 1.0],
+            Measure::Amount => [size / fed.rest_area, fed.rest_area / area],
+        }
+    }
+}
+
+/// The triangles or boundary edges of the region, each with the number of its triangle.
+fn gates(
+    sheet: &Sheet,
+    through: &Through<'_>,
+    effect: &str,
+) -> Result<Vec<(Gate, usize)>, EffectError> {
+    let chosen = through.region.choose(sheet, effect)?;
+    let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
+    let per = through.per.unwrap_or(if rim { Per::Length } else { Per::Area });
+    let inside = |v: &u32| chosen[*v as usize];
+    let (gates, message, help): (Vec<_>, _, _) = match per {
+        Per::Area => {
+            let all = sheet.triangles().iter().enumerate();
+            let all = all.filter(|(_, corners)| corners.iter().all(inside));
+            let gate = |v: [u32; 3]| Gate::Triangle(v.map(|v| v as usize));
+            (
+                all.map(|(t, corners)| (gate(*corners), t)).collect(),
+                format!("no triangle has all corners in the region of this {effect}"),
+                "a larger region, or per = \"length\" for the boundary",
+            )
+        }
+        Per::Length => {
+            let all = sheet.edges().iter().filter(|edge| edge.is_boundary());
+            let all = all.filter(|edge| edge.vertices.iter().all(inside));
+            let gate = |v: [u32; 2]| Gate::Edge(v.map(|v| v as usize));
+            (
+                all.map(|edge| (gate(edge.vertices), edge.triangles[0] as usize)).collect(),
+                format!("no boundary edge has both ends in the region of this {effect}"),
+                "a region at the boundary, as where = \"rim\", or per = \"area\"",
+            )
+        }
+    };
+    if gates.is_empty() {
+        return Err(EffectError { key: "where", message, help: Some(help.into()) });
+    }
+    Ok(gates)
+}
+
+/// Inflow on one shape.
+#[derive(Debug, Default)]
+pub struct InflowOperator {
+    /// [`Inflow::gains`].
+    gain: Vec<[f64; 2]>,
+}
+
+impl Transport for Inflow {
+    type Operator = InflowOperator;
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn species(&self) -> usize {
+        self.species
+    }
+
+    fn has_sources(&self) -> bool {
+        true
+    }
+
+    fn key(&self) -> &'static str {
+        self.key
+    }
+
+    fn assemble(&self, _: &Sheet, x: &[Vec3], operator: &mut InflowOperator) {
+        operator.gain.resize(self.fed.len(), [0.0; 2]);
+        parallel::fill(&mut operator.gain, |k| self.gains(&self.fed[k], self.fed[k].sizes(x)));
+    }
+
+    fn add_rate(&self, _: &Sheet, operator: &InflowOperator, c: &[f64], out: &mut [f64]) {
+        for (fed, [gain, density]) in self.fed.iter().zip(&operator.gain) {
+            out[fed.point] += gain * (fed.supply - fed.loss * density * c[fed.point]);
+        }
+    }
+
+    fn spectral_bound(&self, operator: &InflowOperator) -> f64 {
+        let each = self.fed.iter().zip(&operator.gain);
+        each.map(|(fed, [gain, density])| gain * fed.loss * density).fold(0.0, f64::max)
+    }
+
+    fn entries(
+        &self,
+        _: &Sheet,
+        operator: &InflowOperator,
+        emit: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        for (fed, [gain, density]) in self.fed.iter().zip(&operator.gain) {
+            emit(fed.point, fed.point, -gain * fed.loss * density);
+        }
+    }
+
+    fn shape_derivatives(
+        &self,
+        _: &Sheet,
+        operator: &InflowOperator,
+        x: &[Vec3],
+        c: &[f64],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        for (fed, [gain, density]) in self.fed.iter().zip(&operator.gain) {
+            let area = fed.sizes(x)[1];
+            let density = density * c[fed.point];
+            let flux = fed.supply - fed.loss * density;
+            let (per, by_area) = match self.measure {
+                Measure::Concentration => (area, -gain * flux / area),
+                Measure::Amount => (fed.rest_area, gain * fed.loss * density / area),
+            };
+            for (gate, share) in &fed.gates {
+                let scale = share * flux / per;
+                gate.size_derivatives(x, &mut |v, by| emit(fed.point, v, scale * by));
+            }
+            let (around, share) = &fed.area;
+            for gate in around {
+                let scale = share * by_area;
+                gate.size_derivatives(x, &mut |v, by| emit(fed.point, v, scale * by));
+            }
+        }
+    }
+}
+
+/// The values of `field` at the vertices, none of them below 0.
+pub(super) fn not_negative(
+    field: &Field,
+    sheet: &Sheet,
+    key: &'static str,
+) -> Result<Vec<f64>, EffectError> {
+    let values = field.at_rest(sheet, key)?;
+    match values.iter().position(|value| *value < 0.0) {
+        None => Ok(values),
+        Some(i) => {
+            let [x, y, z]: [f64; 3] = sheet.rest()[i].into();
+            let message = format!("it is {} at vertex {i} ({x}, {y}, {z})", values[i]);
+            let help = "it must not be below 0: the species would grow without bound";
+            Err(EffectError { key, message, help: Some(help.into()) })
+        }
+    }
+}
