@@ -13,6 +13,7 @@ fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
     let context = EffectContext {
         sheet,
         material: None,
+        varying: None,
         kinetics: None,
         measure: Measure::Concentration,
         read: None,

@@ -15,6 +15,16 @@
 //! Delaunay meshes w ≥ 0, so c stays ≥ 0. The areas are thirds because that is the lumped mass
 //! matrix of the same elements: any other split would break second order.
 //!
+//! **Coefficients that differ from place to place** are constant on each triangle, and `∂c/∂t = ∇·(D ∇c)`:
+//!
+//! ```text
+//! D w_ij → ½ (D_α cot α_ij + D_β cot β_ij)
+//! ```
+//!
+//! with the D of the triangle of each angle. This is the stiffness of the same elements, so it stays symmetric, conserves
+//! the total, and no mean is chosen: across a step of D along edges the flux is continuous, as with the harmonic mean; along
+//! it the flows add up, as with the arithmetic one.
+//!
 //! `scheme = "green-gauss"` (species on faces): the paper's, see [`GreenGauss`](super::GreenGauss).
 //!
 //! `metric = "rest"` uses the rest positions once and for all. With `measure = "amount"` the value
@@ -22,10 +32,14 @@
 //!
 //! Source: Pinkall & Polthier, Exp. Math. 2 (1993) 15, doi:10.1080/10586458.1993.10504266.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::green_gauss::GreenGauss;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Transport};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Field, Measure, Needs, Transport, Values,
+};
 use crate::Vec3;
 use crate::geometry::sum_at_corners;
 use crate::kinetics::Location;
@@ -41,7 +55,7 @@ pub struct Diffusion {
     pub species: String,
     /// Coefficient D, length²/time; the plugin's default if not given, which must be above 0 then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub coefficient: Option<NonNegative>,
+    pub coefficient: Option<Field<NonNegative>>,
     /// Discretisation; by default the one that fits where the species lives.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<DiffusionScheme>,
@@ -81,6 +95,17 @@ impl EffectSpec for Diffusion {
         Needs { species: true, ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let file = self.coefficient.as_ref().and_then(Field::file);
+        file.map(|file| ("coefficient.file", file)).into_iter().collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        if let Some(coefficient) = &mut self.coefficient {
+            coefficient.count_path_from(folder);
+        }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let refuse = |key, message: String, help: String| {
             Err(EffectError { key, message, help: Some(help) })
@@ -109,7 +134,9 @@ impl EffectSpec for Diffusion {
                     .into(),
             );
         }
-        let coefficient = self.coefficient.map_or(usual, NonNegative::get);
+        let given = self.coefficient.as_ref();
+        let given = given.map(|field| context.values(field, Location::Face, "coefficient"));
+        let coefficient = given.transpose()?.unwrap_or(Values::Same(usual));
         let fitting = match location {
             Location::Vertex => DiffusionScheme::Cotan,
             Location::Face | Location::Edge => DiffusionScheme::GreenGauss,
@@ -137,6 +164,13 @@ impl EffectSpec for Diffusion {
                         "use kinetics.location = \"vertex\" with measure = \"amount\"".into(),
                     );
                 }
+                let Values::Same(coefficient) = coefficient else {
+                    return refuse(
+                        "coefficient",
+                        "the Green-Gauss scheme has one coefficient".into(),
+                        "give a number, or use kinetics.location = \"vertex\"".into(),
+                    );
+                };
                 Effect::transport(GreenGauss::new(context.sheet, species, coefficient, rest))
             }
         })
@@ -158,7 +192,10 @@ struct Corners {
 #[derive(Debug)]
 pub struct Cotan {
     species: usize,
+    /// D; 1 where it differs from triangle to triangle.
     coefficient: f64,
+    /// D of the triangles where it differs, which then is part of the operator; else empty.
+    varying: Vec<f64>,
     measure: Measure,
     /// Lumped areas at rest; of amounts only.
     rest_area: Vec<f64>,
@@ -175,7 +212,8 @@ pub struct CotanOperator {
 }
 
 impl CotanOperator {
-    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3]) {
+    /// On the shape `x`, with the factors `varying` of the triangles; none for 1.
+    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3], varying: &[f64]) {
         let triangles = sheet.triangles();
         self.weight.resize(sheet.edges().len(), 0.0);
         self.area.resize(sheet.vertex_count(), 0.0);
@@ -185,7 +223,10 @@ impl CotanOperator {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
             let (ab, bc, ca) = (b - a, c - b, a - c);
             let double = ab.cross(&bc).norm();
-            let cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            let mut cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            if let Some(factor) = varying.get(t) {
+                cot = cot.map(|cot| factor * cot);
+            }
             Corners { cot, third: double / 6.0 }
         });
         let (corner, edges, opposite) = (&corner, sheet.edges(), sheet.triangle_edges());
@@ -230,21 +271,25 @@ impl Cotan {
     pub fn new(
         sheet: &Sheet,
         species: usize,
-        coefficient: f64,
+        coefficient: impl Into<Values>,
         measure: Measure,
         frozen: bool,
     ) -> Self {
+        let (coefficient, varying) = match coefficient.into() {
+            Values::Same(coefficient) => (coefficient, Vec::new()),
+            Values::Each(all) => (1.0, all),
+        };
         // Without diffusion nothing needs to follow the shape.
         let frozen = frozen || coefficient == 0.0;
         let amount = measure == Measure::Amount;
         let at_rest = (frozen || amount).then(|| {
             let mut at_rest = CotanOperator::default();
-            at_rest.assemble(sheet, sheet.rest());
+            at_rest.assemble(sheet, sheet.rest(), &varying);
             at_rest
         });
         let area = at_rest.as_ref().filter(|_| amount).map(|at_rest| at_rest.area.clone());
         let (rest_area, frozen) = (area.unwrap_or_default(), at_rest.filter(|_| frozen));
-        Self { species, coefficient, measure, rest_area, frozen }
+        Self { species, coefficient, varying, measure, rest_area, frozen }
     }
 
     /// The operator in use where that of the shape is `operator`.
@@ -265,14 +310,15 @@ impl Transport for Cotan {
         self.species
     }
 
-    /// Coefficient and measure are not in it.
+    /// Measure and a coefficient that is the same everywhere are not in it.
     fn has_operator_of(&self, other: &Self) -> bool {
-        self.frozen.is_none() && other.frozen.is_none()
+        let own = |it: &Self| it.frozen.is_some() || !it.varying.is_empty();
+        !own(self) && !own(other)
     }
 
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut CotanOperator) {
         if self.frozen.is_none() {
-            operator.assemble(sheet, x);
+            operator.assemble(sheet, x, &self.varying);
         }
     }
 
@@ -353,7 +399,8 @@ impl Transport for Cotan {
         let mut rate = vec![0.0; c.len()];
         self.add_rate(sheet, operator, c, &mut rate);
         let neighbours = sheet.vertex_edges();
-        for triangle in sheet.triangles() {
+        for (t, triangle) in sheet.triangles().iter().enumerate() {
+            let factor = self.varying.get(t).copied().unwrap_or(self.coefficient);
             let v = triangle.map(|v| v as usize);
             let [a, b, d] = v.map(|v| x[v]);
             let e = [d - b, a - d, b - a];
@@ -366,7 +413,7 @@ impl Transport for Cotan {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
                 // cot θ_k = -e_i·e_j/2A drives the flow between the ends of the opposite edge.
                 let cot = -e[i].dot(&e[j]) / double;
-                let flow = 0.5 * self.coefficient * (density(v[j]) - density(v[i]));
+                let flow = 0.5 * factor * (density(v[j]) - density(v[i]));
                 for m in 0..3 {
                     let by_dot = match (m + 3 - k) % 3 {
                         // e_i = x_k - x_j, e_j = x_i - x_k.

@@ -16,6 +16,7 @@ mod foundation;
 mod green_gauss;
 mod growth;
 mod load;
+mod material;
 mod pin;
 pub mod prelude;
 mod pressure;
@@ -34,18 +35,18 @@ pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
-pub use field::Field;
+pub use field::{Field, Part, Values};
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};
 pub use load::{DeadLoad, Load, LoadForce};
+pub use material::{Elasticity, Material};
 pub use pin::{Axes, Pin, Prescribed};
 pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::{Factor, Ramp};
 pub use region::Region;
 pub use spec::{
-    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, ReadSheet,
-    kinds,
+    Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Pins, ReadSurface, kinds,
 };
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
