@@ -145,7 +145,8 @@ fn problem<'a>(
         measure: first.map(|k| k.measure).unwrap_or_default(),
         tension: first.map(|k| k.tension).unwrap_or_default(),
     });
-    let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
+    let drag =
+        scene.material.as_ref().map_or_else(Default::default, |material| material.drag.clone());
     Ok(Problem::on(Arc::clone(sheet))
         .planar(scene.sheet.planar)
         .elasticity(material.cloned())

@@ -25,6 +25,7 @@ impl Scene {
             let fields = [("young", &material.young), ("thickness", &material.thickness)];
             let of = fields.into_iter().filter_map(|(key, field)| Some((key, field.file()?)));
             files.extend(of.map(|(key, file)| (format!("material.{key}.file"), file)));
+            files.extend(material.drag.file().map(|file| ("material.drag".to_owned(), file)));
         }
         for (k, effect) in self.effects.iter().enumerate() {
             let of = effect.files().into_iter();
@@ -58,6 +59,7 @@ impl Scene {
         if let Some(material) = &mut self.material {
             material.young.count_path_from(folder);
             material.thickness.count_path_from(folder);
+            material.drag.count_path_from(folder);
         }
         for effect in &mut self.effects {
             effect.count_paths_from(folder);

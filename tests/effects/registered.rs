@@ -15,7 +15,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 34] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 35] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -46,6 +46,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 34] = [
     ("pressure", "value = 0.7", true, [true, true, false]),
     ("pressure", "value = 0.7\nramp = { points = [[0, 0.5], [1, 2]] }", true, [true, true, false]),
     ("foundation", "where = 'all'\nstiffness = 3.0", false, [false, false, true]),
+    ("foundation", "where = 'all'\nstiffness = 'exp(x)'", false, [false, false, true]),
     (
         "foundation",
         "where = 'all'\nstiffness = 3.0\nto = { plane = { normal = [0.0, 1.0, 2.0] } }",

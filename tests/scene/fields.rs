@@ -63,7 +63,8 @@ fn material(file: &str, key: &str) -> rumple::effects::Elasticity {
     let scene = Scene::parse(&text, "s.toml", &[]).unwrap();
     let read_back = Scene::parse(&scene.resolved().unwrap(), "r.toml", &[]).unwrap();
     assert_eq!(read_back.material, scene.material);
-    let (sheet, _) = rumple::sheet::read::surface(file.as_ref()).unwrap().into_sheet().unwrap();
+    let (sheet, _) =
+        rumple::sheet::read::surface(std::path::Path::new(file)).unwrap().into_sheet().unwrap();
     rumple::run::material(&scene, &sheet).unwrap().unwrap()
 }
 
@@ -153,6 +154,38 @@ fn wrong_fields_are_refused_at_their_key() {
         assert!(error.message().contains(message), "{}", error.message());
     }
     assert!(built(&file, "thickness = 0.5", &array("h")).1.is_ok());
+}
+
+#[test]
+fn wrong_drags_and_foundations_are_refused_at_their_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, file) = written(folder.path());
+    let foundation = "kind = \"foundation\"\nwhere = \"all\"\nstiffness = \"1 - x\"\n\n[[effect]]\nkind = \"stretching\"\n";
+    for (from, to, needle, message) in [
+        (
+            "thickness = 0.5",
+            "thickness = 0.5\ndrag = \"x - 1\"",
+            "\"x - 1\"",
+            "material.drag: it is -1 at vertex 0 (0, 0, 0)",
+        ),
+        (
+            "thickness = 0.5",
+            "thickness = 0.5\ndrag = { per-area = { normal = 1.0 } }",
+            "{ normal",
+            "missing key tangential in material.drag.per-area",
+        ),
+        (
+            "kind = \"stretching\"\n",
+            foundation,
+            "\"1 - x\"",
+            "effect[0].stiffness: it is 0 at vertex 1 (1, 0, 0)",
+        ),
+    ] {
+        let (text, result) = built(&file, from, to);
+        let Err(rumple::Error::Scene(error)) = result else { panic!("{to}") };
+        assert_eq!(error.message(), message);
+        assert_eq!(error.position(), Some(position(&text, needle)), "{to}");
+    }
 }
 
 #[test]

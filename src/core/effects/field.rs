@@ -311,6 +311,24 @@ struct Table<N> {
     regions: Option<Vec<Part<N>>>,
 }
 
+impl<N> Field<N> {
+    /// The field of what a table has of its four keys.
+    pub(crate) fn of_keys<E: Error>(
+        of_file: (Option<PathBuf>, Option<String>),
+        by_region: (Option<N>, Option<Vec<Part<N>>>),
+    ) -> Result<Self, E> {
+        match (of_file, by_region) {
+            ((Some(file), Some(array)), (None, None)) => Ok(Self::Array { file, array }),
+            ((None, None), (Some(default), Some(regions))) => {
+                Ok(Self::Regions { default, regions })
+            }
+            _ => Err(Error::custom(
+                "a field has both keys `default` and `regions`, or both keys `file` and `array`",
+            )),
+        }
+    }
+}
+
 impl<'de, N: Checked + DeserializeOwned> Deserialize<'de> for Field<N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Seen<N>(PhantomData<N>);
@@ -340,15 +358,7 @@ impl<'de, N: Checked + DeserializeOwned> Deserialize<'de> for Field<N> {
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Field<N>, A::Error> {
                 let table = Table::<N>::deserialize(MapAccessDeserializer::new(map))?;
-                match (table.file, table.array, table.default, table.regions) {
-                    (Some(file), Some(array), None, None) => Ok(Field::Array { file, array }),
-                    (None, None, Some(default), Some(regions)) => {
-                        Ok(Field::Regions { default, regions })
-                    }
-                    _ => Err(Error::custom(
-                        "a field has both keys `default` and `regions`, or both keys `file` and `array`",
-                    )),
-                }
+                Field::of_keys((table.file, table.array), (table.default, table.regions))
             }
         }
 

@@ -256,7 +256,7 @@ impl<'a> Problem<'a> {
             species: vec![vec![0.0; points]; species],
         };
         let integrator = self.built_integrator(&mechanics)?;
-        let drag = self.built_drag(&mechanics)?;
+        let drag = self.built_drag()?;
         let storage = self.policy.storage();
         let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
-    Effect, EffectContext, Elasticity, LengthFactor, Prescribed, TransportTerm, Values,
+    Effect, EffectContext, EffectError, Elasticity, LengthFactor, Prescribed, TransportTerm, Values,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -250,8 +250,10 @@ impl Problem<'_> {
     }
 
     /// The drag, if the integrator knows it.
-    pub(super) fn built_drag(&self, mechanics: &Mechanics) -> Result<Drag, ProblemError> {
-        let drag = self.drag.on(mechanics);
+    pub(super) fn built_drag(&self) -> Result<Drag, ProblemError> {
+        let refused =
+            |e: EffectError| ProblemError { part: Part::Drag, message: e.message, help: e.help };
+        let drag = self.drag.on(&self.sheet, self.read).map_err(refused)?;
         let moves = self.policy.storage().mechanics > 0.0;
         if moves && !drag.is_isotropic() && !self.integrator.knows_directions_of_drag() {
             let message = "this integrator takes drag to be the same in all directions";
