@@ -172,7 +172,7 @@ fn wrong_drags_and_foundations_are_refused_at_their_key() {
             "thickness = 0.5",
             "thickness = 0.5\ndrag = { per-area = { normal = 1.0 } }",
             "{ normal",
-            "missing key tangential in material.drag.per-area",
+            "missing key tangential in [material.drag.per-area]",
         ),
         (
             "kind = \"stretching\"\n",
