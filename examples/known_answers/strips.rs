@@ -162,7 +162,7 @@ pub fn step(rows: usize, models: &Models) -> Outcome<Sample> {
     ));
     let material = Elasticity {
         thickness: thickness.on(Location::Face, &sheet, None, "thickness")?,
-        ..Elasticity::from(MATERIAL)
+        ..Elasticity::from(&MATERIAL)
     };
     let pins: Pins = sheet.rest().iter().map(|x| [x.x < 1.5 * dx; 3]).collect();
     let mut mechanics = mechanics(&sheet, material, &[models.stretching, models.bending], pins)?;

@@ -164,7 +164,7 @@ fn with_areas(
         Signal::ALL.to_vec(),
         location,
         area,
-        Some(&MATERIAL.into()),
+        Some(&(&MATERIAL).into()),
         TensionReading::Paper,
         rest_area,
     );

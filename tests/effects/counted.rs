@@ -156,7 +156,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         let area = VertexArea::new(sheet, rumple::geometry::AreaRule::default());
         let reading = TensionReading::default();
         let signals =
-            Signals::new(wanted, place, area, Some(&material.into()), reading, Vec::new());
+            Signals::new(wanted, place, area, Some(&(&material).into()), reading, Vec::new());
         let fields = ParameterFields::default();
         let (transports, measure) = (all.transports, Measure::Concentration);
         Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)

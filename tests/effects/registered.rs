@@ -181,7 +181,7 @@ fn a_field_of_one_value_is_the_number() {
             .collect();
         let count = sheet.triangle_count();
         let field =
-            Elasticity { thickness: Values::Each(vec![0.5; count]), ..Elasticity::from(number) };
+            Elasticity { thickness: Values::Each(vec![0.5; count]), ..Elasticity::from(&number) };
         let of = |varying: Option<&Elasticity>| {
             let context = EffectContext {
                 sheet: &sheet,

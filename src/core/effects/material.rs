@@ -49,15 +49,10 @@ pub struct Elasticity {
     pub thickness: Values,
 }
 
-impl From<Material> for Elasticity {
-    fn from(Material { young, poisson, thickness }: Material) -> Self {
-        Self { young: Values::Same(young), poisson, thickness: Values::Same(thickness) }
-    }
-}
-
 impl From<&Material> for Elasticity {
-    fn from(material: &Material) -> Self {
-        Self::from(*material)
+    fn from(Material { young, poisson, thickness }: &Material) -> Self {
+        let (young, thickness) = (Values::Same(*young), Values::Same(*thickness));
+        Self { young, poisson: *poisson, thickness }
     }
 }
 

@@ -146,7 +146,7 @@ impl<'a> Problem<'a> {
     /// The material.
     #[must_use]
     pub fn material(self, material: impl Into<Option<Material>>) -> Self {
-        self.elasticity(material.into().map(Elasticity::from))
+        self.elasticity(material.into().as_ref().map(Elasticity::from))
     }
 
     /// The material, which may differ from triangle to triangle.
