@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example 03_known_answers`
 //!
-//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`) only
+//! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`, `contact`) only
 //! these.
 
 mod known_answers;
@@ -10,8 +10,8 @@ mod known_answers;
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
-    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, growth, membranes, plates,
-    shells, strips, sze,
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, contact, growth, membranes,
+    plates, shells, strips, sze,
 };
 
 /// Prints the tables.
@@ -38,6 +38,9 @@ fn main() -> Outcome<()> {
     }
     if wanted("shells") {
         shell_tables()?;
+    }
+    if wanted("contact") {
+        contact_tables()?;
     }
     Ok(())
 }
@@ -132,6 +135,22 @@ fn growth_tables() -> Outcome<()> {
                     100.0 * cap.thin.error(),
                     cap.edge.exact,
                     100.0 * cap.edge.error()
+                );
+            }
+        }
+    }
+    println!("\n## F3: growth along the radius to a cone");
+    for models in [BOND_MEYER, STVK_HINGE] {
+        println!("\n**slope at λ = 1.1, {}**\n", models.name);
+        println!("| h | vertices | computed | √(λ² - 1) | error |");
+        println!("| ---: | ---: | ---: | ---: | ---: |");
+        for thickness in [0.2, 0.1, 0.05] {
+            for vertices in [400, 1600] {
+                let Sample { computed, exact, .. } =
+                    growth::cone(vertices, thickness, 1.1, &models)?;
+                let error = 100.0 * (computed / exact - 1.0);
+                println!(
+                    "| {thickness} | {vertices} | {computed:.4} | {exact:.4} | {error:+.2} % |"
                 );
             }
         }
@@ -255,4 +274,31 @@ fn beside(name: &str, loads: &[f64], runs: &[Vec<[Sample; 2]>], which: usize) {
             columns(&|run| format!("{:.4}", run[k][which].computed))
         );
     }
+}
+
+fn contact_tables() -> Outcome<()> {
+    println!("\n## Contact");
+    for pressure in [0.01, 0.1, 1.0] {
+        let samples = over(&[2, 4, 8, 16], |n| contact::plates(n, pressure))?;
+        table(&format!("distance of plates under {pressure} of the stiffness"), &samples);
+    }
+    let sizes = [20, 40, 80, 160];
+    for reach in [0.2, 0.05, 0.0125] {
+        let samples = over(&sizes, |n| contact::lift_off(n, reach))?;
+        table(&format!("lift-off of a heavy strip, reach {reach}"), &samples);
+    }
+    for reach in [0.2, 0.05, 0.0125] {
+        let samples = over(&sizes, |n| contact::bent_round(n, reach))?;
+        table(&format!("force on a strip bent round between planes, reach {reach}"), &samples);
+    }
+    let sizes = [48, 96, 192, 384];
+    table("pressure at which a ring touches itself", &over(&sizes, contact::first_contact)?);
+    for (pressure, thickness) in [(6.0, 0.02), (8.0, 0.08), (8.0, 0.04), (8.0, 0.02)] {
+        let samples = over(&sizes, |n| contact::neck(n, pressure, thickness))?;
+        table(
+            &format!("force between the walls of a ring, pressure {pressure}, reach {thickness}"),
+            &samples,
+        );
+    }
+    Ok(())
 }

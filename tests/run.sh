@@ -47,12 +47,12 @@ if ((${#packages[@]})); then
     "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
-if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema' 2>/dev/null; then
-    echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema and taplo"
+if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema, ipctk' 2>/dev/null; then
+    echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema, taplo and ipctk"
     rm -rf "$venv"
     python3 -m venv "$venv"
     "$venv/bin/pip" install --quiet --disable-pip-version-check \
-        vtk numpy 'mkdocs-material==9.*' playwright jsonschema taplo
+        vtk numpy 'mkdocs-material==9.*' playwright jsonschema taplo ipctk
 fi
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 
@@ -78,6 +78,10 @@ env --default-signal=INT,QUIT,HUP cargo test --release --workspace
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
     cargo test --release --test integration real_vtk -- --ignored
+
+heading "contact by ipctk and exact arithmetic"
+RUMPLE_PYTHON="$PWD/$venv/bin/python" \
+    cargo test --release --test integration effects::proximity -- --ignored
 
 heading "tests with a real Slurm"
 if ((EUID == 0)); then

@@ -1,8 +1,9 @@
-//! Growth and topology that bend a free sheet: the spherical cap (F2) and disclinations (F5).
+//! Growth and topology that bend a free sheet: the spherical cap (F2), the cone (F3) and disclinations (F5).
 //!
 //! ```text
 //! cap            Φ(ρ) = 1/(1 + ρ²/(4 R_s²)) on a flat disc is the metric of a sphere of radius R_s;
 //!                height 2 R² R_s/(4 R_s² + R²) in the thin limit, lower by (1+ν) √(B/Y)
+//! cone           length factor λ along the radius of a flat disc, 1 across it: slope of the cone √(λ² - 1)
 //! disclination   flat → buckled at Y R²/B = 154 (five-fold), 192 (seven-fold), R centre to corner
 //! ```
 //!
@@ -16,8 +17,9 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::Material;
-use rumple::effects::Pins;
+use rumple::effects::{
+    EffectContext, EffectSpec, Fibre, Field, Growth, Material, Measure, Pins, Region,
+};
 use rumple::num::real;
 use rumple::sheet::{Shape, Sheet, generate};
 
@@ -70,6 +72,52 @@ pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Cap> {
         thin: Sample::new(&sheet, height, exact),
         edge: Sample::new(&sheet, height, corrected),
     })
+}
+
+/// Slope of the cone that a disc of thickness `thickness` becomes by growth along its radius by `factor`, between 0.3 and
+/// 0.8 of the radius.
+pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Outcome<Sample> {
+    let sheet = Arc::new(generate(&Shape::Disc { radius: DISC }, vertices, 1)?);
+    let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness };
+    let free = vec![[false; 3]; vertices];
+    let mut mechanics = mechanics(&sheet, &material, &[models.stretching, models.bending], free)?;
+    let radial = ["x", "y", "0"].map(|text| Field::Formula(text.into()));
+    let growth = Growth {
+        factor: None,
+        along: Some(factor.to_string()),
+        across: None,
+        fibre: Some(Fibre(radial)),
+        region: Region::All,
+    };
+    let context = EffectContext {
+        sheet: &sheet,
+        material: Some(&material),
+        varying: None,
+        kinetics: None,
+        measure: Measure::Concentration,
+        read: None,
+    };
+    let grown = growth.build(&context)?.growth.remove(0);
+    mechanics.set_length_factor(&grown.at(&sheet, 0.0));
+    let slope = (factor * factor - 1.0).sqrt();
+    let mut x = sheet.rest().to_vec();
+    for x in &mut x {
+        x.z = -0.9 * slope * x.norm();
+    }
+    relax(&mut mechanics, &mut x, 1e-9)?;
+    // Least squares of the height by the distance from the axis.
+    let (mut n, mut r, mut rr, mut z, mut rz) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (rest, x) in sheet.rest().iter().zip(&x) {
+        if (0.3..0.8).contains(&(rest.norm() / DISC)) {
+            let radius = x.xy().norm();
+            n += 1.0;
+            r += radius;
+            rr += radius * radius;
+            z += x.z;
+            rz += radius * x.z;
+        }
+    }
+    Ok(Sample::new(&sheet, -(n * rz - r * z) / (n * rr - r * r), slope))
 }
 
 /// Height of the middle over the mean of the boundary, along the axis of the boundary.

@@ -3,11 +3,13 @@
 //! Every problem is a function of the mesh and the models that returns a [`Sample`]; the example
 //! `03_known_answers` prints tables of them and the tests hold them to their tolerances.
 
+pub mod contact;
 pub mod growth;
 pub mod loads;
 pub mod membranes;
 pub mod meshes;
 pub mod plates;
+pub mod ribbons;
 pub mod shells;
 pub mod strips;
 pub mod sze;

@@ -29,6 +29,8 @@ pub(crate) struct Brought {
     pub(crate) energies: usize,
     pub(crate) transports: usize,
     pub(crate) growth: usize,
+    /// Whether it directs the length factor of the law.
+    pub(crate) directs: bool,
     pub(crate) constraints: usize,
     pub(crate) prescribed: usize,
     /// Fixed directions, and the vertices that have some.
@@ -73,6 +75,7 @@ impl Brought {
             energies: 0,
             transports: 0,
             growth: 0,
+            directs: false,
             constraints: 0,
             prescribed: 0,
             pins: [0; 2],
@@ -85,10 +88,12 @@ impl Brought {
     pub(crate) fn holds(&mut self, effect: &Effect) {
         self.took = self.began.elapsed();
         self.bytes = bytes() - self.before;
-        let Effect { energies, pins, prescribed, constraints, growth, transports } = effect;
+        let Effect { energies, pins, prescribed, constraints, growth, direction, transports } =
+            effect;
         self.energies = energies.len();
         self.transports = transports.len();
         self.growth = growth.len();
+        self.directs = direction.is_some();
         self.constraints = constraints.len();
         self.prescribed = prescribed.len();
         let directions = |fixed: &[bool; 3]| fixed.iter().filter(|fixed| **fixed).count();

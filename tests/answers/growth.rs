@@ -1,6 +1,6 @@
 //! F2 and F5: what growth and topology bend.
 
-use super::known_answers::growth::{cap, disclination_buckling};
+use super::known_answers::growth::{cap, cone, disclination_buckling};
 use super::known_answers::{BOND_HINGE, BOND_MEYER, STVK_HINGE, STVK_MEYER};
 use super::{converges, over};
 
@@ -16,6 +16,15 @@ fn a_disc_grows_into_a_spherical_cap() {
         }
         let ratio = thick.thin.error() / thin.thin.error();
         assert!((1.6..2.6).contains(&ratio), "{} {ratio}", models.name);
+    }
+}
+
+#[test]
+fn a_disc_that_grows_along_its_radius_becomes_a_cone() {
+    for models in [BOND_MEYER, STVK_HINGE] {
+        let [thick, thin] = [0.2, 0.05].map(|h| cone(1600, h, 1.1, &models).unwrap());
+        assert!(thin.error().abs() < 0.02, "{} {thin:?}", models.name);
+        assert!(thick.error().abs() < 0.05, "{} {thick:?}", models.name);
     }
 }
 

@@ -5,6 +5,7 @@
 mod known_answers;
 
 mod cantilevers;
+mod contact;
 mod growth;
 mod membranes;
 mod plates;

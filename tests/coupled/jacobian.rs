@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, Cotan, EnergyTerm, GreenGauss, Measure, MeyerBending, StretchingWeight,
-    StvkStretching, TransportTerm,
+    BondStretching, Cotan, DirectedGrowth, EffectContext, EffectSpec, EnergyTerm, Fibre, Field,
+    GreenGauss, Measure, MeyerBending, StretchingModulus, StretchingWeight, StvkStretching,
+    TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::kinetics::{
@@ -179,6 +180,53 @@ fn with_areas(
     );
     let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
     Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
+}
+
+/// The same, its length factor along a fibre.
+fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
+    let kinetics = Everything::new(Location::Vertex);
+    let context = EffectContext {
+        sheet,
+        material: Some(&MATERIAL),
+        varying: None,
+        kinetics: Some((kinetics.descriptor(), Location::Vertex)),
+        measure: Measure::Amount,
+        read: None,
+    };
+    let fibre = Fibre(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
+    let direction = DirectedGrowth { fibre, across }.build(&context).unwrap().direction;
+    let stvk = EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper));
+    let signals = Signals::new(
+        Signal::ALL.to_vec(),
+        Location::Vertex,
+        VertexArea::new(sheet, AreaRule::FrozenVoronoi),
+        Some(&(&MATERIAL).into()),
+        TensionReading::Paper,
+        vec![1.0; sheet.triangle_count()],
+    );
+    let chemistry = Chemistry::new(
+        sheet,
+        Arc::new(kinetics),
+        ParameterFields::default(),
+        Location::Vertex,
+        signals,
+        Vec::new(),
+        Measure::Amount,
+    );
+    let pins = vec![[false; 3]; sheet.vertex_count()];
+    let mechanics = Mechanics::new(Arc::clone(sheet), vec![stvk], pins).unwrap();
+    let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
+    let chemistry = chemistry.directed(direction);
+    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
+}
+
+#[test]
+fn the_length_factor_of_a_law_has_its_derivatives_along_fibres_too() {
+    let sheet = Arc::new(irregular(5, 4, 0.15));
+    for across in [0.0, -1.0, 0.5, 1.0] {
+        let found = deviation(&with_fibres(&sheet, across), &state(&sheet, Location::Vertex));
+        assert!(found < 1e-7, "{across}: {found}");
+    }
 }
 
 fn state(sheet: &Sheet, location: Location) -> State {

@@ -2,14 +2,19 @@
 
 use std::borrow::Cow;
 
-use rumple::effects::{EffectContext, EffectSpec, Growth, LengthFactor, Measure, Region};
-use rumple::model::{Drag, Mechanics, Model, Storage};
+use rumple::Vec3;
+use rumple::effects::{
+    ActiveTension, BondStretching, EffectContext, EffectError, EffectSpec, EnergyTerm, Fibre,
+    Field, Growth, LengthFactor, Measure, Region, StretchingModulus, StretchingWeight,
+    StvkStretching,
+};
+use rumple::model::{Drag, Mechanics, Model, Potential, Storage};
 use rumple::sheet::Sheet;
 
-use crate::common::lattice;
+use crate::common::{irregular, lattice};
+use crate::mechanics::MATERIAL;
 
-fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
-    let spec = Growth { factor: formula.into(), region: Region::All };
+fn built(sheet: &Sheet, spec: &Growth) -> Result<LengthFactor, EffectError> {
     let context = EffectContext {
         sheet,
         material: None,
@@ -18,7 +23,25 @@ fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
         measure: Measure::Concentration,
         read: None,
     };
-    spec.build(&context).unwrap().growth.remove(0)
+    Ok(spec.build(&context)?.growth.remove(0))
+}
+
+fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
+    built(sheet, &Growth::isotropic(formula, Region::All)).unwrap()
+}
+
+fn fibre(components: [&str; 3]) -> Fibre {
+    Fibre(components.map(|text| Field::Formula(text.into())))
+}
+
+fn directed(along: Option<&str>, across: Option<&str>, components: [&str; 3]) -> Growth {
+    Growth {
+        along: along.map(String::from),
+        across: across.map(String::from),
+        fibre: Some(fibre(components)),
+        factor: None,
+        region: Region::All,
+    }
 }
 
 /// What does not change with time is not evaluated again, whoever asks; its product with what does is
@@ -48,4 +71,120 @@ fn a_formula_without_the_time_is_evaluated_once() {
         assert!((product - 1.4 * first[e]).abs() < 1e-14, "{product}");
     }
     assert_eq!(both.growth(0.0).unwrap().unwrap(), first);
+}
+
+/// What grows by 1.3 along a fibre and by 0.8 across it is free of stress where it is stretched like that.
+#[test]
+fn growth_along_a_fibre_has_the_lengths_of_its_metric() {
+    let sheet = std::sync::Arc::new(irregular(6, 5, 0.15));
+    let (sin, cos) = 0.4f64.sin_cos();
+    let growth =
+        built(&sheet, &directed(Some("1.3"), Some("0.8"), ["cos(0.4)", "sin(0.4)", "0.7"]));
+    let factor = growth.unwrap().at(&sheet, 0.0).into_owned();
+    let stretched = |x: &Vec3| {
+        let (a, b) = (cos * x.x + sin * x.y, cos * x.y - sin * x.x);
+        Vec3::new(1.3 * cos * a - 0.8 * sin * b, 1.3 * sin * a + 0.8 * cos * b, 0.0)
+    };
+    let x: Vec<Vec3> = sheet.rest().iter().map(stretched).collect();
+    let stretching = [
+        EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)),
+        EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::OptimalArea)),
+    ];
+    for term in stretching {
+        let name = term.name().to_owned();
+        let pins = vec![[false; 3]; sheet.vertex_count()];
+        let mechanics = Mechanics::new(sheet.clone(), vec![term], pins).unwrap();
+        let mut potential = Potential::new(&mechanics);
+        potential.set_length_factor(&factor);
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        let energy = potential.energy_gradient(&x, &mut gradient);
+        let largest = gradient.iter().map(|g| g.norm()).fold(0.0, f64::max);
+        let scale = potential.force_scale();
+        assert!(energy < 1e-20 * scale && largest < 1e-11 * scale, "{name} {energy} {largest}");
+    }
+}
+
+#[test]
+fn growth_that_is_not_whole_is_refused_at_its_key() {
+    let sheet = lattice(4, 3);
+    let refused = |spec: &Growth| built(&sheet, spec).unwrap_err();
+    let along = |fibre| directed(Some("1.1"), None, fibre);
+    for (spec, key, message) in [
+        (Growth { fibre: None, ..along(["1", "0", "0"]) }, "along", "needs the fibre"),
+        (directed(None, None, ["1", "0", "0"]), "fibre", "along or across"),
+        (
+            Growth { factor: Some("2".into()), ..along(["1", "0", "0"]) },
+            "factor",
+            "every direction",
+        ),
+        (Growth { fibre: None, along: None, ..along(["1", "0", "0"]) }, "factor", "needs a length"),
+        (along(["0", "0", "1"]), "fibre", "no direction in the sheet near"),
+        (along(["1", "0*r", "0"]), "fibre", "`r`"),
+        (directed(Some("1"), Some("x - 100"), ["1", "0", "0"]), "across", "at time 0"),
+    ] {
+        let error = refused(&spec);
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.message.contains(message), "{error}");
+    }
+}
+
+/// What an effect of one's own brings is asked for at every time, and refused where it does not fit.
+#[test]
+fn growth_can_be_a_function() {
+    let sheet = std::sync::Arc::new(lattice(4, 3));
+    let model = |growth: LengthFactor| {
+        let pins = vec![[false; 3]; sheet.vertex_count()];
+        let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
+        let storage = Storage { mechanics: 0.0, chemistry: 1.0 };
+        Model::new(mechanics, None, storage, Drag::per_vertex(1.0)).growing(vec![growth])
+    };
+    let linear = LengthFactor::function(|sheet, t| vec![1.0 + t; sheet.edges().len()]);
+    assert_eq!(model(linear).growth(0.5).unwrap().unwrap()[3], 1.5);
+    for wrong in [
+        LengthFactor::function(|_, _| vec![1.0]),
+        LengthFactor::constant(vec![1.0; 3]),
+        LengthFactor::function(|sheet, t| vec![1.0 - t; sheet.edges().len()]),
+    ] {
+        assert!(model(wrong).growth(1.0).is_err());
+    }
+}
+
+/// A free sheet contracts until its elastic stress balances the tension: along a fibre `λ Y₂ (λ² - 1)/2 = -τ` with
+/// the lateral strain of ν, in all directions `(λ² - 1)/2 = -γ (1-ν)/Y₂`.
+#[test]
+fn active_tension_is_balanced_by_the_stress_of_theory() {
+    let sheet = std::sync::Arc::new(irregular(6, 5, 0.15));
+    let (stiff, nu) = (MATERIAL.stretching_modulus(), MATERIAL.poisson);
+    let context = EffectContext {
+        sheet: &sheet,
+        material: None,
+        varying: None,
+        kinetics: None,
+        measure: Measure::Concentration,
+        read: None,
+    };
+    // λ = 0.9 along x.
+    let along = 0.9f64;
+    let strain = 0.5 * (along * along - 1.0);
+    let lateral = (1.0 - 2.0 * nu * strain).sqrt();
+    let tau = -along * stiff * strain;
+    let uniform = 0.95f64;
+    let gamma = -0.5 * (uniform * uniform - 1.0) * stiff / (1.0 - nu);
+    for (value, fibre, stretch) in
+        [(tau, Some(fibre(["1", "0", "0"])), [along, lateral]), (gamma, None, [uniform, uniform])]
+    {
+        let value = Field::Formula(format!("{value:.17e}"));
+        let tension = ActiveTension { value, fibre, ramp: None }.build(&context).unwrap();
+        let mut terms = tension.energies;
+        terms.push(EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)));
+        let pins = vec![[false; 3]; sheet.vertex_count()];
+        let mechanics = Mechanics::new(sheet.clone(), terms, pins).unwrap();
+        let mut potential = Potential::new(&mechanics);
+        let scaled = |x: &Vec3| Vec3::new(stretch[0] * x.x, stretch[1] * x.y, 0.0);
+        let x: Vec<Vec3> = sheet.rest().iter().map(scaled).collect();
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        potential.energy_gradient(&x, &mut gradient);
+        let largest = gradient.iter().map(|g| g.norm()).fold(0.0, f64::max);
+        assert!(largest < 1e-12 * potential.force_scale(), "{stretch:?} {largest}");
+    }
 }

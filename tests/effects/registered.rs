@@ -15,7 +15,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 35] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 41] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -84,6 +84,12 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 35] = [
         [false; 3],
     ),
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
+    ("growth", "along = '1 + 0.1*x*t'\nfibre = [1, 'x', 0]", false, [true, true, true]),
+    ("directed-growth", "fibre = [1, 0, 0.5]\nacross = 0.5", true, [true, true, true]),
+    ("active-tension", "value = 0.7", false, [true, true, false]),
+    ("active-tension", "value = -0.4\nramp = { formula = '1 + t' }", true, [true, true, false]),
+    ("active-tension", "value = '0.3 + 0.1*x'\nfibre = [1, 0, 0]", false, [true, true, false]),
+    ("active-tension", "value = -0.3\nfibre = ['y', '-x', 0.1]", true, [true, true, false]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
     ("diffusion", "species = 'c'", false, [true, true, true]),
     ("diffusion", "species = 'c'\ncoefficient = '2 + x'", false, [true, true, true]),
@@ -97,7 +103,8 @@ fn sheet(closed: bool) -> Arc<Sheet> {
 fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
     let spec: Box<dyn EffectSpec> = read(kind, table);
     let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
-    let made_up = made_up(&["c"]);
+    let mut made_up = made_up(&["c"]);
+    made_up.capabilities.length_factor = true;
     let kinetics = spec.needs().species.then_some((&made_up, location));
     examine_with(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
 }

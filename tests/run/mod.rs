@@ -16,7 +16,7 @@ mod old_format;
 mod paraview;
 pub mod program;
 mod rest_shapes;
-mod resumed;
+pub mod resumed;
 mod self_intersection;
 mod stability;
 mod vtkhdf;

@@ -64,7 +64,7 @@ fn results(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     all
 }
 
-pub(super) fn assert_same(a: &Path, b: &Path, what: &str) {
+pub fn assert_same(a: &Path, b: &Path, what: &str) {
     let (a, b) = (results(a), results(b));
     let names = |all: &[(PathBuf, Vec<u8>)]| all.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&a), names(&b), "{what}");
@@ -73,7 +73,7 @@ pub(super) fn assert_same(a: &Path, b: &Path, what: &str) {
     }
 }
 
-pub(super) fn checkpoints(directory: &Path) -> Vec<PathBuf> {
+pub fn checkpoints(directory: &Path) -> Vec<PathBuf> {
     let all = fs::read_dir(directory.join("checkpoints")).into_iter().flatten();
     let mut all: Vec<PathBuf> = all.map(|entry| entry.unwrap().path()).collect();
     all.retain(|path| path.extension().is_some_and(|e| e == "bin"));
@@ -95,7 +95,7 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// A copy of a whole run as it was when its checkpoint number `kept` was the last.
-pub(super) fn stopped(whole: &Path, to: &Path, kept: usize) {
+pub fn stopped(whole: &Path, to: &Path, kept: usize) {
     copy(whole, to);
     checkpoints(to)[kept + 1..].iter().for_each(|later| fs::remove_file(later).unwrap());
     let status = fs::read_to_string(to.join("status.json")).unwrap();

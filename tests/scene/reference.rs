@@ -14,7 +14,7 @@ const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }
 const TIME: &str = "time = { until = 1.0 }";
 
 /// Page and heading of the reference, and scenes (but for the tables above) with an unknown key or name.
-const TABLES: [(&str, &str, &[&str]); 24] = [
+const TABLES: [(&str, &str, &[&str]); 26] = [
     (
         "sheet",
         "`[sheet]`",
@@ -88,7 +88,9 @@ const TABLES: [(&str, &str, &[&str]); 24] = [
             "effect = [{ kind = \"obstacle\", shape = { cylinder = { impossible = 0 } } }]",
         ],
     ),
+    ("effects", "Active-tension", &["effect = [{ kind = \"active-tension\", impossible = 0 }]"]),
     ("effects", "Growth", &["effect = [{ kind = \"growth\", impossible = 0 }]"]),
+    ("effects", "Directed-growth", &["effect = [{ kind = \"directed-growth\", impossible = 0 }]"]),
     ("effects", "Diffusion", &["effect = [{ kind = \"diffusion\", impossible = 0 }]"]),
     (
         "effects",

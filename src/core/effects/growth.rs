@@ -5,33 +5,94 @@
 //! ```
 //!
 //! with `g` the formula, a length factor: 1.1 is growth by a tenth in every direction of the sheet, and
-//! `g` is 1 outside the region. Several such effects, and the length factors of laws, multiply. Like those
+//! `g` is 1 outside the region. With a direction, `along` a fibre a and `across` it,
+//!
+//! ```text
+//! Φ_ij² = g_∥² cos² θ + g_⊥² sin² θ,     θ the angle between the edge and a at rest
+//! ```
+//!
+//! which are the lengths of the metric `g_∥² a⊗a + g_⊥² (1 - a⊗a)`: triangles read it exactly, bonds as far as
+//! their lengths tell. Several such effects, and the length factors of laws, multiply. Like those
 //! of laws it is no force: stretching and the strains that laws read see the lengths, the rest positions
 //! stay. With `measure = "amount"` growth dilutes species and conserves their totals.
 //!
 //! Reference: multiplicative growth, e.g. Rodriguez, Hoger & McCulloch, J. Biomech. 27 (1994) 455,
-//! doi:10.1016/0021-9290(94)90021-3. Not covered: growth with a direction.
+//! doi:10.1016/0021-9290(94)90021-3. Not covered: growth with shear.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, Region};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Region};
 use crate::Vec3;
 use crate::kinetics::breakpoints::sampled;
 use crate::kinetics::formula::FieldFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
 
-/// Parameters of growth in a scene.
+/// Parameters of growth in a scene: `factor`, or `fibre` with `along` and `across`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Growth {
-    /// The length factor, a formula of `x`, `y`, `z` (rest position) and `t`.
-    pub factor: String,
+    /// The length factor in every direction, a formula of `x`, `y`, `z` (rest position) and `t`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<String>,
+    /// The length factor along the fibre; 1 without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub along: Option<String>,
+    /// The length factor across the fibre; 1 without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<String>,
+    /// The direction, three numbers or formulas of `x`, `y` and `z`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fibre: Option<Fibre>,
     /// Where it grows.
     #[serde(rename = "where", default = "everywhere")]
     pub region: Region,
+}
+
+impl Growth {
+    /// By `factor` in every direction.
+    #[must_use]
+    pub fn isotropic(factor: impl Into<String>, region: Region) -> Self {
+        Self { factor: Some(factor.into()), along: None, across: None, fibre: None, region }
+    }
+
+    /// The keys of its formulas, with these.
+    fn formulas(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let all = [("factor", &self.factor), ("along", &self.along), ("across", &self.across)];
+        all.into_iter().filter_map(|(key, text)| Some((key, text.as_deref()?)))
+    }
+
+    /// Whether it has the keys of one way to grow.
+    fn check(&self) -> Result<(), EffectError> {
+        let directed = self.along.is_some() || self.across.is_some();
+        let wrong = |key, message: &str, help: &str| {
+            Err(EffectError { key, message: message.into(), help: Some(help.into()) })
+        };
+        match (&self.factor, directed, &self.fibre) {
+            (Some(_), true, _) | (Some(_), _, Some(_)) => wrong(
+                "factor",
+                "growth has a factor in every direction, or one along and one across a fibre",
+                "either factor, or fibre with along and across",
+            ),
+            (None, false, None) => {
+                wrong("factor", "growth needs a length factor", "as in factor = \"1 + 0.1*t\"")
+            }
+            (None, true, None) => wrong(
+                if self.along.is_some() { "along" } else { "across" },
+                "growth with a direction needs the fibre that it refers to",
+                "as in fibre = [1, 0, 0]",
+            ),
+            (None, false, Some(_)) => wrong(
+                "fibre",
+                "growth with a fibre needs a length factor along or across it",
+                "as in along = \"1 + 0.1*t\"",
+            ),
+            _ => Ok(()),
+        }
+    }
 }
 
 fn everywhere() -> Region {
@@ -41,65 +102,165 @@ fn everywhere() -> Region {
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
     fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        let read = FieldFormula::new(&self.factor, true);
-        read.map_or_else(|_| Vec::new(), |formula| breakpoints(&formula, sheet, until))
+        let read = self.formulas().filter_map(|(_, text)| FieldFormula::new(text, true).ok());
+        read.flat_map(|formula| breakpoints(&formula, sheet, until)).collect()
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let inside = self.region.choose(context.sheet, "growth")?;
-        let refuse = |message, help| EffectError { key: "factor", message, help };
-        let formula =
-            FieldFormula::new(&self.factor, true).map_err(|e| refuse(e.message, e.help))?;
-        let growth = LengthFactor::new(formula, inside, context.sheet);
-        let at_start = growth.at(context.sheet, 0.0);
-        let wrong =
-            at_start.iter().copied().enumerate().find(|(_, f)| !(*f > 0.0 && f.is_finite()));
-        match wrong {
-            None => Ok(Effect { growth: vec![growth], ..Effect::default() }),
-            Some((e, value)) => {
-                let [a, b] = context.sheet.edges()[e].vertices;
-                let message =
-                    format!("the length factor is {value} between vertices {a} and {b} at time 0");
-                Err(refuse(message, Some("it must be a number > 0 everywhere".into())))
-            }
+        self.check()?;
+        let sheet = context.sheet;
+        let inside = self.region.choose(sheet, "growth")?;
+        for (key, text) in self.formulas() {
+            let formula = FieldFormula::new(text, true).map_err(|e| EffectError {
+                key,
+                message: e.message,
+                help: e.help,
+            })?;
+            check_at_start(&formula, (sheet, &inside), key)?;
         }
+        let read = |text: &Option<String>| {
+            text.as_deref().and_then(|text| FieldFormula::new(text, true).ok())
+        };
+        let factors = match &self.fibre {
+            None => read(&self.factor).map(Factors::Isotropic),
+            Some(fibre) => Some(Factors::Directed(Box::new(Directed {
+                along: read(&self.along),
+                across: read(&self.across),
+                square: fibre.along_edges(sheet)?,
+            }))),
+        };
+        let growth = factors.map(|factors| LengthFactor::new(factors, inside, sheet));
+        Ok(Effect { growth: growth.into_iter().collect(), ..Effect::default() })
     }
+}
+
+/// Whether a length factor is positive at the beginning.
+fn check_at_start(
+    formula: &FieldFormula,
+    (sheet, inside): (&Sheet, &[bool]),
+    key: &'static str,
+) -> Result<(), EffectError> {
+    let factor = at_edges(formula, inside, sheet, 0.0);
+    let Some(e) = factor.iter().position(|f| !(*f > 0.0 && f.is_finite())) else { return Ok(()) };
+    let ([a, b], value) = (sheet.edges()[e].vertices, factor[e]);
+    let message = format!("the length factor is {value} between vertices {a} and {b} at time 0");
+    Err(EffectError { key, message, help: Some("it must be a number > 0 everywhere".into()) })
 }
 
 crate::register_kind!(dyn EffectSpec, "growth", Growth);
 
-/// A length factor of position and time.
+/// A length factor of position and time, one per edge.
 #[derive(Debug, Clone)]
 pub struct LengthFactor(Kind);
 
 #[derive(Debug, Clone)]
 enum Kind {
-    /// At every edge, once and for all: the formula does not mention the time.
+    /// Once and for all.
     Constant(Vec<f64>),
-    Varying {
-        formula: FieldFormula,
-        inside: Vec<bool>,
-    },
+    Varying(Box<Varying>),
+    Own(Function),
+}
+
+/// Formulas, 1 at vertices that are not `inside`.
+#[derive(Debug, Clone)]
+struct Varying {
+    factors: Factors,
+    inside: Vec<bool>,
+}
+
+/// The factor of every edge at a time.
+type OfTime = dyn Fn(&Sheet, f64) -> Vec<f64> + Send + Sync;
+
+#[derive(Clone)]
+struct Function(Arc<OfTime>);
+
+impl std::fmt::Debug for Function {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Function")
+    }
+}
+
+/// The formulas of growth.
+#[derive(Debug, Clone)]
+enum Factors {
+    Isotropic(FieldFormula),
+    Directed(Box<Directed>),
+}
+
+#[derive(Debug, Clone)]
+struct Directed {
+    along: Option<FieldFormula>,
+    across: Option<FieldFormula>,
+    /// cos² θ of every edge.
+    square: Vec<f64>,
+}
+
+impl Factors {
+    fn depends_on_time(&self) -> bool {
+        match self {
+            Self::Isotropic(formula) => formula.depends_on_time(),
+            Self::Directed(of) => {
+                [&of.along, &of.across].into_iter().flatten().any(FieldFormula::depends_on_time)
+            }
+        }
+    }
+
+    fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> Vec<f64> {
+        let of = |formula: &FieldFormula| at_edges(formula, inside, sheet, time);
+        match self {
+            Self::Isotropic(formula) => of(formula),
+            Self::Directed(directed) => {
+                let Directed { along, across, square } = &**directed;
+                let [along, across] = [along, across].map(|formula| formula.as_ref().map(of));
+                let mut factor = vec![1.0; square.len()];
+                parallel::fill(&mut factor, |e| {
+                    let [g, h] = [&along, &across].map(|g| g.as_ref().map_or(1.0, |g| g[e]));
+                    (g * g * square[e] + h * h * (1.0 - square[e])).sqrt()
+                });
+                factor
+            }
+        }
+    }
 }
 
 impl LengthFactor {
-    /// Of a formula, 1 at vertices that are not `inside`.
-    fn new(formula: FieldFormula, inside: Vec<bool>, sheet: &Sheet) -> Self {
-        Self(if formula.depends_on_time() {
-            Kind::Varying { formula, inside }
+    /// Of formulas, 1 at vertices that are not `inside`.
+    fn new(factors: Factors, inside: Vec<bool>, sheet: &Sheet) -> Self {
+        Self(if factors.depends_on_time() {
+            Kind::Varying(Box::new(Varying { factors, inside }))
         } else {
-            Kind::Constant(at_edges(&formula, &inside, sheet, 0.0))
+            Kind::Constant(factors.at(sheet, &inside, 0.0))
         })
+    }
+
+    /// The same at all times: `factor`, a positive number per edge.
+    #[must_use]
+    pub fn constant(factor: Vec<f64>) -> Self {
+        Self(Kind::Constant(factor))
+    }
+
+    /// `of(sheet, t)`, a positive number per edge.
+    #[must_use]
+    pub fn function(of: impl Fn(&Sheet, f64) -> Vec<f64> + Send + Sync + 'static) -> Self {
+        Self(Kind::Own(Function(Arc::new(of))))
     }
 
     /// Its value at every edge.
     #[must_use]
     pub fn at(&self, sheet: &Sheet, time: f64) -> Cow<'_, [f64]> {
         match &self.0 {
-            Kind::Constant(factor) => factor.into(),
-            Kind::Varying { formula, inside } => at_edges(formula, inside, sheet, time).into(),
+            Kind::Constant(factor) if factor.len() == sheet.edges().len() => factor.into(),
+            Kind::Constant(factor) => fitted(factor.clone(), sheet).into(),
+            Kind::Varying(of) => of.factors.at(sheet, &of.inside, time).into(),
+            Kind::Own(Function(of)) => fitted(of(sheet, time), sheet).into(),
         }
     }
+}
+
+/// As many as there are edges: those that are missing are no number, which the model refuses.
+fn fitted(mut factor: Vec<f64>, sheet: &Sheet) -> Vec<f64> {
+    factor.resize(sheet.edges().len(), f64::NAN);
+    factor
 }
 
 fn at_edges(formula: &FieldFormula, inside: &[bool], sheet: &Sheet, time: f64) -> Vec<f64> {

@@ -5,12 +5,15 @@
 //! transports of a species ([`Transport`]). All of these are immutable; what an evaluation needs besides is
 //! in memory that the evaluation owns. What a scene does not list is not built.
 
+mod active;
 mod bending;
 mod cone;
 mod contact;
 mod diffusion;
+mod directed;
 mod element;
 mod energy;
+mod fibre;
 mod field;
 mod foundation;
 mod green_gauss;
@@ -27,14 +30,17 @@ mod stretching;
 mod transport;
 mod volume;
 
+pub use active::ActiveTension;
 pub use bending::{
     Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
 };
 pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use diffusion::{Cotan, Diffusion, DiffusionMetric, DiffusionScheme};
+pub use directed::{DirectedGrowth, Direction};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
+pub use fibre::Fibre;
 pub use field::{Field, Part, Values};
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;

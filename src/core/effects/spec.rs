@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::directed::Direction;
 use super::energy::{Energy, EnergyTerm};
 use super::field::{Field, Values};
 use super::growth::LengthFactor;
@@ -199,6 +200,8 @@ pub struct Effect {
     pub constraints: Vec<EnergyTerm>,
     /// Length factors that multiply those of laws.
     pub growth: Vec<LengthFactor>,
+    /// A direction in which the length factor of the law acts.
+    pub direction: Option<Direction>,
     /// Transports of species.
     pub transports: Vec<TransportTerm>,
 }

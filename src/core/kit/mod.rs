@@ -222,10 +222,10 @@ const NOTHING: &str =
     "it brings nothing: no energy, fixed or prescribed positions, constraint, growth or transport";
 
 fn is_nothing(built: &Effect) -> bool {
-    let Effect { energies, pins, prescribed, constraints, growth, transports } = built;
+    let Effect { energies, pins, prescribed, constraints, growth, direction, transports } = built;
     let pinned = pins.iter().flatten().flatten().any(|fixed| *fixed);
     let lists = energies.len() + prescribed.len() + constraints.len() + growth.len();
-    lists + transports.len() == 0 && !pinned
+    lists + transports.len() == 0 && !pinned && direction.is_none()
 }
 
 /// The fault of an effect that does in planar scenes what is never shown.

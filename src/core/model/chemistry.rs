@@ -12,7 +12,7 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::Flagged;
-use crate::effects::{Measure, TransportTerm};
+use crate::effects::{Direction, Measure, TransportTerm};
 use crate::geometry::FaceVertexAverage;
 use crate::kinetics::{
     Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
@@ -38,6 +38,7 @@ pub struct Chemistry {
     /// Which of the distinct operators each of them has.
     which: Arc<[usize]>,
     measure: Measure,
+    direction: Option<Direction>,
     flagged: Flagged,
     tally: Tally,
     law: Meter,
@@ -81,6 +82,7 @@ impl Chemistry {
             transports,
             which,
             measure,
+            direction: None,
             flagged,
             tally: tally.clone(),
             law,
@@ -88,6 +90,13 @@ impl Chemistry {
         };
         made.count(&tally);
         made
+    }
+
+    /// The same with a direction in which its length factor acts.
+    #[must_use]
+    pub fn directed(mut self, direction: Option<Direction>) -> Self {
+        self.direction = direction;
+        self
     }
 
     /// Counts what it costs with `tally` from now on.
@@ -164,7 +173,12 @@ impl Chemistry {
         if !self.descriptor().capabilities.length_factor {
             return Ok(None);
         }
-        self.factor_at(Location::Edge, &self.at_edges(sheet, surface, species)).map(Some)
+        let at_edges = self.at_edges(sheet, surface, species);
+        let mut factor = self.factor_at(Location::Edge, &at_edges)?;
+        if let Some(direction) = &self.direction {
+            parallel::update(&mut factor, |e, factor| *factor = direction.at(e, *factor).0);
+        }
+        Ok(Some(factor))
     }
 
     /// ∂Φ/∂c at every edge, one column a species; `None` if the kinetics gives no length factor.
@@ -189,6 +203,11 @@ impl Chemistry {
             field::length_factor_partials(kinetics, batch, &mut factor, &mut out)
         });
         self.flagged.note(location, outcome)?;
+        if let Some(direction) = &self.direction {
+            for slope in &mut slopes {
+                parallel::update(slope, |e, slope| *slope *= direction.at(e, factor[e]).1);
+            }
+        }
         Ok(Some(slopes))
     }
 

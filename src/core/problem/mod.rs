@@ -237,13 +237,14 @@ impl<'a> Problem<'a> {
     /// As for [`Problem::stepper`], and those of `on_effect`.
     pub fn stepper_with(&self, on_effect: &mut OnEffect<'_>) -> Result<Stepper, ProblemError> {
         self.check()?;
-        let Bound { mechanics, transports, growth } = self.bind(on_effect)?;
+        let Bound { mechanics, transports, growth, direction } = self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
         let relaxer = self.relaxer(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
         let area = VertexArea::when_asked(rule.unwrap_or_default());
-        let chemistry = self.law.clone().map(|law| self.chemistry(law, &area, transports));
+        let chemistry =
+            self.law.clone().map(|law| self.chemistry(law, &area, transports).directed(direction));
         let species = chemistry.as_ref().map_or(0, |c| c.descriptor().species.len());
         let points = match chemistry.as_ref().map(Chemistry::location) {
             Some(Location::Face) => self.sheet.triangle_count(),

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
-    Effect, EffectContext, EffectError, Elasticity, LengthFactor, Prescribed, TransportTerm, Values,
+    Direction, Effect, EffectContext, EffectError, Elasticity, LengthFactor, Prescribed,
+    TransportTerm, Values,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -17,6 +18,7 @@ pub(super) struct Bound {
     pub(super) mechanics: MechanicsParts,
     pub(super) transports: Vec<TransportTerm>,
     pub(super) growth: Vec<LengthFactor>,
+    pub(super) direction: Option<Direction>,
 }
 
 impl Problem<'_> {
@@ -133,6 +135,11 @@ impl Problem<'_> {
                 help: e.help,
             })?;
             on_effect(number, &**spec, &context, &effect)?;
+            if all.direction.is_some() && effect.direction.is_some() {
+                let message = "an earlier effect directs the length factor of the law already";
+                let part = Part::Effect(number, "kind".into());
+                return Err(ProblemError::new(part, message, Some("leave out one of the two")));
+            }
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
             all.add(effect);
         }
@@ -272,6 +279,7 @@ impl Bound {
         self.mechanics.prescribed.extend(effect.prescribed);
         self.mechanics.constraints.extend(effect.constraints);
         self.growth.extend(effect.growth);
+        self.direction = self.direction.take().or(effect.direction);
         for (all, more) in self.mechanics.pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
             for a in 0..3 {
                 all[a] |= more[a];

@@ -1,9 +1,9 @@
 //! How far two features may move along straight lines without touching.
 //!
 //! Conservative advancement: while the features are d apart and their points approach by at most l in a whole step,
-//! the share (1 - ξ) d/l of the step is free; the sum of these shares never passes the first contact, whatever
-//! round-off does to d (Li, Kaufman & Jiang, *Codimensional incremental potential contact*, ACM Trans. Graph. 40
-//! (2021), doi:10.1145/3450626.3459767, algorithm 1).
+//! the share (1 - ξ) d/l of the step is free; the sum of these shares never passes the first contact (Li, Kaufman &
+//! Jiang, *Codimensional incremental potential contact*, ACM Trans. Graph. 40 (2021), doi:10.1145/3450626.3459767,
+//! algorithm 1). The advance ends where features are as near as round-off can tell.
 
 use rumple_numerics::Vec3;
 
@@ -11,6 +11,8 @@ use super::nearest::{Corners, edge_edge, point_triangle};
 
 /// ξ.
 const REMAINS: f64 = 0.1;
+/// Features touch that are nearer than this share of how far they are, or come, from the origin.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Advances after which the rest of a step is given up: the features slide past one another.
 const MOST: usize = 500;
 
@@ -57,6 +59,10 @@ impl Kind {
             let next = share + (1.0 - REMAINS) * distance / speed;
             if !(next < 1.0) {
                 return 1.0;
+            }
+            let size = x.iter().zip(d).fold(0.0, |most, (x, d)| x.amax().max(d.amax()).max(most));
+            if distance < ROUND_OFF * size {
+                return share;
             }
             share = next;
         }

@@ -20,6 +20,8 @@ pub(super) struct Neighbours {
     of: Vec<Vec<Neighbour>>,
     /// How much nearer features of others may come until there are pairs.
     unlisted: f64,
+    /// Memory of how clusters have moved.
+    moved: Vec<Moved>,
 }
 
 /// A cluster near another.
@@ -40,23 +42,23 @@ enum Sought {
 }
 
 /// How the corners of a cluster have moved: their mean displacement, and the largest deviation from it.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Moved {
     mean: Vec3,
     spread: f64,
 }
 
 impl Moved {
-    fn of(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync)) -> Vec<Self> {
+    /// Of all clusters, into `all`.
+    fn of(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync), all: &mut Vec<Self>) {
         let of = |corners: &[u32]| {
             let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
             let apart = |v: &u32| (moved(*v) - mean).norm_squared();
             let spread = corners.iter().map(apart).fold(0.0, f64::max).sqrt();
             Self { mean, spread }
         };
-        let mut all = vec![Self { mean: Vec3::zeros(), spread: 0.0 }; clusters.len()];
-        parallel::fill(&mut all, |k| of(&clusters[k].corners));
-        all
+        all.resize(clusters.len(), Self { mean: Vec3::zeros(), spread: 0.0 });
+        parallel::fill(all, |k| of(&clusters[k].corners));
     }
 
     /// By how much features of two clusters have come nearer at most.
@@ -124,19 +126,24 @@ impl Neighbours {
         };
         let mut of = vec![Vec::new(); clusters.len()];
         parallel::update(&mut of, |k, place| *place = near(k));
-        Self { of, unlisted: limit.slack + beyond }
+        Self { of, unlisted: limit.slack + beyond, moved: Vec::with_capacity(clusters.len()) }
     }
 
     /// Whether there are no other pairs yet, now that vertices have `moved`.
-    pub(super) fn last(&self, clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync)) -> bool {
-        let all = Moved::of(clusters, moved);
+    pub(super) fn last(
+        &mut self,
+        clusters: &[Cluster],
+        moved: &(impl Fn(u32) -> Vec3 + Sync),
+    ) -> bool {
+        Moved::of(clusters, moved, &mut self.moved);
+        let (all, listed) = (&self.moved, &self.of);
         let mean = all.iter().map(|moved| moved.mean).sum::<Vec3>() / real(all.len().max(1));
-        let common = Moved { mean, spread: 0.0 };
+        let (common, far) = (Moved { mean, spread: 0.0 }, 0.5 * self.unlisted);
         let excess = |k: usize| {
-            let far = all[k].approach(&common) - 0.5 * self.unlisted;
+            let far = all[k].approach(&common) - far;
             let beyond =
                 |other: &Neighbour| all[k].approach(&all[other.number as usize]) - other.allowed;
-            self.of[k].iter().map(beyond).fold(far, f64::max)
+            listed[k].iter().map(beyond).fold(far, f64::max)
         };
         parallel::max(clusters.len(), excess) <= 0.0
     }
@@ -148,7 +155,8 @@ impl Neighbours {
         before: &Self,
         moved: &(impl Fn(u32) -> Vec3 + Sync),
     ) {
-        let all = Moved::of(clusters, moved);
+        let mut all = Vec::new();
+        Moved::of(clusters, moved, &mut all);
         parallel::update(&mut self.of, |k, near| {
             for other in near.iter_mut().filter(|other| other.pairs.is_some()) {
                 let old = &before.of[k];

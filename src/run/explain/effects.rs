@@ -137,6 +137,9 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         if brought.growth > 0 {
             parts.push("multiplies optimal lengths by a factor of position and time".into());
         }
+        if brought.directs {
+            parts.push("gives the length factor of the law a direction in the sheet".into());
+        }
         for name in transports.by_ref().take(brought.transports) {
             let when = if model.moves() {
                 "on every shape that the species see"

@@ -34,7 +34,7 @@ use super::{
     Touching,
 };
 use crate::Vec3;
-use crate::geometry::proximity::{Proximity, Range, at};
+use crate::geometry::proximity::{Kind, Proximity, Range, at};
 use crate::geometry::{Conditions, Crossings, Found, Shape, lumped_areas};
 use crate::linear::{BlockMatrix, Stencils};
 use crate::num::checked::Positive;
@@ -50,6 +50,10 @@ const STIFFNESS: f64 = 0.1;
 /// The reach of edges in units of that of vertices: apart from where edges cross, surfaces at pressures up to κ are
 /// further apart.
 const EDGES: f64 = 0.5;
+
+/// A start touches itself where features are nearer than this, in mean edges: apart by no more than the round-off of a
+/// mesh file.
+const TOUCH: f64 = 1e-9;
 
 /// Parameters of self-contact in a scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -267,8 +271,21 @@ impl Energy for Contacts {
             let place = found.place(shape.sheet, shape.x);
             return Some(format!("{pairs} pairs of its triangles cross, {place}"));
         }
-        let contacts = self.at(shape, work);
-        let touch = contacts.iter().find(|contact| !(contact.distance() > 0.0))?;
-        Some(format!("it touches itself at vertices {:?}", touch.corners))
+        // What touches in the rest positions too has no reach.
+        let least = TOUCH * shape.metric.mean_edge();
+        let range = Range { points: least, edges: least, shrinkage: f64::INFINITY };
+        let proximity = work.proximity(shape, self.distance);
+        let (points, edges) = proximity.near(shape.sheet, shape.x, &range);
+        let mut pairs = points.iter().chain(edges);
+        let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;
+        let [a, b, c, d] = touch.corners;
+        Some(match touch.kind {
+            Kind::PointTriangle => {
+                format!("vertex {a} lies on the triangle with the vertices {b}, {c} and {d}")
+            }
+            Kind::EdgeEdge => {
+                format!("the edge of the vertices {a} and {b} touches that of {c} and {d}")
+            }
+        })
     }
 }

@@ -1,0 +1,214 @@
+//! Contact: plates, ribbons on and between planes, and a ring that touches itself.
+//!
+//! ```text
+//! p = κ [(1 - u)²/u - 2 (1 - u) ln u]          plates that carry p are u d̂ apart
+//! L⁴ = 72 D h/q                                a heavy strip, clamped h above a plane, leaves it at L from the clamp
+//! F = 2 I² D/H²,  I = ∫ √sin θ dθ = 1.19814    a strip bent round between planes H apart (0 < θ < π/2)
+//! p R³/D = 5.247                               a ring under pressure touches itself
+//! ```
+//!
+//! L: the deflection from where the strip leaves the plane is `w = (q/D) (L x³/18 - x⁴/24)`, without moment there and
+//! with w' = 0, w = h at the clamp. The plane pushes at this point with qL/3, and carries q beyond: in all
+//! q (S - 2L/3) on a strip of length S, from which L is computed.
+//!
+//! H: from where the strip leaves a plane `D κ²/2 = F sin θ`, and the height to the middle is `∫ sin θ dθ/κ = H/2`. D is
+//! the rigidity of ribbons (`ribbons.rs`).
+//!
+//! The ring beyond first contact is compared with one whose walls push at a point and are as far apart. A barrier of reach
+//! d̂ spreads the force over a length of the order √(R d̂), so that the two agree as d̂ → 0.
+
+use std::sync::Arc;
+
+use rumple::Vec3;
+use rumple::effects::{EnergyTerm, Material, Pins};
+use rumple::model::{Mechanics, Potential};
+use rumple::num::{index, real};
+use rumple::sheet::Sheet;
+
+use super::ribbons::{self, Outside, force_at_neck};
+use super::{Outcome, STVK_HINGE, Sample, area_load, critical, energy, mechanics, relax};
+
+/// `∫ √sin θ dθ` over a quarter.
+const QUARTER: f64 = 1.198_140_234_7;
+/// Where the walls of a ring touch.
+const TOUCH: f64 = 5.246_9;
+
+/// The distance d at which the barrier carries `pressure`, in units of the reach and of κ.
+fn distance(pressure: f64) -> f64 {
+    let carried = |u: f64| (1.0 - u) * (1.0 - u) / u - 2.0 * (1.0 - u) * u.ln();
+    let (mut low, mut high) = (1e-9, 1.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if carried(middle) > pressure { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// A flat plate of n × n cells, 1 wide, at z.
+fn plate(n: usize, z: f64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let at = |i: usize| real(i) / real(n);
+    let places = (0..(n + 1) * (n + 1)).map(|k| Vec3::new(at(k % (n + 1)), at(k / (n + 1)), z));
+    let cells = (0..n * n).map(|k| (k / n) * (n + 1) + k % n);
+    let two = |k: usize| [[k, k + 1, k + n + 1], [k + 1, k + n + 2, k + n + 1]];
+    (places.collect(), cells.flat_map(two).map(|t| t.map(index)).collect())
+}
+
+/// The distance of two plates of n and 2n + 1 cells that are pressed together by `pressure`, in units of κ.
+pub fn plates(n: usize, pressure: f64) -> Outcome<Sample> {
+    let material = Material { young: 10.0, poisson: 0.3, thickness: 0.5 };
+    let (mut rest, mut triangles) = plate(n, 0.0);
+    let first = rest.len();
+    let (above, more) = plate(2 * n + 1, 100.0);
+    rest.extend(above);
+    triangles.extend(more.iter().map(|t| t.map(|v| v + index(first))));
+    let sheet = Arc::new(Sheet::new(rest, triangles)?);
+    // Vertical motion of the upper plate is left.
+    let pins: Pins = (0..sheet.vertex_count()).map(|v| [true, true, v < first]).collect();
+    let load = area_load(-pressure);
+    let effects = [STVK_HINGE.stretching, STVK_HINGE.bending, "kind = 'contact'", &load];
+    let mut mechanics = mechanics(&sheet, &material, &effects, pins)?;
+    let low = |x: &Vec3| Vec3::new(x.x, x.y, if x.z > 1.0 { 0.45 } else { 0.0 });
+    let mut x: Vec<Vec3> = sheet.rest().iter().map(low).collect();
+    relax(&mut mechanics, &mut x, 1e-9)?;
+    let gap = x[first..].iter().map(|x| x.z).sum::<f64>() / real(x.len() - first);
+    Ok(Sample::new(&sheet, gap, 0.5 * distance(pressure)))
+}
+
+/// Sum of the forces of contact number `which` on the vertices of which `of` holds.
+fn force(mechanics: &mut Potential, which: usize, x: &[Vec3], of: impl Fn(usize) -> bool) -> Vec3 {
+    let place = mechanics.mechanics().contacts().nth(which).unwrap_or(usize::MAX);
+    let force = mechanics.force_of(place, x);
+    (0..x.len()).filter(|v| of(*v)).map(|v| force[v]).sum()
+}
+
+const THIN: Material = Material { young: 1.2e6, poisson: 0.3, thickness: 0.1 };
+
+/// A plane with a reach.
+fn plane(z: f64, up: f64, reach: f64) -> String {
+    format!(
+        "kind = 'obstacle'\ndistance = {reach:e}\n\
+         shape = {{ plane = {{ point = [0.0, 0.0, {z:e}], normal = [0.0, 0.0, {up:e}] }} }}"
+    )
+}
+
+/// The length of a heavy strip that is off the plane, with `cells` cells, and a plane of the given reach.
+pub fn lift_off(cells: usize, reach: f64) -> Outcome<Sample> {
+    let (length, height, exact) = (20.0, 0.2, 10.0f64);
+    let edge = length / real(cells);
+    let sheet = Arc::new(ribbons::flat(cells, edge)?);
+    let weight = 72.0 * ribbons::rigidity(&THIN) * height / exact.powi(4);
+    // The first edge that folds stands for half a cell from here.
+    let clamp = 0.5 * edge;
+    let clamped = |x: &Vec3| x.x < 1.01 * edge;
+    let pins = sheet.rest().iter().map(|x| [clamped(x), true, clamped(x)]).collect();
+    // A strip that lies on the plane is at z = 0.
+    let level = -reach * distance(weight / (0.1 * THIN.young));
+    let (plane, load) = (plane(level, 1.0, reach), area_load(-weight));
+    let effects = [STVK_HINGE.stretching, STVK_HINGE.bending, &plane, &load];
+    let mut mechanics = mechanics(&sheet, &THIN, &effects, pins)?;
+    let lowered = |x: &Vec3| {
+        let u = (1.0 - (x.x - clamp) / exact).max(0.0);
+        let z = if clamped(x) { 1.0 } else { u * u * u * (4.0 - 3.0 * u) };
+        Vec3::new(x.x, x.y, height * z)
+    };
+    let mut x: Vec<Vec3> = sheet.rest().iter().map(lowered).collect();
+    relax(&mut mechanics, &mut x, 1e-11)?;
+    let carried = force(&mut mechanics, 0, &x, |_| true).z / (weight * ribbons::width(&sheet));
+    let end = (real(cells) - 0.25) * edge;
+    Ok(Sample::new(&sheet, 1.5 * (end - clamp - carried), exact))
+}
+
+/// The force on a strip that is bent round between two planes, in units of D/H².
+pub fn bent_round(cells: usize, reach: f64) -> Outcome<Sample> {
+    let (length, high) = (14.0, 2.0);
+    let sheet = Arc::new(ribbons::flat(cells, length / real(cells))?);
+    let pins = vec![[false, true, false]; sheet.vertex_count()];
+    let planes = [1.0, -1.0].map(|side| plane(side * high, -side, reach));
+    let effects = [STVK_HINGE.stretching, STVK_HINGE.bending, &planes[0], &planes[1]];
+    let mut mechanics = mechanics(&sheet, &THIN, &effects, pins)?;
+    let r = high - 0.9 * reach;
+    let round = |x: &Vec3| {
+        let s = x.x - 0.5 * length;
+        let straight = s.abs() - std::f64::consts::FRAC_PI_2 * r;
+        match straight > 0.0 {
+            true => Vec3::new(-straight, x.y, s.signum() * r),
+            false => Vec3::new(r * (s / r).cos(), x.y, r * (s / r).sin()),
+        }
+    };
+    let mut x: Vec<Vec3> = sheet.rest().iter().map(round).collect();
+    relax(&mut mechanics, &mut x, 1e-11)?;
+    let [low, top] = [-1.0, 1.0].map(|s| s * x.iter().map(|x| s * x.z).fold(0.0, f64::max));
+    let pushed = [0, 1].map(|k| force(&mut mechanics, k, &x, |_| true).z.abs());
+    let mean = 0.5 * (pushed[0] + pushed[1]) / ribbons::width(&sheet);
+    let computed = mean * (top - low).powi(2) / ribbons::rigidity(&THIN);
+    Ok(Sample::new(&sheet, computed, 2.0 * QUARTER * QUARTER))
+}
+
+/// A ring under `pressure` in units of D/R³, with other effects.
+fn pinched(
+    sheet: &Arc<Sheet>,
+    material: &Material,
+    pressure: f64,
+    others: &[&str],
+) -> Outcome<Potential> {
+    let (width, cells) = (ribbons::width(sheet), sheet.vertex_count() / 2);
+    let pressure = pressure * ribbons::rigidity(material);
+    let models = [STVK_HINGE.stretching, STVK_HINGE.bending];
+    let tables = models.iter().chain(others);
+    let mut energies: Vec<EnergyTerm> =
+        tables.map(|table| energy(sheet, material, table)).collect::<Outcome<_>>()?;
+    energies.push(EnergyTerm::new(Outside { pressure, width, cells }));
+    let pins = vec![[false, true, false]; sheet.vertex_count()];
+    Ok(Potential::new(&Mechanics::new(Arc::clone(sheet), energies, pins)?))
+}
+
+/// A ring pressed in along z, to start from.
+fn oval(sheet: &Sheet) -> Vec<Vec3> {
+    sheet.rest().iter().map(|x| Vec3::new(1.35 * x.x, x.y, 0.4 * x.z)).collect()
+}
+
+/// The distance of the walls of a ring across the middle of its long axis; negative where they have crossed. The ring may
+/// have turned, and moved along itself.
+fn opening(x: &[Vec3]) -> f64 {
+    let mean = x.iter().sum::<Vec3>() / real(x.len());
+    let moment = |of: fn(Vec3) -> f64| x.iter().map(|x| of(x - mean)).sum::<f64>();
+    let (difference, product) = (moment(|d| d.x * d.x - d.z * d.z), moment(|d| 2.0 * d.x * d.z));
+    let (sin, cos) = (0.5 * product.atan2(difference)).sin_cos();
+    let turned = |i: usize| {
+        let d = x[i % x.len()] - mean;
+        [cos * d.x + sin * d.z, cos * d.z - sin * d.x]
+    };
+    let between = |i: usize| {
+        let ([u, v], [next, w]) = (turned(i), turned(i + 1));
+        // Where the boundary, which goes round to the left, passes the middle, and which way.
+        ((u < 0.0) != (next < 0.0)).then(|| (u - next).signum() * (v - u / (next - u) * (w - v)))
+    };
+    (0..x.len()).filter_map(between).sum()
+}
+
+/// The pressure at which the walls of a ring of `cells` cells touch, in units of D/R³.
+pub fn first_contact(cells: usize) -> Outcome<Sample> {
+    let material = Material { thickness: 0.01, ..THIN };
+    let sheet = Arc::new(ribbons::ring(cells)?);
+    let computed = critical(0.91 * TOUCH, 1.12 * TOUCH, |pressure| {
+        let mut x = oval(&sheet);
+        relax(&mut pinched(&sheet, &material, pressure, &[])?, &mut x, 1e-10)?;
+        Ok(opening(&x[..cells]) > 0.0)
+    })?;
+    Ok(Sample::new(&sheet, computed, TOUCH))
+}
+
+/// The force between the walls of a ring of the given thickness under `pressure`, both in units of the ring.
+pub fn neck(cells: usize, pressure: f64, thickness: f64) -> Outcome<Sample> {
+    let material = Material { thickness, ..THIN };
+    let sheet = Arc::new(ribbons::ring(cells)?);
+    let mut mechanics = pinched(&sheet, &material, pressure, &["kind = 'contact'"])?;
+    let mut x = oval(&sheet);
+    relax(&mut mechanics, &mut x, 1e-9)?;
+    let upper = |v: usize| sheet.rest()[v].z > 0.0;
+    let apart = force(&mut mechanics, 0, &x, upper).norm();
+    let place = mechanics.mechanics().contacts().next().unwrap_or(usize::MAX);
+    let gap = mechanics.touching(place, &x).map_or(f64::INFINITY, |touching| touching.gap);
+    let computed = apart / (ribbons::width(&sheet) * ribbons::rigidity(&material));
+    Ok(Sample::new(&sheet, computed, force_at_neck(pressure, gap)?))
+}
