@@ -78,6 +78,7 @@ impl Case {
         let context = EffectContext {
             sheet,
             material: Some(&material),
+            varying: None,
             kinetics: None,
             measure: Measure::Concentration,
             read: None,

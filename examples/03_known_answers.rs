@@ -104,6 +104,10 @@ fn strip_tables() -> Outcome<()> {
             table(&format!("height at {load} ε_cr, pinned ends, {}", models.name), &samples);
         }
     }
+    for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
+        let samples = over(&[4, 6, 8, 12], |n| strips::step(n, &models))?;
+        table(&format!("deflection with a step in thickness, {}", models.name), &samples);
+    }
     Ok(())
 }
 

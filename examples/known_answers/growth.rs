@@ -92,6 +92,7 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
     let context = EffectContext {
         sheet: &sheet,
         material: Some(&material),
+        varying: None,
         kinetics: None,
         measure: Measure::Concentration,
         read: None,

@@ -19,7 +19,9 @@ use std::error::Error;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{EffectContext, EnergyTerm, HessianPart, Material, Measure, Pins};
+use rumple::effects::{
+    EffectContext, Elasticity, EnergyTerm, HessianPart, Material, Measure, Pins,
+};
 use rumple::model::{Mechanics, Potential};
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
@@ -102,7 +104,9 @@ pub fn mean_edge(sheet: &Sheet) -> f64 {
 }
 
 /// The energy of one effect, from the text of its table in a scene.
-pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<EnergyTerm> {
+pub fn energy(sheet: &Sheet, material: impl Into<Elasticity>, table: &str) -> Outcome<EnergyTerm> {
+    let elasticity = material.into();
+    let material = elasticity.largest();
     let text = format!(
         "sheet = {{ shape = 'disc', radius = 1.0, vertices = 50 }}\ntime = {{ until = 1.0 }}\n\
          material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n[[effect]]\n{table}\n"
@@ -110,7 +114,14 @@ pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<Energy
     let scene = Scene::parse(&text, "table", &[])?;
     let spec = scene.effects.into_iter().next().ok_or("no effect")?;
     let (kinetics, measure) = (None, Measure::Concentration);
-    let context = EffectContext { sheet, material: Some(material), kinetics, measure, read: None };
+    let context = EffectContext {
+        sheet,
+        material: Some(&material),
+        varying: Some(&elasticity).filter(|material| !material.is_uniform()),
+        kinetics,
+        measure,
+        read: None,
+    };
     let term = spec.build(&context)?.energies.into_iter().next();
     term.ok_or_else(|| format!("this effect has no energy: {table}").into())
 }
@@ -118,12 +129,13 @@ pub fn energy(sheet: &Sheet, material: &Material, table: &str) -> Outcome<Energy
 /// The mechanics of a sheet with the listed effects.
 pub fn mechanics(
     sheet: &Arc<Sheet>,
-    material: &Material,
+    material: impl Into<Elasticity>,
     effects: &[&str],
     pins: Pins,
 ) -> Outcome<Potential> {
+    let material = material.into();
     let energies: Outcome<Vec<_>> =
-        effects.iter().map(|table| energy(sheet, material, table)).collect();
+        effects.iter().map(|table| energy(sheet, material.clone(), table)).collect();
     Ok(Potential::new(&Mechanics::new(Arc::clone(sheet), energies?, pins)?))
 }
 

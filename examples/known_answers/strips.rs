@@ -13,6 +13,13 @@
 //! x these are 14/9 times as stiff as the lattice. They make up 1/(2 rows) of the area, so `N` is
 //! larger by 1 + 5/(18 rows), which the exact values count too.
 //!
+//! **Step in thickness.** A strip that is clamped at one end and loaded by F at the other, of which the half at the clamp is
+//! thicker (rigidities B₁ and B₂):
+//!
+//! ```text
+//! δ = F L³/(3 w) [ (7/8)/D₁' + (1/8)/D₂' ]
+//! ```
+//!
 //! **Ends.** Pinned: the last column of vertices is fixed along x and z. Clamped: the last two are,
 //! and the length is measured between the middles of these pairs.
 
@@ -20,9 +27,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::Material;
-use rumple::effects::Pins;
+use rumple::effects::{Elasticity, Field, Material, Pins};
 use rumple::geometry::{AreaRule, VertexArea};
+use rumple::kinetics::Location;
 use rumple::num::real;
 use rumple::sheet::Sheet;
 
@@ -133,4 +140,42 @@ pub fn height(rows: usize, load: f64, models: &Models) -> Outcome<Sample> {
         .map(|i| x[i].z)
         .collect();
     Ok(Sample::new(&sheet, crest.iter().sum::<f64>() / real(crest.len()), exact))
+}
+
+/// Thickness of the half of a strip at its clamp, in units of that of the other half.
+const STEP: f64 = 2.0;
+
+/// Deflection of the end of a strip with a step in thickness under a small load there.
+pub fn step(rows: usize, models: &Models) -> Outcome<Sample> {
+    let strip = Strip { length: LENGTH, width: WIDTH, rows, extra: 1.0 };
+    let sheet = Arc::new(strip.mesh()?);
+    let (dx, last) = (strip.spacing(), strip.spacing() * real(strip.columns()));
+    // The clamp is in the middle of the first two columns; half a column at the end remains.
+    let (clamp, end) = (0.5 * dx, last);
+    let length = end - clamp;
+    let middle = dx * (0.5 * real(strip.columns())).round();
+    let share = (middle - clamp) / length;
+    let thickness: Field = Field::Formula(format!(
+        "{} + {}*step({middle} - x)",
+        MATERIAL.thickness,
+        (STEP - 1.0) * MATERIAL.thickness
+    ));
+    let material = Elasticity {
+        thickness: thickness.on(Location::Face, &sheet, None, "thickness")?,
+        ..Elasticity::from(&MATERIAL)
+    };
+    let pins: Pins = sheet.rest().iter().map(|x| [x.x < 1.5 * dx; 3]).collect();
+    let mut mechanics = mechanics(&sheet, material, &[models.stretching, models.bending], pins)?;
+    let tip: Vec<bool> = sheet.rest().iter().map(|x| x.x > end - 0.5 * dx).collect();
+    let carriers = real(tip.iter().filter(|tip| **tip).count());
+    let load = |tip: &bool| if *tip { Vec3::z() / carriers } else { Vec3::zeros() };
+    let forces: Vec<Vec3> = tip.iter().map(load).collect();
+    let moved = Stiffness::new(&sheet)?.response(&mut mechanics, sheet.rest(), forces)?;
+    let height: f64 = moved.iter().zip(&tip).filter(|(_, tip)| **tip).map(|(u, _)| u.z).sum();
+    let nu = models.bending_poisson(&MATERIAL);
+    let thin = MATERIAL.bending_rigidity() * (1.0 - nu * nu) * bending_share(&sheet, models)?;
+    let thick = STEP.powi(3) * thin;
+    let rest = (1.0 - share).powi(3);
+    let exact = length.powi(3) / (3.0 * WIDTH) * ((1.0 - rest) / thick + rest / thin);
+    Ok(Sample::new(&sheet, height / carriers, exact))
 }

@@ -31,7 +31,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         return Ok(());
     }
     say!("{}: ready to run", scene.name());
-    print_sheet(&scene, &simulation);
+    print_sheet(&scene, &simulation)?;
     print_law(&simulation);
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
@@ -67,7 +67,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
 }
 
 /// Prints the sheet, its material and the effects on it.
-fn print_sheet(scene: &Scene, simulation: &Simulation) {
+fn print_sheet(scene: &Scene, simulation: &Simulation) -> Result<()> {
     let model = simulation.model();
     if model.sheet().triangles().is_empty() {
         say!("sheet      none: one point");
@@ -77,7 +77,7 @@ fn print_sheet(scene: &Scene, simulation: &Simulation) {
     if model.mechanics().is_planar() {
         say!("           planar: vertices move in their plane, two unknowns each");
     }
-    if let Some(material) = run::material(scene) {
+    if let Some(material) = run::material(scene, model.sheet())? {
         say!(
             "material   Y = {:.6e} force/length, B = {:.6e} energy",
             material.stretching_modulus(),
@@ -87,6 +87,7 @@ fn print_sheet(scene: &Scene, simulation: &Simulation) {
     for effect in &scene.effects {
         say!("effect     {}", effect.name());
     }
+    Ok(())
 }
 
 /// Prints the law, its species, parameters and signals.

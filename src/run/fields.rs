@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::Vec3;
-use crate::effects::Material;
+use crate::effects::Elasticity;
 use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::model::{Chemistry, Evaluation, Potential, Signals, TensionReading};
@@ -62,7 +62,7 @@ impl Fields {
         chemistry: Option<&Chemistry>,
         area: VertexArea,
         rest_area: &RestAreas<'_>,
-        material: Option<&Material>,
+        material: Option<&Elasticity>,
     ) -> Result<Self> {
         let species: Vec<&str> = chemistry
             .map(|c| c.descriptor().species.iter().map(|s| s.name.as_str()).collect())

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::{Result, Simulation, rest_areas};
 use crate::Stepper;
 use crate::Vec3;
+use crate::effects::Elasticity;
 use crate::geometry::aligned;
 use crate::model::{Drag, Mechanics, Potential};
 use crate::num::Short;
@@ -33,7 +34,12 @@ const ROUND_OFF: f64 = 1e-9;
 const LEFT: f64 = 0.05;
 
 /// Inspects the scene and its sheet.
-pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
+pub(super) fn on_scene(
+    scene: &Scene,
+    sheet: &Sheet,
+    material: Option<&Elasticity>,
+    notes: &mut Vec<String>,
+) {
     let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
     for (number, name) in names.iter().enumerate().filter(|(k, name)| !names[..*k].contains(name)) {
         let again = names[number + 1..].iter().position(|other| other == name);
@@ -58,7 +64,7 @@ pub(super) fn on_scene(scene: &Scene, sheet: &Sheet, notes: &mut Vec<String>) {
         ));
     }
     let radius = radius(sheet);
-    if let Some(thickness) = scene.material.as_ref().map(|m| m.thickness.get())
+    if let Some(thickness) = material.map(|material| material.thickness.largest())
         && thickness > THIN * radius * ROUND
     {
         notes.push(format!(

@@ -13,21 +13,30 @@ use super::processor::Processor;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
 use crate::Vec3;
-use crate::effects::Material;
+use crate::effects::{Elasticity, Field};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential};
+use crate::num::checked::Positive;
 use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::{self, Sheet};
+use crate::sheet::{self, Sheet, Surface};
 
-/// The material of a scene in plain numbers.
-#[must_use]
-pub fn material(scene: &Scene) -> Option<Material> {
-    scene.material.as_ref().map(|material| Material {
-        young: material.young.get(),
+/// The material of a scene on its sheet.
+///
+/// # Errors
+/// A field that cannot be read there, with its place.
+pub fn material(scene: &Scene, sheet: &Sheet) -> Result<Option<Elasticity>> {
+    let Some(material) = &scene.material else { return Ok(None) };
+    let of = |field: &Field<Positive>, key| {
+        field
+            .on(Location::Face, sheet, Some(&read_surface), key)
+            .map_err(|e| scene.error_at(&format!("material.{key}"), &e.message, e.help.as_deref()))
+    };
+    Ok(Some(Elasticity {
+        young: of(&material.young, "young")?,
         poisson: material.poisson.get(),
-        thickness: material.thickness.get(),
-    })
+        thickness: of(&material.thickness, "thickness")?,
+    }))
 }
 
 /// Refuses what a point cannot have.
@@ -68,18 +77,19 @@ pub(super) fn prepare(
     let mut built = Built::begin();
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
-    let material = material(scene);
+    let material = material(scene, &sheet)?;
     if let Some(material) = &material {
-        scale_checks::check(scene, &sheet, material)?;
+        scale_checks::check(scene, &sheet, &material.largest())?;
+        scale_checks::check(scene, &sheet, &material.smallest())?;
     }
-    notes::on_scene(scene, &sheet, &mut notes);
+    notes::on_scene(scene, &sheet, material.as_ref(), &mut notes);
     let laws = laws::load_with(scene, search, own, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
     if scene.sheet.planar {
         planar::note_signals(kinetics, &mut notes);
     }
-    let problem = problem(scene, &sheet, laws.as_ref())?;
+    let problem = problem(scene, &sheet, material.as_ref(), laws.as_ref())?;
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
@@ -116,7 +126,12 @@ pub(super) fn prepare(
 }
 
 /// The problem that `scene` states.
-fn problem<'a>(scene: &'a Scene, sheet: &Arc<Sheet>, laws: Option<&Laws>) -> Result<Problem<'a>> {
+fn problem<'a>(
+    scene: &'a Scene,
+    sheet: &Arc<Sheet>,
+    material: Option<&Elasticity>,
+    laws: Option<&Laws>,
+) -> Result<Problem<'a>> {
     let location = location(scene, laws.map(|laws| laws.kinetics.as_ref()));
     let parameters = match laws {
         Some(laws) => laws::parameter_fields(scene, sheet, location, laws)?,
@@ -130,16 +145,17 @@ fn problem<'a>(scene: &'a Scene, sheet: &Arc<Sheet>, laws: Option<&Laws>) -> Res
         measure: first.map(|k| k.measure).unwrap_or_default(),
         tension: first.map(|k| k.tension).unwrap_or_default(),
     });
-    let drag = scene.material.as_ref().map_or_else(Default::default, |material| material.drag);
+    let drag =
+        scene.material.as_ref().map_or_else(Default::default, |material| material.drag.clone());
     Ok(Problem::on(Arc::clone(sheet))
         .planar(scene.sheet.planar)
-        .material(material(scene))
+        .elasticity(material.cloned())
         .effects(&scene.effects)
         .law(law)
         .policy(scene.time.policy)
         .drag(drag)
         .until(scene.time.span.until.get())
-        .reading(&read_shape)
+        .reading(&read_surface)
         .solved_by(&*scene.time.integrator, &*scene.equilibrium))
 }
 
@@ -222,10 +238,9 @@ pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet
     }
 }
 
-/// A file of a mesh that an effect names.
-fn read_shape(file: &Path) -> std::result::Result<Sheet, String> {
-    let surface = sheet::read::surface(file).map_err(|e| e.to_string())?;
-    surface.into_sheet().map(|(sheet, _)| sheet).map_err(|e| e.to_string())
+/// A file of a mesh that an effect or a field names.
+fn read_surface(file: &Path) -> std::result::Result<Surface, String> {
+    sheet::read::surface(file).map_err(|e| e.to_string())
 }
 
 pub(crate) fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {

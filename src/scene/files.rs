@@ -21,6 +21,12 @@ impl Scene {
         if let Some(file) = &self.time.span.from {
             files.push(("time.from".to_owned(), file.as_path()));
         }
+        if let Some(material) = &self.material {
+            let fields = [("young", &material.young), ("thickness", &material.thickness)];
+            let of = fields.into_iter().filter_map(|(key, field)| Some((key, field.file()?)));
+            files.extend(of.map(|(key, file)| (format!("material.{key}.file"), file)));
+            files.extend(material.drag.file().map(|file| ("material.drag".to_owned(), file)));
+        }
         for (k, effect) in self.effects.iter().enumerate() {
             let of = effect.files().into_iter();
             files.extend(of.map(|(key, file)| (format!("effect[{k}].{key}"), file)));
@@ -49,6 +55,11 @@ impl Scene {
         }
         if let Some(file) = &mut self.time.span.from {
             place(file);
+        }
+        if let Some(material) = &mut self.material {
+            material.young.count_path_from(folder);
+            material.thickness.count_path_from(folder);
+            material.drag.count_path_from(folder);
         }
         for effect in &mut self.effects {
             effect.count_paths_from(folder);

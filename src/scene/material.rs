@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::DragSpec;
 use crate::checked_number;
+use crate::effects::Field;
 use crate::num::checked::Positive;
 
 checked_number!(
@@ -15,17 +16,17 @@ checked_number!(
 
 /// The table `[material]`.
 ///
-/// The 2-D modulus is Y = E h/(1-ν²), the bending rigidity B = E h³/(12(1-ν²)).
+/// The 2-D modulus is Y = E h/(1-ν²), the bending rigidity B = E h³/(12(1-ν²)). E and h are fields over the triangles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Young's modulus E, force per area.
-    pub young: Positive,
+    pub young: Field<Positive>,
     /// Poisson's ratio ν. A lattice of bonds has ν = 1/3 whatever stands here; in Y and B this
     /// value enters.
     pub poisson: PoissonRatio,
     /// Thickness h, length.
-    pub thickness: Positive,
+    pub thickness: Field<Positive>,
     /// What resists the motion of the sheet.
     #[serde(default)]
     pub drag: DragSpec,

@@ -1,6 +1,6 @@
 //! B3: Euler's strip.
 
-use super::known_answers::strips::{Ends, buckling, height};
+use super::known_answers::strips::{Ends, buckling, height, step};
 use super::known_answers::{BOND_MEYER, STVK_HINGE, STVK_MEYER};
 use super::{converges, over};
 
@@ -33,5 +33,15 @@ fn strips_rise_beyond_eulers_load() {
                 models.name
             );
         }
+    }
+}
+
+#[test]
+fn strips_with_a_step_in_thickness_bend_like_beams() {
+    for models in [BOND_MEYER, STVK_MEYER, STVK_HINGE] {
+        let samples = over(&[4, 8], |n| step(n, &models));
+        let [coarse, fine] = [&samples[0], &samples[1]];
+        assert!(fine.error().abs() < 0.03, "{} {samples:?}", models.name);
+        assert!(fine.error().abs() < coarse.error().abs() + 2e-3, "{} {samples:?}", models.name);
     }
 }

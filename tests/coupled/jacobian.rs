@@ -141,7 +141,8 @@ fn model(
 fn brought(sheet: &Sheet, location: Location, measure: Measure, tables: &[&str]) -> Effect {
     let law = Everything::new(location);
     let kinetics = Some((law.descriptor(), location));
-    let context = EffectContext { sheet, material: None, kinetics, measure, read: None };
+    let context =
+        EffectContext { sheet, material: None, kinetics, measure, varying: None, read: None };
     let mut all = Effect::default();
     for table in tables {
         let text = format!(
@@ -229,7 +230,7 @@ fn holding(
         Signal::ALL.to_vec(),
         location,
         area,
-        Some(&MATERIAL),
+        Some(&(&MATERIAL).into()),
         TensionReading::Paper,
         rest_area,
     );
@@ -253,6 +254,7 @@ fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
     let context = EffectContext {
         sheet,
         material: Some(&MATERIAL),
+        varying: None,
         kinetics: Some((kinetics.descriptor(), Location::Vertex)),
         measure: Measure::Amount,
         read: None,
@@ -264,7 +266,7 @@ fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
         Signal::ALL.to_vec(),
         Location::Vertex,
         VertexArea::new(sheet, AreaRule::FrozenVoronoi),
-        Some(&MATERIAL),
+        Some(&(&MATERIAL).into()),
         TensionReading::Paper,
         vec![1.0; sheet.triangle_count()],
     );

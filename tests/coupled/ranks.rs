@@ -93,7 +93,7 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
         })
         .effect(Diffusion {
             species: "c".into(),
-            coefficient: Some(NonNegative::new(0.5).unwrap()),
+            coefficient: Some(NonNegative::new(0.5).unwrap().into()),
             scheme: None,
             metric: DiffusionMetric::default(),
         })

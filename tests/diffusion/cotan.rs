@@ -1,7 +1,7 @@
 //! The cotangent scheme: decay rates, order, conservation, maximum principle.
 
 use rumple::Vec3;
-use rumple::effects::{Cotan, Measure};
+use rumple::effects::{Cotan, Measure, Values};
 use rumple::sheet::Sheet;
 
 use super::{
@@ -228,4 +228,31 @@ fn frozen_metric_and_threads() {
         })
     };
     assert_eq!(run(1), run(3));
+}
+
+/// D ∇c is the same on both sides of a step of D: a flux through layers is steady to round-off, and whatever D is,
+/// nothing is lost.
+#[test]
+fn a_flux_across_a_step_of_the_coefficient_is_steady() {
+    let sheet = lattice(7, 8);
+    let rest = sheet.rest();
+    let middle = |t: &[u32; 3]| t.map(|v| rest[v as usize].y).iter().sum::<f64>() / 3.0;
+    let mut levels: Vec<f64> = rest.iter().map(|x| x.y).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    let step = levels[3];
+    let of = |y: f64| if y < step { 0.5 } else { 4.0 };
+    let each: Vec<f64> = sheet.triangles().iter().map(|t| of(middle(t))).collect();
+    let scheme =
+        On::rest(&sheet, Cotan::new(&sheet, 0, Values::Each(each), Measure::Concentration, false));
+    let layers: Vec<f64> = rest.iter().map(|x| (x.y - step) / of(x.y)).collect();
+    let inside = |rates: &[f64]| {
+        let interior = rates.iter().zip(sheet.boundary()).filter(|(_, boundary)| !**boundary);
+        interior.map(|(rate, _)| rate.abs()).fold(0.0, f64::max)
+    };
+    let (steady, not) = (rate(&scheme, &layers), rate(&cotan(&sheet, 1.0), &layers));
+    assert!(inside(&steady) < 1e-12 && inside(&not) > 0.1, "{steady:?} {not:?}");
+    let c = noise(sheet.vertex_count());
+    let total: f64 = rate(&scheme, &c).iter().zip(scheme.area()).map(|(r, a)| r * a).sum();
+    assert!(total.abs() < 1e-12, "{total}");
 }

@@ -131,6 +131,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
     let context = EffectContext {
         sheet,
         material: Some(&material),
+        varying: None,
         kinetics: kinetics.as_ref().map(|k| (k.descriptor(), place)),
         measure: Measure::Concentration,
         read: None,
@@ -154,7 +155,8 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
         let area = VertexArea::new(sheet, rumple::geometry::AreaRule::default());
         let reading = TensionReading::default();
-        let signals = Signals::new(wanted, place, area, Some(&material), reading, Vec::new());
+        let signals =
+            Signals::new(wanted, place, area, Some(&(&material).into()), reading, Vec::new());
         let fields = ParameterFields::default();
         let (transports, measure) = (all.transports, Measure::Concentration);
         Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)

@@ -18,6 +18,7 @@ fn built(sheet: &Sheet, spec: &Growth) -> Result<LengthFactor, EffectError> {
     let context = EffectContext {
         sheet,
         material: None,
+        varying: None,
         kinetics: None,
         measure: Measure::Concentration,
         read: None,
@@ -157,6 +158,7 @@ fn active_tension_is_balanced_by_the_stress_of_theory() {
     let context = EffectContext {
         sheet: &sheet,
         material: None,
+        varying: None,
         kinetics: None,
         measure: Measure::Concentration,
         read: None,

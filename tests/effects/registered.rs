@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rumple::effects::{EffectSpec, Material};
+use rumple::effects::{EffectContext, EffectSpec, Elasticity, Field, Material, Measure, Values};
 use rumple::kinetics::Location;
-use rumple::kit::{Report, examine_with, made_up};
+use rumple::kit::{Report, examine_on, examine_with, made_up};
+use rumple::model::{Mechanics, Potential};
+use rumple::num::checked::Positive;
 use rumple::scene::Scene;
 use rumple::sheet::{Shape, Sheet, generate};
 
@@ -13,7 +15,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 51] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 53] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -44,6 +46,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 51] = [
     ("pressure", "value = 0.7", true, [true, true, false]),
     ("pressure", "value = 0.7\nramp = { points = [[0, 0.5], [1, 2]] }", true, [true, true, false]),
     ("foundation", "where = 'all'\nstiffness = 3.0", false, [false, false, true]),
+    ("foundation", "where = 'all'\nstiffness = 'exp(x)'", false, [false, false, true]),
     (
         "foundation",
         "where = 'all'\nstiffness = 3.0\nto = { plane = { normal = [0.0, 1.0, 2.0] } }",
@@ -121,6 +124,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 51] = [
         false,
         [true, true, true],
     ),
+    ("diffusion", "species = 'c'\ncoefficient = '2 + x'", false, [true, true, true]),
 ];
 
 fn sheet(closed: bool) -> Arc<Sheet> {
@@ -166,6 +170,8 @@ fn diffusion_passes_the_kit_wherever_species_live() {
         ("species = 'c'", Location::Vertex, false, [true, true]),
         ("species = 'c'", Location::Vertex, true, [true, true]),
         ("species = 'c'\nmetric = 'rest'", Location::Vertex, false, [false, false]),
+        ("species = 'c'\ncoefficient = 'exp(x)'", Location::Vertex, false, [true, true]),
+        ("species = 'c'\ncoefficient = 'exp(x)'", Location::Vertex, true, [true, true]),
         ("species = 'c'\ncoefficient = 0.0", Location::Vertex, false, [true, true]),
         ("species = 'c'", Location::Face, false, [false, true]),
         ("species = 'c'\nmetric = 'rest'", Location::Face, false, [false, true]),
@@ -205,6 +211,63 @@ fn inflows_pass_the_kit_on_faces() {
             assert_eq!(found.faults, Vec::<String>::new(), "{kind} {table}");
             assert!(!found.conserves_totals && !found.keeps_constants, "{kind} {table}");
         }
+    }
+}
+
+/// Those of the material that know one that differs from place to place; what is true of them stays true.
+#[test]
+fn elastic_effects_pass_the_kit_where_the_material_varies() {
+    let field = |text: &str| Field::<Positive>::Formula(text.into());
+    let elastic = SAMPLES.iter().filter(|sample| ["stretching", "bending"].contains(&sample.0));
+    for (kind, table, closed, [translation, rotation, rest]) in elastic {
+        let (spec, sheet) = (read(kind, table), sheet(*closed));
+        let on = |text| field(text).on(Location::Face, &sheet, None, "thickness").unwrap();
+        let material = Elasticity {
+            young: on("10 + x"),
+            poisson: 0.2,
+            thickness: on("0.5 + 0.3*step(y - 0.1)"),
+        };
+        let found = examine_on(spec.as_ref(), &sheet, Some(&material), None).unwrap();
+        assert_eq!(found.faults, Vec::<String>::new(), "{kind} {table}");
+        assert_eq!(found.translation_invariant, *translation, "{kind} {table}");
+        assert_eq!(found.rotation_invariant, *rotation, "{kind} {table}");
+        assert_eq!(found.zero_at_rest, *rest, "{kind} {table}");
+    }
+}
+
+/// A material that is written as a field with one value gives what the number gives.
+#[test]
+fn a_field_of_one_value_is_the_number() {
+    let number = Material { young: 10.0, poisson: 0.2, thickness: 0.5 };
+    for (kind, table, closed, _) in SAMPLES {
+        if !["stretching", "bending"].contains(&kind) {
+            continue;
+        }
+        let (spec, sheet) = (read(kind, table), sheet(closed));
+        let moved: Vec<_> = sheet
+            .rest()
+            .iter()
+            .map(|x| x + 0.1 * rumple::Vec3::new((3.0 * x.y).sin(), x.z * x.x, (2.0 * x.x).cos()))
+            .collect();
+        let count = sheet.triangle_count();
+        let field =
+            Elasticity { thickness: Values::Each(vec![0.5; count]), ..Elasticity::from(&number) };
+        let of = |varying: Option<&Elasticity>| {
+            let context = EffectContext {
+                sheet: &sheet,
+                material: Some(&number),
+                varying,
+                kinetics: None,
+                measure: Measure::Concentration,
+                read: None,
+            };
+            let energies = spec.build(&context).unwrap().energies;
+            let pins = vec![[false; 3]; sheet.vertex_count()];
+            let mechanics = Mechanics::new(sheet.clone(), energies, pins).unwrap();
+            Potential::new(&mechanics).energy(&moved)
+        };
+        let (one, all) = (of(None), of(Some(&field)));
+        assert!((all / one - 1.0).abs() < 1e-10, "{kind} {table}: {all} {one}");
     }
 }
 

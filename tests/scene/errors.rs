@@ -44,12 +44,17 @@ fn values_out_of_range_or_of_the_wrong_type() {
     );
     range("young = 1e6", "young = nan", "nan", "material.young must be a number above 0, not NaN");
     range("young = 1e6", "young = inf", "inf", "material.young must be a number above 0, not inf");
-    range("young = 1e6", "young = true", "true", "material.young must be a number, not true");
+    range(
+        "young = 1e6",
+        "young = true",
+        "true",
+        "material.young must be a number above 0, a formula of x, y and z, or a table by regions or of a file, not true",
+    );
     range(
         "young = 1e6",
         "young = 1979-05-27",
         "1979",
-        "material.young must be a number, not a date",
+        "material.young must be a number above 0, a formula of x, y and z, or a table by regions or of a file, not a date",
     );
     range(
         "vertices = 20000",

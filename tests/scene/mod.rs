@@ -3,6 +3,7 @@
 mod accepted;
 mod effects;
 mod errors;
+mod fields;
 mod hostile;
 mod kinds;
 mod later;

@@ -14,7 +14,7 @@ const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }
 const TIME: &str = "time = { until = 1.0 }";
 
 /// Page and heading of the reference, and scenes (but for the tables above) with an unknown key or name.
-const TABLES: [(&str, &str, &[&str]); 30] = [
+const TABLES: [(&str, &str, &[&str]); 31] = [
     (
         "sheet",
         "`[sheet]`",
@@ -41,6 +41,11 @@ const TABLES: [(&str, &str, &[&str]); 30] = [
             "material = { young = 1.0, poisson = 0.3, thickness = 0.5, drag = { impossible = 0 } }",
             "material = { young = 1.0, poisson = 0.3, thickness = 0.5, drag = { per-area = { impossible = 0 } } }",
         ],
+    ),
+    (
+        "sheet",
+        "Fields",
+        &["material = { young = { impossible = 0 }, poisson = 0.3, thickness = 0.5 }"],
     ),
     ("effects", "Stretching", &["effect = [{ kind = \"stretching\", impossible = 0 }]"]),
     ("effects", "Bending", &["effect = [{ kind = \"bending\", impossible = 0 }]"]),

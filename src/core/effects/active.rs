@@ -22,6 +22,8 @@
 //! *Active stress vs. active strain in mechanobiology*, J. Elasticity 107 (2012) 199, doi:10.1007/s10659-011-9351-4. Not
 //! covered: tension that depends on species, or on the stretch of fibres.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::ramp::Factor;
@@ -30,6 +32,7 @@ use super::{
     Ramp,
 };
 use crate::Vec3;
+use crate::kinetics::Location;
 use crate::linear::Block;
 use crate::sheet::Sheet;
 
@@ -53,11 +56,19 @@ impl EffectSpec for ActiveTension {
         Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        self.value.file().map(|file| ("value.file", file)).into_iter().collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        self.value.count_path_from(folder);
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let sheet = context.sheet;
         let factor = Factor::new(self.ramp.as_ref())?;
-        let at_vertices = self.value.at_rest(sheet, "value")?;
-        let mean = |t: &[u32; 3]| t.iter().map(|v| at_vertices[*v as usize]).sum::<f64>() / 3.0;
+        let at_vertices = context.values(&self.value, Location::Vertex, "value")?;
+        let mean = |t: &[u32; 3]| t.iter().map(|v| at_vertices.at(*v as usize)).sum::<f64>() / 3.0;
         let tension: Vec<f64> = sheet.triangles().iter().map(mean).collect();
         let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(sheet)).transpose()?;
         let pulls = pulls(sheet, &tension, fibres.as_deref());

@@ -21,6 +21,8 @@
 //! Reference: Barth, Aspects of unstructured grids and finite-volume solvers, VKI Lecture Series 1994-05; central fluxes
 //! on these cells are those of linear elements with lumped mass.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Measure, Needs, Transport};
@@ -64,6 +66,14 @@ impl EffectSpec for Advection {
         Needs { species: true, ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        self.velocity.iter().filter_map(|field| Some(("velocity.file", field.file()?))).collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        self.velocity.iter_mut().for_each(|field| field.count_path_from(folder));
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let (species, location) = context.species("species", &self.species, "be advected")?;
         if location != Location::Vertex {
@@ -80,7 +90,7 @@ impl EffectSpec for Advection {
         let sheet = context.sheet;
         let mut columns = Vec::with_capacity(3);
         for component in &self.velocity {
-            columns.push(component.at_rest(sheet, "velocity")?);
+            columns.push(context.at_vertices(component, "velocity")?);
         }
         let at = |v: u32| Vec3::from_fn(|axis, _| columns[axis][v as usize]);
         let mean = |corners: &[u32; 3]| corners.iter().map(|v| at(*v)).sum::<Vec3>() / 3.0;

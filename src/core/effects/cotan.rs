@@ -2,7 +2,7 @@
 //!
 //! Equation and reference: see the files `diffusion.rs` and `cross_diffusion.rs`.
 
-use super::{Measure, Transport};
+use super::{Measure, Transport, Values};
 use crate::Vec3;
 use crate::geometry::sum_at_corners;
 use crate::parallel;
@@ -22,7 +22,10 @@ struct Corners {
 pub struct Cotan {
     species: usize,
     by: usize,
+    /// D; 1 where it differs from triangle to triangle.
     coefficient: f64,
+    /// D of the triangles where it differs, which then is part of the operator; else empty.
+    varying: Vec<f64>,
     measure: Measure,
     /// Lumped areas at rest; of amounts only.
     rest_area: Vec<f64>,
@@ -39,7 +42,8 @@ pub struct CotanOperator {
 }
 
 impl CotanOperator {
-    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3]) {
+    /// On the shape `x`, with the factors `varying` of the triangles; none for 1.
+    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3], varying: &[f64]) {
         let triangles = sheet.triangles();
         self.weight.resize(sheet.edges().len(), 0.0);
         self.area.resize(sheet.vertex_count(), 0.0);
@@ -49,7 +53,10 @@ impl CotanOperator {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
             let (ab, bc, ca) = (b - a, c - b, a - c);
             let double = ab.cross(&bc).norm();
-            let cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            let mut cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            if let Some(factor) = varying.get(t) {
+                cot = cot.map(|cot| factor * cot);
+            }
             Corners { cot, third: double / 6.0 }
         });
         let (corner, edges, opposite) = (&corner, sheet.edges(), sheet.triangle_edges());
@@ -94,21 +101,25 @@ impl Cotan {
     pub fn new(
         sheet: &Sheet,
         species: usize,
-        coefficient: f64,
+        coefficient: impl Into<Values>,
         measure: Measure,
         frozen: bool,
     ) -> Self {
+        let (coefficient, varying) = match coefficient.into() {
+            Values::Same(coefficient) => (coefficient, Vec::new()),
+            Values::Each(all) => (1.0, all),
+        };
         // Without diffusion nothing needs to follow the shape.
         let frozen = frozen || coefficient == 0.0;
         let amount = measure == Measure::Amount;
         let at_rest = (frozen || amount).then(|| {
             let mut at_rest = CotanOperator::default();
-            at_rest.assemble(sheet, sheet.rest());
+            at_rest.assemble(sheet, sheet.rest(), &varying);
             at_rest
         });
         let area = at_rest.as_ref().filter(|_| amount).map(|at_rest| at_rest.area.clone());
         let (rest_area, frozen) = (area.unwrap_or_default(), at_rest.filter(|_| frozen));
-        Self { species, by: species, coefficient, measure, rest_area, frozen }
+        Self { species, by: species, coefficient, varying, measure, rest_area, frozen }
     }
 
     /// The same with the gradient of the species `by` in place of its own: cross-diffusion.
@@ -139,14 +150,15 @@ impl Transport for Cotan {
         self.by
     }
 
-    /// Coefficient and measure are not in it.
+    /// Measure and a coefficient that is the same everywhere are not in it.
     fn has_operator_of(&self, other: &Self) -> bool {
-        self.frozen.is_none() && other.frozen.is_none()
+        let own = |it: &Self| it.frozen.is_some() || !it.varying.is_empty();
+        !own(self) && !own(other)
     }
 
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut CotanOperator) {
         if self.frozen.is_none() {
-            operator.assemble(sheet, x);
+            operator.assemble(sheet, x, &self.varying);
         }
     }
 
@@ -227,7 +239,8 @@ impl Transport for Cotan {
         let mut rate = vec![0.0; c.len()];
         self.add_rate(sheet, operator, c, &mut rate);
         let neighbours = sheet.vertex_edges();
-        for triangle in sheet.triangles() {
+        for (t, triangle) in sheet.triangles().iter().enumerate() {
+            let factor = self.varying.get(t).copied().unwrap_or(self.coefficient);
             let v = triangle.map(|v| v as usize);
             let [a, b, d] = v.map(|v| x[v]);
             let e = [d - b, a - d, b - a];
@@ -240,7 +253,7 @@ impl Transport for Cotan {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
                 // cot θ_k = -e_i·e_j/2A drives the flow between the ends of the opposite edge.
                 let cot = -e[i].dot(&e[j]) / double;
-                let flow = 0.5 * self.coefficient * (density(v[j]) - density(v[i]));
+                let flow = 0.5 * factor * (density(v[j]) - density(v[i]));
                 for m in 0..3 {
                     let by_dot = match (m + 3 - k) % 3 {
                         // e_i = x_k - x_j, e_j = x_i - x_k.

@@ -15,6 +15,16 @@
 //! Delaunay meshes w ≥ 0, so c stays ≥ 0. The areas are thirds because that is the lumped mass
 //! matrix of the same elements: any other split would break second order.
 //!
+//! **Coefficients that differ from place to place** are constant on each triangle, and `∂c/∂t = ∇·(D ∇c)`:
+//!
+//! ```text
+//! D w_ij → ½ (D_α cot α_ij + D_β cot β_ij)
+//! ```
+//!
+//! with the D of the triangle of each angle. This is the stiffness of the same elements, so it stays symmetric, conserves
+//! the total, and no mean is chosen: across a step of D along edges the flux is continuous, as with the harmonic mean; along
+//! it the flows add up, as with the arithmetic one.
+//!
 //! `scheme = "green-gauss"` (species on faces): the paper's, see [`GreenGauss`](super::GreenGauss).
 //!
 //! `metric = "rest"` uses the rest positions once and for all. With `measure = "amount"` the value
@@ -22,11 +32,13 @@
 //!
 //! Source: Pinkall & Polthier, Exp. Math. 2 (1993) 15, doi:10.1080/10586458.1993.10504266.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::cotan::Cotan;
 use super::green_gauss::GreenGauss;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Measure, Needs};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Measure, Needs, Values};
 use crate::kinetics::Location;
 use crate::num::checked::NonNegative;
 
@@ -38,7 +50,7 @@ pub struct Diffusion {
     pub species: String,
     /// Coefficient D, length²/time; the plugin's default if not given, which must be above 0 then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub coefficient: Option<NonNegative>,
+    pub coefficient: Option<Field<NonNegative>>,
     /// Discretisation; by default the one that fits where the species lives.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<DiffusionScheme>,
@@ -78,6 +90,17 @@ impl EffectSpec for Diffusion {
         Needs { species: true, ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let file = self.coefficient.as_ref().and_then(Field::file);
+        file.map(|file| ("coefficient.file", file)).into_iter().collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        if let Some(coefficient) = &mut self.coefficient {
+            coefficient.count_path_from(folder);
+        }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let refuse = |key, message: String, help: String| {
             Err(EffectError { key, message, help: Some(help) })
@@ -92,7 +115,9 @@ impl EffectSpec for Diffusion {
                     .into(),
             );
         }
-        let coefficient = self.coefficient.map_or(usual, NonNegative::get);
+        let given = self.coefficient.as_ref();
+        let given = given.map(|field| context.values(field, Location::Face, "coefficient"));
+        let coefficient = given.transpose()?.unwrap_or(Values::Same(usual));
         let fitting = match location {
             Location::Vertex => DiffusionScheme::Cotan,
             Location::Face | Location::Edge => DiffusionScheme::GreenGauss,
@@ -120,6 +145,13 @@ impl EffectSpec for Diffusion {
                         "use kinetics.location = \"vertex\" with measure = \"amount\"".into(),
                     );
                 }
+                let Values::Same(coefficient) = coefficient else {
+                    return refuse(
+                        "coefficient",
+                        "the Green-Gauss scheme has one coefficient".into(),
+                        "give a number, or use kinetics.location = \"vertex\"".into(),
+                    );
+                };
                 Effect::transport(GreenGauss::new(context.sheet, species, coefficient, rest))
             }
         })

@@ -11,6 +11,8 @@
 //!
 //! Reference: Carslaw & Jaeger, Conduction of Heat in Solids (1959), section 1.9.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::inflow::{Inflow, Per, Through, not_negative};
@@ -44,10 +46,20 @@ impl EffectSpec for Exchange {
         Needs { species: true, ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let all = [("rate.file", &self.rate), ("reference.file", &self.reference)];
+        all.into_iter().filter_map(|(key, field)| Some((key, field.file()?))).collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        self.rate.count_path_from(folder);
+        self.reference.count_path_from(folder);
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "be exchanged")?;
-        let loss = not_negative(&self.rate, context.sheet, "rate")?;
-        let reference = self.reference.at_rest(context.sheet, "reference")?;
+        let loss = not_negative(&self.rate, context, "rate")?;
+        let reference = context.at_vertices(&self.reference, "reference")?;
         let supply = loss.iter().zip(&reference).map(|(rate, value)| rate * value).collect();
         let through = Through { region: &self.region, per: self.per, supply, loss };
         Ok(Effect::transport(Inflow::new(("exchange", "rate"), context, place, &through)?))

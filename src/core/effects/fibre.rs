@@ -29,6 +29,13 @@ impl Fibre {
                 Field::Formula(text) => FieldFormula::new(text, false)
                     .map_err(|e| EffectError { key: "fibre", message: e.message, help: e.help })?
                     .at(points, 0.0),
+                Field::Array { .. } | Field::Regions { .. } => {
+                    return Err(EffectError {
+                        key: "fibre",
+                        message: "a component of a fibre is a number or a formula".into(),
+                        help: Some("as in fibre = [\"-y\", \"x\", 0]".into()),
+                    });
+                }
             });
         }
         let of = |k: usize| Vec3::from_fn(|axis, _| columns[axis][k]);

@@ -1,96 +1,367 @@
-//! Parameters of effects that may differ from place to place: a number, or a formula of the rest position.
+//! Parameters of effects and of the material that may differ from place to place.
 //!
 //! ```text
-//! curvature = 0.1                 everywhere
-//! curvature = "0.1*x"             of x, y, z (rest position, length)
+//! thickness = 0.5                                        everywhere
+//! thickness = "0.5 + 0.01*x"                             a formula of x, y, z (rest position, length)
+//! thickness = { default = 0.5, regions = [{ where = "rim", value = 1.0 }] }
+//!                                                        by region; a later region overrides an earlier one
+//! thickness = { file = "plate.vtu", array = "h" }        an array of a mesh file
 //! ```
 //!
-//! A field is read once, when the effect is bound to a sheet.
+//! A field is read once, at the vertices or the triangles of a sheet. On triangles a formula is that of the
+//! centroid, an array one of cells, or the mean over the corners of one of points. A number stays a number: nothing
+//! is stored for it.
 
 use std::fmt;
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
 
-use serde::de::{Deserialize, Deserializer, Error, Visitor};
-use serde::{Serialize, Serializer};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error, IntoDeserializer};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize as DeriveDeserialize, Serialize};
 
-use super::EffectError;
+use super::{EffectError, ReadSurface, Region};
+use crate::Vec3;
+use crate::kinetics::Location;
 use crate::kinetics::formula::FieldFormula;
-use crate::num::checked::Finite;
+use crate::num::checked::{Checked, Finite};
 use crate::sheet::Sheet;
 
-/// A parameter as a scene gives it.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Field {
+/// A parameter as a scene gives it; N has its range.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Field<N = Finite> {
     /// The same everywhere.
-    Number(Finite),
+    Number(N),
     /// A formula of `x`, `y` and `z`.
     Formula(String),
+    /// An array of a mesh file with the same points or faces.
+    Array {
+        /// The file.
+        file: PathBuf,
+        /// Name of the array.
+        array: String,
+    },
+    /// A number for each of several regions.
+    Regions {
+        /// The number outside of all of them.
+        default: N,
+        /// The regions; a later one overrides an earlier one.
+        regions: Vec<Part<N>>,
+    },
 }
 
-impl Field {
-    /// Its values at the rest positions of the vertices; `key` is to blame.
+/// A region with its number.
+#[derive(Debug, Clone, PartialEq, Serialize, DeriveDeserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Part<N> {
+    /// Which vertices or triangles.
+    #[serde(rename = "where")]
+    pub region: Region,
+    /// The number there.
+    pub value: N,
+}
+
+/// The values of a field on a sheet.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// The same everywhere.
+    Same(f64),
+    /// One for each vertex, edge or triangle.
+    Each(Vec<f64>),
+}
+
+impl From<f64> for Values {
+    fn from(value: f64) -> Self {
+        Self::Same(value)
+    }
+}
+
+impl Values {
+    /// The value at number `i`.
+    #[must_use]
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> f64 {
+        match self {
+            Self::Same(value) => *value,
+            Self::Each(all) => all[i],
+        }
+    }
+
+    /// Whether it is one number.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        matches!(self, Self::Same(_))
+    }
+
+    /// The number at every place, by what is there.
+    #[must_use]
+    pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Self::Same(value) => Self::Same(f(*value)),
+            Self::Each(all) => Self::Each(all.iter().map(|value| f(*value)).collect()),
+        }
+    }
+
+    /// The largest; minus infinity of none.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        match self {
+            Self::Same(value) => *value,
+            Self::Each(all) => all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// The smallest; infinity of none.
+    #[must_use]
+    pub fn smallest(&self) -> f64 {
+        match self {
+            Self::Same(value) => *value,
+            Self::Each(all) => all.iter().copied().fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// The mean.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        match self {
+            Self::Same(value) => *value,
+            Self::Each(all) => all.iter().sum::<f64>() / crate::num::real(all.len().max(1)),
+        }
+    }
+}
+
+/// The number, or the smallest and the largest.
+impl fmt::LowerExp for Values {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (least, most) = (self.smallest(), self.largest());
+        fmt::LowerExp::fmt(&least, f)?;
+        if most > least {
+            f.write_str(" to ")?;
+            fmt::LowerExp::fmt(&most, f)?;
+        }
+        Ok(())
+    }
+}
+
+impl<N: Checked> Field<N> {
+    /// The number, if it is the same everywhere.
+    #[must_use]
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(value) => Some(value.value()),
+            _ => None,
+        }
+    }
+
+    /// Its values at the vertices or triangles of `sheet`; `key` is to blame.
     ///
     /// # Errors
-    /// A formula that cannot be read, or is no finite number at some vertex.
-    pub fn at_rest(&self, sheet: &Sheet, key: &'static str) -> Result<Vec<f64>, EffectError> {
-        let text = match self {
-            Self::Number(value) => return Ok(vec![value.get(); sheet.vertex_count()]),
-            Self::Formula(text) => text,
+    /// A formula or an array that cannot be read, a region without a vertex or triangle, a value out of range.
+    pub fn on(
+        &self,
+        place: Location,
+        sheet: &Sheet,
+        read: Option<&ReadSurface<'_>>,
+        key: &'static str,
+    ) -> Result<Values, EffectError> {
+        let values = match self {
+            Self::Number(value) => return Ok(Values::Same(value.value())),
+            Self::Formula(text) => {
+                let refuse = |message, help| EffectError { key, message, help };
+                let formula =
+                    FieldFormula::new(text, false).map_err(|e| refuse(e.message, e.help))?;
+                match place {
+                    Location::Vertex => formula.at(sheet.rest(), 0.0),
+                    _ => formula.at(&centroids(sheet), 0.0),
+                }
+            }
+            Self::Array { file, array } => of_file((file, array), place, sheet, read)
+                .map_err(|(message, help)| EffectError { key, message, help })?,
+            Self::Regions { default, regions } => {
+                let mut values = vec![default.value(); count(place, sheet)];
+                for (k, Part { region, value }) in regions.iter().enumerate() {
+                    let chosen = match place {
+                        Location::Vertex => region.choose(sheet, "region"),
+                        _ => region.choose_triangles(sheet, "region"),
+                    };
+                    let chosen = chosen.map_err(|e| EffectError {
+                        key,
+                        message: format!("regions[{k}].where: {}", e.message),
+                        help: e.help,
+                    })?;
+                    let chosen = values.iter_mut().zip(chosen).filter(|(_, chosen)| *chosen);
+                    chosen.for_each(|(place, _)| *place = value.value());
+                }
+                values
+            }
         };
-        let formula = FieldFormula::new(text, false).map_err(|e| EffectError {
-            key,
-            message: e.message,
-            help: e.help,
-        })?;
-        let values = formula.at(sheet.rest(), 0.0);
-        match values.iter().position(|value| !value.is_finite()) {
-            None => Ok(values),
+        match values.iter().position(|value| N::checked(*value).is_none()) {
+            None => Ok(Values::Each(values)),
             Some(i) => {
-                let [x, y, z]: [f64; 3] = sheet.rest()[i].into();
-                let message = format!("it is {} at vertex {i} ({x}, {y}, {z})", values[i]);
-                let help = Some("it must be a finite number at the rest position of every vertex");
-                Err(EffectError { key, message, help: help.map(Into::into) })
+                let point = match place {
+                    Location::Vertex => sheet.rest()[i],
+                    _ => centroid(sheet, &sheet.triangles()[i]),
+                };
+                let ([x, y, z], noun): ([f64; 3], _) = (point.into(), noun(place));
+                let message = format!("it is {} at {noun} {i} ({x}, {y}, {z})", values[i]);
+                let help =
+                    Some(format!("it must be {} at the rest position of every {noun}", N::RANGE));
+                Err(EffectError { key, message, help })
             }
         }
     }
-}
 
-impl Serialize for Field {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    /// The file that it is read from.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
         match self {
-            Self::Number(value) => value.serialize(serializer),
-            Self::Formula(text) => text.serialize(serializer),
+            Self::Array { file, .. } => Some(file),
+            _ => None,
+        }
+    }
+
+    /// Makes the path of its file absolute: it counts from `folder`.
+    pub fn count_path_from(&mut self, folder: &Path) {
+        if let Self::Array { file, .. } = self {
+            *file = folder.join(&*file);
         }
     }
 }
 
-impl<'de> Deserialize<'de> for Field {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Seen;
+impl<N> From<N> for Field<N> {
+    fn from(value: N) -> Self {
+        Self::Number(value)
+    }
+}
 
-        impl Visitor<'_> for Seen {
-            type Value = Field;
+fn noun(place: Location) -> &'static str {
+    if place == Location::Vertex { "vertex" } else { "triangle" }
+}
+
+fn count(place: Location, sheet: &Sheet) -> usize {
+    if place == Location::Vertex { sheet.vertex_count() } else { sheet.triangle_count() }
+}
+
+/// Centroids of the triangles at rest.
+fn centroids(sheet: &Sheet) -> Vec<Vec3> {
+    sheet.triangles().iter().map(|corners| centroid(sheet, corners)).collect()
+}
+
+/// Centroid of a triangle at rest.
+pub(super) fn centroid(sheet: &Sheet, corners: &[u32; 3]) -> Vec3 {
+    let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
+    (a + b + c) / 3.0
+}
+
+/// The numbers of an array of a file, or why not and what would help.
+fn of_file(
+    (file, array): (&Path, &str),
+    place: Location,
+    sheet: &Sheet,
+    read: Option<&ReadSurface<'_>>,
+) -> Result<Vec<f64>, (String, Option<String>)> {
+    let refuse = |message: String, help: Option<String>| {
+        Err((format!("{}: {message}", file.display()), help))
+    };
+    let Some(read) = read else {
+        return refuse("files are not read here".into(), Some("give numbers".into()));
+    };
+    let surface = read(file).map_err(|message| (message, None))?;
+    let on_triangles = place != Location::Vertex;
+    let cells = surface.cell_arrays.iter().filter(|_| on_triangles).map(|array| (array, place));
+    let points = surface.point_arrays.iter().map(|array| (array, Location::Vertex));
+    let all: Vec<_> = cells.chain(points).collect();
+    let Some((found, on)) = all.iter().find(|(found, _)| found.name == array) else {
+        let names: Vec<&str> = all.iter().map(|(array, _)| array.name.as_str()).collect();
+        let help = match names.is_empty() {
+            true => "the file has none".to_owned(),
+            false => format!("its arrays there: {}", names.join(", ")),
+        };
+        return refuse(
+            format!("no array `{array}` with one number per {}", noun(place)),
+            Some(help),
+        );
+    };
+    let (needed, given) = (count(*on, sheet), found.values.len());
+    if found.components != 1 || given != needed {
+        let noun = noun(*on);
+        let message = format!(
+            "array `{array}` has {given} numbers; {needed} are needed, one per {noun} of the sheet"
+        );
+        return refuse(message, None);
+    }
+    if on_triangles && *on == Location::Vertex {
+        let mean = |corners: &[u32; 3]| {
+            corners.iter().map(|v| found.values[*v as usize]).sum::<f64>() / 3.0
+        };
+        return Ok(sheet.triangles().iter().map(mean).collect());
+    }
+    Ok(found.values.clone())
+}
+
+/// The keys of a table.
+#[derive(DeriveDeserialize)]
+#[serde(deny_unknown_fields)]
+struct Table<N> {
+    file: Option<PathBuf>,
+    array: Option<String>,
+    default: Option<N>,
+    regions: Option<Vec<Part<N>>>,
+}
+
+impl<N> Field<N> {
+    /// The field of what a table has of its four keys.
+    pub(crate) fn of_keys<E: Error>(
+        of_file: (Option<PathBuf>, Option<String>),
+        by_region: (Option<N>, Option<Vec<Part<N>>>),
+    ) -> Result<Self, E> {
+        match (of_file, by_region) {
+            ((Some(file), Some(array)), (None, None)) => Ok(Self::Array { file, array }),
+            ((None, None), (Some(default), Some(regions))) => {
+                Ok(Self::Regions { default, regions })
+            }
+            _ => Err(Error::custom(
+                "a field has both keys `default` and `regions`, or both keys `file` and `array`",
+            )),
+        }
+    }
+}
+
+impl<'de, N: Checked + DeserializeOwned> Deserialize<'de> for Field<N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Seen<N>(PhantomData<N>);
+
+        impl<'de, N: Checked + DeserializeOwned> Visitor<'de> for Seen<N> {
+            type Value = Field<N>;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a finite number or a formula of x, y and z")
+                write!(
+                    f,
+                    "{}, a formula of x, y and z, or a table by regions or of a file",
+                    N::RANGE
+                )
             }
 
-            fn visit_i64<E: Error>(self, value: i64) -> Result<Field, E> {
-                finite(value).map(Field::Number)
+            fn visit_i64<E: Error>(self, value: i64) -> Result<Field<N>, E> {
+                N::deserialize(value.into_deserializer()).map(Field::Number)
             }
 
-            fn visit_f64<E: Error>(self, value: f64) -> Result<Field, E> {
-                finite(value).map(Field::Number)
+            fn visit_f64<E: Error>(self, value: f64) -> Result<Field<N>, E> {
+                N::deserialize(value.into_deserializer()).map(Field::Number)
             }
 
-            fn visit_str<E: Error>(self, text: &str) -> Result<Field, E> {
+            fn visit_str<E: Error>(self, text: &str) -> Result<Field<N>, E> {
                 Ok(Field::Formula(text.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Field<N>, A::Error> {
+                let table = Table::<N>::deserialize(MapAccessDeserializer::new(map))?;
+                Field::of_keys((table.file, table.array), (table.default, table.regions))
             }
         }
 
-        deserializer.deserialize_any(Seen)
+        deserializer.deserialize_any(Seen(PhantomData))
     }
-}
-
-fn finite<'de, T: serde::de::IntoDeserializer<'de, E>, E: Error>(value: T) -> Result<Finite, E> {
-    Finite::deserialize(value.into_deserializer())
 }

@@ -11,6 +11,8 @@
 //! Reference: natural boundary conditions of linear elements, e.g. Ern & Guermond, Theory and Practice of Finite
 //! Elements (2004), section 3.1.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::inflow::{Inflow, Per, Through};
@@ -42,9 +44,18 @@ impl EffectSpec for Flux {
         Needs { species: true, ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let all = [("value.file", &self.value)];
+        all.into_iter().filter_map(|(key, field)| Some((key, field.file()?))).collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        self.value.count_path_from(folder);
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "flow in")?;
-        let supply = self.value.at_rest(context.sheet, "value")?;
+        let supply = context.at_vertices(&self.value, "value")?;
         let loss = vec![0.0; supply.len()];
         let through = Through { region: &self.region, per: self.per, supply, loss };
         Ok(Effect::transport(Inflow::new(("flux", "value"), context, place, &through)?))

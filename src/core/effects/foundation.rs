@@ -6,7 +6,7 @@
 //! U = Σ_i ½ k A⁰_i ((x_i - p)·n)²            to = { plane = { point = p, normal = n } }
 //! ```
 //!
-//! k is the foundation modulus (Winkler's), force/length³; `A⁰_i` a third of the rest area of the
+//! k is the foundation modulus (Winkler's), force/length³, a field at the vertices (`field.rs`); `A⁰_i` a third of the rest area of the
 //! triangles around vertex i of which all corners are in the region. The force on a vertex is
 //! `-k A⁰_i (x_i - X_i)`: **it pulls towards the foundation on both sides**. A sheet of rigidity B on
 //! it wrinkles with the wavenumber `(k/B)^¼`.
@@ -15,13 +15,16 @@
 //! Woinowsky-Krieger, *Theory of Plates and Shells* (1959), chapter 8. Not covered: foundations that only
 //! push, or that resist shear.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Block, Effect, EffectContext, EffectError, EffectSpec, Element, Elements, HessianPart, Needs,
-    Region,
+    Block, Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Field, HessianPart,
+    Needs, Region,
 };
 use crate::Vec3;
+use crate::kinetics::Location;
 use crate::num::checked::{Finite, Positive};
 use crate::num::index;
 
@@ -33,7 +36,7 @@ pub struct Foundation {
     #[serde(rename = "where")]
     pub region: Region,
     /// The modulus k, force per length³.
-    pub stiffness: Positive,
+    pub stiffness: Field<Positive>,
     /// Where to.
     #[serde(default)]
     pub to: FoundationShape,
@@ -66,6 +69,14 @@ impl EffectSpec for Foundation {
         Needs { out_of_plane: along_z.then_some("to"), ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        self.stiffness.file().map(|file| ("stiffness.file", file)).into_iter().collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        self.stiffness.count_path_from(folder);
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let sheet = context.sheet;
         let chosen = self.region.choose(sheet, "foundation")?;
@@ -92,11 +103,12 @@ impl EffectSpec for Foundation {
                 (Some(vector(point)), n * n.transpose())
             }
         };
+        let stiffness = context.values(&self.stiffness, Location::Vertex, "stiffness")?;
         let springs: Vec<Spring> = on
             .iter()
             .map(|&i| Spring {
                 foot: plane.unwrap_or(sheet.rest()[i]),
-                stiffness: self.stiffness.get() * area[i] * resists,
+                stiffness: stiffness.at(i) * area[i] * resists,
             })
             .collect();
         let corners = on.iter().map(|&i| [index(i)]).collect();

@@ -9,6 +9,8 @@
 //! diffusion carries across the held points is not in the total. g is a value of the species as it is counted: per current
 //! area, or per rest area with `measure = "amount"`.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
@@ -70,11 +72,20 @@ impl EffectSpec for Hold {
         Needs { species: true, ..Needs::default() }
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let all = [("value.file", &self.value)];
+        all.into_iter().filter_map(|(key, field)| Some((key, field.file()?))).collect()
+    }
+
+    fn count_paths_from(&mut self, folder: &Path) {
+        self.value.count_path_from(folder);
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let sheet = context.sheet;
         let (species, location) = context.species("species", &self.species, "be held")?;
         let chosen = self.region.choose(sheet, "hold")?;
-        let value = self.value.at_rest(sheet, "value")?;
+        let value = context.at_vertices(&self.value, "value")?;
         let points = match location {
             Location::Vertex => {
                 (0..value.len()).filter(|&i| chosen[i]).map(|i| (i, value[i])).collect()

@@ -294,14 +294,14 @@ impl Transport for Inflow {
 /// The values of `field` at the vertices, none of them below 0.
 pub(super) fn not_negative(
     field: &Field,
-    sheet: &Sheet,
+    context: &EffectContext<'_>,
     key: &'static str,
 ) -> Result<Vec<f64>, EffectError> {
-    let values = field.at_rest(sheet, key)?;
+    let values = context.at_vertices(field, key)?;
     match values.iter().position(|value| *value < 0.0) {
         None => Ok(values),
         Some(i) => {
-            let [x, y, z]: [f64; 3] = sheet.rest()[i].into();
+            let [x, y, z]: [f64; 3] = context.sheet.rest()[i].into();
             let message = format!("it is {} at vertex {i} ({x}, {y}, {z})", values[i]);
             let help = "it must not be below 0: the species would grow without bound";
             Err(EffectError { key, message, help: Some(help.into()) })

@@ -26,6 +26,7 @@ mod growth;
 mod hold;
 mod inflow;
 mod load;
+mod material;
 mod pin;
 pub mod prelude;
 mod pressure;
@@ -51,7 +52,7 @@ pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
 pub use exchange::Exchange;
 pub use fibre::Fibre;
-pub use field::Field;
+pub use field::{Field, Part, Values};
 pub use flux::Flux;
 pub use foundation::{Foundation, FoundationShape};
 pub use green_gauss::GreenGauss;
@@ -59,13 +60,13 @@ pub use growth::{Growth, LengthFactor};
 pub use hold::{Held, Hold};
 pub use inflow::Per;
 pub use load::{DeadLoad, Load, LoadForce};
+pub use material::{Elasticity, Material};
 pub use pin::{Axes, Pin, Prescribed};
 pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::{Factor, Ramp};
 pub use region::Region;
 pub use spec::{
-    Effect, EffectContext, EffectError, EffectSpec, Material, Measure, Needs, Pins, ReadSheet,
-    kinds,
+    Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Pins, ReadSurface, kinds,
 };
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,

@@ -7,11 +7,12 @@ pub use nalgebra;
 pub use typetag;
 
 pub use super::{
-    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
-    Elements, Energy, Factor, HessianPart, LowRank, Material, Measure, Needs, Ramp, Region,
-    Transport,
+    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity,
+    Element, Elements, Energy, Factor, Field, HessianPart, LowRank, Material, Measure, Needs, Ramp,
+    Region, Transport, Values,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};
+pub use crate::kinetics::Location;
 pub use crate::num::checked::{Finite, Fraction, NonNegative, Positive};
 pub use crate::sheet::Sheet;

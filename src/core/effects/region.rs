@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::EffectError;
+use super::field::centroid;
 use crate::Vec3;
 use crate::num::checked::{Finite, NonNegative};
 use crate::sheet::Sheet;
@@ -67,27 +68,26 @@ fn vector(v: &[Finite; 3]) -> Vec3 {
 }
 
 impl Region {
+    /// Whether a point belongs to it, for a region of space.
+    fn has(&self, x: &Vec3) -> Option<bool> {
+        Some(match self {
+            Self::Cuboid { min, max } => (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]),
+            Self::Ball { centre, radius } => (x - Vec3::from(*centre)).norm() <= *radius,
+            Self::HalfSpace { point, normal } => (x - vector(point)).dot(&vector(normal)) >= 0.0,
+            Self::Ring { centre, axis, inner, outer } => {
+                let axis = vector(axis).normalize();
+                let distance = (x - vector(centre)).cross(&axis).norm();
+                distance >= inner.get() && distance <= outer.get()
+            }
+            Self::Boundary | Self::All | Self::Vertices(_) | Self::AllOf(_) => return None,
+        })
+    }
+
     /// For every vertex of `sheet` whether it belongs to the region.
     #[must_use]
     pub fn mask(&self, sheet: &Sheet) -> Vec<bool> {
-        let each = |inside: &dyn Fn(&Vec3) -> bool| sheet.rest().iter().map(inside).collect();
         match self {
             Self::Boundary => sheet.boundary().to_vec(),
-            Self::All => vec![true; sheet.vertex_count()],
-            Self::Cuboid { min, max } => {
-                each(&|x| (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]))
-            }
-            Self::Ball { centre, radius } => each(&|x| (x - Vec3::from(*centre)).norm() <= *radius),
-            Self::HalfSpace { point, normal } => {
-                each(&|x| (x - vector(point)).dot(&vector(normal)) >= 0.0)
-            }
-            Self::Ring { centre, axis, inner, outer } => {
-                let axis = vector(axis).normalize();
-                each(&|x| {
-                    let distance = (x - vector(centre)).cross(&axis).norm();
-                    distance >= inner.get() && distance <= outer.get()
-                })
-            }
             Self::Vertices(list) => {
                 let mut mask = vec![false; sheet.vertex_count()];
                 for &v in list {
@@ -106,6 +106,30 @@ impl Region {
                 }
                 mask
             }
+            _ => sheet.rest().iter().map(|x| self.has(x).unwrap_or(true)).collect(),
+        }
+    }
+
+    /// For every triangle of `sheet` whether it belongs to the region: to one of space if its centroid does, to a
+    /// set of vertices if one of its corners does.
+    #[must_use]
+    pub fn triangle_mask(&self, sheet: &Sheet) -> Vec<bool> {
+        let triangles = sheet.triangles().iter();
+        match self {
+            Self::Boundary | Self::Vertices(_) => {
+                let mask = self.mask(sheet);
+                triangles.map(|corners| corners.iter().any(|v| mask[*v as usize])).collect()
+            }
+            Self::AllOf(parts) => {
+                let mut mask = vec![true; sheet.triangle_count()];
+                for part in parts {
+                    for (all, one) in mask.iter_mut().zip(part.triangle_mask(sheet)) {
+                        *all &= one;
+                    }
+                }
+                mask
+            }
+            _ => triangles.map(|c| self.has(&centroid(sheet, c)).unwrap_or(true)).collect(),
         }
     }
 
@@ -122,18 +146,35 @@ impl Region {
     /// A vertex that does not exist, a direction of length 0, a ring turned inside out, or no
     /// vertex in the region.
     pub fn choose(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
+        self.chosen(sheet, (Self::mask, "vertex"), effect)
+    }
+
+    /// The same for [`Region::triangle_mask`].
+    ///
+    /// # Errors
+    /// As for [`Region::choose`].
+    pub fn choose_triangles(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
+        self.chosen(sheet, (Self::triangle_mask, "triangle"), effect)
+    }
+
+    fn chosen(
+        &self,
+        sheet: &Sheet,
+        (mask, noun): (impl Fn(&Self, &Sheet) -> Vec<bool>, &str),
+        effect: &str,
+    ) -> Result<Vec<bool>, EffectError> {
         let refuse = |message: String, help: &str| EffectError {
             key: "where",
             message,
             help: Some(help.into()),
         };
         self.check(sheet).map_err(|(message, help)| refuse(message, help))?;
-        let mask = self.mask(sheet);
+        let mask = mask(self, sheet);
         if mask.contains(&true) {
             Ok(mask)
         } else {
             Err(refuse(
-                format!("no vertex is chosen by this {effect}"),
+                format!("no {noun} is chosen by this {effect}"),
                 "a closed surface has no boundary; regions refer to rest positions",
             ))
         }

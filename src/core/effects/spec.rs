@@ -4,38 +4,16 @@ use std::path::Path;
 
 use super::directed::Direction;
 use super::energy::{Energy, EnergyTerm};
+use super::field::{Field, Values};
 use super::growth::LengthFactor;
 use super::hold::Held;
+use super::material::{Elasticity, Material};
 use super::pin::Prescribed;
 use super::transport::{Transport, TransportTerm};
 use crate::geometry::AreaRule;
 use crate::kinetics::{Descriptor, Location};
-use crate::sheet::Sheet;
-
-/// Material of the sheet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material {
-    /// Young's modulus E, stress.
-    pub young: f64,
-    /// Poisson's ratio ν.
-    pub poisson: f64,
-    /// Thickness h, length.
-    pub thickness: f64,
-}
-
-impl Material {
-    /// Stretching modulus `Y = E h/(1-ν²)`, force per length, as the paper defines it.
-    #[must_use]
-    pub fn stretching_modulus(&self) -> f64 {
-        self.young * self.thickness / (1.0 - self.poisson * self.poisson)
-    }
-
-    /// Bending rigidity `B = E h³/(12(1-ν²))`, energy.
-    #[must_use]
-    pub fn bending_rigidity(&self) -> f64 {
-        self.stretching_modulus() * self.thickness * self.thickness / 12.0
-    }
-}
+use crate::num::checked::Checked;
+use crate::sheet::{Sheet, Surface};
 
 /// What an effect needs of a scene besides its sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -107,26 +85,75 @@ pub fn kinds() -> Vec<&'static str> {
 pub struct EffectContext<'a> {
     /// The sheet in its rest state.
     pub sheet: &'a Sheet,
-    /// Its material, if the scene has one.
+    /// Its material, if the scene has one; with the largest values where it differs from place to place.
     pub material: Option<&'a Material>,
+    /// Its material where that differs from place to place.
+    pub varying: Option<&'a Elasticity>,
     /// Species, if the scene has kinetics.
     pub kinetics: Option<(&'a Descriptor, Location)>,
     /// Whether species are amounts per current or per rest area.
     pub measure: Measure,
-    /// Reads the mesh of a file, or says why it cannot; none where files are not read.
-    pub read: Option<&'a ReadSheet<'a>>,
+    /// Reads the mesh of a file with its arrays, or says why it cannot; none where files are not read.
+    pub read: Option<&'a ReadSurface<'a>>,
 }
 
 /// A reader of meshes: the engine itself reads no files.
-pub type ReadSheet<'a> = dyn Fn(&Path) -> Result<Sheet, String> + Sync + 'a;
+pub type ReadSurface<'a> = dyn Fn(&Path) -> Result<Surface, String> + Sync + 'a;
 
 impl<'a> EffectContext<'a> {
-    /// The material.
+    /// The material, for an effect that takes it to be the same everywhere.
     ///
     /// # Errors
-    /// If there is none: an effect that asks for it declares that in [`EffectSpec::needs`], and the
+    /// If it is not, or if there is none: an effect that asks for it declares that in [`EffectSpec::needs`], and the
     /// scene is then refused earlier.
     pub fn material(&self) -> Result<&'a Material, EffectError> {
+        if self.varying.is_some() {
+            return Err(EffectError {
+                key: "kind",
+                message: "this effect needs one Young's modulus and one thickness, and material.young or \
+                          material.thickness differs from place to place"
+                    .into(),
+                help: Some("give numbers there".into()),
+            });
+        }
+        self.any_material()
+    }
+
+    /// The material on the triangles.
+    ///
+    /// # Errors
+    /// If there is none, as for [`EffectContext::material`].
+    pub fn elasticity(&self) -> Result<Elasticity, EffectError> {
+        match self.varying {
+            Some(varying) => Ok(varying.clone()),
+            None => self.any_material().map(Elasticity::from),
+        }
+    }
+
+    /// The values of a field at all vertices.
+    pub(super) fn at_vertices<N: Checked>(
+        &self,
+        field: &Field<N>,
+        key: &'static str,
+    ) -> Result<Vec<f64>, EffectError> {
+        let values = self.values(field, Location::Vertex, key)?;
+        Ok((0..self.sheet.vertex_count()).map(|v| values.at(v)).collect())
+    }
+
+    /// The values of a field at the vertices or triangles; `key` is to blame.
+    ///
+    /// # Errors
+    /// As for [`Field::on`].
+    pub fn values<N: Checked>(
+        &self,
+        field: &Field<N>,
+        place: Location,
+        key: &'static str,
+    ) -> Result<Values, EffectError> {
+        field.on(place, self.sheet, self.read, key)
+    }
+
+    fn any_material(&self) -> Result<&'a Material, EffectError> {
         self.material.ok_or_else(|| EffectError {
             key: "kind",
             message: "this effect needs a material, and there is none".into(),

@@ -56,7 +56,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::Vec3;
-use crate::effects::{Effect, EffectContext, EffectError, EffectSpec, Material, Measure};
+use crate::effects::{
+    Effect, EffectContext, EffectError, EffectSpec, Elasticity, Material, Measure,
+};
 use crate::kinetics::{Capabilities, Descriptor, Location, Species};
 use crate::model::ModelError;
 use crate::sheet::Sheet;
@@ -130,8 +132,24 @@ pub fn examine_with(
     material: Option<&Material>,
     kinetics: Option<(&Descriptor, Location)>,
 ) -> Result<Report, KitError> {
+    examine_on(effect, sheet, material.map(Elasticity::from).as_ref(), kinetics)
+}
+
+/// As [`examine_with`], with a material that may differ from triangle to triangle.
+///
+/// # Errors
+/// If the effect cannot be built there.
+pub fn examine_on(
+    effect: &dyn EffectSpec,
+    sheet: &Arc<Sheet>,
+    material: Option<&Elasticity>,
+    kinetics: Option<(&Descriptor, Location)>,
+) -> Result<Report, KitError> {
     let measure = Measure::Concentration;
-    let context = EffectContext { sheet, material, kinetics, measure, read: None };
+    let varying = material.filter(|material| !material.is_uniform());
+    let largest = material.map(Elasticity::largest);
+    let material = largest.as_ref();
+    let context = EffectContext { sheet, material, varying, kinetics, measure, read: None };
     let built = effect.build(&context)?;
     let mut report = Report {
         translation_invariant: true,

@@ -10,6 +10,7 @@
 //! sheet slides on only the second.
 
 use crate::Vec3;
+use crate::effects::Values;
 use crate::geometry::{lumped_areas, vertex_normals};
 use crate::num::real;
 use crate::sheet::Sheet;
@@ -17,30 +18,26 @@ use crate::sheet::Sheet;
 /// Drag of every vertex, force per velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drag {
-    /// In the plane of the sheet; the same for all vertices, or one value each.
-    tangential: Tangential,
+    /// In the plane of the sheet.
+    tangential: Values,
     /// Of the drag along the normal to that in the plane.
     ratio: f64,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-enum Tangential {
-    Uniform(f64),
-    Each(Vec<f64>),
-}
-
 impl Drag {
-    /// The same for every vertex.
+    /// Of every vertex.
     #[must_use]
-    pub fn per_vertex(value: f64) -> Self {
-        Self { tangential: Tangential::Uniform(value), ratio: 1.0 }
+    pub fn per_vertex(value: impl Into<Values>) -> Self {
+        Self { tangential: value.into(), ratio: 1.0 }
     }
 
     /// `value` times the area that every vertex has at rest, a third of its triangles'.
     #[must_use]
-    pub fn per_area(value: f64, sheet: &Sheet) -> Self {
-        let all = lumped_areas(sheet).iter().map(|area| value * area).collect();
-        Self { tangential: Tangential::Each(all), ratio: 1.0 }
+    pub fn per_area(value: impl Into<Values>, sheet: &Sheet) -> Self {
+        let value = value.into();
+        let areas = lumped_areas(sheet);
+        let all = areas.iter().enumerate().map(|(i, area)| value.at(i) * area).collect();
+        Self { tangential: Values::Each(all), ratio: 1.0 }
     }
 
     /// The same with `ratio` times as much along the normal of the sheet.
@@ -58,10 +55,7 @@ impl Drag {
     /// That of vertex `i` in the plane of the sheet.
     #[must_use]
     pub fn at(&self, i: usize) -> f64 {
-        match &self.tangential {
-            Tangential::Uniform(value) => *value,
-            Tangential::Each(all) => all[i],
-        }
+        self.tangential.at(i)
     }
 
     /// Mean over `vertices` of the drag along the normal.

@@ -5,19 +5,24 @@
 //! drag = { per-vertex = 100.0 }                              # the same
 //! drag = { per-area = 64.0 }                                 # of a unit of rest area: the same on every mesh
 //! drag = { per-area = { normal = 64.0, tangential = 6.4 } }  # along the normal and in the sheet
+//! drag = { per-area = "64*(1 + 0.1*x)" }                     # a field at the vertices
 //! ```
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::{Drag, Mechanics};
+use super::Drag;
+use crate::effects::{EffectError, Field, Part, ReadSurface, Values};
+use crate::kinetics::Location;
 use crate::num::checked::Positive;
+use crate::sheet::Sheet;
 
 /// What resists the motion of the sheet.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DragSpec {
     /// Of every vertex, force per velocity.
@@ -27,11 +32,11 @@ pub enum DragSpec {
 }
 
 /// A coefficient of drag.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Coefficient {
     /// The same in all directions.
-    Isotropic(Positive),
+    Isotropic(Field<Positive>),
     /// Different along the normal of the sheet.
     Anisotropic(Directions),
 }
@@ -49,26 +54,51 @@ pub struct Directions {
 impl Default for DragSpec {
     /// 1 per vertex.
     fn default() -> Self {
-        Self::PerVertex(Coefficient::Isotropic(Positive::ONE))
+        Self::PerVertex(Coefficient::Isotropic(Field::Number(Positive::ONE)))
     }
 }
 
 impl DragSpec {
-    /// The drag of every vertex.
-    #[must_use]
-    pub fn on(&self, mechanics: &Mechanics) -> Drag {
+    /// The drag of every vertex of `sheet`.
+    ///
+    /// # Errors
+    /// Those of [`Field::on`].
+    pub fn on(&self, sheet: &Sheet, read: Option<&ReadSurface<'_>>) -> Result<Drag, EffectError> {
         let (Self::PerVertex(coefficient) | Self::PerArea(coefficient)) = self;
         let (tangential, ratio) = match coefficient {
-            Coefficient::Isotropic(all) => (all.get(), 1.0),
+            Coefficient::Isotropic(all) => (all.on(Location::Vertex, sheet, read, "drag")?, 1.0),
             Coefficient::Anisotropic(Directions { normal, tangential }) => {
-                (tangential.get(), normal.get() / tangential.get())
+                (Values::Same(tangential.get()), normal.get() / tangential.get())
             }
         };
         let drag = match self {
             Self::PerVertex(_) => Drag::per_vertex(tangential),
-            Self::PerArea(_) => Drag::per_area(tangential, mechanics.sheet()),
+            Self::PerArea(_) => Drag::per_area(tangential, sheet),
         };
-        drag.with_ratio(ratio)
+        Ok(drag.with_ratio(ratio))
+    }
+
+    /// The field, if it is the same in all directions.
+    fn field(&self) -> Option<&Field<Positive>> {
+        let (Self::PerVertex(coefficient) | Self::PerArea(coefficient)) = self;
+        match coefficient {
+            Coefficient::Isotropic(field) => Some(field),
+            Coefficient::Anisotropic(_) => None,
+        }
+    }
+
+    /// The file that it is read from.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        self.field().and_then(Field::file)
+    }
+
+    /// Makes the path of its file absolute: it counts from `folder`.
+    pub fn count_path_from(&mut self, folder: &Path) {
+        let (Self::PerVertex(coefficient) | Self::PerArea(coefficient)) = self;
+        if let Coefficient::Isotropic(field) = coefficient {
+            field.count_path_from(folder);
+        }
     }
 }
 
@@ -80,6 +110,18 @@ struct Table {
     per_area: Option<Coefficient>,
 }
 
+/// What a table of a coefficient has: both directions, or what a field has.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    normal: Option<Positive>,
+    tangential: Option<Positive>,
+    file: Option<PathBuf>,
+    array: Option<String>,
+    default: Option<Positive>,
+    regions: Option<Vec<Part<Positive>>>,
+}
+
 impl<'de> Deserialize<'de> for DragSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Seen;
@@ -88,7 +130,7 @@ impl<'de> Deserialize<'de> for DragSpec {
             type Value = DragSpec;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number above 0, { per-vertex = … } or { per-area = … }")
+                f.write_str("a number above 0, a formula, { per-vertex = … } or { per-area = … }")
             }
 
             fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<DragSpec, E> {
@@ -97,6 +139,11 @@ impl<'de> Deserialize<'de> for DragSpec {
 
             fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<DragSpec, E> {
                 isotropic(value).map(DragSpec::PerVertex)
+            }
+
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<DragSpec, E> {
+                let field = Field::Formula(text.to_owned());
+                Ok(DragSpec::PerVertex(Coefficient::Isotropic(field)))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DragSpec, A::Error> {
@@ -123,7 +170,7 @@ impl<'de> Deserialize<'de> for Coefficient {
             type Value = Coefficient;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number above 0, or { normal = …, tangential = … }")
+                f.write_str("a number above 0, a field, or { normal = …, tangential = … }")
             }
 
             fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Coefficient, E> {
@@ -134,9 +181,25 @@ impl<'de> Deserialize<'de> for Coefficient {
                 isotropic(value)
             }
 
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Coefficient, E> {
+                Ok(Coefficient::Isotropic(Field::Formula(text.to_owned())))
+            }
+
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Coefficient, A::Error> {
-                let directions = Directions::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Coefficient::Anisotropic(directions))
+                let keys = Keys::deserialize(MapAccessDeserializer::new(map))?;
+                let missing = serde::de::Error::missing_field;
+                match (keys.normal, keys.tangential) {
+                    (Some(normal), Some(tangential)) => {
+                        Ok(Coefficient::Anisotropic(Directions { normal, tangential }))
+                    }
+                    (Some(_), None) => Err(missing("tangential")),
+                    (None, Some(_)) => Err(missing("normal")),
+                    (None, None) => {
+                        let by_region = (keys.default, keys.regions);
+                        Field::of_keys((keys.file, keys.array), by_region)
+                            .map(Coefficient::Isotropic)
+                    }
+                }
             }
         }
 
@@ -147,5 +210,6 @@ impl<'de> Deserialize<'de> for Coefficient {
 fn isotropic<'de, E: serde::de::Error>(
     value: impl IntoDeserializer<'de, E>,
 ) -> Result<Coefficient, E> {
-    Positive::deserialize(value.into_deserializer()).map(Coefficient::Isotropic)
+    let number = Positive::deserialize(value.into_deserializer())?;
+    Ok(Coefficient::Isotropic(Field::Number(number)))
 }

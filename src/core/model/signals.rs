@@ -15,7 +15,8 @@
 //!
 //! Readings of the tension, with `ē = mean(A_j/Ā_j - 1)`: `trace`, `σ_αα = Y/(1-ν) ē`, the trace of
 //! the stress of an isotropic strain; `mean`, `Y ē`; `paper`, the printed `(Y/3) Σ_j (A_j/Ā_j - 1)`
-//! over the adjacent triangles, `2Y ē` where six meet (and on faces).
+//! over the adjacent triangles, `2Y ē` where six meet (and on faces). Where Y differs from triangle to triangle, each
+//! strain is multiplied by that of its triangle.
 
 mod derivatives;
 
@@ -27,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 use super::counters;
 use crate::Vec3;
-use crate::effects::Material;
+use crate::effects::{Elasticity, Values};
 use crate::geometry::{Curvature, Shape, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::num::real;
@@ -53,7 +54,8 @@ pub struct Signals {
     wanted: Vec<Signal>,
     location: Location,
     area: VertexArea,
-    modulus: f64,
+    /// Y of the triangles.
+    modulus: Values,
     poisson: f64,
     reading: TensionReading,
     rest_area: Arc<[f64]>,
@@ -69,7 +71,7 @@ impl Signals {
         wanted: Vec<Signal>,
         location: Location,
         area: VertexArea,
-        material: Option<&Material>,
+        material: Option<&Elasticity>,
         reading: TensionReading,
         rest_area: impl Into<Arc<[f64]>>,
     ) -> Self {
@@ -78,7 +80,7 @@ impl Signals {
             location,
             area,
             // Of use to the tension alone, which is refused without a material.
-            modulus: material.map_or(0.0, Material::stretching_modulus),
+            modulus: material.map_or(Values::Same(0.0), Elasticity::stretching_modulus),
             poisson: material.map_or(0.0, |material| material.poisson),
             reading,
             rest_area: rest_area.into(),
@@ -211,20 +213,24 @@ impl Signals {
 
     fn tension(&self, shape: &Shape<'_>) -> Vec<f64> {
         let strain = strain(shape);
+        let modulus = &self.modulus;
         match (self.reading, self.location) {
             (TensionReading::Trace, _) => {
-                let factor = self.modulus / (1.0 - self.poisson);
-                self.carry_faces(shape, |t| factor * strain(t))
+                let factor = modulus.map(|modulus| modulus / (1.0 - self.poisson));
+                self.carry_faces(shape, |t| factor.at(t) * strain(t))
             }
-            (TensionReading::Mean, _) => self.carry_faces(shape, |t| self.modulus * strain(t)),
+            (TensionReading::Mean, _) => self.carry_faces(shape, |t| modulus.at(t) * strain(t)),
             (TensionReading::Paper, Location::Face | Location::Edge) => {
-                self.filled(shape, |t| 2.0 * self.modulus * strain(t))
+                self.filled(shape, |t| 2.0 * modulus.at(t) * strain(t))
             }
             (TensionReading::Paper, Location::Vertex) => {
                 let incident = shape.sheet.vertex_triangles();
                 self.filled(shape, |i| {
-                    let sum: f64 = incident.of(i).iter().map(|&(t, _)| strain(t as usize)).sum();
-                    self.modulus / 3.0 * sum
+                    let around = incident.of(i).iter().map(|&(t, _)| t as usize);
+                    match modulus {
+                        Values::Same(modulus) => modulus / 3.0 * around.map(&strain).sum::<f64>(),
+                        Values::Each(of) => around.map(|t| of[t] / 3.0 * strain(t)).sum(),
+                    }
                 })
             }
         }

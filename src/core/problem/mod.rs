@@ -30,7 +30,9 @@ mod setup;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::effects::{Effect, EffectContext, EffectSpec, Material, Measure, ReadSheet};
+use crate::effects::{
+    Effect, EffectContext, EffectSpec, Elasticity, Material, Measure, ReadSurface,
+};
 use crate::geometry::{Faces, VertexArea};
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
@@ -106,7 +108,7 @@ pub type OnEffect<'a> =
 pub struct Problem<'a> {
     sheet: Arc<Sheet>,
     planar: bool,
-    material: Option<Material>,
+    material: Option<Elasticity>,
     effects: Vec<Given<'a, dyn EffectSpec>>,
     law: Option<Law>,
     policy: Policy,
@@ -114,7 +116,7 @@ pub struct Problem<'a> {
     until: f64,
     integrator: Given<'a, dyn IntegratorSpec>,
     equilibrium: Given<'a, dyn EquilibriumSpec>,
-    read: Option<&'a ReadSheet<'a>>,
+    read: Option<&'a ReadSurface<'a>>,
 }
 
 impl<'a> Problem<'a> {
@@ -144,6 +146,12 @@ impl<'a> Problem<'a> {
     /// The material.
     #[must_use]
     pub fn material(self, material: impl Into<Option<Material>>) -> Self {
+        self.elasticity(material.into().as_ref().map(Elasticity::from))
+    }
+
+    /// The material, which may differ from triangle to triangle.
+    #[must_use]
+    pub fn elasticity(self, material: impl Into<Option<Elasticity>>) -> Self {
         Self { material: material.into(), ..self }
     }
 
@@ -200,7 +208,7 @@ impl<'a> Problem<'a> {
 
     /// How effects read meshes from files, for those that name one.
     #[must_use]
-    pub fn reading(self, read: &'a ReadSheet<'a>) -> Self {
+    pub fn reading(self, read: &'a ReadSurface<'a>) -> Self {
         Self { read: Some(read), ..self }
     }
 
@@ -251,7 +259,7 @@ impl<'a> Problem<'a> {
             species: vec![vec![0.0; points]; species],
         };
         let integrator = self.built_integrator(&mechanics)?;
-        let drag = self.built_drag(&mechanics)?;
+        let drag = self.built_drag()?;
         let storage = self.policy.storage();
         let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
-    Direction, Effect, EffectContext, Held, LengthFactor, Material, Prescribed, TransportTerm,
+    Direction, Effect, EffectContext, EffectError, Elasticity, Held, LengthFactor, Prescribed,
+    TransportTerm, Values,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -35,17 +36,29 @@ impl Problem<'_> {
 
     /// Refuses a material that no sheet has.
     fn check_material(&self) -> Result<(), ProblemError> {
-        let Some(material) = &self.material else { return Ok(()) };
-        let Material { young, poisson, thickness } = *material;
-        for (name, value) in [("young", young), ("thickness", thickness)] {
-            if !(value > 0.0 && value.is_finite()) {
-                let message = format!("{name} is {value}; it must be positive and finite");
-                return Err(ProblemError::new(Part::Material, message, None));
+        let Some(Elasticity { young, poisson, thickness }) = &self.material else { return Ok(()) };
+        let refuse = |message| Err(ProblemError::new(Part::Material, message, None));
+        for (name, values) in [("young", young), ("thickness", thickness)] {
+            let count = self.sheet.triangle_count();
+            if let Values::Each(all) = values
+                && all.len() != count
+            {
+                let given = all.len();
+                return refuse(format!(
+                    "{name} has {given} values, and the sheet {count} triangles"
+                ));
+            }
+            let wrong = |value: &f64| !(*value > 0.0 && value.is_finite());
+            let found = match values {
+                Values::Same(value) => Some(*value).filter(wrong),
+                Values::Each(all) => all.iter().copied().find(wrong),
+            };
+            if let Some(value) = found {
+                return refuse(format!("{name} is {value}; it must be positive and finite"));
             }
         }
-        if !(poisson > -1.0 && poisson <= 0.5) {
-            let message = format!("poisson is {poisson}; it must be above -1 and at most 0.5");
-            return Err(ProblemError::new(Part::Material, message, None));
+        if !(*poisson > -1.0 && *poisson <= 0.5) {
+            return refuse(format!("poisson is {poisson}; it must be above -1 and at most 0.5"));
         }
         Ok(())
     }
@@ -104,9 +117,11 @@ impl Problem<'_> {
     /// Binds the effects to the sheet.
     pub(super) fn bind(&self, on_effect: &mut OnEffect<'_>) -> Result<Bound, ProblemError> {
         let law = self.law.as_ref();
+        let material = self.material.as_ref().map(Elasticity::largest);
         let context = EffectContext {
             sheet: &self.sheet,
-            material: self.material.as_ref(),
+            material: material.as_ref(),
+            varying: self.material.as_ref().filter(|material| !material.is_uniform()),
             kinetics: law.map(|law| (law.kinetics.descriptor(), law.location())),
             measure: law.map(|law| law.measure).unwrap_or_default(),
             read: self.read,
@@ -244,8 +259,10 @@ impl Problem<'_> {
     }
 
     /// The drag, if the integrator knows it.
-    pub(super) fn built_drag(&self, mechanics: &Mechanics) -> Result<Drag, ProblemError> {
-        let drag = self.drag.on(mechanics);
+    pub(super) fn built_drag(&self) -> Result<Drag, ProblemError> {
+        let refused =
+            |e: EffectError| ProblemError { part: Part::Drag, message: e.message, help: e.help };
+        let drag = self.drag.on(&self.sheet, self.read).map_err(refused)?;
         let moves = self.policy.storage().mechanics > 0.0;
         if moves && !drag.is_isotropic() && !self.integrator.knows_directions_of_drag() {
             let message = "this integrator takes drag to be the same in all directions";

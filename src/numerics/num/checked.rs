@@ -5,6 +5,20 @@
 
 use serde::de::{Deserialize, Deserializer, Error, Unexpected};
 
+/// A number type with a range, as [`checked_number!`](crate::checked_number) declares it.
+pub trait Checked:
+    Copy + PartialEq + std::fmt::Debug + serde::Serialize + Send + Sync + 'static
+{
+    /// The range in words.
+    const RANGE: &'static str;
+
+    /// Checks a value; `None` where it is out of range or not finite.
+    fn checked(value: f64) -> Option<Self>;
+
+    /// The value.
+    fn value(self) -> f64;
+}
+
 /// Declares a number type with a range: `checked_number!(Name, "doc", "range in words", |x| test)`; the test can be
 /// evaluated at compile time.
 ///
@@ -44,6 +58,18 @@ macro_rules! checked_number {
             /// The value.
             #[must_use]
             pub const fn get(self) -> f64 {
+                self.0
+            }
+        }
+
+        impl $crate::num::checked::Checked for $name {
+            const RANGE: &'static str = $range;
+
+            fn checked(value: f64) -> Option<Self> {
+                Self::new(value)
+            }
+
+            fn value(self) -> f64 {
                 self.0
             }
         }

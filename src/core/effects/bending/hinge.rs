@@ -16,6 +16,8 @@
 //! `-B C₀ Σ l̄ ψ`, and `Σ l θ` is Steiner's `∫ 2H dA` on every mesh: so C₀ is that of Helfrich's `(2H - C₀)²`,
 //! H > 0 on a bump towards the normals.
 //!
+//! Where B differs from triangle to triangle, an edge has the mean of its two, weighted by their rest areas.
+//!
 //! **Calibration.** On an equilateral lattice with smooth curvatures an edge sees
 //! `θ = (√3/2) l (κ_nn - κ_tt/3)`, n across and t along it. The sum over the three directions is
 //!
@@ -53,7 +55,8 @@
 use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::effects::material::at_edges;
+use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
@@ -232,7 +235,8 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
 /// Hinge bending of one sheet; R is [`Flat`] or [`Curved`].
 #[derive(Debug)]
 pub struct HingeBending<R: RestAngle = Flat> {
-    rigidity: f64,
+    /// B of every hinge.
+    rigidity: Values,
     /// Numbers of the interior edges.
     edge: Vec<u32>,
     corners: Vec<[u32; 4]>,
@@ -251,26 +255,26 @@ pub struct HingeWork<R> {
 impl HingeBending {
     /// For `sheet` of the given material, at rest where it is flat.
     #[must_use]
-    pub fn new(sheet: &Sheet, material: &Material) -> Self {
-        Self::of(sheet, material.bending_rigidity(), |_| ())
+    pub fn new(sheet: &Sheet, material: impl Into<Elasticity>) -> Self {
+        Self::of(sheet, &material.into().bending_rigidity(), |_| ())
     }
 }
 
 impl HingeBending<Curved> {
     /// For `sheet` of the given material, with the rest shape `rest`.
     #[must_use]
-    pub fn with_rest(sheet: &Sheet, material: &Material, rest: &RestShape) -> Self {
-        Self::with_rigidity(sheet, material.bending_rigidity(), rest)
+    pub fn with_rest(sheet: &Sheet, material: impl Into<Elasticity>, rest: &RestShape) -> Self {
+        Self::with_rigidity(sheet, &material.into().bending_rigidity(), rest)
     }
 
-    /// For `sheet` of the given bending rigidity, with the rest shape `rest`.
-    pub(super) fn with_rigidity(sheet: &Sheet, rigidity: f64, rest: &RestShape) -> Self {
+    /// For `sheet` of the given bending rigidity of its triangles, with the rest shape `rest`.
+    pub(super) fn with_rigidity(sheet: &Sheet, rigidity: &Values, rest: &RestShape) -> Self {
         Self::of(sheet, rigidity, |corners| rest.at_hinges(corners))
     }
 }
 
 impl<R: RestAngle> HingeBending<R> {
-    fn of(sheet: &Sheet, rigidity: f64, rest: impl FnOnce(&[[u32; 4]]) -> R::Of) -> Self {
+    fn of(sheet: &Sheet, rigidity: &Values, rest: impl FnOnce(&[[u32; 4]]) -> R::Of) -> Self {
         let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinges(sheet).unzip();
         let triples = corners
             .iter()
@@ -278,13 +282,14 @@ impl<R: RestAngle> HingeBending<R> {
             .flat_map(|(h, corner)| (0u32..4).map(move |k| (corner[k as usize], index(h), k)));
         let incident = Incidence::new(sheet.vertex_count(), triples);
         let rest = rest(&corners);
+        let rigidity = at_edges(rigidity, sheet, &edge);
         Self { rigidity, edge, corners, incident, rest }
     }
 
     /// `B C₀ ∂ψ` of hinge `h`.
     fn by_spontaneous(&self, h: usize, x: &[Vec3; 4]) -> [Vec3; 4] {
         let (wings, psi) = Hinge::state(x);
-        let moment = self.rigidity * R::spontaneous(&self.rest, h) * (1.0 + 0.25 * psi * psi);
+        let moment = self.rigidity.at(h) * R::spontaneous(&self.rest, h) * (1.0 + 0.25 * psi * psi);
         Hinge::angle_gradient(&wings).map(|g| moment * g)
     }
 }
@@ -308,7 +313,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
-            let stiffness = rigidity * length[e] * length[e] / (first + second);
+            let stiffness = rigidity.at(h) * length[e] * length[e] / (first + second);
             Hinge { stiffness, rest: R::at(rest, h, length[e], first + second) }
         });
     }

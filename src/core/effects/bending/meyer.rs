@@ -11,6 +11,9 @@
 //! With `W = A` the Gaussian part is, by Gauss-Bonnet, a boundary term that only the triangles at
 //! the boundary feel: `-B(1-ν) Σ_interior (2π - Σθ) = -B(1-ν) [2πχ - Σ_boundary (π - Σθ)]`.
 //!
+//! Where B differs from triangle to triangle, a vertex has the mean over its triangles, weighted by rest areas. The Gaussian
+//! part then is no boundary term: it is summed over the interior vertices as it stands.
+//!
 //! **Gradient.** Let `g_i = ∂U/∂L_i`, `a_i = ∂U/∂A_i`, `s_i = ∂U/∂(Σθ)_i`. One triangle contributes
 //! `n·V` with `V = Σ_k e_k × g_k`, and because `∂n·V = (P V)·∂N/(2A) + n·∂V`,
 //!
@@ -38,7 +41,8 @@ use kernels::{Gather, Gradient};
 
 use super::{BendingWeight, RestShape};
 use crate::Vec3;
-use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::effects::material::at_vertices;
+use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
 use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
@@ -61,9 +65,10 @@ struct VertexDerivatives {
 /// Meyer bending of one sheet.
 #[derive(Debug)]
 pub struct MeyerBending {
-    rigidity: f64,
+    /// B of every vertex.
+    rigidity: Values,
     /// `B(1-ν)`.
-    gaussian: f64,
+    gaussian: Values,
     weight: BendingWeight,
     area: VertexArea,
     has_boundary: bool,
@@ -84,11 +89,17 @@ pub struct MeyerWork {
 impl MeyerBending {
     /// For `sheet` of the given material.
     #[must_use]
-    pub fn new(sheet: &Sheet, material: &Material, weight: BendingWeight, area: AreaRule) -> Self {
-        let rigidity = material.bending_rigidity();
+    pub fn new(
+        sheet: &Sheet,
+        material: impl Into<Elasticity>,
+        weight: BendingWeight,
+        area: AreaRule,
+    ) -> Self {
+        let material = material.into();
+        let rigidity = at_vertices(&material.bending_rigidity(), sheet);
         Self {
+            gaussian: rigidity.map(|rigidity| rigidity * (1.0 - material.poisson)),
             rigidity,
-            gaussian: rigidity * (1.0 - material.poisson),
             weight,
             area: VertexArea::new(sheet, area),
             has_boundary: sheet.boundary().contains(&true),
@@ -98,10 +109,21 @@ impl MeyerBending {
 
     /// The same with the rest shape `rest`, weighted by areas.
     #[must_use]
-    pub fn with_rest(sheet: &Sheet, material: &Material, area: AreaRule, rest: &RestShape) -> Self {
+    pub fn with_rest(
+        sheet: &Sheet,
+        material: impl Into<Elasticity>,
+        area: AreaRule,
+        rest: &RestShape,
+    ) -> Self {
+        let material = material.into();
+        let curved = CurvedRest::new(&material, sheet, rest);
         let flat = Self::new(sheet, material, BendingWeight::Area, area);
-        let curved = CurvedRest::new(&flat, sheet, material.poisson, rest);
         Self { curved: Some(Box::new(curved)), ..flat }
+    }
+
+    /// Whether every interior vertex has a derivative by its angles: with one B the Gaussian part is a boundary term.
+    fn has_angles(&self) -> bool {
+        self.weight == BendingWeight::Paper || !self.gaussian.is_uniform()
     }
 
     /// Fills [`MeyerWork::gathered`] at the shape.
@@ -109,7 +131,7 @@ impl MeyerBending {
         gathered.resize(shape.x.len(), [0.0; 5]);
         let patches = shape.sheet.triangle_patches();
         let kernel = Gather { bending: self, shape: *shape };
-        if self.weight == BendingWeight::Paper {
+        if self.has_angles() {
             let write =
                 |place: &mut [f64; 5], [Quad([x, y, z, area]), Quad([angles, ..])]: &[Quad; 2]| {
                     *place = [*x, *y, *z, *area, *angles];
@@ -123,12 +145,13 @@ impl MeyerBending {
         }
     }
 
-    /// `B(1-ν) 2πχ`.
+    /// `B(1-ν) 2πχ`; 0 where B varies.
     fn gauss_bonnet(&self, sheet: &Sheet) -> f64 {
+        let Values::Same(gaussian) = self.gaussian else { return 0.0 };
         let euler = sheet.euler_characteristic();
         let sign = if euler < 0 { -1.0 } else { 1.0 };
         let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(sign);
-        self.gaussian * 2.0 * PI * turns
+        gaussian * 2.0 * PI * turns
     }
 
     /// Energy of vertex `i` and its derivatives, from what it has gathered.
@@ -141,41 +164,43 @@ impl MeyerBending {
         let boundary = shape.sheet.boundary()[i];
         let [x, y, z, area, angles] = gathered[i];
         let l = Vec3::new(x, y, z);
+        let varies = !self.gaussian.is_uniform();
+        let (rigidity, gaussian) = (self.rigidity.at(i), self.gaussian.at(i));
         match (self.weight, boundary) {
+            (BendingWeight::Area, true) if varies => Default::default(),
             (BendingWeight::Area, true) => {
                 let incident = shape.sheet.vertex_triangles().of(i);
                 let angles: f64 =
                     incident.iter().map(|&(t, k)| angle_at(shape, t as usize, k as usize)).sum();
                 (
-                    VertexDerivatives { by_angle: -self.gaussian, ..Default::default() },
-                    self.gaussian * (PI - angles),
+                    VertexDerivatives { by_angle: -gaussian, ..Default::default() },
+                    gaussian * (PI - angles),
                 )
             }
             (BendingWeight::Paper, true) => Default::default(),
             (BendingWeight::Area, false) => {
                 let inverse = area.recip();
-                let density = 0.125 * self.rigidity * l.norm_squared() * inverse;
-                (
-                    VertexDerivatives {
-                        by_vector: (0.25 * self.rigidity * inverse) * l,
-                        by_area: -density * inverse,
-                        by_angle: 0.0,
-                    },
-                    density,
-                )
+                let density = 0.125 * rigidity * l.norm_squared() * inverse;
+                let derivatives = VertexDerivatives {
+                    by_vector: (0.25 * rigidity * inverse) * l,
+                    by_area: -density * inverse,
+                    by_angle: if varies { gaussian } else { 0.0 },
+                };
+                let defect = if varies { gaussian * (2.0 * PI - angles) } else { 0.0 };
+                (derivatives, density - defect)
             }
             (BendingWeight::Paper, false) => {
                 let inverse = area.recip();
-                let square = self.rigidity * inverse * inverse;
+                let square = rigidity * inverse * inverse;
                 let mean = 0.125 * square * l.norm_squared();
-                let gaussian = -self.gaussian * (2.0 * PI - angles) * inverse;
+                let gaussian_part = -gaussian * (2.0 * PI - angles) * inverse;
                 (
                     VertexDerivatives {
                         by_vector: (0.25 * square) * l,
-                        by_area: -(2.0 * mean + gaussian) * inverse,
-                        by_angle: self.gaussian * inverse,
+                        by_area: -(2.0 * mean + gaussian_part) * inverse,
+                        by_angle: gaussian * inverse,
                     },
-                    mean + gaussian,
+                    mean + gaussian_part,
                 )
             }
         }
@@ -228,7 +253,7 @@ impl Energy for MeyerBending {
         }
         if let Some(gradient) = gradient {
             let (by_normal, shape): (&[Vec3], _) = (&[], *shape);
-            if self.weight == BendingWeight::Paper || self.has_boundary {
+            if self.has_angles() || self.has_boundary {
                 Gradient::<true, false> { bending: self, vertex, by_normal, shape }
                     .add_to(gradient);
             } else {

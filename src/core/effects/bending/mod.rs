@@ -97,15 +97,20 @@ impl EffectSpec for Bending {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        match &self.rest {
-            Rest::State(file) => vec![("rest.state", file)],
-            Rest::Flat | Rest::Mesh => Vec::new(),
-        }
+        let rest = match &self.rest {
+            Rest::State(file) => Some(("rest.state", file.as_path())),
+            Rest::Flat | Rest::Mesh => None,
+        };
+        let curvature = self.curvature.as_ref().and_then(Field::file);
+        rest.into_iter().chain(curvature.map(|file| ("curvature.file", file))).collect()
     }
 
     fn count_paths_from(&mut self, folder: &Path) {
         if let Rest::State(file) = &mut self.rest {
             *file = folder.join(&*file);
+        }
+        if let Some(curvature) = &mut self.curvature {
+            curvature.count_path_from(folder);
         }
     }
 
@@ -118,7 +123,7 @@ impl EffectSpec for Bending {
                 "meyer",
             ));
         }
-        let (sheet, material) = (context.sheet, context.material()?);
+        let (sheet, material) = (context.sheet, context.elasticity()?);
         if self.weight == BendingWeight::Paper {
             let curved =
                 [(self.rest != Rest::Flat, "rest"), (self.curvature.is_some(), "curvature")];

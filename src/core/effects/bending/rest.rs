@@ -4,8 +4,7 @@
 //! rest = "flat"                  unbent in the plane (default)
 //! rest = "mesh"                  in the rest positions of the sheet
 //! rest = { state = "FILE" }      in the positions of another file of the same mesh
-//! curvature = C₀                 and spontaneously curved from there on, 1/length: a number, or a formula
-//!                                of the rest position
+//! curvature = C₀                 and spontaneously curved from there on, 1/length: a field (`field.rs`)
 //! ```
 //!
 //! C₀ is that of Helfrich's `(B/2) (2H - C₀)²`, with H > 0 on a bump towards the normals (triangles are
@@ -21,8 +20,8 @@ use serde::{Deserialize, Serialize};
 
 use super::hinge;
 use crate::Vec3;
-use crate::effects::field::Field;
-use crate::effects::{EffectContext, EffectError};
+use crate::effects::{EffectContext, EffectError, Field, Values};
+use crate::kinetics::Location;
 use crate::sheet::Sheet;
 
 /// The shape in which bending is at rest, as a scene gives it.
@@ -75,7 +74,11 @@ impl RestShape {
         if let Some(x) = &positions {
             check(sheet, x, rest)?;
         }
-        let spontaneous = curvature.map(|field| field.at_rest(sheet, "curvature")).transpose()?;
+        let of = |field| context.values(field, Location::Vertex, "curvature");
+        let spontaneous = curvature.map(of).transpose()?.map(|values| match values {
+            Values::Same(value) => vec![value; sheet.vertex_count()],
+            Values::Each(all) => all,
+        });
         let made = Self { positions, spontaneous };
         let flat = made.positions.is_none() && made.spontaneous.is_none();
         Ok((!flat).then_some(made))
@@ -107,7 +110,8 @@ fn from_file(file: &Path, context: &EffectContext<'_>) -> Result<Vec<Vec3>, Effe
     let Some(read) = context.read else {
         return Err(refuse("files are not read here".into(), "give rest = \"mesh\""));
     };
-    let other = read(file).map_err(|e| EffectError { key: "rest", message: e, help: None })?;
+    let unread = |message: String| EffectError { key: "rest", message, help: None };
+    let (other, _) = read(file).map_err(unread)?.into_sheet().map_err(|e| unread(e.to_string()))?;
     let sheet = context.sheet;
     let (here, there) = (sheet.vertex_count(), other.vertex_count());
     let help = "a state is a file of the same mesh with other positions, as a frame of a run is";

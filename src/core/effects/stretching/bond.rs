@@ -13,6 +13,9 @@
 //!   some 0.8 of the theoretical pressure, on every mesh.
 //! * `weight = "paper"`: `w_ij = 1`, as printed. Energies and forces then depend on the mesh.
 //!
+//! Where Y differs from triangle to triangle, `Y w_ij` is `Σ_T Y_T Ā_T` over the triangles that share the bond, and
+//! the mean of their Y with printed weights.
+//!
 //! The Hessian block of a bond is `k (1 - l̄/l) (I - d dᵀ) + k d dᵀ` with the unit bond vector d;
 //! under compression the first, geometric, part is negative.
 //!
@@ -21,7 +24,7 @@
 
 use super::StretchingWeight;
 use crate::Vec3;
-use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::parallel;
@@ -32,7 +35,8 @@ use crate::sheet::Edge;
 /// Bond stretching of one sheet.
 #[derive(Debug)]
 pub struct BondStretching {
-    modulus: f64,
+    /// Y of the triangles.
+    modulus: Values,
     weight: StretchingWeight,
 }
 
@@ -47,8 +51,20 @@ pub struct BondWork {
 impl BondStretching {
     /// For a sheet of the given material; lengths come with the rest metric.
     #[must_use]
-    pub fn new(material: &Material, weight: StretchingWeight) -> Self {
-        Self { modulus: material.stretching_modulus(), weight }
+    pub fn new(material: impl Into<Elasticity>, weight: StretchingWeight) -> Self {
+        Self { modulus: material.into().stretching_modulus(), weight }
+    }
+
+    /// `Σ_T Y_T Ā_T` over the triangles of a bond, or the mean of their Y for printed weights.
+    fn varying(&self, edge: &Edge, modulus: &[f64], area: &[f64]) -> f64 {
+        let sides = edge.triangles.into_iter().filter(|t| *t != Edge::NONE).map(|t| t as usize);
+        match self.weight {
+            StretchingWeight::OptimalArea => sides.map(|t| modulus[t] * area[t]).sum(),
+            StretchingWeight::Paper => {
+                let (sum, count) = sides.fold((0.0, 0.0), |(s, n), t| (s + modulus[t], n + 1.0));
+                sum / count
+            }
+        }
     }
 }
 
@@ -112,8 +128,14 @@ impl Energy for BondStretching {
             StretchingWeight::Paper => 1.0,
         };
         work.stiffness.resize(edges.len(), 0.0);
-        let modulus = self.modulus;
-        parallel::fill(&mut work.stiffness, |e| modulus * weight(e) / (length[e] * length[e]));
+        match &self.modulus {
+            Values::Same(modulus) => parallel::fill(&mut work.stiffness, |e| {
+                modulus * weight(e) / (length[e] * length[e])
+            }),
+            Values::Each(modulus) => parallel::fill(&mut work.stiffness, |e| {
+                self.varying(&edges[e], modulus, area) / (length[e] * length[e])
+            }),
+        }
     }
 
     fn evaluate(
@@ -175,7 +197,7 @@ impl Energy for BondStretching {
     ) {
         let sheet = shape.sheet;
         let triangles = sheet.triangle_edges();
-        let (length, stiffness, modulus) = (shape.metric.length(), &work.stiffness, self.modulus);
+        let (length, stiffness, modulus) = (shape.metric.length(), &work.stiffness, &self.modulus);
         let bond = |e: usize| {
             let [i, j] = sheet.edges()[e].vertices.map(|v| v as usize);
             let d = shape.x[i] - shape.x[j];
@@ -195,7 +217,7 @@ impl Energy for BondStretching {
                 let by_length = shape.metric.weight_area_gradient(sheet, t);
                 for e in edges.map(|e| e as usize) {
                     let (i, j, d, l) = bond(e);
-                    let force = modulus * (l - length[e]) / (length[e] * length[e]);
+                    let force = modulus.at(t) * (l - length[e]) / (length[e] * length[e]);
                     for (f, slope) in edges.map(|f| f as usize).into_iter().zip(by_length) {
                         emit(i, f, (force * slope) * d);
                         emit(j, f, (-force * slope) * d);
@@ -209,8 +231,8 @@ impl Energy for BondStretching {
     fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
         let edge = conditions.metric.mean_edge();
         match self.weight {
-            StretchingWeight::OptimalArea => self.modulus * edge,
-            StretchingWeight::Paper => self.modulus / edge,
+            StretchingWeight::OptimalArea => self.modulus.mean() * edge,
+            StretchingWeight::Paper => self.modulus.mean() / edge,
         }
     }
 }

@@ -78,10 +78,10 @@ impl EffectSpec for Stretching {
             }
             (Some(key), _) => Err(misplaced(key, "bond", "always has Y = E h/(1-ν²)", "stvk")),
             (None, StretchingModel::Bond) => {
-                Ok(Effect::energy(BondStretching::new(context.material()?, self.weight)))
+                Ok(Effect::energy(BondStretching::new(context.elasticity()?, self.weight)))
             }
             (None, StretchingModel::Stvk) => {
-                Ok(Effect::energy(StvkStretching::new(context.material()?, self.modulus)))
+                Ok(Effect::energy(StvkStretching::new(context.elasticity()?, self.modulus)))
             }
         }
     }

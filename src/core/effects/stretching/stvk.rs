@@ -48,7 +48,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::StretchingModulus;
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Coupling, Energy, HessianPart, Material};
+use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::parallel;
@@ -237,7 +237,8 @@ impl Principal {
 /// StVK stretching of one sheet.
 #[derive(Debug)]
 pub struct StvkStretching {
-    modulus: f64,
+    /// Y₂ of the triangles.
+    modulus: Values,
     poisson: f64,
 }
 
@@ -252,11 +253,12 @@ pub struct StvkWork {
 impl StvkStretching {
     /// For a sheet of the given material; lengths come with the rest metric.
     #[must_use]
-    pub fn new(material: &Material, modulus: StretchingModulus) -> Self {
+    pub fn new(material: impl Into<Elasticity>, modulus: StretchingModulus) -> Self {
+        let material = material.into();
         Self {
             modulus: match modulus {
                 StretchingModulus::Paper => material.stretching_modulus(),
-                StretchingModulus::Plate => material.young * material.thickness,
+                StretchingModulus::Plate => material.each(|m| m.young * m.thickness),
             },
             poisson: material.poisson,
         }
@@ -278,12 +280,12 @@ impl Energy for StvkStretching {
         let metric = conditions.metric;
         let (optimal, rest) = (metric.length(), metric.reference_length());
         let edges = conditions.sheet.triangle_edges();
-        let (modulus, poisson) = (self.modulus, self.poisson);
+        let (modulus, poisson) = (&self.modulus, self.poisson);
         let empty = Membrane { square: Vector3::zeros(), form: Matrix3::zeros() };
         work.membrane.resize(edges.len(), empty);
         parallel::fill(&mut work.membrane, |t| {
             let of = |length: &[f64]| edges[t].map(|e| length[e as usize]);
-            Membrane::new(of(optimal), of(rest), modulus, poisson)
+            Membrane::new(of(optimal), of(rest), modulus.at(t), poisson)
         });
     }
 
@@ -317,13 +319,13 @@ impl Energy for StvkStretching {
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let (optimal, rest) = (shape.metric.length(), shape.metric.reference_length());
-        let material = (self.modulus, self.poisson);
         for (t, membrane) in work.membrane.iter().enumerate() {
             let edges = shape.sheet.triangle_edges()[t].map(|e| e as usize);
             let corners = shape.sheet.triangles()[t].map(|v| v as usize);
             let (e, _, q) = membrane.state(&shape.corners(t));
             let given = Vector3::from(edges.map(|e| optimal[e] * optimal[e]));
             let possible = possible_slopes(&given, edges.map(|e| rest[e] * rest[e]));
+            let material = (self.modulus.at(t), self.poisson);
             let slopes = slopes(&membrane.square, &membrane.form, &q, material) * possible;
             for (f, edge) in edges.into_iter().enumerate() {
                 let s = (2.0 * optimal[edge]) * slopes.column(f);
@@ -336,6 +338,6 @@ impl Energy for StvkStretching {
     }
 
     fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
-        self.modulus * conditions.metric.mean_edge()
+        self.modulus.mean() * conditions.metric.mean_edge()
     }
 }

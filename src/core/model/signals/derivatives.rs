@@ -40,7 +40,7 @@ impl Signals {
                         self.curvatures(shape, curvature, mean, column, into);
                     }
                 }
-                Signal::AreaStrain => self.strains(shape, |_| 1.0, column, into),
+                Signal::AreaStrain => self.strains(shape, |_, _| 1.0, column, into),
                 Signal::Tension => {
                     let factor = self.tension_factor(shape);
                     self.strains(shape, factor, column, into);
@@ -139,18 +139,18 @@ impl Signals {
         });
     }
 
-    /// The strain `A/Ā - 1`, times `factor` at each point.
+    /// The strain `A/Ā - 1`, times `factor` of each point and triangle.
     fn strains(
         &self,
         shape: &Shape<'_>,
-        factor: impl Fn(usize) -> f64,
+        factor: impl Fn(usize, usize) -> f64,
         column: usize,
         into: &mut impl Derivatives,
     ) {
         self.at_faces(shape, |point, t, share| {
             let face = shape.face(t);
             let optimal = shape.metric.area()[t];
-            let share = share * factor(point);
+            let share = share * factor(point, t);
             let e = shape.edge_vectors(t);
             for (m, v) in shape.sheet.triangles()[t].into_iter().enumerate() {
                 let by = (0.5 * share / optimal) * face.normal.cross(&e[m]);
@@ -164,16 +164,16 @@ impl Signals {
         });
     }
 
-    /// The tension at a point over the mean strain there.
-    fn tension_factor<'a>(&self, shape: &'a Shape<'_>) -> impl Fn(usize) -> f64 + 'a {
-        let (modulus, poisson, location) = (self.modulus, self.poisson, self.location);
+    /// The tension at a point over the mean strain there, as far as it is that of a triangle.
+    fn tension_factor<'a>(&'a self, shape: &'a Shape<'_>) -> impl Fn(usize, usize) -> f64 + 'a {
+        let (modulus, poisson, location) = (&self.modulus, self.poisson, self.location);
         let reading = self.reading;
-        move |point| match (reading, location) {
-            (TensionReading::Trace, _) => modulus / (1.0 - poisson),
-            (TensionReading::Mean, _) => modulus,
-            (TensionReading::Paper, Location::Face | Location::Edge) => 2.0 * modulus,
+        move |point, t| match (reading, location) {
+            (TensionReading::Trace, _) => modulus.at(t) / (1.0 - poisson),
+            (TensionReading::Mean, _) => modulus.at(t),
+            (TensionReading::Paper, Location::Face | Location::Edge) => 2.0 * modulus.at(t),
             (TensionReading::Paper, Location::Vertex) => {
-                modulus / 3.0 * real(shape.sheet.vertex_triangles().of(point).len())
+                modulus.at(t) / 3.0 * real(shape.sheet.vertex_triangles().of(point).len())
             }
         }
     }

@@ -42,10 +42,10 @@ use super::hessian::ring;
 use super::kernels::{Gradient, Normals};
 use super::{MeyerBending, MeyerWork, VertexDerivatives};
 use crate::Vec3;
-use crate::effects::Energy;
 use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
 use crate::effects::bending::rest::{Curved, RestShape};
+use crate::effects::{Elasticity, Energy};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -114,20 +114,12 @@ impl Point {
 }
 
 impl CurvedRest {
-    pub(super) fn new(
-        bending: &MeyerBending,
-        sheet: &Sheet,
-        poisson: f64,
-        rest: &RestShape,
-    ) -> Self {
-        let share = SHARE * (1.0 - poisson);
+    pub(super) fn new(material: &Elasticity, sheet: &Sheet, rest: &RestShape) -> Self {
+        let share = SHARE * (1.0 - material.poisson);
+        let rigidity = || material.bending_rigidity().map(|rigidity| share * rigidity);
         let shaped = rest.positions.as_ref().map(|positions| Shaped {
             positions: positions.clone(),
-            hinges: HingeBending::with_rigidity(
-                sheet,
-                share * bending.rigidity,
-                &RestShape::at(positions),
-            ),
+            hinges: HingeBending::with_rigidity(sheet, &rigidity(), &RestShape::at(positions)),
         });
         let left = if shaped.is_some() { 1.0 - share } else { 1.0 };
         let spontaneous = rest.spontaneous.clone().unwrap_or_default();
@@ -181,7 +173,7 @@ impl CurvedRest {
             return (derivatives, Vec3::zeros(), energy);
         }
         let at = Point::new(&gathered[i], &work.normals[i]);
-        let (b, c0) = (bending.rigidity, self.spontaneous(i));
+        let (b, c0) = (bending.rigidity.at(i), self.spontaneous(i));
         let constant = 0.5 * b * c0 * c0;
         if self.shaped.is_none() {
             let (mut derivatives, density) = bending.at_vertex(shape, gathered, i);
@@ -245,7 +237,7 @@ impl CurvedRest {
         let curved = curved.get_or_insert_default();
         if let Some(gradient) = gradient.as_deref_mut() {
             let by_normal = &curved.by_normal;
-            if self.shaped.is_none() && bending.has_boundary {
+            if self.shaped.is_none() && (bending.has_angles() || bending.has_boundary) {
                 let kernel = Gradient::<true, true> { bending, vertex, by_normal, shape: *shape };
                 kernel.add_to(gradient);
             } else {
@@ -268,7 +260,7 @@ impl CurvedRest {
         i: usize,
     ) -> Second {
         let at = Point::new(&gathered[i], &work.normals[i]);
-        let (along, b, c0) = (at.along(), bending.rigidity, self.spontaneous(i));
+        let (along, b, c0) = (at.along(), bending.rigidity.at(i), self.spontaneous(i));
         let (stiffness, pull) = match self.shaped {
             None => (0.0, -b * c0),
             Some(_) => {

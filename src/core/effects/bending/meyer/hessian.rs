@@ -161,6 +161,6 @@ pub(super) fn add(
     }
     if part == HessianPart::Positive && bending.has_boundary && !at.is_shaped() {
         let boundary = places.boundary.get_or_insert_with(|| Boundary::new(sheet));
-        boundary.add(bending.gaussian, bending.weight, shape, into);
+        boundary.add(&bending.gaussian, bending.weight, shape, into);
     }
 }

@@ -18,7 +18,7 @@
 
 use super::super::super::hinge;
 use super::super::BendingWeight;
-use crate::effects::element;
+use crate::effects::{Values, element};
 use crate::geometry::Shape;
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::sheet::Sheet;
@@ -42,22 +42,29 @@ impl Boundary {
         Self { corners, places: LazyStencils::default() }
     }
 
-    /// Adds their stiffness; `gaussian` is B(1-ν).
+    /// Adds their stiffness; `gaussian` is B(1-ν) of the vertices, of which the ends of an edge count.
     pub(super) fn add(
         &mut self,
-        gaussian: f64,
+        gaussian: &Values,
         weight: BendingWeight,
         shape: &Shape<'_>,
         into: &mut BlockMatrix,
     ) {
-        let rigidity = |area: f64| match weight {
-            BendingWeight::Area => SHARE * gaussian,
-            // A sum of densities: the area of a vertex, that of two triangles, is missing.
-            BendingWeight::Paper => SHARE * gaussian / area,
+        let rigidity = |gaussian: f64| {
+            move |area: f64| match weight {
+                BendingWeight::Area => SHARE * gaussian,
+                // A sum of densities: the area of a vertex, that of two triangles, is missing.
+                BendingWeight::Paper => SHARE * gaussian / area,
+            }
         };
         let corners = &self.corners;
-        let blocks =
-            |h: usize| hinge::stiffness(&corners[h].map(|v| shape.x[v as usize]), rigidity);
+        let of = |[a, b, ..]: [u32; 4]| match gaussian {
+            Values::Same(gaussian) => *gaussian,
+            Values::Each(all) => 0.5 * (all[a as usize] + all[b as usize]),
+        };
+        let blocks = |h: usize| {
+            hinge::stiffness(&corners[h].map(|v| shape.x[v as usize]), rigidity(of(corners[h])))
+        };
         element::add_blocks(corners, blocks, &mut self.places, into);
     }
 }

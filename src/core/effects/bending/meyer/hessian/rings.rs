@@ -145,13 +145,13 @@ impl Outer<'_> {
         let [x, y, z, area, angles] = self.at.gathered[i];
         let l = Vec3::new(x, y, z);
         let ratio = l / area;
-        let quarter = 0.25 * bending.rigidity;
+        let (quarter, gaussian) = (0.25 * bending.rigidity.at(i), bending.gaussian.at(i));
         let printed = bending.weight == BendingWeight::Paper;
         let square = if printed { quarter / (area * area) } else { quarter / area };
         let cross = -square / area;
         let by_area =
-            -2.0 * bending.gaussian * (2.0 * std::f64::consts::PI - angles) / (area * area * area);
-        let by_angle = -bending.gaussian / (area * area);
+            -2.0 * gaussian * (2.0 * std::f64::consts::PI - angles) / (area * area * area);
+        let by_angle = -gaussian / (area * area);
         for (vertex, factors) in ring.iter_mut().zip(factors.iter_mut()) {
             let [x, y, z] = &mut vertex.curvature;
             *x -= ratio.x * vertex.area;

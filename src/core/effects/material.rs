@@ -1,0 +1,140 @@
+//! The elastic constants of a sheet.
+//!
+//! ```text
+//! Y = E h/(1-ν²)         stretching modulus, force per length
+//! B = E h³/(12(1-ν²))    bending rigidity, energy
+//! ```
+//!
+//! E and h may differ from triangle to triangle, and are constant on each: Y and B then are those of the
+//! triangles. What belongs to an edge or a vertex has the mean over the triangles there, weighted by rest areas, which
+//! keeps the energy of a uniform strain or curvature that of an integral over the triangles.
+
+use super::field::Values;
+use crate::geometry::Faces;
+use crate::sheet::{Edge, Sheet};
+
+/// Material of the sheet: the same constants everywhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Young's modulus E, stress.
+    pub young: f64,
+    /// Poisson's ratio ν.
+    pub poisson: f64,
+    /// Thickness h, length.
+    pub thickness: f64,
+}
+
+impl Material {
+    /// Stretching modulus `Y = E h/(1-ν²)`, force per length, as the paper defines it.
+    #[must_use]
+    pub fn stretching_modulus(&self) -> f64 {
+        self.young * self.thickness / (1.0 - self.poisson * self.poisson)
+    }
+
+    /// Bending rigidity `B = E h³/(12(1-ν²))`, energy.
+    #[must_use]
+    pub fn bending_rigidity(&self) -> f64 {
+        self.stretching_modulus() * self.thickness * self.thickness / 12.0
+    }
+}
+
+/// Material of the sheet whose Young's modulus and thickness may differ from triangle to triangle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Elasticity {
+    /// Young's modulus E, stress.
+    pub young: Values,
+    /// Poisson's ratio ν.
+    pub poisson: f64,
+    /// Thickness h, length.
+    pub thickness: Values,
+}
+
+impl From<&Material> for Elasticity {
+    fn from(Material { young, poisson, thickness }: &Material) -> Self {
+        let (young, thickness) = (Values::Same(*young), Values::Same(*thickness));
+        Self { young, poisson: *poisson, thickness }
+    }
+}
+
+impl Elasticity {
+    /// Whether all of it is the same everywhere.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        self.young.is_uniform() && self.thickness.is_uniform()
+    }
+
+    /// The largest of both constants.
+    #[must_use]
+    pub fn largest(&self) -> Material {
+        let (young, thickness) = (self.young.largest(), self.thickness.largest());
+        Material { young, poisson: self.poisson, thickness }
+    }
+
+    /// The smallest of both constants.
+    #[must_use]
+    pub fn smallest(&self) -> Material {
+        let (young, thickness) = (self.young.smallest(), self.thickness.smallest());
+        Material { young, poisson: self.poisson, thickness }
+    }
+
+    /// Y of the triangles, force per length.
+    #[must_use]
+    pub fn stretching_modulus(&self) -> Values {
+        self.each(Material::stretching_modulus)
+    }
+
+    /// B of the triangles, energy.
+    #[must_use]
+    pub fn bending_rigidity(&self) -> Values {
+        self.each(Material::bending_rigidity)
+    }
+
+    /// What `of` makes of the constants of every triangle.
+    pub(super) fn each(&self, of: impl Fn(&Material) -> f64) -> Values {
+        let Self { young, poisson, thickness } = self;
+        let at = |young, thickness| of(&Material { young, poisson: *poisson, thickness });
+        match (young, thickness) {
+            (Values::Same(young), _) => thickness.map(|h| at(*young, h)),
+            (_, Values::Same(thickness)) => young.map(|e| at(e, *thickness)),
+            (Values::Each(young), Values::Each(thickness)) => {
+                Values::Each(young.iter().zip(thickness).map(|(e, h)| at(*e, *h)).collect())
+            }
+        }
+    }
+}
+
+/// Means over the triangles around every vertex of what these have, weighted by rest areas.
+pub(super) fn at_vertices(values: &Values, sheet: &Sheet) -> Values {
+    let Values::Each(values) = values else { return values.clone() };
+    let area = rest_areas(sheet);
+    let mean =
+        |i: usize| mean(sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t), values, &area);
+    Values::Each((0..sheet.vertex_count()).map(mean).collect())
+}
+
+/// Means over the triangles on both sides of the `edges` of what these have, weighted by rest areas.
+pub(super) fn at_edges(values: &Values, sheet: &Sheet, edges: &[u32]) -> Values {
+    let Values::Each(values) = values else { return values.clone() };
+    let area = rest_areas(sheet);
+    let of = |e: &u32| {
+        let sides = sheet.edges()[*e as usize].triangles;
+        mean(sides.into_iter().filter(|t| *t != Edge::NONE), values, &area)
+    };
+    Values::Each(edges.iter().map(of).collect())
+}
+
+/// Mean of `values` over `triangles`, weighted by `area`; 0 of none.
+fn mean(triangles: impl Iterator<Item = u32>, values: &[f64], area: &[f64]) -> f64 {
+    let (mut sum, mut all) = (0.0, 0.0);
+    for t in triangles.map(|t| t as usize) {
+        sum += area[t] * values[t];
+        all += area[t];
+    }
+    if all > 0.0 { sum / all } else { 0.0 }
+}
+
+fn rest_areas(sheet: &Sheet) -> Vec<f64> {
+    let mut faces = Faces::default();
+    faces.update(sheet, sheet.rest());
+    faces.all().iter().map(|face| face.area).collect()
+}
