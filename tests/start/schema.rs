@@ -44,7 +44,12 @@ fn keys_types_ranges_and_meanings_are_there() {
     let material = &schema["properties"]["material"];
     assert_eq!(material["required"], serde_json::json!(["young", "poisson", "thickness"]));
     let young = &material["properties"]["young"];
-    assert_eq!((&young["type"], &young["exclusiveMinimum"]), (&"number".into(), &0.0.into()));
+    let ways = young["anyOf"].as_array().unwrap();
+    let number = ways.iter().find(|way| way["type"] == "number").unwrap();
+    assert_eq!(number["exclusiveMinimum"], 0.0, "{young}");
+    assert!(ways.iter().any(|way| way["type"] == "string"), "{young}");
+    let table = ways.iter().find(|way| way["type"] == "object").unwrap();
+    assert_eq!(table["properties"]["default"]["exclusiveMinimum"], 0.0, "{young}");
     assert!(young["description"].as_str().unwrap().starts_with("Young's modulus E"), "{young}");
     let poisson = &material["properties"]["poisson"];
     assert_eq!(poisson["maximum"], 0.5, "{poisson}");
