@@ -13,8 +13,8 @@ use crate::scene::misplaced_key::Reader;
 /// What no key and no name is.
 pub(super) const NOTHING: &str = "?";
 
-/// Tables and lists within one another that are described; scenes have five.
-const DEEPEST: usize = 8;
+/// Tables and lists within one another that are described; regions of a field of a drag have ten.
+const DEEPEST: usize = 12;
 
 /// Texts of which every free text takes one: any, an axis, a formula.
 const TEXTS: [&str; 4] = [NOTHING, "x", "1", "a.vtu"];
