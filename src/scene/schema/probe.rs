@@ -69,7 +69,9 @@ impl Probe {
             Step::Item => None,
         });
         let last = keys.next();
-        matches!(self.steps.last(), Some(Step::Key(..))) && keys.any(|key| Some(key) == last)
+        // Once within itself is no recursion: a field `value` has regions with a `value` each.
+        matches!(self.steps.last(), Some(Step::Key(..)))
+            && keys.filter(|key| Some(*key) == last).count() > 1
     }
 
     /// What is wrong if `value` stands here, wherever it is wrong.
