@@ -31,7 +31,11 @@ impl MadeFrom {
         let mut files = Vec::new();
         let plugins = simulation.plugins().iter().map(|path| ("the plugin".to_owned(), &**path));
         // The mesh has a hash of its own, and the start is over.
-        let stay = |key: &str| key.contains(".parameters") || key.starts_with("effect[");
+        let stay = |key: &str| {
+            key.contains(".parameters")
+                || key.starts_with("effect[")
+                || key.starts_with("material.")
+        };
         let fields = scene.files().into_iter().filter(|(key, _)| stay(key));
         for (what, path) in plugins.chain(fields) {
             let FileRecord { path, sha256 } = FileRecord::of(path)?;

@@ -26,6 +26,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::field::named;
 use super::ramp::Factor;
 use super::{
     Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Fibre, Field, HessianPart,
@@ -57,7 +58,7 @@ impl EffectSpec for ActiveTension {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        self.value.file().map(|file| ("value.file", file)).into_iter().collect()
+        named([("value.file", self.value.file())])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {

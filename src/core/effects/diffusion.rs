@@ -37,6 +37,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::cotan::Cotan;
+use super::field::named;
 use super::green_gauss::GreenGauss;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Measure, Needs, Values};
 use crate::kinetics::Location;
@@ -91,8 +92,7 @@ impl EffectSpec for Diffusion {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        let file = self.coefficient.as_ref().and_then(Field::file);
-        file.map(|file| ("coefficient.file", file)).into_iter().collect()
+        named([("coefficient.file", self.coefficient.as_ref().and_then(Field::file))])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {

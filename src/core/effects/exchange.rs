@@ -15,8 +15,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::inflow::{Inflow, Per, Through, not_negative};
+use super::field::named;
+use super::inflow::{Inflow, Per, Through};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
+use crate::num::checked::NonNegative;
 
 /// Parameters of an exchange in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,7 +30,7 @@ pub struct Exchange {
     #[serde(rename = "where")]
     pub region: Region,
     /// k: 1/time per area, or length/time per length; not negative.
-    pub rate: Field,
+    pub rate: Field<NonNegative>,
     /// c_ref: the concentration of the surroundings, amount per area.
     pub reference: Field,
     /// What the flux is counted per; length where the whole region is at the boundary, or else area.
@@ -47,8 +49,7 @@ impl EffectSpec for Exchange {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        let all = [("rate.file", &self.rate), ("reference.file", &self.reference)];
-        all.into_iter().filter_map(|(key, field)| Some((key, field.file()?))).collect()
+        named([("rate.file", self.rate.file()), ("reference.file", self.reference.file())])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {
@@ -58,7 +59,7 @@ impl EffectSpec for Exchange {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "be exchanged")?;
-        let loss = not_negative(&self.rate, context, "rate")?;
+        let loss = context.at_vertices(&self.rate, "rate")?;
         let reference = context.at_vertices(&self.reference, "reference")?;
         let supply = loss.iter().zip(&reference).map(|(rate, value)| rate * value).collect();
         let through = Through { region: &self.region, per: self.per, supply, loss };

@@ -301,6 +301,13 @@ fn of_file(
     Ok(found.values.clone())
 }
 
+/// Those of `files` that there are, by their keys: what [`EffectSpec::files`](super::EffectSpec::files) gives.
+pub(super) fn named<'a, const K: usize>(
+    files: [(&'static str, Option<&'a Path>); K],
+) -> Vec<(&'static str, &'a Path)> {
+    files.into_iter().filter_map(|(key, file)| Some((key, file?))).collect()
+}
+
 /// The keys of a table.
 #[derive(DeriveDeserialize)]
 #[serde(deny_unknown_fields)]

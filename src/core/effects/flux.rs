@@ -15,6 +15,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::field::named;
 use super::inflow::{Inflow, Per, Through};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
 
@@ -45,8 +46,7 @@ impl EffectSpec for Flux {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        let all = [("value.file", &self.value)];
-        all.into_iter().filter_map(|(key, field)| Some((key, field.file()?))).collect()
+        named([("value.file", self.value.file())])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {

@@ -19,6 +19,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::field::named;
 use super::{
     Block, Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Field, HessianPart,
     Needs, Region,
@@ -70,7 +71,7 @@ impl EffectSpec for Foundation {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        self.stiffness.file().map(|file| ("stiffness.file", file)).into_iter().collect()
+        named([("stiffness.file", self.stiffness.file())])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {

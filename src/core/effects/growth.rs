@@ -59,12 +59,6 @@ impl Growth {
         Self { factor: Some(factor.into()), along: None, across: None, fibre: None, region }
     }
 
-    /// The keys of its formulas, with these.
-    fn formulas(&self) -> impl Iterator<Item = (&'static str, &str)> {
-        let all = [("factor", &self.factor), ("along", &self.along), ("across", &self.across)];
-        all.into_iter().filter_map(|(key, text)| Some((key, text.as_deref()?)))
-    }
-
     /// Whether it has the keys of one way to grow.
     fn check(&self) -> Result<(), EffectError> {
         let directed = self.along.is_some() || self.across.is_some();
@@ -102,7 +96,8 @@ fn everywhere() -> Region {
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
     fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        let read = self.formulas().filter_map(|(_, text)| FieldFormula::new(text, true).ok());
+        let texts = [&self.factor, &self.along, &self.across].into_iter().flatten();
+        let read = texts.filter_map(|text| FieldFormula::new(text, true).ok());
         read.flat_map(|formula| breakpoints(&formula, sheet, until)).collect()
     }
 
@@ -110,38 +105,38 @@ impl EffectSpec for Growth {
         self.check()?;
         let sheet = context.sheet;
         let inside = self.region.choose(sheet, "growth")?;
-        for (key, text) in self.formulas() {
-            let formula = FieldFormula::new(text, true).map_err(|e| EffectError {
-                key,
-                message: e.message,
-                help: e.help,
-            })?;
-            check_at_start(&formula, (sheet, &inside), key)?;
-        }
-        let read = |text: &Option<String>| {
-            text.as_deref().and_then(|text| FieldFormula::new(text, true).ok())
+        let read = |key: &'static str, text: &Option<String>| {
+            let of = |text: &String| formula(key, text, (sheet, &inside));
+            text.as_ref().map(of).transpose()
         };
         let factors = match &self.fibre {
-            None => read(&self.factor).map(Factors::Isotropic),
-            Some(fibre) => Some(Factors::Directed(Box::new(Directed {
-                along: read(&self.along),
-                across: read(&self.across),
-                square: fibre.along_edges(sheet)?,
-            }))),
+            None => read("factor", &self.factor)?.map(Factors::Isotropic),
+            Some(fibre) => {
+                let (along, across) = (read("along", &self.along)?, read("across", &self.across)?);
+                let square = fibre.along_edges(sheet)?;
+                Some(Factors::Directed(Box::new(Directed { along, across, square })))
+            }
         };
         let growth = factors.map(|factors| LengthFactor::new(factors, inside, sheet));
         Ok(Effect { growth: growth.into_iter().collect(), ..Effect::default() })
     }
 }
 
-/// Whether a length factor is positive at the beginning.
-fn check_at_start(
-    formula: &FieldFormula,
-    (sheet, inside): (&Sheet, &[bool]),
+/// A length factor, which has to be positive at the beginning.
+fn formula(
     key: &'static str,
-) -> Result<(), EffectError> {
-    let factor = at_edges(formula, inside, sheet, 0.0);
-    let Some(e) = factor.iter().position(|f| !(*f > 0.0 && f.is_finite())) else { return Ok(()) };
+    text: &str,
+    (sheet, inside): (&Sheet, &[bool]),
+) -> Result<FieldFormula, EffectError> {
+    let formula = FieldFormula::new(text, true).map_err(|e| EffectError {
+        key,
+        message: e.message,
+        help: e.help,
+    })?;
+    let factor = at_edges(&formula, inside, sheet, 0.0);
+    let Some(e) = factor.iter().position(|f| !(*f > 0.0 && f.is_finite())) else {
+        return Ok(formula);
+    };
     let ([a, b], value) = (sheet.edges()[e].vertices, factor[e]);
     let message = format!("the length factor is {value} between vertices {a} and {b} at time 0");
     Err(EffectError { key, message, help: Some("it must be a number > 0 everywhere".into()) })

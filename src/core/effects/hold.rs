@@ -6,13 +6,14 @@
 //!
 //! with g a number or a formula of the rest position. Exact at every time: the values are set at the start, and the rates
 //! of held points are `g - c`, which is 0. Under steady chemistry the same rows are the equations `c = g`. What
-//! diffusion carries across the held points is not in the total. g is a value of the species as it is counted: per current
+//! diffusion carries across the held points is not in the total. g is per current
 //! area, or per rest area with `measure = "amount"`.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::field::named;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
@@ -73,8 +74,7 @@ impl EffectSpec for Hold {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        let all = [("value.file", &self.value)];
-        all.into_iter().filter_map(|(key, field)| Some((key, field.file()?))).collect()
+        named([("value.file", self.value.file())])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {

@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{EffectContext, EffectError, Field, Measure, Region, Transport};
+use super::{EffectContext, EffectError, Measure, Region, Transport};
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::parallel;
@@ -287,24 +287,6 @@ impl Transport for Inflow {
                 let scale = share * by_area;
                 gate.size_derivatives(x, &mut |v, by| emit(fed.point, v, scale * by));
             }
-        }
-    }
-}
-
-/// The values of `field` at the vertices, none of them below 0.
-pub(super) fn not_negative(
-    field: &Field,
-    context: &EffectContext<'_>,
-    key: &'static str,
-) -> Result<Vec<f64>, EffectError> {
-    let values = context.at_vertices(field, key)?;
-    match values.iter().position(|value| *value < 0.0) {
-        None => Ok(values),
-        Some(i) => {
-            let [x, y, z]: [f64; 3] = context.sheet.rest()[i].into();
-            let message = format!("it is {} at vertex {i} ({x}, {y}, {z})", values[i]);
-            let help = "it must not be below 0: the species would grow without bound";
-            Err(EffectError { key, message, help: Some(help.into()) })
         }
     }
 }

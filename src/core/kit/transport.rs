@@ -64,14 +64,7 @@ pub(super) fn of_transport(
     let as_amount = if amount { " (of amounts)" } else { "" };
     let mut faults = Vec::new();
     let mut fault = |what: String| faults.push(format!("{}: {what}{as_amount}", term.name()));
-    if let Some((descriptor, _)) = context.kinetics {
-        let count = descriptor.species.len();
-        for (does, species) in [("moves", term.species()), ("reads", term.by())] {
-            if species >= count {
-                fault(format!("it {does} species number {species}, and there are {count} from 0"));
-            }
-        }
-    }
+    species_exist(term, context, &mut fault);
     let edge = mean_edge(sheet);
     let (x, mut random) = crumpled(sheet, edge);
     let area = areas(sheet, &x, location);
@@ -81,69 +74,22 @@ pub(super) fn of_transport(
     let directions = [random_vectors(&mut random, x.len()), random_vectors(&mut random, x.len())];
 
     let there = There::new(term, sheet, &x, n);
-    let (entries, bound, rate) = (there.entries(), there.bound(), there.rate(&c));
-    // What does not depend on the species; only declared sources are taken for granted.
-    let sources = match term.has_sources() {
-        true => there.rate(&vec![0.0; n]),
-        false => vec![0.0; n],
-    };
-    let linear =
-        |rate: &[f64]| -> Vec<f64> { rate.iter().zip(&sources).map(|(r, s)| r - s).collect() };
+    let (entries, rate) = (there.entries(), there.rate(&c));
     if let Some((i, j, _)) = entries.iter().find(|(i, j, _)| *i >= n || *j >= n) {
         fault(format!("the entry ({i}, {j}) is none of a matrix of {n} points"));
         report.faults.append(&mut faults);
         return;
     }
-    let numbers = rate.iter().chain(entries.iter().map(|(_, _, v)| v));
-    let mut whole = true;
-    if !numbers.copied().all(f64::is_finite) {
+    if !there.bound().is_finite() {
+        fault(format!("the spectral bound is not finite: {}", there.bound()));
+    }
+    let mut numbers = rate.iter().chain(entries.iter().map(|(_, _, v)| v));
+    if numbers.all(|v| v.is_finite()) {
+        by_matrix(&there, &entries, &area, [&c, &other, &start], &mut fault);
+    } else {
         fault("the rate or an entry is not finite".into());
-        whole = false;
     }
-    if !bound.is_finite() {
-        fault(format!("the spectral bound is not finite: {bound}"));
-    }
-
-    if whole {
-        let combined: Vec<f64> = c.iter().zip(&other).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
-        let of_other = there.rate(&other);
-        let expected: Vec<f64> =
-            linear(&rate).iter().zip(linear(&of_other)).map(|(a, b)| 0.7 * a - 1.3 * b).collect();
-        let size = length(&rate) + length(&of_other);
-        if exceeds(apart(&linear(&there.rate(&combined)), &expected), ROUND_OFF * size) {
-            fault("the rate is not linear in the species".into());
-        }
-        let mut added = start.clone();
-        term.add_rate(sheet, &there.operator, &c, &mut added);
-        let expected: Vec<f64> = start.iter().zip(&rate).map(|(a, b)| a + b).collect();
-        if exceeds(apart(&added, &expected), ROUND_OFF * (length(&rate) + length(&start))) {
-            fault("the rate is not added to what is there".into());
-        }
-        let (product, size) = multiply(&entries, &c);
-        let error = apart(&product, &linear(&rate));
-        if exceeds(error, ROUND_OFF * size.max(length(&rate))) {
-            let relative = error / length(&product).max(length(&rate));
-            fault(format!(
-                "the entries give another rate: it differs by {relative:.1e} (relative)"
-            ));
-        }
-        let largest = largest_eigenvalue(&entries, &area, &c);
-        if exceeds(largest, bound * (1.0 + POWER)) {
-            fault(format!(
-                "the spectral bound is {bound:e}, an eigenvalue about {largest:e} in size"
-            ));
-        }
-    }
-
-    let one = on_threads(1, || There::new(term, sheet, &x, n).bits(&c));
-    if one != on_threads(3, || There::new(term, sheet, &x, n).bits(&c)) {
-        fault("rates, entries or bound depend on the number of threads".into());
-    }
-    let mut again = There::new(term, sheet, sheet.rest(), n);
-    term.assemble(sheet, &x, &mut again.operator);
-    if again.bits(&c) != there.bits(&c) {
-        fault("the operator depends on the shape that it was of before".into());
-    }
+    same_bits(&there, &x, &c, &mut fault);
     by_positions(&there, (&x, edge), &c, &directions, &mut fault);
 
     let rest_area = areas(sheet, sheet.rest(), location);
@@ -156,6 +102,76 @@ pub(super) fn of_transport(
     let (_, size) = multiply(&entries, &uniform);
     report.keeps_constants &= !exceeds(length(&there.rate(&uniform)), ROUND_OFF * size);
     report.faults.append(&mut faults);
+}
+
+/// Whether the species that it moves and reads exist.
+fn species_exist(
+    term: &TransportTerm,
+    context: &EffectContext<'_>,
+    fault: &mut impl FnMut(String),
+) {
+    let Some((descriptor, _)) = context.kinetics else { return };
+    let count = descriptor.species.len();
+    for (does, species) in [("moves", term.species()), ("reads", term.by())] {
+        if species >= count {
+            fault(format!("it {does} species number {species}, and there are {count} from 0"));
+        }
+    }
+}
+
+/// The rate against the matrix, the matrix against the spectral bound.
+fn by_matrix(
+    there: &There<'_>,
+    entries: &[(usize, usize, f64)],
+    area: &[f64],
+    [c, other, start]: [&[f64]; 3],
+    fault: &mut impl FnMut(String),
+) {
+    let (term, rate, bound) = (there.term, there.rate(c), there.bound());
+    // What does not depend on the species; only declared sources are taken for granted.
+    let none = vec![0.0; there.points];
+    let sources = if term.has_sources() { there.rate(&none) } else { none };
+    let linear =
+        |rate: &[f64]| -> Vec<f64> { rate.iter().zip(&sources).map(|(r, s)| r - s).collect() };
+    let combine = |a: &[f64], b: &[f64]| -> Vec<f64> {
+        a.iter().zip(b).map(|(a, b)| 0.7 * a - 1.3 * b).collect()
+    };
+    let of_other = there.rate(other);
+    let expected = combine(&linear(&rate), &linear(&of_other));
+    let size = length(&rate) + length(&of_other);
+    if exceeds(apart(&linear(&there.rate(&combine(c, other))), &expected), ROUND_OFF * size) {
+        fault("the rate is not linear in the species".into());
+    }
+    let mut added = start.to_vec();
+    term.add_rate(there.sheet, &there.operator, c, &mut added);
+    let expected: Vec<f64> = start.iter().zip(&rate).map(|(a, b)| a + b).collect();
+    if exceeds(apart(&added, &expected), ROUND_OFF * (length(&rate) + length(start))) {
+        fault("the rate is not added to what is there".into());
+    }
+    let (product, size) = multiply(entries, c);
+    let error = apart(&product, &linear(&rate));
+    if exceeds(error, ROUND_OFF * size.max(length(&rate))) {
+        let relative = error / length(&product).max(length(&rate));
+        fault(format!("the entries give another rate: it differs by {relative:.1e} (relative)"));
+    }
+    let largest = largest_eigenvalue(entries, area, c);
+    if exceeds(largest, bound * (1.0 + POWER)) {
+        fault(format!("the spectral bound is {bound:e}, an eigenvalue about {largest:e} in size"));
+    }
+}
+
+/// Whether the operator on the shape `x` has the same bits on several threads, and after another shape.
+fn same_bits(there: &There<'_>, x: &[Vec3], c: &[f64], fault: &mut impl FnMut(String)) {
+    let There { term, sheet, points, .. } = *there;
+    let one = on_threads(1, || There::new(term, sheet, x, points).bits(c));
+    if one != on_threads(3, || There::new(term, sheet, x, points).bits(c)) {
+        fault("rates, entries or bound depend on the number of threads".into());
+    }
+    let mut again = There::new(term, sheet, sheet.rest(), points);
+    term.assemble(sheet, x, &mut again.operator);
+    if again.bits(c) != there.bits(c) {
+        fault("the operator depends on the shape that it was of before".into());
+    }
 }
 
 /// The derivatives by positions, if they are given.

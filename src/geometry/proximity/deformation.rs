@@ -29,7 +29,7 @@ const ROTATION: (f64, usize) = (1e-3, 10);
 
 /// The least change of F, in the Frobenius norm, that a patch has to leave room for.
 const LEAST_ALLOWANCE: f64 = 0.03;
-/// A bound is computed anew where less than this share of what F might change is left.
+/// A bound is recomputed where less than this share of its allowance is left.
 const RENEWED: f64 = 0.5;
 
 /// Orthonormal tangents of a triangle at rest, and what makes F on them out of two edges.
@@ -49,7 +49,8 @@ pub(super) struct Deformation {
 /// How far apart a patch keeps its points.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bound {
-    rotation: [Vec3; 3],
+    /// The columns of R.
+    pub(super) rotation: [Vec3; 3],
     /// A lower bound of c where the patch holds, an upper one where it does not.
     least: f64,
     /// Whether c is large enough.
@@ -86,8 +87,8 @@ impl Deformation {
         all
     }
 
-    /// The bound for the patch of a cluster, where c is to be `needed`; nothing without a patch of use. Taken from the one
-    /// `before` where that is no more than F has `changed`.
+    /// The bound for the patch of a cluster, where c is to be `needed`; nothing without a patch of use. The one
+    /// `before` serves, less what F has `changed`, while that leaves enough.
     pub(super) fn bound(
         &self,
         cluster: &Cluster,
@@ -133,13 +134,13 @@ impl Deformation {
         Some(std::array::from_fn(|k| columns.column(k).into_owned()))
     }
 
-    /// c of a patch at another shape, with the rotation of `bound`.
-    pub(super) fn least_at(&self, patch: &Patch, gradients: &[Gradient], bound: &Bound) -> f64 {
-        self.least(patch, gradients, &bound.rotation)
-    }
-
-    /// c.
-    fn least(&self, patch: &Patch, gradients: &[Gradient], [p, q, r]: &[Vec3; 3]) -> f64 {
+    /// c of a patch, with the columns of a rotation.
+    pub(super) fn least(
+        &self,
+        patch: &Patch,
+        gradients: &[Gradient],
+        [p, q, r]: &[Vec3; 3],
+    ) -> f64 {
         let turned = |t: &Vec3| t.x * p + t.y * q + t.z * r;
         let of = |t: &u32| {
             let [s, across] = &self.tangents[*t as usize].of;

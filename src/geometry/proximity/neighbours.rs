@@ -10,7 +10,7 @@ use super::pairs::Pair;
 use super::search::{Features, Limit, Search};
 use crate::box_tree::{Bounds, BoxTree};
 
-/// Pairs are taken over where at least this share is left of how much nearer their clusters may come.
+/// Pairs are taken over where at least this share of the allowed approach of their clusters is left.
 const KEPT: f64 = 0.5;
 
 /// The clusters that are near one another.
@@ -30,15 +30,17 @@ struct Neighbour {
     number: u32,
     /// How much nearer features may come until there are other pairs.
     allowed: f64,
-    /// The pairs of their features, sought or not; nothing where there are none.
-    pairs: Option<Sought>,
+    pairs: Pairs,
 }
 
 /// Pairs of the features of two clusters.
 #[derive(Debug, Clone)]
-enum Sought {
-    No,
-    Yes(Vec<Pair>),
+enum Pairs {
+    /// There are none.
+    None,
+    /// Not searched for.
+    Unknown,
+    Known(Vec<Pair>),
 }
 
 /// How the corners of a cluster have moved: their mean displacement, and the largest deviation from it.
@@ -113,7 +115,7 @@ impl Neighbours {
                 let gap = gap.max(ours.swept.gap(&theirs.swept));
                 let room = limit.room(gap, own.span(other));
                 if room <= beyond {
-                    let pairs = (room <= 0.0).then_some(Sought::No);
+                    let pairs = if room <= 0.0 { Pairs::Unknown } else { Pairs::None };
                     found.push(Neighbour {
                         number: j,
                         allowed: limit.slack + room.max(0.0),
@@ -129,8 +131,8 @@ impl Neighbours {
         Self { of, unlisted: limit.slack + beyond, moved: Vec::with_capacity(clusters.len()) }
     }
 
-    /// Whether there are no other pairs yet, now that vertices have `moved`.
-    pub(super) fn last(
+    /// Whether the pairs are still all there are, now that vertices have `moved`.
+    pub(super) fn still_hold(
         &mut self,
         clusters: &[Cluster],
         moved: &(impl Fn(u32) -> Vec3 + Sync),
@@ -148,7 +150,8 @@ impl Neighbours {
         parallel::max(clusters.len(), excess) <= 0.0
     }
 
-    /// Takes over the pairs of clusters that have hardly come nearer since those `before`, as vertices have `moved`.
+    /// Takes over the pairs of clusters that have used up little of what they may approach since those `before`, as
+    /// vertices have `moved`.
     pub(super) fn keep(
         &mut self,
         clusters: &[Cluster],
@@ -158,16 +161,16 @@ impl Neighbours {
         let mut all = Vec::new();
         Moved::of(clusters, moved, &mut all);
         parallel::update(&mut self.of, |k, near| {
-            for other in near.iter_mut().filter(|other| other.pairs.is_some()) {
+            for other in near.iter_mut().filter(|other| !matches!(other.pairs, Pairs::None)) {
                 let old = &before.of[k];
                 let Ok(place) = old.binary_search_by_key(&other.number, |old| old.number) else {
                     continue;
                 };
-                let Some(Sought::Yes(pairs)) = &old[place].pairs else { continue };
+                let Pairs::Known(pairs) = &old[place].pairs else { continue };
                 let left = old[place].allowed - all[k].approach(&all[other.number as usize]);
                 if left >= KEPT * other.allowed {
                     other.allowed = left;
-                    other.pairs = Some(Sought::Yes(pairs.clone()));
+                    other.pairs = Pairs::Known(pairs.clone());
                 }
             }
         });
@@ -181,7 +184,7 @@ impl Neighbours {
     ) -> Vec<Pair> {
         let mut needed = vec![false; clusters.len()];
         for (k, near) in self.of.iter().enumerate() {
-            for other in near.iter().filter(|other| matches!(other.pairs, Some(Sought::No))) {
+            for other in near.iter().filter(|other| matches!(other.pairs, Pairs::Unknown)) {
                 [k, other.number as usize].iter().for_each(|k| needed[*k] = true);
             }
         }
@@ -189,18 +192,18 @@ impl Neighbours {
         parallel::fill(&mut features, |k| needed[k].then(|| search.features(&clusters[k])));
         parallel::update(&mut self.of, |k, near| {
             let Some(own) = &features[k] else { return };
-            for other in near.iter_mut().filter(|other| matches!(other.pairs, Some(Sought::No))) {
+            for other in near.iter_mut().filter(|other| matches!(other.pairs, Pairs::Unknown)) {
                 let (j, mut found) = (other.number as usize, Vec::new());
                 match &features[j] {
                     _ if j == k => search.within(own, &mut found),
                     Some(theirs) => search.between(own, theirs, &mut found),
                     None => (),
                 }
-                other.pairs = Some(Sought::Yes(found));
+                other.pairs = Pairs::Known(found);
             }
         });
         let known = self.of.iter().flatten().filter_map(|other| match &other.pairs {
-            Some(Sought::Yes(pairs)) => Some(pairs),
+            Pairs::Known(pairs) => Some(pairs),
             _ => None,
         });
         let mut all: Vec<Pair> = known.flatten().copied().collect();

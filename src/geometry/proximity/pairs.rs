@@ -23,10 +23,10 @@ use crate::box_tree::{Bounds, BoxTree};
 
 /// Share of the distance at rest that bounds the reach of a pair.
 const OF_REST: f64 = 0.5;
-/// How much nearer features of clusters with pairs may come until a list is made anew, in mean edges of the rest
+/// How much nearer features of clusters with pairs may come until a list is rebuilt, in mean edges of the rest
 /// positions. On a smooth sheet neighbours are too far apart for the list then; a longer one would hold them.
 const SLACK: f64 = 0.3;
-/// How much nearer clusters without pairs may come until a list is made anew, in mean edges.
+/// How much nearer clusters without pairs may come until a list is rebuilt, in mean edges.
 const BEYOND: f64 = 3.0;
 /// A step ends where a pair is nearer than this share of its distance at the start, or of its reach.
 const APPROACH: f64 = 0.1;
@@ -216,7 +216,7 @@ impl Proximity {
             let Some(bound) = bounds[k] else { return false };
             // The bound is concave on the way: it holds there where it holds at both ends. Most patches that do not
             // keep points half as far apart as at rest still keep them from touching.
-            let holds = |at: &[Gradient]| deformation.least_at(patch, at, &bound) >= needed;
+            let holds = |at: &[Gradient]| deformation.least(patch, at, &bound.rotation) >= needed;
             let allowed = bound.allowance(patch, needed).powi(2);
             match bound.holds {
                 true => largest_change(patch, &changes) <= allowed || holds(&at_end),
@@ -241,7 +241,7 @@ impl List {
         deformation: &Deformation,
     ) -> bool {
         let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        if self.at.len() != x.len() || !self.neighbours.last(clusters, &moved) {
+        if self.at.len() != x.len() || !self.neighbours.still_hold(clusters, &moved) {
             return false;
         }
         let deformed = |t: usize| {

@@ -62,16 +62,14 @@ impl Probe {
         below
     }
 
-    /// Whether the last key stands further up as well, as in regions of regions: described once.
+    /// Whether the last key stands right within one of the same name, as in regions of regions: described once.
     fn recurs(&self) -> bool {
         let mut keys = self.steps.iter().rev().filter_map(|step| match step {
             Step::Key(key, _) => Some(key),
             Step::Item => None,
         });
         let last = keys.next();
-        // Once within itself is no recursion: a field `value` has regions with a `value` each.
-        matches!(self.steps.last(), Some(Step::Key(..)))
-            && keys.filter(|key| Some(*key) == last).count() > 1
+        matches!(self.steps.last(), Some(Step::Key(..))) && keys.next() == last
     }
 
     /// What is wrong if `value` stands here, wherever it is wrong.

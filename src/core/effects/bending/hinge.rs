@@ -232,7 +232,7 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
     }
 }
 
-/// Hinge bending of one sheet; R is [`Flat`] or [`Curved`].
+/// Hinge bending of one sheet; R has its rest angles, which are 0 unless given.
 #[derive(Debug)]
 pub struct HingeBending<R: RestAngle = Flat> {
     /// B of every hinge.

@@ -12,7 +12,7 @@
 //! the boundary feel: `-B(1-ν) Σ_interior (2π - Σθ) = -B(1-ν) [2πχ - Σ_boundary (π - Σθ)]`.
 //!
 //! Where B differs from triangle to triangle, a vertex has the mean over its triangles, weighted by rest areas. The Gaussian
-//! part then is no boundary term: it is summed over the interior vertices as it stands.
+//! part is then summed over the interior vertices.
 //!
 //! **Gradient.** Let `g_i = ∂U/∂L_i`, `a_i = ∂U/∂A_i`, `s_i = ∂U/∂(Σθ)_i`. One triangle contributes
 //! `n·V` with `V = Σ_k e_k × g_k`, and because `∂n·V = (P V)·∂N/(2A) + n·∂V`,
@@ -72,7 +72,7 @@ pub struct MeyerBending {
     weight: BendingWeight,
     area: VertexArea,
     has_boundary: bool,
-    /// What it is at rest in, if that is not the plane.
+    /// The rest shape, if it is not the plane.
     curved: Option<Box<CurvedRest>>,
 }
 

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::field::Field;
+use super::field::{Field, named};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced};
 use crate::geometry::AreaRule;
 
@@ -98,11 +98,11 @@ impl EffectSpec for Bending {
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
         let rest = match &self.rest {
-            Rest::State(file) => Some(("rest.state", file.as_path())),
+            Rest::State(file) => Some(file.as_path()),
             Rest::Flat | Rest::Mesh => None,
         };
         let curvature = self.curvature.as_ref().and_then(Field::file);
-        rest.into_iter().chain(curvature.map(|file| ("curvature.file", file))).collect()
+        named([("rest.state", rest), ("curvature.file", curvature)])
     }
 
     fn count_paths_from(&mut self, folder: &Path) {

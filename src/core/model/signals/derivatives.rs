@@ -164,7 +164,7 @@ impl Signals {
         });
     }
 
-    /// The tension at a point over the mean strain there, as far as it is that of a triangle.
+    /// The tension at a point over the mean strain there: the share of a triangle.
     fn tension_factor<'a>(&'a self, shape: &'a Shape<'_>) -> impl Fn(usize, usize) -> f64 + 'a {
         let (modulus, poisson, location) = (&self.modulus, self.poisson, self.location);
         let reading = self.reading;
