@@ -2,7 +2,6 @@
 
 mod comparison;
 mod directory;
-mod formats;
 mod interrupt;
 mod ledger;
 mod picture;

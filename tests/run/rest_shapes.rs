@@ -83,6 +83,31 @@ fn a_run_is_not_continued_with_another_rest_shape() {
     assert!(text(&out.stderr).contains("flatter.obj"), "{}", text(&out.stderr));
 }
 
+/// Nor with another thickness: the files of the material belong to it as well.
+#[test]
+fn a_run_is_not_continued_with_another_thickness() {
+    let folder = folder(
+        "sheet.file = 'mesh.vtk'
+         material = { young = 1e3, poisson = 0.3, thickness = { file = 'mesh-h.vtk', array = 'h' } }
+         effect = [{ kind = 'stretching' }, { kind = 'pin', where = 'rim', axes = 'z' }]
+         checkpoint = { every = 0.05, keep = 100 }
+         kinetics = { rates.c = '0.3 - c', length_factor = '1 + 0.1*c', initial.c = 0.1 }
+         time.until = 0.2",
+    );
+    let (_, mesh) = crate::scene::fields::written(folder.path());
+    let thickness = folder.path().join("mesh-h.vtk");
+    fs::copy(&mesh, &thickness).unwrap();
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "whole", "--quiet"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let part = folder.path().join("part");
+    stopped(&folder.path().join("whole"), &part, 0);
+    let other = fs::read_to_string(&thickness).unwrap().replace("0.625", "0.75");
+    fs::write(&thickness, other).unwrap();
+    let out = rumple(folder.path(), &["resume", "part", "--quiet"]);
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("mesh-h.vtk"), "{}", text(&out.stderr));
+}
+
 /// Without loads a shell at rest stays where it is.
 #[test]
 fn a_shell_at_rest_stays_and_is_told_to_be_free_of_stress() {

@@ -24,7 +24,7 @@ kind = "stretching"
 "#;
 
 /// Writes a mesh of 3 × 3 with an array `h` at its points and `e` on its triangles.
-fn written(folder: &std::path::Path) -> (Sheet, String) {
+pub(crate) fn written(folder: &std::path::Path) -> (Sheet, String) {
     let sheet = crate::common::lattice(3, 3);
     let array = |values: usize, of: &dyn Fn(usize) -> f64| {
         (0..values).map(|i| of(i).to_string()).collect::<Vec<_>>().join(" ")

@@ -3,7 +3,7 @@
 mod accepted;
 mod effects;
 mod errors;
-mod fields;
+pub(crate) mod fields;
 mod hostile;
 mod kinds;
 mod later;

@@ -1,7 +1,13 @@
 //! Bytes and seconds of a long series in every format: the table of docs/notebook/formats.md.
+//!
+//! `cargo bench --bench formats -- FOLDER` takes minutes and 3 GB in the folder.
 
+#![allow(missing_docs)]
+
+use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::process::ExitCode;
 use std::time::Instant;
 
 use rumple::Vec3;
@@ -11,12 +17,12 @@ use rumple::sheet::{Shape, generate};
 const FRAMES: u32 = 1000;
 const VERTICES: usize = 10_000;
 
-fn size(path: &Path) -> u64 {
-    let about = fs::metadata(path).unwrap();
+fn size(path: &Path) -> std::io::Result<u64> {
+    let about = fs::metadata(path)?;
     if !about.is_dir() {
-        return about.len();
+        return Ok(about.len());
     }
-    fs::read_dir(path).unwrap().map(|entry| size(&entry.unwrap().path())).sum()
+    fs::read_dir(path)?.map(|entry| size(&entry?.path())).sum()
 }
 
 /// Frame `k`: waves that move over a disc, with the displacement and two fields.
@@ -26,12 +32,23 @@ fn positions(rest: &[Vec3], k: u32) -> Vec<Vec3> {
     rest.iter().map(|p| p + Vec3::z() * height(p)).collect()
 }
 
-#[test]
-#[ignore = "takes minutes and 3 GB in the folder RUMPLE_FORMATS; docs/notebook/formats.md has its table"]
-fn formats_take_bytes_and_seconds() {
-    let root =
-        PathBuf::from(std::env::var_os("RUMPLE_FORMATS").expect("RUMPLE_FORMATS is a folder"));
-    let sheet = generate(&Shape::Disc { radius: 100.0 }, VERTICES, 1).unwrap();
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let done = match arguments.as_slice() {
+        [folder] => measure(Path::new(folder)),
+        _ => Err("give a folder".into()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("formats: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure(root: &Path) -> Result<(), Box<dyn Error>> {
+    let sheet = generate(&Shape::Disc { radius: 100.0 }, VERTICES, 1)?;
     let formats = [
         ("vtu", Format::Vtu, Compression::Zlib),
         ("vtu-none", Format::Vtu, Compression::None),
@@ -39,7 +56,7 @@ fn formats_take_bytes_and_seconds() {
         ("vtkhdf-none", Format::Vtkhdf, Compression::None),
     ];
     for (name, format, compression) in formats {
-        let directory = ResultDirectory::prepare(&root.join(name), true).unwrap();
+        let directory = ResultDirectory::prepare(&root.join(name), true)?;
         let mut series = Series::create(&directory, compression).in_format(format);
         let mut seconds = 0.0;
         for k in 0..FRAMES {
@@ -63,10 +80,11 @@ fn formats_take_bytes_and_seconds() {
                 field_data: vec![("energy of bending [energy]".to_owned(), 1.0)],
             };
             let start = Instant::now();
-            series.push(&frame).unwrap();
+            series.push(&frame)?;
             seconds += start.elapsed().as_secs_f64();
         }
-        let bytes = rumple::num::real(usize::try_from(size(directory.root())).unwrap());
-        println!("{name}: {:.1} MB, {seconds:.1} s to write {FRAMES} frames", 1e-6 * bytes);
+        let megabytes = size(directory.root())? / 1_000_000;
+        println!("{name}: {megabytes} MB, {seconds:.1} s to write {FRAMES} frames");
     }
+    Ok(())
 }
