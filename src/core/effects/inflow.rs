@@ -28,12 +28,12 @@ pub enum Per {
 
 /// A triangle or an edge through which it flows.
 #[derive(Debug, Clone, Copy)]
-enum Gate {
+enum Facet {
     Triangle([usize; 3]),
     Edge([usize; 2]),
 }
 
-impl Gate {
+impl Facet {
     fn vertices(&self) -> &[usize] {
         match self {
             Self::Triangle(v) => v,
@@ -70,12 +70,12 @@ impl Gate {
 
 /// A point that the species flows into.
 #[derive(Debug)]
-struct Fed {
+struct Inlet {
     point: usize,
-    /// The gates, and the shares of them that are this point's.
-    gates: Vec<(Gate, f64)>,
+    /// The facets, and the shares of them that are this point's.
+    facets: Vec<(Facet, f64)>,
     /// The triangles that its area is of, with the share.
-    area: (Vec<Gate>, f64),
+    area: (Vec<Facet>, f64),
     /// Its area at rest; for amounts.
     rest_area: f64,
     /// q.
@@ -84,12 +84,12 @@ struct Fed {
     loss: f64,
 }
 
-impl Fed {
+impl Inlet {
     /// `m` and `A` on the shape `x`.
     fn sizes(&self, x: &[Vec3]) -> [f64; 2] {
-        let size = self.gates.iter().map(|(gate, share)| share * gate.size(x)).sum();
+        let size = self.facets.iter().map(|(facet, share)| share * facet.size(x)).sum();
         let (around, share) = &self.area;
-        [size, around.iter().map(|gate| share * gate.size(x)).sum()]
+        [size, around.iter().map(|facet| share * facet.size(x)).sum()]
     }
 }
 
@@ -100,7 +100,7 @@ pub struct Inflow {
     key: &'static str,
     species: usize,
     measure: Measure,
-    fed: Vec<Fed>,
+    inlets: Vec<Inlet>,
 }
 
 /// What the species flows through: values of q and k at the vertices.
@@ -120,25 +120,25 @@ impl Inflow {
         through: &Through<'_>,
     ) -> Result<Self, EffectError> {
         let (sheet, measure) = (context.sheet, context.measure);
-        let gates = gates(sheet, through, name)?;
+        let facets = facets(sheet, through, name)?;
         let points = match location {
             Location::Vertex => sheet.vertex_count(),
             Location::Face | Location::Edge => sheet.triangle_count(),
         };
-        let mut of: Vec<Vec<(Gate, f64)>> = vec![Vec::new(); points];
-        for (gate, triangle) in gates {
+        let mut of: Vec<Vec<(Facet, f64)>> = vec![Vec::new(); points];
+        for (facet, triangle) in facets {
             match location {
                 Location::Vertex => {
-                    let vertices = gate.vertices();
+                    let vertices = facet.vertices();
                     let share = 1.0 / crate::num::real(vertices.len());
-                    vertices.iter().for_each(|v| of[*v].push((gate, share)));
+                    vertices.iter().for_each(|v| of[*v].push((facet, share)));
                 }
-                Location::Face | Location::Edge => of[triangle].push((gate, 1.0)),
+                Location::Face | Location::Edge => of[triangle].push((facet, 1.0)),
             }
         }
-        let corners = |t: usize| Gate::Triangle(sheet.triangles()[t].map(|v| v as usize));
-        let fed = of.into_iter().enumerate().filter(|(_, gates)| !gates.is_empty());
-        let fed = fed.map(|(point, gates)| {
+        let corners = |t: usize| Facet::Triangle(sheet.triangles()[t].map(|v| v as usize));
+        let inlets = of.into_iter().enumerate().filter(|(_, facets)| !facets.is_empty());
+        let inlets = inlets.map(|(point, facets)| {
             let area = match location {
                 Location::Vertex => {
                     let around = sheet.vertex_triangles().of(point).iter();
@@ -149,45 +149,45 @@ impl Inflow {
             let mean = |values: &[f64]| match location {
                 Location::Vertex => values[point],
                 Location::Face | Location::Edge => {
-                    let all = gates.iter().flat_map(|(gate, _)| gate.vertices());
+                    let all = facets.iter().flat_map(|(facet, _)| facet.vertices());
                     let count = crate::num::real(all.clone().count());
                     all.map(|v| values[*v]).sum::<f64>() / count
                 }
             };
             let (supply, loss) = (mean(&through.supply), mean(&through.loss));
-            let mut fed = Fed { point, gates, area, rest_area: 0.0, supply, loss };
-            fed.rest_area = fed.sizes(sheet.rest())[1];
-            fed
+            let mut inlet = Inlet { point, facets, area, rest_area: 0.0, supply, loss };
+            inlet.rest_area = inlet.sizes(sheet.rest())[1];
+            inlet
         });
-        Ok(Self { name, key, species, measure, fed: fed.collect() })
+        Ok(Self { name, key, species, measure, inlets: inlets.collect() })
     }
 
     /// `m/a` and `ρ/value`, with `a` the area that the value is counted per.
-    fn gains(&self, fed: &Fed, [size, area]: [f64; 2]) -> [f64; 2] {
+    fn gains(&self, inlet: &Inlet, [size, area]: [f64; 2]) -> [f64; 2] {
         match self.measure {
             Measure::Concentration => [size / area, 1.0],
-            Measure::Amount => [size / fed.rest_area, fed.rest_area / area],
+            Measure::Amount => [size / inlet.rest_area, inlet.rest_area / area],
         }
     }
 }
 
 /// The triangles or boundary edges of the region, each with the number of its triangle.
-fn gates(
+fn facets(
     sheet: &Sheet,
     through: &Through<'_>,
     effect: &str,
-) -> Result<Vec<(Gate, usize)>, EffectError> {
+) -> Result<Vec<(Facet, usize)>, EffectError> {
     let chosen = through.region.choose(sheet, effect)?;
     let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
     let per = through.per.unwrap_or(if rim { Per::Length } else { Per::Area });
     let inside = |v: &u32| chosen[*v as usize];
-    let (gates, message, help): (Vec<_>, _, _) = match per {
+    let (facets, message, help): (Vec<_>, _, _) = match per {
         Per::Area => {
             let all = sheet.triangles().iter().enumerate();
             let all = all.filter(|(_, corners)| corners.iter().all(inside));
-            let gate = |v: [u32; 3]| Gate::Triangle(v.map(|v| v as usize));
+            let facet = |v: [u32; 3]| Facet::Triangle(v.map(|v| v as usize));
             (
-                all.map(|(t, corners)| (gate(*corners), t)).collect(),
+                all.map(|(t, corners)| (facet(*corners), t)).collect(),
                 format!("no triangle has all corners in the region of this {effect}"),
                 "a larger region, or per = \"length\" for the boundary",
             )
@@ -195,18 +195,18 @@ fn gates(
         Per::Length => {
             let all = sheet.edges().iter().filter(|edge| edge.is_boundary());
             let all = all.filter(|edge| edge.vertices.iter().all(inside));
-            let gate = |v: [u32; 2]| Gate::Edge(v.map(|v| v as usize));
+            let facet = |v: [u32; 2]| Facet::Edge(v.map(|v| v as usize));
             (
-                all.map(|edge| (gate(edge.vertices), edge.triangles[0] as usize)).collect(),
+                all.map(|edge| (facet(edge.vertices), edge.triangles[0] as usize)).collect(),
                 format!("no boundary edge has both ends in the region of this {effect}"),
                 "a region at the boundary, as where = \"rim\", or per = \"area\"",
             )
         }
     };
-    if gates.is_empty() {
+    if facets.is_empty() {
         return Err(EffectError { key: "where", message, help: Some(help.into()) });
     }
-    Ok(gates)
+    Ok(facets)
 }
 
 /// Inflow on one shape.
@@ -236,19 +236,21 @@ impl Transport for Inflow {
     }
 
     fn assemble(&self, _: &Sheet, x: &[Vec3], operator: &mut InflowOperator) {
-        operator.gain.resize(self.fed.len(), [0.0; 2]);
-        parallel::fill(&mut operator.gain, |k| self.gains(&self.fed[k], self.fed[k].sizes(x)));
+        operator.gain.resize(self.inlets.len(), [0.0; 2]);
+        parallel::fill(&mut operator.gain, |k| {
+            self.gains(&self.inlets[k], self.inlets[k].sizes(x))
+        });
     }
 
     fn add_rate(&self, _: &Sheet, operator: &InflowOperator, c: &[f64], out: &mut [f64]) {
-        for (fed, [gain, density]) in self.fed.iter().zip(&operator.gain) {
-            out[fed.point] += gain * (fed.supply - fed.loss * density * c[fed.point]);
+        for (inlet, [gain, density]) in self.inlets.iter().zip(&operator.gain) {
+            out[inlet.point] += gain * (inlet.supply - inlet.loss * density * c[inlet.point]);
         }
     }
 
     fn spectral_bound(&self, operator: &InflowOperator) -> f64 {
-        let each = self.fed.iter().zip(&operator.gain);
-        each.map(|(fed, [gain, density])| gain * fed.loss * density).fold(0.0, f64::max)
+        let each = self.inlets.iter().zip(&operator.gain);
+        each.map(|(inlet, [gain, density])| gain * inlet.loss * density).fold(0.0, f64::max)
     }
 
     fn entries(
@@ -257,8 +259,8 @@ impl Transport for Inflow {
         operator: &InflowOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        for (fed, [gain, density]) in self.fed.iter().zip(&operator.gain) {
-            emit(fed.point, fed.point, -gain * fed.loss * density);
+        for (inlet, [gain, density]) in self.inlets.iter().zip(&operator.gain) {
+            emit(inlet.point, inlet.point, -gain * inlet.loss * density);
         }
     }
 
@@ -270,22 +272,22 @@ impl Transport for Inflow {
         c: &[f64],
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        for (fed, [gain, density]) in self.fed.iter().zip(&operator.gain) {
-            let area = fed.sizes(x)[1];
-            let density = density * c[fed.point];
-            let flux = fed.supply - fed.loss * density;
+        for (inlet, [gain, density]) in self.inlets.iter().zip(&operator.gain) {
+            let area = inlet.sizes(x)[1];
+            let density = density * c[inlet.point];
+            let flux = inlet.supply - inlet.loss * density;
             let (per, by_area) = match self.measure {
                 Measure::Concentration => (area, -gain * flux / area),
-                Measure::Amount => (fed.rest_area, gain * fed.loss * density / area),
+                Measure::Amount => (inlet.rest_area, gain * inlet.loss * density / area),
             };
-            for (gate, share) in &fed.gates {
+            for (facet, share) in &inlet.facets {
                 let scale = share * flux / per;
-                gate.size_derivatives(x, &mut |v, by| emit(fed.point, v, scale * by));
+                facet.size_derivatives(x, &mut |v, by| emit(inlet.point, v, scale * by));
             }
-            let (around, share) = &fed.area;
-            for gate in around {
+            let (around, share) = &inlet.area;
+            for facet in around {
                 let scale = share * by_area;
-                gate.size_derivatives(x, &mut |v, by| emit(fed.point, v, scale * by));
+                facet.size_derivatives(x, &mut |v, by| emit(inlet.point, v, scale * by));
             }
         }
     }
