@@ -15,6 +15,7 @@ mod compare;
 mod explain;
 #[cfg(unix)]
 mod fatal_signal;
+mod follow;
 mod inspect;
 pub mod mesh;
 mod new;
@@ -72,6 +73,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Run a scene over lists and ranges of its keys: tables, pictures, plots.
     Sweep(Box<sweep::SweepArgs>),
+    /// Follow a branch of equilibria along a key of a scene, through folds: table, frames, diagram.
+    Follow(Box<follow::FollowArgs>),
     /// Say what accuracy costs: a scene by several integrators and tolerances, against references.
     Accuracy(Box<accuracy::AccuracyArgs>),
     /// Generate, check and describe meshes.
@@ -176,6 +179,7 @@ pub fn main() -> ExitCode {
         Command::Paraview(args) => paraview::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),
+        Command::Follow(args) => follow::run(args),
         Command::Accuracy(args) => accuracy::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
@@ -238,7 +242,7 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Kinetics(_)
         | Error::Output(_)
         | Error::Refused(_)
-        | Error::Solve(SolveError::Start { .. }) => 2,
+        | Error::Solve(SolveError::Start { .. } | SolveError::NotFollowed { .. }) => 2,
         Error::Solve(_) | Error::Broken(_) | Error::Stopped(_) | Error::Incomplete(_) => 1,
     }
 }

@@ -35,6 +35,10 @@ impl ResultDirectory {
     pub const REPORT: &'static str = "report.html";
     /// Name of the macro for ParaView.
     pub const MACRO: &'static str = "open-in-paraview.py";
+    /// Name of the table of branches of equilibria.
+    pub const BRANCH: &'static str = "branch.csv";
+    /// Names of the diagram of branches, as SVG and as PNG.
+    const DIAGRAMS: [&'static str; 2] = ["branch.svg", "branch.png"];
     const RESOLVED: &'static str = "resolved.toml";
     /// Name of the provenance.
     pub const PROVENANCE: &'static str = "provenance.json";
@@ -203,6 +207,18 @@ impl ResultDirectory {
         self.root.join(Self::LEDGER)
     }
 
+    /// The table of branches of equilibria.
+    #[must_use]
+    pub fn branch(&self) -> PathBuf {
+        self.root.join(Self::BRANCH)
+    }
+
+    /// The diagram of branches, as SVG and as PNG.
+    #[must_use]
+    pub fn diagrams(&self) -> [PathBuf; 2] {
+        Self::DIAGRAMS.map(|name| self.root.join(name))
+    }
+
     /// The list of events.
     #[must_use]
     pub fn events(&self) -> PathBuf {
@@ -361,6 +377,9 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::VTKHDF,
         ResultDirectory::LEDGER,
         ResultDirectory::EVENTS,
+        ResultDirectory::BRANCH,
+        ResultDirectory::DIAGRAMS[0],
+        ResultDirectory::DIAGRAMS[1],
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
         ResultDirectory::FAILED,

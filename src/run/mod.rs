@@ -16,6 +16,7 @@ pub mod explain;
 mod failure;
 mod fields;
 mod fingerprint;
+pub mod follow;
 pub mod forecast;
 mod incidents;
 pub mod inspect;

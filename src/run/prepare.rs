@@ -15,7 +15,7 @@ use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
 use crate::Vec3;
 use crate::effects::{Elasticity, Field};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
-use crate::model::{Model, ParameterFields, Potential};
+use crate::model::{Model, ParameterFields, Potential, State};
 use crate::num::checked::Positive;
 use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
 use crate::scene::{Scene, SheetSource};
@@ -123,6 +123,16 @@ pub(super) fn prepare(
     simulation.evaluate().length_factor()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     Ok(simulation)
+}
+
+/// The model of the effects of `scene` on `sheet`, which is that of the scene, without any law; and its start.
+///
+/// # Errors
+/// What does not fit, with its place in the scene.
+pub(super) fn mechanical_model(scene: &Scene, sheet: &Arc<Sheet>) -> Result<(Model, State)> {
+    let material = material(scene, sheet)?;
+    let problem = problem(scene, sheet, material.as_ref(), None)?;
+    problem.model().map_err(|error| placed(scene, &error))
 }
 
 /// The problem that `scene` states.

@@ -156,7 +156,20 @@ impl Scene {
         set: &[String],
         over: &[String],
     ) -> Result<Vec<String>, SceneError> {
-        let (_, (_, targets)) = source::changed(path, set, (over, source::OVER))?;
+        Self::targets_by(path, set, over, source::OVER)
+    }
+
+    /// [`Scene::targets`] with the option that errors say gives the second group.
+    ///
+    /// # Errors
+    /// As for [`Scene::targets`].
+    pub(crate) fn targets_by(
+        path: &Path,
+        set: &[String],
+        over: &[String],
+        option: &'static str,
+    ) -> Result<Vec<String>, SceneError> {
+        let (_, (_, targets)) = source::changed(path, set, (over, option))?;
         Ok(targets)
     }
 

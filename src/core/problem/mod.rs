@@ -236,11 +236,33 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// As for [`Problem::stepper`], and those of `on_effect`.
     pub fn stepper_with(&self, on_effect: &mut OnEffect<'_>) -> Result<Stepper, ProblemError> {
+        let (model, state, area) = self.model_with(on_effect)?;
+        let relaxer = self.relaxer(model.mechanics())?;
+        let integrator = self.built_integrator(model.mechanics())?;
+        let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
+        let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
+        let workspace = Workspace::new(Arc::new(model), relaxer);
+        Ok(Stepper { workspace, state, integrator, area, breakpoints })
+    }
+
+    /// The model alone, without solvers, and its start: the rest shape without any species.
+    ///
+    /// # Errors
+    /// As for [`Problem::stepper`], but for what solvers refuse.
+    pub fn model(&self) -> Result<(Model, State), ProblemError> {
+        let (model, state, _) = self.model_with(&mut |_, _, _, _| Ok(()))?;
+        Ok((model, state))
+    }
+
+    /// The model, its start, and the areas of vertices.
+    fn model_with(
+        &self,
+        on_effect: &mut OnEffect<'_>,
+    ) -> Result<(Model, State, VertexArea), ProblemError> {
         self.check()?;
         let Bound { mechanics, transports, held, growth, direction } = self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
-        let relaxer = self.relaxer(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
         let area = VertexArea::when_asked(rule.unwrap_or_default());
         let chemistry = self
@@ -258,15 +280,10 @@ impl<'a> Problem<'a> {
             x: Positions::from(&*self.sheet),
             species: vec![vec![0.0; points]; species],
         };
-        let integrator = self.built_integrator(&mechanics)?;
-        let drag = self.built_drag()?;
-        let storage = self.policy.storage();
-        let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
-        let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
-        let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
+        let model = Model::new(mechanics, chemistry, self.policy.storage(), self.built_drag()?);
+        let model = model.growing(growth);
         model.hold(&mut state.species);
-        let workspace = Workspace::new(model, relaxer);
-        Ok(Stepper { workspace, state, integrator, area, breakpoints })
+        Ok((model, state, area))
     }
 }
 

@@ -300,6 +300,26 @@ pub enum SolveError {
          smaller load, or an effect that holds the volume"
     )]
     InsideOut,
+    /// A branch of equilibria that is lost.
+    #[error(
+        "the branch is lost beyond the parameter {parameter}: no equilibrium is found within a step of {step:.0e} along \
+         it; it ends in a kink or a jump there, a triangle collapses, or the mesh does not resolve the shape. Try a \
+         finer mesh, a looser equilibrium.tolerance, or shorter steps from the start"
+    )]
+    Continuation {
+        /// The last value of the parameter.
+        parameter: f64,
+        /// The shortest step, in arc length.
+        step: f64,
+    },
+    /// An effect with which branches are not followed.
+    #[error("branches of equilibria are not followed with the effect {effect}: {why}")]
+    NotFollowed {
+        /// Its name.
+        effect: String,
+        /// Why.
+        why: String,
+    },
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,

@@ -5,6 +5,7 @@
 //! they keep nothing.
 
 pub mod chemistry;
+pub mod continuation;
 pub mod counters;
 pub mod diagnosis;
 pub mod equilibrium;

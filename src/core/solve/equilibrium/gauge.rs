@@ -30,7 +30,7 @@ const HINDERED: f64 = 0.1;
 
 /// The unhindered rigid motions of one shape.
 #[derive(Debug, Default)]
-pub(super) struct Gauge {
+pub(in crate::solve) struct Gauge {
     motions: Vec<Vec<Vec3>>,
     /// Vertices and axes with springs.
     springs: Vec<(usize, usize)>,
@@ -39,7 +39,7 @@ pub(super) struct Gauge {
 
 impl Gauge {
     /// For `x`, where the gradient of the energy is `gradient` and counts as 0 below `tolerance`.
-    pub(super) fn new(
+    pub(in crate::solve) fn new(
         potential: &Potential,
         x: &[Vec3],
         gradient: &[Vec3],
@@ -59,14 +59,14 @@ impl Gauge {
     }
 
     /// Supports `matrix`, which is to be inverted, by springs of this `stiffness`.
-    pub(super) fn support(&self, matrix: &mut BlockMatrix, stiffness: f64) {
+    pub(in crate::solve) fn support(&self, matrix: &mut BlockMatrix, stiffness: f64) {
         for &(i, axis) in &self.springs {
             matrix.stiffen(i, axis, stiffness);
         }
     }
 
     /// Replaces `v` by P v.
-    pub(super) fn project(&self, v: &mut [Vec3]) {
+    pub(in crate::solve) fn project(&self, v: &mut [Vec3]) {
         let motions = &self.motions;
         if motions.is_empty() {
             return;

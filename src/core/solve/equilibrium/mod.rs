@@ -19,6 +19,7 @@ pub use constrained::{MET, relax};
 pub use descent::{Descent, DescentSpec};
 pub(super) use displacement_loading::{AREA_SHARE, lead};
 pub use fire::{Fire, FireSpec};
+pub(in crate::solve) use gauge::Gauge;
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::{FactorPrecision, Preconditioner};

@@ -1,0 +1,188 @@
+//! `rumple follow SCENE --along KEY --to B`: a branch of equilibria.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant, SystemTime};
+
+use clap::Args;
+
+use super::{SceneArgs, warn};
+use crate::output::{Interrupt, ResultDirectory};
+use crate::run::follow::{Follow, Found, Measure, News, Request};
+use crate::run::run::end;
+use crate::run::{Result, provenance};
+use crate::sheet::read;
+
+/// Arguments of `follow`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct FollowArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The key of the scene that is the parameter, as `--set` has it: a load, a pressure, a modulus, a growth factor, a
+    /// displacement of pins.
+    #[arg(long, value_name = "KEY")]
+    along: String,
+    /// Its value at the start; by default that of the scene.
+    #[arg(long, value_name = "A", allow_hyphen_values = true, value_parser = finite)]
+    from: Option<f64>,
+    /// The value that the branch is followed towards. It ends where it leaves the range of the two.
+    #[arg(long, value_name = "B", allow_hyphen_values = true, value_parser = finite)]
+    to: f64,
+    /// Least and largest value of a wider range.
+    #[arg(long, num_args = 2, value_names = ["LEAST", "LARGEST"], allow_hyphen_values = true, value_parser = finite)]
+    within: Option<Vec<f64>>,
+    /// Start from a state, an equilibrium or nearly: points are positions. Without it the scene's start is relaxed.
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
+    /// Time at which ramps and growth are evaluated; by default the end of the scene's time.
+    #[arg(long, value_name = "T", value_parser = finite)]
+    time: Option<f64>,
+    /// Most steps of a branch.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
+    steps: u16,
+    /// Arc length of the first step; 1 is the whole range of the key without displacement.
+    #[arg(long, value_name = "H", default_value_t = 0.02, value_parser = positive)]
+    first_step: f64,
+    /// Arc length of the longest step.
+    #[arg(long, value_name = "H", default_value_t = 0.1, value_parser = positive)]
+    longest_step: f64,
+    /// Root mean square displacement that counts as much as the whole range of the key; by default a tenth of the square
+    /// root of the sheet's area.
+    #[arg(long, value_name = "L", value_parser = positive)]
+    length: Option<f64>,
+    /// Follow the other branches at the first N bifurcations as well; 1 if no number is given.
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", default_value_t = 0,
+          hide_default_value = true)]
+    switch: u16,
+    /// With `--switch`: follow those branches both ways.
+    #[arg(long)]
+    both_ways: bool,
+    /// What the diagram shows: displacement, mean-x, mean-y, mean-z, height, area, volume. The table has all.
+    #[arg(long, value_name = "MEASURE", default_value = "displacement")]
+    measure: Measure,
+    /// Directory for the results; by default the scene's name with the time.
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace earlier results in that directory.
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  rumple follow arch.toml --along effect.load.force.per-area[2] --from 0 --to -2e-4 -o arch
+  rumple follow strip.toml --along effect.load.force.per-length[0] --to -0.5 --switch -o column
+  rumple follow shell.toml --along effect.pressure.value --from 0 --to -1 --measure volume
+
+Written are branch.csv (a row for every point: arc length, key, energy, negative eigenvalues, measures, event), frames
+(sheet.pvd; their time is the number of the row) and the diagram branch.png and branch.svg: stable parts solid, unstable
+ones dashed, folds and bifurcations marked. Not followed: scenes with species, contact or constraints.";
+
+pub(super) fn run(args: &FollowArgs) -> Result<()> {
+    args.scene.with_threads(|| run_here(args))
+}
+
+fn run_here(args: &FollowArgs) -> Result<()> {
+    let (_, search) = args.scene.load()?;
+    let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());
+    let root = super::absolute(&args.out.clone().unwrap_or_else(stamp))?;
+    let given = args.state.as_ref().map(read::surface).transpose()?;
+    let mut follow = Follow::new(request(args), &search)?;
+    if let Some(surface) = &given {
+        follow.take_state(surface)?;
+    }
+    let mut inputs = provenance::inputs(&follow.scene, follow.simulation.plugins());
+    if let Some(path) = &args.state {
+        inputs.add("the state", path);
+    }
+    inputs.outside(&root)?;
+    if !args.quiet {
+        follow.simulation.notes().iter().for_each(|note| warn(note));
+    }
+    let interrupt = Interrupt::install()?;
+    let directory = ResultDirectory::prepare(&root, args.force)?;
+    let mut listener = listener(args.quiet);
+    let mut done = Found::default();
+    let outcome = follow.run(&directory, &mut listener, interrupt).map(|found| {
+        done = found;
+        format!("{} points on {} branches", done.points, done.branches)
+    });
+    end(directory.claim(), outcome)?;
+    if !args.quiet {
+        summary(&done, &directory, follow.scene.output.format);
+    }
+    Ok(())
+}
+
+/// What the command line asks for.
+fn request(args: &FollowArgs) -> Request {
+    Request {
+        scene: args.scene.scene.clone(),
+        set: args.scene.overrides.clone(),
+        along: args.along.clone(),
+        from: args.from,
+        to: args.to,
+        within: args.within.as_ref().and_then(|ends| Some([*ends.first()?, *ends.get(1)?])),
+        time: args.time,
+        steps: args.steps.into(),
+        first_step: args.first_step.min(args.longest_step),
+        longest_step: args.longest_step,
+        length: args.length,
+        switch: args.switch.into(),
+        both_ways: args.both_ways,
+        measure: args.measure,
+    }
+}
+
+/// Prints events, and now and then how far it is.
+fn listener(quiet: bool) -> impl FnMut(News<'_>) {
+    let mut last = Instant::now();
+    move |news| match news {
+        _ if quiet => {}
+        News::Event(text) => warn(text),
+        News::Step(text) if last.elapsed() >= PAUSE => {
+            last = Instant::now();
+            warn(text);
+        }
+        News::Step(_) => {}
+    }
+}
+
+/// Between two lines that say how far it is.
+const PAUSE: Duration = Duration::from_secs(5);
+
+fn summary(done: &Found, directory: &ResultDirectory, format: crate::output::Format) {
+    let plural = |count: usize, one: &str, more: &str| match count {
+        1 => format!("1 {one}"),
+        count => format!("{count} {more}"),
+    };
+    say!(
+        "{} on {}, {}",
+        plural(done.points, "point", "points"),
+        plural(done.branches, "branch", "branches"),
+        plural(done.events.len(), "fold or bifurcation", "folds and bifurcations")
+    );
+    done.events.iter().for_each(|event| say!("{event}"));
+    let [_, picture] = directory.diagrams();
+    say!(
+        "table {}, diagram {}; open {} in ParaView",
+        directory.branch().display(),
+        picture.display(),
+        directory.index(format).display()
+    );
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| format!("{text:?} is not a number"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text)
+        .ok()
+        .filter(|number| *number > 0.0)
+        .ok_or_else(|| format!("{text:?} is not a number above 0"))
+}

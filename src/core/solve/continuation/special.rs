@@ -1,0 +1,194 @@
+//! Special points between two points of a branch: folds and bifurcations.
+//!
+//! Along the chord `s = ⟨t₀, u - u₀⟩` of one step the branch is a function of s. A fold is the zero of λ̇(s), a bifurcation
+//! that of the eigenvalue μ_k(s) of `H v = μ M v` that changes sign. Both by regula falsi with the Illinois weights
+//! (Dowell & Jarratt, BIT 11 (1971) 168, doi:10.1007/BF01934364); guesses are those of the cubic between the two ends.
+
+use super::corrector::{Corrected, Equilibrium};
+use super::{Continuation, Direction, Event, Family, Point, SolveError};
+use crate::Vec3;
+use crate::solve::stability::Mode;
+
+/// |λ̇| in units of Λ below which a point is the fold: the error of λ there is of the order of its square.
+const FLAT: f64 = 1e-5;
+/// An eigenvalue below this share of its change over the step is 0: that is the error of λ in units of the step.
+const ZERO: f64 = 1e-5;
+/// Most points tried for one zero.
+const MOST: usize = 30;
+/// Bifurcations nearer to one another than this share of a step are one.
+const SAME: f64 = 1e-3;
+
+/// One step: from the point of a branch to an equilibrium.
+pub(super) struct Step<'a> {
+    x: &'a [Vec3],
+    parameter: f64,
+    tangent: &'a Direction,
+    /// Length of the chord.
+    length: f64,
+    negative: usize,
+}
+
+impl<F: Family> Continuation<F> {
+    /// The special points before `at`, where the tangent is `tangent` and there are so many `negative` eigenvalues, in
+    /// their order; one of them a fold where λ turns back.
+    pub(super) fn special(
+        &mut self,
+        at: &mut Equilibrium,
+        (tangent, negative): (&Direction, usize),
+        fold: bool,
+    ) -> Result<Vec<Point>, F::Error> {
+        if !fold && negative == self.point.negative {
+            return Ok(Vec::new());
+        }
+        let length = self.chord(at);
+        let (x, parameter) = (at.x.clone(), at.parameter);
+        let step = Step { x: &x, parameter, tangent, length, negative };
+        let mut found = Vec::new();
+        if fold {
+            found.extend(self.fold(&step)?);
+        }
+        // The eigenvalue that the fold turns has changed its sign with λ̇.
+        if negative.abs_diff(self.point.negative) != usize::from(fold) {
+            found.extend(self.bifurcations(&step, at)?);
+        }
+        found.sort_by(|a, b| a.arc.total_cmp(&b.arc));
+        Ok(found)
+    }
+
+    /// Length of the chord to `at`: `⟨t₀, u - u₀⟩`.
+    fn chord(&self, at: &Equilibrium) -> f64 {
+        let x = at.x.iter().zip(&self.point.x).map(|(a, b)| a - b).collect();
+        let way = Direction { x, parameter: at.parameter - self.point.parameter };
+        self.corrector.metric.inner(&self.tangent, &way)
+    }
+
+    /// The equilibrium at `s` of `step`.
+    fn between(&mut self, step: &Step<'_>, s: f64) -> Result<Option<Equilibrium>, F::Error> {
+        let (h, share) = (step.length, s / step.length);
+        let slope = 1.0 / self.corrector.metric.inner(&self.tangent, step.tangent);
+        let rest = 1.0 - share;
+        let [from, to] = [rest * rest * (1.0 + 2.0 * share), share * share * (3.0 - 2.0 * share)];
+        let [leave, reach] = [h * share * rest * rest, -h * share * share * rest * slope];
+        let (point, tangent) = (&self.point, &self.tangent);
+        let x = (0..point.x.len()).map(|i| {
+            from * point.x[i] + to * step.x[i] + leave * tangent.x[i] + reach * step.tangent.x[i]
+        });
+        let parameter = from * point.parameter
+            + to * step.parameter
+            + leave * tangent.parameter
+            + reach * step.tangent.parameter;
+        let guess = (x.collect(), parameter);
+        Ok(match self.correct_from(guess, &self.tangent.clone(), s)? {
+            Corrected::Found(at) => Some(*at),
+            Corrected::Lost(_) => None,
+        })
+    }
+
+    /// The point of `at`, with its event.
+    fn special_point(&mut self, at: &mut Equilibrium, event: Event) -> Result<Point, SolveError> {
+        let negative = self.negative(at)?;
+        let arc = self.point.arc + self.distance(at);
+        Ok(Point { event, ..Point::of(at, arc, negative) })
+    }
+
+    fn fold(&mut self, step: &Step<'_>) -> Result<Option<Point>, F::Error> {
+        let scale = self.corrector.metric.scale();
+        let ends = [self.tangent.parameter / scale, step.tangent.parameter / scale];
+        let mut evaluate = |s: f64| {
+            let Some(mut at) = self.between(step, s)? else { return Ok(None) };
+            let slope = self.tangent_at(&mut at)?.parameter / scale;
+            Ok::<_, F::Error>(Some((slope, at)))
+        };
+        let found = zero(step.length, ends, FLAT, &mut evaluate)?;
+        let found = found.map(|mut at| self.special_point(&mut at, Event::Fold));
+        Ok(found.transpose()?)
+    }
+
+    /// The lowest `count` eigenvalues at `at`, with their modes; none if they are not found.
+    fn modes(&mut self, at: &mut Equilibrium, count: usize) -> Result<Vec<Mode>, SolveError> {
+        match self.stability.spectrum(&mut at.potential, &at.x, count) {
+            Ok(spectrum) => Ok(spectrum.modes),
+            Err(SolveError::Interrupted) => Err(SolveError::Interrupted),
+            Err(_) => Ok(Vec::new()),
+        }
+    }
+
+    /// The bifurcations of `step`, which leads to `last`: those that the fold in it is not.
+    fn bifurcations(
+        &mut self,
+        step: &Step<'_>,
+        last: &mut Equilibrium,
+    ) -> Result<Vec<Point>, F::Error> {
+        let before = self.point.negative;
+        let (low, high) = (before.min(step.negative), before.max(step.negative));
+        let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
+        let ends = [self.modes(&mut first, high)?, self.modes(last, high)?];
+        let mut all: Vec<Point> = Vec::new();
+        for number in low..high {
+            let [Some(from), Some(to)] = [0, 1].map(|k: usize| ends[k].get(number)) else {
+                continue;
+            };
+            let unit = (from.eigenvalue - to.eigenvalue).abs();
+            let values = [from.eigenvalue / unit, to.eigenvalue / unit];
+            let mut evaluate = |s: f64| {
+                let Some(mut at) = self.between(step, s)? else { return Ok(None) };
+                let modes = self.modes(&mut at, high)?;
+                let value = modes.get(number).map(|mode| mode.eigenvalue / unit);
+                Ok::<_, F::Error>(value.map(|value| (value, (at, modes))))
+            };
+            let found = zero(step.length, values, ZERO, &mut evaluate)?;
+            let Some((mut at, mut modes)) = found else { continue };
+            let mode = modes.swap_remove(number);
+            let point = self.special_point(&mut at, Event::Bifurcation(vec![mode.clone()]))?;
+            let same = |other: &&mut Point| (other.arc - point.arc).abs() <= SAME * step.length;
+            match all.iter_mut().find(same) {
+                Some(Point { event: Event::Bifurcation(modes), .. }) => modes.push(mode),
+                _ => all.push(point),
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// The zero of a function of s between 0 and `length` with the values `ends` there, to the value `tolerance`: what was
+/// evaluated nearest to it. None where nothing could be evaluated.
+fn zero<T, E>(
+    length: f64,
+    ends: [f64; 2],
+    tolerance: f64,
+    evaluate: &mut dyn FnMut(f64) -> Result<Option<(f64, T)>, E>,
+) -> Result<Option<T>, E> {
+    let (mut a, mut b) = ((0.0, ends[0]), (length, ends[1]));
+    let mut best: Option<(f64, T)> = None;
+    for _ in 0..MOST {
+        let inner = (a.0 * b.1 - b.0 * a.1) / (b.1 - a.1);
+        let s = if inner.is_finite() { inner } else { 0.5 * (a.0 + b.0) };
+        let Some((value, what)) = evaluate(s)? else { break };
+        if best.as_ref().is_none_or(|(least, _)| value.abs() < least.abs()) {
+            best = Some((value, what));
+        }
+        if value.abs() <= tolerance || (b.0 - a.0).abs() <= tolerance * tolerance * length {
+            break;
+        }
+        if value * b.1 < 0.0 {
+            a = b;
+        } else {
+            a.1 *= 0.5;
+        }
+        b = (s, value);
+    }
+    Ok(best.map(|(_, what)| what))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::zero;
+
+    #[test]
+    fn a_zero_is_found_to_its_tolerance() {
+        let f = |s: f64| s * s * s - 0.2;
+        let mut evaluate = |s: f64| Ok::<_, ()>(Some((f(s), s)));
+        let found = zero(2.0, [f(0.0), f(2.0)], 1e-9, &mut evaluate).unwrap().unwrap();
+        assert!((found - 0.2f64.cbrt()).abs() < 1e-8, "{found}");
+    }
+}

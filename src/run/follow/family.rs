@@ -1,0 +1,48 @@
+//! The potentials of a scene over one of its keys, on the sheet of the scene.
+//!
+//! The scene is read again with another value of the key and its effects are bound again; the mesh is read once. So a
+//! branch can be followed along any number, of which no effect knows.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::key::{Key, OPTION};
+use crate::model::{Model, Potential, State};
+use crate::run::{Error, Result, prepare};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+use crate::solve::continuation::Family;
+
+/// A scene over the values of a key.
+pub(super) struct SceneFamily {
+    pub(super) file: PathBuf,
+    pub(super) set: Vec<String>,
+    pub(super) key: Key,
+    pub(super) sheet: Arc<Sheet>,
+    pub(super) time: f64,
+}
+
+impl SceneFamily {
+    /// The model at the value `parameter`, with a state at rest.
+    ///
+    /// # Errors
+    /// A value that the scene cannot have, with its place.
+    pub(super) fn model(&self, parameter: f64) -> Result<(Model, State)> {
+        let over = [self.key.set(parameter)];
+        let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION)?;
+        let (model, state) = prepare::mechanical_model(&scene, &self.sheet)?;
+        Ok((model, State { time: self.time, ..state }))
+    }
+}
+
+impl Family for SceneFamily {
+    type Error = Error;
+
+    fn potential(&mut self, parameter: f64) -> Result<Potential> {
+        let (model, _) = self.model(parameter)?;
+        let factor = model.growth(self.time)?;
+        let mut potential = Potential::new(model.mechanics());
+        potential.set_conditions(factor.as_deref(), self.time);
+        Ok(potential)
+    }
+}
