@@ -3,7 +3,7 @@
 //! `cargo run --release --example 03_known_answers`
 //!
 //! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`, `contact`,
-//! `chemistry`) only these.
+//! `chemistry`, `branches`) only these.
 
 mod known_answers;
 
@@ -11,8 +11,8 @@ use known_answers::chemistry::{CARRIED, FINE};
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
-    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, chemistry, contact, growth,
-    membranes, plates, shells, strips, sze,
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, branches, chemistry, contact,
+    growth, membranes, plates, shells, strips, sze,
 };
 
 /// Prints the tables.
@@ -45,6 +45,9 @@ fn main() -> Outcome<()> {
     }
     if wanted("chemistry") {
         chemistry_tables()?;
+    }
+    if wanted("branches") {
+        branch_tables()?;
     }
     Ok(())
 }
@@ -323,5 +326,24 @@ fn chemistry_tables() -> Outcome<()> {
         table(&format!("C3 1 + distance, {scheme}"), &samples);
     }
     table("C4 growth rate", &over(&[300, 1200, 4800], |n| chemistry::cross(n, FINE))?);
+    Ok(())
+}
+
+fn branch_tables() -> Outcome<()> {
+    println!("\n## Q1: a column beyond Euler's load");
+    let sizes = [4, 6, 8];
+    let columns: Outcome<Vec<_>> = sizes.iter().map(|&rows| branches::column(rows)).collect();
+    let columns = columns?;
+    let critical: Vec<Sample> = columns.iter().map(|column| column.critical).collect();
+    table("critical load over Euler's", &critical);
+    let beyond: Vec<Sample> = columns.iter().map(|column| column.beyond).collect();
+    table("P/P_c - 1 at an amplitude of L/5", &beyond);
+    println!("\n## Q2: limit loads of a shallow arch");
+    let arches: Outcome<Vec<_>> = sizes.iter().map(|&rows| branches::arch(rows)).collect();
+    let arches = arches?;
+    for (which, name) in ["snap down", "snap back"].iter().enumerate() {
+        let limits: Vec<Sample> = arches.iter().map(|arch| arch.limits[which]).collect();
+        table(&format!("load of the {name}"), &limits);
+    }
     Ok(())
 }
