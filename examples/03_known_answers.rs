@@ -334,6 +334,8 @@ fn branch_tables() -> Outcome<()> {
     let sizes = [4, 6, 8];
     let columns: Outcome<Vec<_>> = sizes.iter().map(|&rows| branches::column(rows)).collect();
     let columns = columns?;
+    let negative: Vec<_> = columns.iter().map(|column| column.negative).collect();
+    println!("negative eigenvalues below, above, bent: {negative:?}");
     let critical: Vec<Sample> = columns.iter().map(|column| column.critical).collect();
     table("critical load over Euler's", &critical);
     let beyond: Vec<Sample> = columns.iter().map(|column| column.beyond).collect();
@@ -341,6 +343,8 @@ fn branch_tables() -> Outcome<()> {
     println!("\n## Q2: limit loads of a shallow arch");
     let arches: Outcome<Vec<_>> = sizes.iter().map(|&rows| branches::arch(rows)).collect();
     let arches = arches?;
+    let negative: Vec<_> = arches.iter().map(|arch| arch.negative).collect();
+    println!("negative eigenvalues before, between, beyond: {negative:?}");
     for (which, name) in ["snap down", "snap back"].iter().enumerate() {
         let limits: Vec<Sample> = arches.iter().map(|arch| arch.limits[which]).collect();
         table(&format!("load of the {name}"), &limits);

@@ -79,7 +79,7 @@ Examples:
 
 Written are branch.csv (a row for every point: arc length, key, energy, negative eigenvalues, measures, event), frames
 (sheet.pvd; their time is the number of the row) and the diagram branch.png and branch.svg: stable parts solid, unstable
-ones dashed, folds and bifurcations marked. Not followed: scenes with species, contact or constraints.";
+ones dashed, folds and bifurcations marked. Ctrl-C ends after the step with all files complete. Not followed: scenes with species, contact or constraints.";
 
 pub(super) fn run(args: &FollowArgs) -> Result<()> {
     args.scene.with_threads(|| run_here(args))
@@ -110,9 +110,12 @@ fn run_here(args: &FollowArgs) -> Result<()> {
         done = found;
         format!("{} points on {} branches", done.points, done.branches)
     });
-    end(directory.claim(), outcome)?;
+    let ended = end(directory.claim(), outcome);
+    let report = super::view::report(&root, follow.scene.output.report);
+    ended?;
     if !args.quiet {
         summary(&done, &directory, follow.scene.output.format);
+        super::run::print_report(report.as_deref());
     }
     Ok(())
 }
@@ -142,7 +145,7 @@ fn listener(quiet: bool) -> impl FnMut(News<'_>) {
     let mut last = Instant::now();
     move |news| match news {
         _ if quiet => {}
-        News::Event(text) => warn(text),
+        News::Event(text) => say!("{text}"),
         News::Step(text) if last.elapsed() >= PAUSE => {
             last = Instant::now();
             warn(text);
@@ -165,7 +168,6 @@ fn summary(done: &Found, directory: &ResultDirectory, format: crate::output::For
         plural(done.branches, "branch", "branches"),
         plural(done.events.len(), "fold or bifurcation", "folds and bifurcations")
     );
-    done.events.iter().for_each(|event| say!("{event}"));
     let [_, picture] = directory.diagrams();
     say!(
         "table {}, diagram {}; open {} in ParaView",

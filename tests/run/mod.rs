@@ -8,6 +8,7 @@ mod ends;
 mod explain;
 mod failed;
 mod files;
+mod follow;
 mod forecast;
 mod inspect;
 mod invariants;

@@ -13,13 +13,23 @@ const UNSTABLE: usize = 3;
 
 /// The diagram of `rows`; `key` is the title of the parameter, `measure` that of their measure.
 pub(super) fn figure(rows: &[Row], key: &str, measure: &str) -> Figure {
-    let panel = |title: &str, value: fn(&Row) -> f64| {
-        let mut curves = lines(rows, value);
-        curves.extend(marks(rows, value));
-        Panel { title: title.to_owned(), across: key.to_owned(), curves, ..Panel::default() }
+    let of = |value: fn(&Row) -> f64| lines(rows, value).into_iter().chain(marks(rows, value));
+    let used: Vec<usize> = of(|row| row.measure).map(|curve| curve.name).collect();
+    // The guide stays, as the last one.
+    let shown = (0..NAMES.len()).filter(|name| used.contains(name) || *name == UNSTABLE);
+    let shown: Vec<usize> = shown.collect();
+    let renamed = |curve: Curve| {
+        let name = shown.iter().position(|name| *name == curve.name).unwrap_or_default();
+        Curve { name, ..curve }
+    };
+    let panel = |title: &str, value: fn(&Row) -> f64| Panel {
+        title: title.to_owned(),
+        across: key.to_owned(),
+        curves: of(value).map(renamed).collect(),
+        ..Panel::default()
     };
     Figure {
-        names: NAMES.map(str::to_owned).to_vec(),
+        names: shown.iter().map(|name| NAMES[*name].to_owned()).collect(),
         guides: 1,
         panels: vec![panel(measure, |row| row.measure), panel("energy [energy]", |row| row.energy)],
         columns: 2,
@@ -50,7 +60,7 @@ fn lines(rows: &[Row], value: fn(&Row) -> f64) -> Vec<Curve> {
 }
 
 /// Folds and bifurcations.
-fn marks(rows: &[Row], value: fn(&Row) -> f64) -> impl Iterator<Item = Curve> {
+fn marks(rows: &[Row], value: fn(&Row) -> f64) -> impl Iterator<Item = Curve> + '_ {
     rows.iter().filter_map(move |row| {
         let name = match row.event {
             super::record::FOLD => FOLD,

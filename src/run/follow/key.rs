@@ -84,17 +84,21 @@ fn describe(value: &Value) -> String {
 
 /// That `target` is `what` and not a number, with those that there are.
 fn not_a_number(scene: &Scene, target: &str, what: &str, found: &[(String, Value)]) -> Error {
-    let numbers =
-        found.iter().filter(|(path, value)| value.is_float() && !path.starts_with("sheet"));
+    let numbers = found.iter().filter(|(path, value)| value.is_float() && is_usual(path));
     let numbers: Vec<&str> = numbers.map(|(path, _)| path.as_str()).collect();
     let within = |path: &&&str| path.strip_prefix(target).is_some_and(is_inside);
     let nearest = numbers.iter().find(within).copied();
     let help = match nearest {
         Some(part) => format!("name one of its numbers, as {part}"),
-        None => format!("numbers of this scene: {}", numbers.join(", ")),
+        None => format!("numbers of material and effects: {}", numbers.join(", ")),
     };
     let message = format!("it is {what}; a branch is followed along a number");
     scene.error_at(target, &message, Some(&help)).into()
+}
+
+/// Whether a path is one that branches are followed along: of the material or of an effect, and not of a region.
+fn is_usual(path: &str) -> bool {
+    (path.starts_with("material.") || path.starts_with("effect[")) && !path.contains(".where.")
 }
 
 /// Every value of `scene` that is neither a table nor a list, with its path.

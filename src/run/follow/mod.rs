@@ -30,8 +30,8 @@ use crate::num::Short;
 use crate::output::{Interrupt, ResultDirectory};
 use crate::scene::Scene;
 use crate::sheet::Surface;
-use crate::solve::Control;
 use crate::solve::continuation::{Continuation, Event, Family, Point, Settings};
+use crate::solve::{Control, continuation};
 
 /// What is followed, and how.
 #[derive(Debug, Clone)]
@@ -129,6 +129,7 @@ impl Follow {
             let message = "no effect of the scene has an energy: every shape is an equilibrium";
             return Err(scene.error_at("effect", message, None).into());
         }
+        continuation::check(simulation.model().mechanics())?;
         let time = request.time.unwrap_or(scene.time.span.until.get());
         simulation.state_mut().time = time;
         let follow = Self { request, key, from, scene, simulation, given: false };
@@ -288,13 +289,14 @@ impl Walk<'_> {
                 Event::Bifurcation(_) => "bifurcation",
                 _ => continue,
             };
-            let (key, at, arc) = (&self.request.along, Short(point.parameter), Short(point.arc));
+            let [at, arc] = [point.parameter, point.arc].map(six_digits);
+            let key = &self.request.along;
             let text = format!("branch {number}: {what} at {key} = {at}, arc length {arc}");
             (self.listener)(News::Event(&text));
             self.found.events.push(text);
         }
         if let Some(Point { parameter, negative, .. }) = points.last() {
-            let (key, at, count) = (&self.request.along, Short(*parameter), self.found.points);
+            let (key, at, count) = (&self.request.along, six_digits(*parameter), self.found.points);
             let text = format!(
                 "branch {number}: {count} points, {key} = {at}, {negative} negative eigenvalues"
             );
@@ -302,4 +304,9 @@ impl Walk<'_> {
         }
         Ok(())
     }
+}
+
+/// A number in six digits.
+fn six_digits(value: f64) -> Short {
+    Short(format!("{value:.5e}").parse().unwrap_or(value))
 }

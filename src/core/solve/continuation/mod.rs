@@ -417,7 +417,10 @@ fn lost(parameter: f64, step: f64) -> SolveError {
 }
 
 /// Refuses effects whose branches are not followed.
-fn check(mechanics: &Mechanics) -> Result<(), SolveError> {
+///
+/// # Errors
+/// [`SolveError::NotFollowed`] for a constraint, and for an effect that couples pairs of the moment or limits steps.
+pub fn check(mechanics: &Mechanics) -> Result<(), SolveError> {
     let refuse = |effect: &str, why: &str| {
         let (effect, why) = (effect.to_owned(), why.to_owned());
         Err(SolveError::NotFollowed { effect, why })
