@@ -15,7 +15,7 @@ shape = "graph"
 width = 10.0
 height = 1.5
 z = "0.1*cos(pi*x/10)"
-vertices = 150
+vertices = 180
 
 [material]
 young = 1e4
@@ -25,6 +25,7 @@ thickness = 0.1
 [[effect]]
 kind = "stretching"
 model = "stvk"
+modulus = "plate"
 
 [[effect]]
 kind = "bending"
@@ -140,7 +141,8 @@ fn a_column_is_left_for_the_bent_one() {
         .replace("z = \"0.1*cos(pi*x/10)\"", "z = \"0*x\"")
         .replace("poisson = 0.3", "poisson = 0.3333333333333333")
         .replace("axes = \"xyz\"", "axes = \"xz\"")
-        .replace("height = 1.5", "height = 1.0");
+        .replace("height = 1.5\nz", "height = 1.0\nz")
+        .replace("vertices = 180", "vertices = 400");
     let held = "\n[[effect]]\nkind = \"pin\"\nwhere = { ball = { centre = [-5.0, -0.5, 0.0], radius = 0.01 } }\n\
                 axes = \"y\"\n\n[time]";
     let folder = folder(&scene.replace("\n[time]", held));
@@ -204,7 +206,7 @@ fn what_has_no_branch_is_refused() {
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         refused(&along("material.thickness"), words);
     };
-    with("[[effect]]\nkind = \"contact\"\nthickness = 0.01\n", &["effect contact"]);
+    with("[[effect]]\nkind = \"contact\"\ndistance = 0.01\n", &["effect contact"]);
     with("[kinetics]\nrates.c = \"1 - c\"\n", &["species", "kinetics"]);
 }
 
