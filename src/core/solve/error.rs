@@ -301,15 +301,11 @@ pub enum SolveError {
     )]
     InsideOut,
     /// A branch of equilibria that is lost.
-    #[error(
-        "the branch is lost beyond the parameter {parameter}: no equilibrium is found within a step of {step:.0e} along \
-         it; it ends in a kink or a jump there, a triangle collapses, or the mesh does not resolve the shape. Try a \
-         finer mesh, a looser equilibrium.tolerance, or shorter steps from the start"
-    )]
+    #[error("{}", lost(*parameter, *step))]
     Continuation {
         /// The last value of the parameter.
         parameter: f64,
-        /// The shortest step, in arc length.
+        /// The shortest step, in arc length; 0 at its start.
         step: f64,
     },
     /// An effect with which branches are not followed.
@@ -323,6 +319,21 @@ pub enum SolveError {
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// Why a branch goes on no further, or does not begin.
+fn lost(parameter: f64, step: f64) -> String {
+    if step == 0.0 {
+        return format!(
+            "the branch does not begin: Newton's method finds no equilibrium near the start, at the parameter {parameter}; \
+             try a smaller equilibrium.tolerance, or a state nearer to an equilibrium"
+        );
+    }
+    format!(
+        "the branch is lost beyond the parameter {parameter}: no equilibrium is found within a step of {step:.0e} along it. \
+         A triangle collapses there, the energy has a kink, or the mesh does not resolve the shape; try a finer mesh, or a \
+         looser equilibrium.tolerance"
+    )
 }
 
 /// Where a relaxation stopped that may not have begun.

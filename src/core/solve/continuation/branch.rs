@@ -151,7 +151,8 @@ impl<F: Family> Continuation<F> {
             match self.correct_from(guess, &self.tangent.clone(), self.step)? {
                 Corrected::Found(mut at) => {
                     let tangent = self.tangent_at(&mut at)?;
-                    return self.arrive(*at, tangent, Vec::new());
+                    let negative = self.negative(&mut at)?;
+                    return self.arrive(*at, (tangent, negative), Vec::new());
                 }
                 Corrected::Lost(why) => reason = why.or(reason),
             }
@@ -199,14 +200,23 @@ impl<F: Family> Continuation<F> {
             return Ok(None);
         }
         let events = self.special(&mut at, (&tangent, negative), fold)?;
-        self.arrive(at, tangent, events).map(Some)
+        let located = events.iter().any(|point| matches!(point.event, Event::Bifurcation(_)));
+        let mut points = self.arrive(at, (tangent, negative), events)?;
+        if changed != usize::from(fold)
+            && !located
+            && let Some(last) = points.last_mut().filter(|last| last.event == Event::None)
+        {
+            // It lies somewhere in the step.
+            last.event = Event::Bifurcation(Vec::new());
+        }
+        Ok(Some(points))
     }
 
-    /// Goes to `at`, after the special points `before`.
+    /// Goes to `at`, with that tangent and so many negative eigenvalues, after the special points `before`.
     fn arrive(
         &mut self,
-        mut at: Equilibrium,
-        tangent: Direction,
+        at: Equilibrium,
+        (tangent, negative): (Direction, usize),
         mut before: Vec<Point>,
     ) -> Result<Vec<Point>, F::Error> {
         let range = self.settings.range.clone();
@@ -222,7 +232,6 @@ impl<F: Family> Continuation<F> {
                 return Ok(before);
             }
         }
-        let negative = self.negative(&mut at)?;
         let arc = self.point.arc + self.distance(&at);
         self.ended = !range.contains(&at.parameter);
         self.point = Point::of(&at, arc, negative);

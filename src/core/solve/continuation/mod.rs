@@ -98,7 +98,8 @@ pub enum Event {
     Start,
     /// λ turns back.
     Fold,
-    /// Other branches pass, along these modes: those whose eigenvalue is 0.
+    /// Other branches pass, along these modes: those whose eigenvalue is 0. Without any if it was not located: it then
+    /// lies in the step to this point.
     Bifurcation(Vec<Mode>),
     /// The branch leaves the range of λ.
     End,
