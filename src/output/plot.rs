@@ -215,8 +215,8 @@ impl Panel {
             .light_line_style(RGBColor(240, 240, 240))
             .x_labels(6)
             .y_labels(6)
-            .x_label_formatter(&|v| label(*v))
-            .y_label_formatter(&|v| label(*v))
+            .x_label_formatter(&|v| tick(*v, &edges.0, across))
+            .y_label_formatter(&|v| tick(*v, &edges.1, up))
             .draw()
             .map_err(refused)?;
         let mut crosses = 0;
@@ -316,6 +316,12 @@ fn triangle(at: (f64, f64), (x, y): (f64, f64)) -> &'static [(i32, i32)] {
     } else {
         &[(0, 0), (-12, -7), (-12, 7)]
     }
+}
+
+/// The label of a tick; 0 where that is meant, and round-off is left of it.
+fn tick(value: f64, range: &Range<f64>, logarithmic: bool) -> String {
+    let round_off = 1e-9 * (range.end - range.start);
+    label(if !logarithmic && value.abs() < round_off { 0.0 } else { value })
 }
 
 /// A number in few digits, with a power of ten where it is large or small.

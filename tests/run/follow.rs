@@ -157,6 +157,9 @@ fn a_column_is_left_for_the_bent_one() {
     let critical = straight.iter().find(|row| row["event"] == "bifurcation").unwrap();
     let exact = -std::f64::consts::PI.powi(2) * 0.01 / 120.0;
     let found = number(critical, key);
+    let modes = format!("bent/modes/mode_{:06}.vtu", number(critical, "point"));
+    let modes = rumple::sheet::read::surface(folder.path().join(modes)).unwrap();
+    assert!(modes.point_arrays.iter().any(|array| array.name.starts_with("mode_1")));
     assert!((found / exact - 1.0).abs() < 0.03, "{found} {exact}");
     assert_eq!(number(straight[straight.len() - 1], "negative eigenvalues"), 1.0);
     let means = ["1", "2"].map(|branch| {

@@ -6,7 +6,8 @@ use super::diagram;
 use super::family::SceneFamily;
 use super::measures::Measure;
 use crate::model::Memory;
-use crate::output::{ResultDirectory, Series, atomic};
+use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, vtu};
+use crate::run::stability::add_modes;
 use crate::run::{Fields, Result};
 use crate::scene::OutputSpec;
 use crate::solve::continuation::{Event, Point};
@@ -51,6 +52,7 @@ pub(super) struct Record<'a> {
     directory: &'a ResultDirectory,
     fields: Fields,
     series: Series,
+    compression: Compression,
     key: String,
     shown: Measure,
     measures: Vec<Measure>,
@@ -68,7 +70,8 @@ impl<'a> Record<'a> {
         let series = Series::create(directory, output.compression).in_format(output.format);
         let measures = Measure::ALL.into_iter().filter(|m| closed || *m != Measure::Volume);
         let (measures, rows) = (measures.collect(), Vec::new());
-        Self { directory, fields, series, key: key.to_owned(), shown, measures, rows }
+        let (compression, key) = (output.compression, key.to_owned());
+        Self { directory, fields, series, compression, key, shown, measures, rows }
     }
 
     /// Adds `points` of the branch number `branch`.
@@ -103,7 +106,8 @@ impl<'a> Record<'a> {
         self.rows.push(Row { branch, parameter, energy, negative, measure, event, text });
     }
 
-    /// The frame of the last row; its time is the number of that.
+    /// The frame of the last row; its time is the number of that. Modes go to a file of their own: all frames have the
+    /// same fields.
     fn add_frame(&mut self, family: &SceneFamily, point: &Point) -> Result<()> {
         let (model, mut state) = family.model(point.parameter)?;
         state.x = point.x.clone().into();
@@ -116,10 +120,15 @@ impl<'a> Record<'a> {
         frame.field_data.push(("arc length".to_owned(), point.arc));
         let negative = crate::num::real(point.negative);
         frame.field_data.push(("negative eigenvalues".to_owned(), negative));
-        if let Event::Bifurcation(modes) = &point.event {
-            crate::run::stability::add_modes(&mut frame, modes);
-        }
         self.series.push(&frame)?;
+        if let Event::Bifurcation(modes) = &point.event
+            && !modes.is_empty()
+        {
+            let folder = self.directory.modes();
+            std::fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
+            add_modes(&mut frame, modes);
+            vtu::write(&self.directory.mode(number), &frame, self.compression)?;
+        }
         Ok(())
     }
 

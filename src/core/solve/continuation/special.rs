@@ -17,6 +17,9 @@ const ZERO: f64 = 1e-5;
 const MOST: usize = 30;
 /// Bifurcations nearer to one another than this share of a step are one.
 const SAME: f64 = 1e-3;
+/// Most bifurcations that are located in one step; of more, as where a sphere buckles, the first. Each costs some ten
+/// spectra.
+const LOCATED: usize = 2;
 
 /// One step: from the point of a branch to an equilibrium.
 pub(super) struct Step<'a> {
@@ -121,10 +124,15 @@ impl<F: Family> Continuation<F> {
     ) -> Result<Vec<Point>, F::Error> {
         let before = self.point.negative;
         let (low, high) = (before.min(step.negative), before.max(step.negative));
+        let numbers = match high - low {
+            ..=LOCATED => low..high,
+            _ if before == low => low..low + 1,
+            _ => high - 1..high,
+        };
         let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
-        let ends = [self.modes(&mut first, high)?, self.modes(last, high)?];
+        let ends = [self.modes(&mut first, numbers.end)?, self.modes(last, numbers.end)?];
         let mut all: Vec<Point> = Vec::new();
-        for number in low..high {
+        for number in numbers {
             let [Some(from), Some(to)] = [0, 1].map(|k: usize| ends[k].get(number)) else {
                 continue;
             };
@@ -132,13 +140,12 @@ impl<F: Family> Continuation<F> {
             let values = [from.eigenvalue / unit, to.eigenvalue / unit];
             let mut evaluate = |s: f64| {
                 let Some(mut at) = self.between(step, s)? else { return Ok(None) };
-                let modes = self.modes(&mut at, high)?;
-                let value = modes.get(number).map(|mode| mode.eigenvalue / unit);
-                Ok::<_, F::Error>(value.map(|value| (value, (at, modes))))
+                let modes = self.modes(&mut at, number + 1)?;
+                let mode = modes.into_iter().nth(number);
+                Ok::<_, F::Error>(mode.map(|mode| (mode.eigenvalue / unit, (at, mode))))
             };
             let found = zero(step.length, values, ZERO, &mut evaluate)?;
-            let Some((mut at, mut modes)) = found else { continue };
-            let mode = modes.swap_remove(number);
+            let Some((mut at, mode)) = found else { continue };
             let point = self.special_point(&mut at, Event::Bifurcation(vec![mode.clone()]))?;
             let same = |other: &&mut Point| (other.arc - point.arc).abs() <= SAME * step.length;
             match all.iter_mut().find(same) {
