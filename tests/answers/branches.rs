@@ -1,6 +1,16 @@
-//! Q1, Q2: branches of equilibria through a bifurcation and two folds.
+//! Q1, Q2: branches of equilibria through a bifurcation and two folds; a sheet that nothing holds.
+
+use std::sync::Arc;
+
+use rumple::effects::Material;
+use rumple::model::Potential;
+use rumple::sheet::{Shape, Sheet, generate};
+use rumple::solve::Control;
+use rumple::solve::continuation::{Continuation, Event, Family, Settings};
 
 use super::known_answers::branches::{arch, column};
+use super::known_answers::shells::SHELL_MEYER;
+use super::known_answers::{Outcome, mechanics};
 
 #[test]
 fn a_column_buckles_at_eulers_load_and_bends_as_the_elastica() {
@@ -18,4 +28,50 @@ fn an_arch_snaps_down_and_back_at_its_limit_loads() {
         assert!(limit.error().abs() < 0.03, "{limit:?}");
     }
     assert_eq!(found.negative, [0, 1, 0]);
+}
+
+const MATERIAL: Material = Material { young: 1e4, poisson: 0.3, thickness: 0.8 };
+/// Bulk modulus of what the sphere encloses.
+const BULK: f64 = 1e3;
+
+/// A sphere without pins around a compressible content, under the pressure of the parameter.
+struct Filled(Arc<Sheet>);
+
+impl Family for Filled {
+    type Error = Box<dyn std::error::Error>;
+
+    fn potential(&mut self, parameter: f64) -> Outcome<Potential> {
+        let pressure = format!("kind = 'pressure'\nvalue = {:e}", -parameter);
+        let volume = format!("kind = 'volume'\nstiffness = {BULK:e}");
+        let effects = [SHELL_MEYER.stretching, SHELL_MEYER.bending, &pressure, &volume];
+        mechanics(&self.0, &MATERIAL, &effects, vec![[false; 3]; self.0.vertex_count()])
+    }
+}
+
+/// Six rigid motions and a second derivative of rank one: w = p c/(1 + 3 κ c/R), c = R²(1-ν)/(2 E h).
+#[test]
+fn a_free_sphere_around_a_content_shrinks_by_lames_formula() {
+    let radius = 10.0;
+    let sphere = generate(&Shape::Sphere { radius, irregular: false }, 300, 1).unwrap();
+    let sheet = Arc::new(sphere);
+    let mut family = Filled(Arc::clone(&sheet));
+    let settings = Settings::over(0.0..=10.0, family.potential(0.0).unwrap().mechanics());
+    let settings = Settings { longest_step: 0.5, ..settings };
+    let start = (sheet.rest().to_vec(), 0.0);
+    let mut branch = Continuation::new(family, start, true, settings, &Control::default()).unwrap();
+    let mut last = branch.point().clone();
+    while !branch.has_ended() {
+        let mut points = branch.advance().unwrap();
+        last = points.pop().unwrap();
+        assert!(points.is_empty() && last.negative == 0, "{:?}", last.event);
+    }
+    assert_eq!((last.event.clone(), last.parameter), (Event::End, 10.0));
+    let Material { young, poisson, thickness } = MATERIAL;
+    let c = radius * radius * (1.0 - poisson) / (2.0 * young * thickness);
+    let exact = 10.0 * c / (1.0 + 3.0 * BULK * c / radius);
+    let mean = last.x.iter().map(|x| radius - x.norm()).sum::<f64>() / last.x.len() as f64;
+    assert!((mean / exact - 1.0).abs() < 0.02, "{mean} {exact}");
+    // It has not drifted.
+    let centre = last.x.iter().sum::<rumple::Vec3>() / last.x.len() as f64;
+    assert!(centre.norm() < 1e-9, "{centre}");
 }
