@@ -18,8 +18,8 @@ use crate::sheet::read;
 pub(super) struct FollowArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The key of the scene that is the parameter, as `--set` has it: a load, a pressure, a modulus, a growth factor, a
-    /// displacement of pins.
+    /// The key of the scene that is the parameter, as `--set` has it: a load, a pressure, a modulus, a
+    /// displacement of pins. With `time` it is the time at which ramps and growth are evaluated.
     #[arg(long, value_name = "KEY")]
     along: String,
     /// Its value at the start; by default that of the scene.

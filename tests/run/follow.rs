@@ -175,6 +175,28 @@ fn a_column_is_left_for_the_bent_one() {
     assert!((means[0] + means[1]).abs() < 1e-6 * means[0].abs(), "{means:?}");
 }
 
+/// The time of a ramp in place of the load: the same branch.
+#[test]
+fn the_time_of_a_ramp_is_a_parameter() {
+    let force = "force = { per-area = [0.0, 0.0, 0.0] }";
+    let ramp = "force = { per-area = [0.0, 0.0, -2e-3] }\nramp = { formula = \"t\" }";
+    let folder = folder(&ARCH.replace(force, ramp));
+    let of = |args: &[&str], out: &str, key: &str| -> Vec<f64> {
+        let given = [&["follow", "scene.toml", "-o", out][..], args].concat();
+        let done = rumple(folder.path(), &given);
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        let rows = table(&folder.path().join(out));
+        rows.iter().filter(|row| row["event"] == "fold").map(|row| number(row, key)).collect()
+    };
+    let times = of(&["--along", "time", "--to", "1"], "by-time", "time");
+    let loads = ["--along", LOAD, "--from", "0", "--to", "-2e-3", "--time", "1"];
+    let loads = of(&loads, "by-load", LOAD);
+    assert_eq!((times.len(), loads.len()), (2, 2));
+    for (time, load) in times.iter().zip(&loads) {
+        assert!((load / (-2e-3 * time) - 1.0).abs() < 1e-6, "{time} {load}");
+    }
+}
+
 #[test]
 fn what_has_no_branch_is_refused() {
     let folder = folder(ARCH);

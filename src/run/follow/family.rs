@@ -28,10 +28,15 @@ impl SceneFamily {
     /// # Errors
     /// A value that the scene cannot have, with its place.
     pub(super) fn model(&self, parameter: f64) -> Result<(Model, State)> {
-        let over = [self.key.set(parameter)];
+        let over = self.key.set(parameter);
         let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION)?;
         let (model, state) = prepare::mechanical_model(&scene, &self.sheet)?;
-        Ok((model, State { time: self.time, ..state }))
+        Ok((model, State { time: self.time_at(parameter), ..state }))
+    }
+
+    /// The time at which ramps and growth are evaluated.
+    fn time_at(&self, parameter: f64) -> f64 {
+        if self.key.is_time { parameter } else { self.time }
     }
 }
 
@@ -40,9 +45,10 @@ impl Family for SceneFamily {
 
     fn potential(&mut self, parameter: f64) -> Result<Potential> {
         let (model, _) = self.model(parameter)?;
-        let factor = model.growth(self.time)?;
+        let time = self.time_at(parameter);
+        let factor = model.growth(time)?;
         let mut potential = Potential::new(model.mechanics());
-        potential.set_conditions(factor.as_deref(), self.time);
+        potential.set_conditions(factor.as_deref(), time);
         Ok(potential)
     }
 }

@@ -17,12 +17,18 @@ pub struct Key {
     pub path: String,
     /// Its value in the scene, if that has one.
     pub value: Option<f64>,
+    /// Whether it is the time at which ramps and growth are evaluated, in place of a key.
+    pub is_time: bool,
 }
 
+/// The time, as a parameter.
+const TIME: &str = "time";
+
 impl Key {
-    /// The override that sets it to `value`.
-    pub(super) fn set(&self, value: f64) -> String {
-        format!("{}={value:?}", self.path)
+    /// The override that sets it to `value`; none of the time.
+    pub(super) fn set(&self, value: f64) -> Vec<String> {
+        let set = (!self.is_time).then(|| format!("{}={value:?}", self.path));
+        set.into_iter().collect()
     }
 
     /// The key `path` of the scene file `file` after the overrides `set`; `value` is one that it is to take.
@@ -36,8 +42,11 @@ impl Key {
             );
             return Err(Error::Refused(message));
         }
-        let mut key = Self { path: path.to_owned(), value: None };
-        let over = [key.set(value)];
+        let mut key = Self { path: path.to_owned(), value: None, is_time: path == TIME };
+        if key.is_time {
+            return Ok(Self { value: Some(0.0), ..key });
+        }
+        let over = key.set(value);
         let target = Scene::targets_by(file, set, &over, OPTION)?.pop().unwrap_or_default();
         if target == "sheet" || target.starts_with("sheet.") {
             let message = format!(

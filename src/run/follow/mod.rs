@@ -118,7 +118,7 @@ impl Follow {
                 format!("--from and --to are both {to}: a branch needs a range of {along}");
             return Err(Error::Refused(message));
         }
-        let scene = Scene::varied_by(file, set, &[key.set(from)], key::OPTION)?;
+        let scene = Scene::varied_by(file, set, &key.set(from), key::OPTION)?;
         if !scene.kinetics.is_empty() {
             let message = "branches are those of mechanical equilibria, and this scene has species";
             let help = "leave out [kinetics] and effects on species, or sweep over the key with rumple sweep";
@@ -130,7 +130,15 @@ impl Follow {
             return Err(scene.error_at("effect", message, None).into());
         }
         continuation::check(simulation.model().mechanics())?;
-        let time = request.time.unwrap_or(scene.time.span.until.get());
+        let time = match request.time {
+            Some(time) if key.is_time => {
+                let message =
+                    format!("--time {time}: with --along time the parameter is the time itself");
+                return Err(Error::Refused(message));
+            }
+            _ if key.is_time => from,
+            time => time.unwrap_or(scene.time.span.until.get()),
+        };
         simulation.state_mut().time = time;
         let follow = Self { request, key, from, scene, simulation, given: false };
         follow.check_dependence()?;
@@ -174,8 +182,8 @@ impl Follow {
         if at(&mut family, self.from)? == at(&mut family, self.request.to)? {
             let path = &self.request.along;
             let message = format!(
-                "--along {path}: no force and no pin depends on this key; a branch is followed along a load, a modulus, \
-                 a growth factor, a displacement of pins"
+                "--along {path}: no force and no pin depends on this key; a branch is followed along a load, a modulus, a \
+                 displacement of pins, or along the time of ramps and growth"
             );
             return Err(Error::Refused(message));
         }
