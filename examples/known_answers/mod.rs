@@ -10,6 +10,7 @@ pub mod loads;
 pub mod membranes;
 pub mod meshes;
 pub mod plates;
+pub mod remodelling;
 pub mod ribbons;
 pub mod shells;
 pub mod strips;

@@ -7,7 +7,7 @@ use crate::Vec3;
 use crate::effects::Elasticity;
 use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::{Location, Signal};
-use crate::model::{Chemistry, Evaluation, Potential, Signals, TensionReading};
+use crate::model::{Evaluation, Model, Potential, Signals, TensionReading};
 use crate::output::{Field, Frame};
 use crate::parallel;
 use crate::scene::Scene;
@@ -59,11 +59,12 @@ impl Fields {
     /// A name that nothing has, with its place.
     pub(super) fn new(
         scene: &Scene,
-        chemistry: Option<&Chemistry>,
+        model: &Model,
         area: VertexArea,
         rest_area: &RestAreas<'_>,
         material: Option<&Elasticity>,
     ) -> Result<Self> {
+        let chemistry = model.chemistry();
         let species: Vec<&str> = chemistry
             .map(|c| c.descriptor().species.iter().map(|s| s.name.as_str()).collect())
             .unwrap_or_default();
@@ -72,6 +73,7 @@ impl Fields {
         allowed.extend(observables.unwrap_or_default().iter().map(|o| o.name.as_str()));
         allowed.extend(Signal::ALL.iter().filter(|s| **s != Signal::Time).map(|s| s.name()));
         allowed.extend(OTHERS.map(|(name, _)| name));
+        allowed.extend(model.internal().iter().map(|term| term.name()));
         for (k, name) in scene.output.fields.iter().enumerate() {
             if !allowed.contains(&name.as_str()) {
                 let path = format!("output.fields[{k}]");
@@ -171,6 +173,7 @@ impl Fields {
                 }
             }
         }
+        self.internal(at, &mut point, &mut cell);
         let mut field_data = Vec::new();
         let energies = at.energies()?;
         for (name, value) in model.mechanics().names().zip(&energies) {
@@ -201,6 +204,30 @@ impl Fields {
     /// What is in a frame besides positions and displacements.
     pub(super) fn names(&self) -> &[String] {
         &self.names
+    }
+
+    /// Adds the internal variables that are asked for: those of edges as the means around each vertex.
+    fn internal<'a>(
+        &self,
+        at: &Evaluation<'a>,
+        point: &mut Vec<Field<'a>>,
+        cell: &mut Vec<Field<'a>>,
+    ) {
+        let (model, state) = (at.model(), at.state());
+        for (term, values) in model.internal().iter().zip(&state.internal) {
+            if !self.names.iter().any(|name| name == term.name()) {
+                continue;
+            }
+            let title = term.name().to_owned();
+            match term.place() {
+                Location::Vertex => point.push(Field::scalar(title, values.as_slice())),
+                Location::Face => cell.push(Field::scalar(title, values.as_slice())),
+                Location::Edge => {
+                    let of = |e: usize| values[e];
+                    point.push(Field::scalar(title, around_vertices(model.sheet(), of)));
+                }
+            }
+        }
     }
 
     /// What the observables read that are asked for.
@@ -259,11 +286,15 @@ pub(super) fn qualities(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
 pub(super) fn vertex_factor(potential: &Potential) -> Vec<f64> {
     let (sheet, metric) = (potential.sheet(), potential.metric());
     let (length, reference) = (metric.length(), metric.reference_length());
+    around_vertices(sheet, |e| length[e] / reference[e])
+}
+
+/// Mean over its edges at every vertex.
+fn around_vertices(sheet: &Sheet, of: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..sheet.vertex_count())
         .map(|i| {
             let around = sheet.vertex_edges().of(i);
-            let sum: f64 =
-                around.iter().map(|&(e, _)| length[e as usize] / reference[e as usize]).sum();
+            let sum: f64 = around.iter().map(|&(e, _)| of(e as usize)).sum();
             sum / crate::num::real(around.len())
         })
         .collect()

@@ -237,7 +237,8 @@ impl<'a> Problem<'a> {
     /// As for [`Problem::stepper`], and those of `on_effect`.
     pub fn stepper_with(&self, on_effect: &mut OnEffect<'_>) -> Result<Stepper, ProblemError> {
         self.check()?;
-        let Bound { mechanics, transports, held, growth, direction } = self.bind(on_effect)?;
+        let Bound { mechanics, transports, held, growth, direction, internal } =
+            self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
         let relaxer = self.relaxer(&mechanics)?;
@@ -257,14 +258,18 @@ impl<'a> Problem<'a> {
             step: 0,
             x: Positions::from(&*self.sheet),
             species: vec![vec![0.0; points]; species],
+            internal: Vec::new(),
         };
-        let integrator = self.built_integrator(&mechanics)?;
+        let integrator = self.built_integrator(&mechanics, &internal)?;
         let drag = self.built_drag()?;
         let storage = self.policy.storage();
-        let model = Arc::new(Model::new(mechanics, chemistry, storage, drag).growing(growth));
+        let model =
+            Model::new(mechanics, chemistry, storage, drag).growing(growth).owning(internal);
+        let model = Arc::new(model);
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
         let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
         model.hold(&mut state.species);
+        state.internal = model.initial_internal();
         let workspace = Workspace::new(model, relaxer);
         Ok(Stepper { workspace, state, integrator, area, breakpoints })
     }
