@@ -91,7 +91,7 @@ fn remodelling_tables() -> Outcome<()> {
     }
     for (what, threshold) in [("no yield curvature", None), ("yield curvature 0.4 κ", Some(0.04))]
     {
-        let samples = over(&[150, 600, 2400], |n| remodelling::bent(n, threshold))?;
+        let samples = over(&[3, 6, 12], |n| remodelling::bent(n, threshold))?;
         table(&format!("V3 curvature left, {what}"), &samples);
     }
     let samples = over(&[150, 600], |n| remodelling::below_yield(n, STVK_HINGE.stretching, 1.5))?;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! V1  strip held at the strain ε      σ(t) = σ(0) exp(-t/τ)
-//! V2  strip under the load F          u(t) = F L/(E h w) (1 + t/τ)
+//! V2  strip under the load F          u(t) = F L/(Y w) (1 + t/τ)
 //! V3  strip held at the curvature κ, then released: the curvature κ (1 - exp(-t/τ)) is left; with a yield curvature κ_y
 //!     the curvature (κ - κ_y) (1 - exp(-t/τ))
 //! V4  the first below its yield strain: nothing flows
@@ -11,16 +11,24 @@
 //! exactly in the limit of small strains and angles: Maxwell's and Bingham's materials, e.g. Findley, Lai & Onaran, Creep and
 //! Relaxation of Nonlinear Viscoelastic Materials (1976), chapter 5. Strips are 6 long, 2 wide and 0.1 thick, E = 1e3; τ = 2.
 
-use rumple::kinetics::Search;
-use rumple::scene::Scene;
-use rumple::{Simulation, Vec3};
+use std::sync::Arc;
 
+use rumple::effects::Material;
+use rumple::kinetics::Search;
+use rumple::num::checked::Positive;
+use rumple::problem::Problem;
+use rumple::scene::Scene;
+use rumple::sheet::Sheet;
+use rumple::solve::equilibrium::LbfgsSpec;
+use rumple::solve::staggered::StaggeredSpec;
+use rumple::{Simulation, Stepper, Vec3};
+
+use super::meshes::Strip;
 use super::{Outcome, Sample, at_point};
 
 const LENGTH: f64 = 6.0;
 const WIDTH: f64 = 2.0;
-const THICKNESS: f64 = 0.1;
-const YOUNG: f64 = 1e3;
+const MATERIAL: Material = Material { young: 1e3, poisson: 1.0 / 3.0, thickness: 0.1 };
 const TIME: f64 = 2.0;
 
 /// An integrator of small errors in time.
@@ -40,15 +48,33 @@ fn ends(strain: f64) -> String {
     pin(-1.0, "displacement = [0, 0, 0]\n") + &pin(1.0, &moved)
 }
 
-/// A strip with these effects, at rest at time 0.
-fn strip(vertices: usize, time: &str, effects: &str) -> Outcome<Simulation> {
+/// A strip with these effects.
+fn scene(vertices: usize, time: &str, effects: &str) -> Outcome<Scene> {
+    let Material { young, poisson, thickness } = MATERIAL;
     let text = format!(
         "sheet = {{ shape = \"rectangle\", width = {LENGTH:?}, height = {WIDTH:?}, vertices = {vertices}, seed = 1 }}\n\
-         material = {{ young = {YOUNG:?}, poisson = 0.3333333333333333, thickness = {THICKNESS:?}, drag = 1e-3 }}\n\
+         material = {{ young = {young:?}, poisson = {poisson:?}, thickness = {thickness:?}, drag = 1e-3 }}\n\
          equilibrium = {{ method = \"lbfgs\", tolerance = 1e-10 }}\ntime = {time}\n{effects}"
     );
-    let scene = Scene::parse(&text, "known_answers", &[])?;
+    Ok(Scene::parse(&text, "known_answers", &[])?)
+}
+
+/// The same, at rest at time 0.
+fn strip(vertices: usize, time: &str, effects: &str) -> Outcome<Simulation> {
+    let scene = scene(vertices, time, effects)?;
     Ok(Simulation::new(&scene, &Search::in_directories(Vec::new()))?)
+}
+
+/// Effects of `scene` on another sheet, with the same tolerances.
+fn on(sheet: &Arc<Sheet>, scene: &Scene) -> Outcome<Stepper> {
+    let tolerance = |x: f64| Positive::new(x).ok_or("no tolerance");
+    let fine = tolerance(1e-4)?;
+    let problem = Problem::on(Arc::clone(sheet))
+        .material(MATERIAL)
+        .effects(&scene.effects)
+        .integrator(StaggeredSpec { rtol: fine, atol: fine, ..StaggeredSpec::default() })
+        .equilibrium(LbfgsSpec { tolerance: tolerance(1e-10)?, ..LbfgsSpec::default() });
+    Ok(problem.stepper()?)
 }
 
 fn run(simulation: &mut Simulation, until: f64) -> Outcome<()> {
@@ -110,7 +136,8 @@ pub fn below_yield(vertices: usize, stretching: &str, ratio: f64) -> Outcome<Sam
 /// units of its length, beside ε/τ; over the time τ.
 pub fn creep(vertices: usize, stretching: &str, strain: f64) -> Outcome<Sample> {
     let half = 0.5 * LENGTH - 1e-6;
-    let line = YOUNG * THICKNESS * strain;
+    // By the two-dimensional modulus of both models.
+    let line = MATERIAL.stretching_modulus() * strain;
     let pull = |side: f64| {
         let (at, force) = (side * half, side * line);
         format!(
@@ -138,8 +165,8 @@ pub fn creep(vertices: usize, stretching: &str, strain: f64) -> Outcome<Sample> 
 }
 
 /// V3: the curvature of a strip that was held at the curvature 0.1 for the time τ, after its release; with the yield
-/// curvature `threshold`.
-pub fn bent(vertices: usize, threshold: Option<f64>) -> Outcome<Sample> {
+/// curvature `threshold`. The lattice has edges across the strip, which are the only ones that bend.
+pub fn bent(rows: usize, threshold: Option<f64>) -> Outcome<Sample> {
     let curvature = 0.1;
     let limit = threshold.map_or(String::new(), |y| format!(", yield = {y:?}"));
     let effects = format!(
@@ -148,24 +175,27 @@ pub fn bent(vertices: usize, threshold: Option<f64>) -> Outcome<Sample> {
     );
     let held = format!("{effects}[[effect]]\nkind = \"pin\"\naxes = \"xyz\"\nwhere = \"all\"\n");
     let time = format!("{{ until = {TIME:?}, integrator = {FINE} }}");
-    let mut simulation = strip(vertices, &time, &held)?;
+    let strip = Strip { length: LENGTH, width: WIDTH, rows, extra: 0.0 };
+    let sheet = Arc::new(strip.mesh()?);
+    let mut stepper = on(&sheet, &scene(150, &time, &held)?)?;
     let rolled = |x: &Vec3| {
-        let angle = curvature * x.x;
+        let angle = curvature * (x.x - 0.5 * LENGTH);
         Vec3::new(angle.sin() / curvature, x.y, (angle.cos() - 1.0) / curvature)
     };
-    simulation.state_mut().x = simulation.sheet().rest().iter().map(rolled).collect();
-    simulation.prepare()?;
-    run(&mut simulation, TIME)?;
-    let mut released = strip(vertices, &time, &effects)?;
-    released.state_mut().x = simulation.state().x.clone();
-    released.state_mut().internal = simulation.state().internal.clone();
+    stepper.state.x = sheet.rest().iter().map(rolled).collect();
+    stepper.prepare()?;
+    while stepper.state.time < TIME {
+        stepper.step(TIME)?;
+    }
+    let mut released = on(&sheet, &scene(150, &time, &effects)?)?;
+    released.state.x = stepper.state.x.clone();
+    released.state.internal = stepper.state.internal.clone();
     released.relax()?;
-    let x = &released.state().x;
-    let at = |share: f64| at_point(released.sheet(), x, share * LENGTH, 0.0);
-    let (a, b, c) = (at(-0.25)?, at(0.0)?, at(0.25)?);
+    let at = |share: f64| at_point(&sheet, &released.state.x, share * LENGTH, 0.5 * WIDTH);
+    let (a, b, c) = (at(0.25)?, at(0.5)?, at(0.75)?);
     let left =
         2.0 * (b - a).cross(&(c - b)).norm() / ((b - a).norm() * (c - b).norm() * (c - a).norm());
     let flowed = 1.0 - (-1.0f64).exp();
     let exact = (curvature - threshold.unwrap_or(0.0)).max(0.0) * flowed;
-    Ok(Sample::new(released.sheet(), left, exact))
+    Ok(Sample::new(&sheet, left, exact))
 }

@@ -18,7 +18,7 @@ pub use breakpoints::Breakpoints;
 pub struct Stepper {
     /// The model with the memory of its solvers.
     pub workspace: Workspace,
-    /// Time, positions and species.
+    /// Time, positions, species and internal variables.
     pub state: State,
     /// How it advances in time.
     pub integrator: Box<dyn Integrator>,

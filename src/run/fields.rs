@@ -14,7 +14,8 @@ use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::sheet::quality::triangle_quality;
 
-use super::Result;
+use super::internal::around_vertices;
+use super::{Result, internal};
 
 /// Fields besides species and signals: name, unit, and what they are.
 const OTHERS: [(&str, &str); 6] = [
@@ -173,7 +174,7 @@ impl Fields {
                 }
             }
         }
-        self.internal(at, &mut point, &mut cell);
+        internal::add_fields((model, state), &self.names, (&mut point, &mut cell));
         let mut field_data = Vec::new();
         let energies = at.energies()?;
         for (name, value) in model.mechanics().names().zip(&energies) {
@@ -204,30 +205,6 @@ impl Fields {
     /// What is in a frame besides positions and displacements.
     pub(super) fn names(&self) -> &[String] {
         &self.names
-    }
-
-    /// Adds the internal variables that are asked for: those of edges as the means around each vertex.
-    fn internal<'a>(
-        &self,
-        at: &Evaluation<'a>,
-        point: &mut Vec<Field<'a>>,
-        cell: &mut Vec<Field<'a>>,
-    ) {
-        let (model, state) = (at.model(), at.state());
-        for (term, values) in model.internal().iter().zip(&state.internal) {
-            if !self.names.iter().any(|name| name == term.name()) {
-                continue;
-            }
-            let title = term.name().to_owned();
-            match term.place() {
-                Location::Vertex => point.push(Field::scalar(title, values.as_slice())),
-                Location::Face => cell.push(Field::scalar(title, values.as_slice())),
-                Location::Edge => {
-                    let of = |e: usize| values[e];
-                    point.push(Field::scalar(title, around_vertices(model.sheet(), of)));
-                }
-            }
-        }
     }
 
     /// What the observables read that are asked for.
@@ -287,15 +264,4 @@ pub(super) fn vertex_factor(potential: &Potential) -> Vec<f64> {
     let (sheet, metric) = (potential.sheet(), potential.metric());
     let (length, reference) = (metric.length(), metric.reference_length());
     around_vertices(sheet, |e| length[e] / reference[e])
-}
-
-/// Mean over its edges at every vertex.
-fn around_vertices(sheet: &Sheet, of: impl Fn(usize) -> f64) -> Vec<f64> {
-    (0..sheet.vertex_count())
-        .map(|i| {
-            let around = sheet.vertex_edges().of(i);
-            let sum: f64 = around.iter().map(|&(e, _)| of(e as usize)).sum();
-            sum / crate::num::real(around.len())
-        })
-        .collect()
 }

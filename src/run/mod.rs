@@ -19,6 +19,7 @@ mod fingerprint;
 pub mod forecast;
 mod incidents;
 pub mod inspect;
+mod internal;
 mod invariants;
 pub mod laws;
 mod notes;

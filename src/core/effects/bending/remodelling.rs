@@ -17,6 +17,7 @@ use crate::effects::flow::{Flow, FlowSpec, Keys};
 use crate::effects::{EffectContext, EffectError, Internal};
 use crate::geometry::Shape;
 use crate::kinetics::Location;
+use crate::parallel;
 
 /// What rest angles have flowed by is called.
 pub(super) const FLOWED: &str = "angle_remodelling";
@@ -67,15 +68,17 @@ impl Internal for AngleRemodelling {
 
     fn rates(&self, shape: &Shape<'_>, values: &[f64], out: &mut [f64]) {
         let (length, area) = (shape.metric.length(), shape.metric.weight_area());
-        out.fill(0.0);
-        for (h, (e, corners)) in self.edge.iter().zip(&self.corners).enumerate() {
-            let e = *e as usize;
-            let areas: f64 =
-                shape.sheet.edges()[e].triangles.map(|t| area[t as usize]).iter().sum();
+        let mut rate = vec![0.0; self.edge.len()];
+        parallel::fill(&mut rate, |h| {
+            let e = self.edge[h] as usize;
+            let [first, second] = shape.sheet.edges()[e].triangles.map(|t| area[t as usize]);
+            let areas = first + second;
             let rest = Curved::at(&self.rest, h, length[e], areas, values[e]);
-            let psi = hinge::angle(&corners.map(|v| shape.x[v as usize]));
-            out[e] = self.flow.rate(e, rest.deviation(psi), areas / length[e]);
-        }
+            let psi = hinge::angle(&self.corners[h].map(|v| shape.x[v as usize]));
+            self.flow.rate(e, rest.deviation(psi), areas / length[e])
+        });
+        out.fill(0.0);
+        self.edge.iter().zip(rate).for_each(|(e, rate)| out[*e as usize] = rate);
     }
 
     fn spectral_bound(&self) -> f64 {
