@@ -16,6 +16,7 @@ use std::sync::Arc;
 use rumple::effects::Material;
 use rumple::kinetics::Search;
 use rumple::num::checked::Positive;
+use rumple::num::real;
 use rumple::problem::Problem;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
@@ -191,8 +192,12 @@ pub fn bent(rows: usize, threshold: Option<f64>) -> Outcome<Sample> {
     released.state.x = stepper.state.x.clone();
     released.state.internal = stepper.state.internal.clone();
     released.relax()?;
-    let at = |share: f64| at_point(&sheet, &released.state.x, share * LENGTH, 0.5 * WIDTH);
-    let (a, b, c) = (at(0.25)?, at(0.5)?, at(0.75)?);
+    // On columns of vertices, between which the sheet is flat.
+    let (middle, quarter) = (strip.columns() / 2, strip.columns() / 4);
+    let at = |column: usize| {
+        at_point(&sheet, &released.state.x, strip.spacing() * real(column), 0.5 * WIDTH)
+    };
+    let (a, b, c) = (at(middle - quarter)?, at(middle)?, at(middle + quarter)?);
     let left =
         2.0 * (b - a).cross(&(c - b)).norm() / ((b - a).norm() * (c - b).norm() * (c - a).norm());
     let flowed = 1.0 - (-1.0f64).exp();
