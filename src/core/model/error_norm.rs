@@ -50,7 +50,7 @@ impl Model {
         (rtol, atol): (f64, f64),
     ) -> f64 {
         let reduction = self.sheet().reduction();
-        let of = |(k, term): (usize, &Box<dyn Internal>)| {
+        let of = |(k, term): (usize, &dyn Internal)| {
             let (start, a, b) = (&start.internal[k], &a.internal[k], &b.internal[k]);
             let changed = |i: usize| b[i] - term.initial(i);
             let largest = reduction.max(b.len(), |i| changed(i).abs());
@@ -59,7 +59,7 @@ impl Model {
                 (b[i] - start[i], b[i] - a[i], changed(i) / largest)
             })
         };
-        self.internal.iter().enumerate().map(of).fold(0.0, f64::max)
+        self.internal.iter().map(|term| &**term).enumerate().map(of).fold(0.0, f64::max)
     }
 
     /// The misfit of the shapes of `a` and `b`, with v the displacement from rest and the mean edge as its

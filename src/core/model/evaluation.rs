@@ -225,13 +225,14 @@ impl<'a> Evaluation<'a> {
             return Ok(Vec::new());
         }
         let shape = self.potential()?.shape(&state.x);
-        let of = |(term, values): (&Box<dyn Internal>, &Vec<f64>)| {
+        let of = |term: &dyn Internal, values: &Vec<f64>| {
             let _scope = counters::of_internal(model.tally(), term.name()).scope(0);
             let mut rates = vec![0.0; values.len()];
             term.rates(&shape, values, &mut rates);
             rates
         };
-        Ok(model.internal().iter().zip(&state.internal).map(of).collect())
+        let terms = model.internal().iter().zip(&state.internal);
+        Ok(terms.map(|(term, values)| of(&**term, values)).collect())
     }
 
     /// What derivatives of the rates are made of.

@@ -110,10 +110,9 @@ impl Model {
     /// Their values on a sheet that nothing has happened to.
     #[must_use]
     pub fn initial_internal(&self) -> Vec<Vec<f64>> {
-        let of = |term: &Box<dyn Internal>| {
-            (0..term.count(self.sheet())).map(|i| term.initial(i)).collect()
-        };
-        self.internal.iter().map(of).collect()
+        let of =
+            |term: &dyn Internal| (0..term.count(self.sheet())).map(|i| term.initial(i)).collect();
+        self.internal.iter().map(|term| of(&**term)).collect()
     }
 
     /// Those of `state` that multiply optimal lengths.
