@@ -193,6 +193,7 @@ fn every_policy_and_integrator_gives_the_same_answer() {
     for (time, tolerance) in [
         (staggered(1e-3), 2e-3),
         (format!("policy = 'simultaneous', {}", staggered(1e-3)), 5e-3),
+        (format!("policy = 'chemistry-fast', {}", staggered(1e-3)), 5e-3),
         ("integrator = { kind = 'staggered', method = 'euler', step = 5e-3 }".into(), 2e-2),
     ] {
         let other = at_end(&pulled(&time, ""));
