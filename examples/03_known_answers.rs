@@ -3,7 +3,7 @@
 //! `cargo run --release --example 03_known_answers`
 //!
 //! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`, `contact`,
-//! `chemistry`, `branches`) only these.
+//! `chemistry`, `branches`, `remodelling`) only these.
 
 mod known_answers;
 
@@ -12,7 +12,7 @@ use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
     BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, branches, chemistry, contact,
-    growth, membranes, plates, shells, strips, sze,
+    growth, membranes, plates, remodelling, shells, strips, sze,
 };
 
 /// Prints the tables.
@@ -49,6 +49,9 @@ fn main() -> Outcome<()> {
     if wanted("branches") {
         branch_tables()?;
     }
+    if wanted("remodelling") {
+        remodelling_tables()?;
+    }
     Ok(())
 }
 
@@ -75,6 +78,28 @@ fn table(title: &str, samples: &[Sample]) {
 
 fn over(sizes: &[usize], solve: impl Fn(usize) -> Outcome<Sample>) -> Outcome<Vec<Sample>> {
     sizes.iter().map(|&n| solve(n)).collect()
+}
+
+fn remodelling_tables() -> Outcome<()> {
+    println!("\n## V1 to V4: strips that flow");
+    for models in [BOND_HINGE, STVK_HINGE] {
+        for strain in [1e-4, 1e-2, 1e-1] {
+            let by = ("quasi-static", remodelling::FINE);
+            let samples =
+                over(&[150, 600], |n| remodelling::relaxed(n, models.stretching, strain, by))?;
+            table(&format!("V1 tension left after τ, ε = {strain}, {}", models.name), &samples);
+        }
+        let samples = over(&[150, 600, 2400], |n| remodelling::creep(n, models.stretching, 1e-4))?;
+        table(&format!("V2 speed of creep, {}", models.name), &samples);
+    }
+    for (what, threshold) in [("no yield curvature", None), ("yield curvature 0.4 κ", Some(0.04))]
+    {
+        let samples = over(&[3, 6, 12], |n| remodelling::bent(n, threshold))?;
+        table(&format!("V3 curvature left, {what}"), &samples);
+    }
+    let samples = over(&[150, 600], |n| remodelling::below_yield(n, STVK_HINGE.stretching, 1.5))?;
+    table("V4 tension left below the yield strain", &samples);
+    Ok(())
 }
 
 fn plate_tables() -> Outcome<()> {

@@ -11,6 +11,7 @@ pub mod loads;
 pub mod membranes;
 pub mod meshes;
 pub mod plates;
+pub mod remodelling;
 pub mod ribbons;
 pub mod shells;
 pub mod strips;

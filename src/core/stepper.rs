@@ -18,7 +18,7 @@ pub use breakpoints::Breakpoints;
 pub struct Stepper {
     /// The model with the memory of its solvers.
     pub workspace: Workspace,
-    /// Time, positions and species.
+    /// Time, positions, species and internal variables.
     pub state: State,
     /// How it advances in time.
     pub integrator: Box<dyn Integrator>,
@@ -58,12 +58,16 @@ impl Stepper {
     /// That the state, which anybody may set, is one of this problem.
     fn check(&self) -> Result<()> {
         let model = self.model();
-        let (sheet, State { x, species, .. }) = (model.sheet(), &self.state);
+        let (sheet, State { x, species, internal, .. }) = (model.sheet(), &self.state);
         let expect = |what: &str, found: usize, expected: usize| match found == expected {
             true => Ok(()),
             false => Err(SolveError::Shape { what: what.to_owned(), found, expected }),
         };
         expect("positions", x.len(), sheet.vertex_count())?;
+        expect("internal variables", internal.len(), model.internal().len())?;
+        for (term, values) in model.internal().iter().zip(internal) {
+            expect(&format!("values of {}", term.name()), values.len(), term.count(sheet))?;
+        }
         let Some(chemistry) = model.chemistry() else { return expect("species", species.len(), 0) };
         let names = &chemistry.descriptor().species;
         expect("species", species.len(), names.len())?;

@@ -36,6 +36,16 @@ pub struct Conditions<'a> {
     pub metric: &'a RestMetric,
     /// Time.
     pub time: f64,
+    /// Internal variables by name; none without an effect that owns some.
+    pub internal: &'a [(&'static str, Vec<f64>)],
+}
+
+impl<'a> Conditions<'a> {
+    /// The values of the internal variables of this name.
+    #[must_use]
+    pub fn internal(&self, name: &str) -> Option<&'a [f64]> {
+        self.internal.iter().find(|(known, _)| *known == name).map(|(_, values)| values.as_slice())
+    }
 }
 
 /// A shape of a sheet, as the effects see it.

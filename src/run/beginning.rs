@@ -4,7 +4,7 @@
 //! ```text
 //! scene      of the run that it was taken from, with all defaults
 //! at rest    whether the shape is in equilibrium; otherwise the run begins by relaxing it
-//! state      time, step, positions, species
+//! state      time, step, positions, species, internal variables
 //! solvers    what they remember, where that can be stored
 //! ```
 //!
@@ -48,7 +48,9 @@ impl Beginning {
             return Err(refuse("it holds something else than the start of a run".into()).into());
         };
         let Self { scene: before, at_rest, state, solvers } = read;
-        let lengths = |state: &State| state.species.iter().map(Vec::len).collect::<Vec<_>>();
+        let of = |all: &[Vec<f64>]| all.iter().map(Vec::len).collect::<Vec<_>>();
+        let lengths = |state: &State| of(&state.species);
+        let internal = |state: &State| of(&state.internal);
         let (here, there) = (simulation.state().x.len(), state.x.len());
         if here != there {
             let what = format!("it is of a sheet of {there} vertices, and the scene's has {here}");
@@ -56,6 +58,9 @@ impl Beginning {
         }
         if lengths(&state) != lengths(simulation.state()) {
             return Err(refuse("it is of other species than the scene's".into()).into());
+        }
+        if internal(&state) != internal(simulation.state()) {
+            return Err(refuse("it is of other internal variables than the scene's".into()).into());
         }
         if !(state.time < scene.time.span.until.get()) {
             let what = format!("it is of time {}, and the run ends before", state.time);

@@ -31,6 +31,8 @@ pub(crate) struct Brought {
     /// Points whose values are held.
     pub(crate) held: usize,
     pub(crate) growth: usize,
+    /// Internal variables.
+    pub(crate) internal: usize,
     /// Whether it directs the length factor of the law.
     pub(crate) directs: bool,
     pub(crate) constraints: usize,
@@ -78,6 +80,7 @@ impl Brought {
             transports: 0,
             held: 0,
             growth: 0,
+            internal: 0,
             directs: false,
             constraints: 0,
             prescribed: 0,
@@ -91,8 +94,18 @@ impl Brought {
     pub(crate) fn holds(&mut self, effect: &Effect) {
         self.took = self.began.elapsed();
         self.bytes = bytes() - self.before;
-        let Effect { energies, pins, prescribed, constraints, growth, direction, transports, held } =
-            effect;
+        let Effect {
+            energies,
+            pins,
+            prescribed,
+            constraints,
+            growth,
+            direction,
+            transports,
+            held,
+            internal,
+        } = effect;
+        self.internal = internal.len();
         self.held = held.iter().map(|held| held.points().len()).sum();
         self.energies = energies.len();
         self.transports = transports.len();

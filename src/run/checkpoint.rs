@@ -3,7 +3,7 @@
 //! ```text
 //! made from    scene with all defaults, hashes of mesh, plugins and files
 //! place        frames and rows written, what the watch has seen, work and time spent
-//! state        time, step, positions, species
+//! state        time, step, positions, species, internal variables
 //! solvers      step control, velocities, the factor in use, what has been learnt
 //! ```
 //!
@@ -119,7 +119,10 @@ impl Checkpoint {
     /// [`Malformed`] if it does not fit.
     pub(super) fn restore(&self, simulation: &mut Simulation) -> Result<(), Malformed> {
         let new = simulation.state();
-        let lengths = |state: &State| state.species.iter().map(Vec::len).collect::<Vec<_>>();
+        let lengths = |state: &State| {
+            let all = state.species.iter().chain(&state.internal);
+            (state.species.len(), all.map(Vec::len).collect::<Vec<_>>())
+        };
         if new.x.len() != self.state.x.len() || lengths(new) != lengths(&self.state) {
             return Err(Malformed);
         }

@@ -205,6 +205,7 @@ fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec
     let mut transports = transports.unwrap_or_default().into_iter();
     let mut constraints = model.mechanics().constraint_names();
     let mut growth = model.growth_names();
+    let mut internal = model.internal().iter().map(|term| term.name().to_owned());
     let mut all = Vec::new();
     for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
     {
@@ -217,6 +218,7 @@ fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec
         let kept = constraints.by_ref().take(brought.constraints);
         names.extend(kept.map(constraint_meter));
         names.extend(growth.by_ref().take(brought.growth));
+        names.extend(internal.by_ref().take(brought.internal));
         for name in names {
             if let Some(k) = costs.iter().position(|c| c.group == "effect" && c.name == name) {
                 part.add(&costs.remove(k));

@@ -7,14 +7,15 @@ use crate::Vec3;
 use crate::effects::Elasticity;
 use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::{Location, Signal};
-use crate::model::{Chemistry, Evaluation, Potential, Signals, TensionReading};
+use crate::model::{Evaluation, Model, Potential, Signals, TensionReading};
 use crate::output::{Field, Frame};
 use crate::parallel;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::sheet::quality::triangle_quality;
 
-use super::Result;
+use super::internal::around_vertices;
+use super::{Result, internal};
 
 /// Fields besides species and signals: name, unit, and what they are.
 const OTHERS: [(&str, &str); 6] = [
@@ -59,11 +60,12 @@ impl Fields {
     /// A name that nothing has, with its place.
     pub(super) fn new(
         scene: &Scene,
-        chemistry: Option<&Chemistry>,
+        model: &Model,
         area: VertexArea,
         rest_area: &RestAreas<'_>,
         material: Option<&Elasticity>,
     ) -> Result<Self> {
+        let chemistry = model.chemistry();
         let species: Vec<&str> = chemistry
             .map(|c| c.descriptor().species.iter().map(|s| s.name.as_str()).collect())
             .unwrap_or_default();
@@ -72,6 +74,7 @@ impl Fields {
         allowed.extend(observables.unwrap_or_default().iter().map(|o| o.name.as_str()));
         allowed.extend(Signal::ALL.iter().filter(|s| **s != Signal::Time).map(|s| s.name()));
         allowed.extend(OTHERS.map(|(name, _)| name));
+        allowed.extend(model.internal().iter().map(|term| term.name()));
         for (k, name) in scene.output.fields.iter().enumerate() {
             if !allowed.contains(&name.as_str()) {
                 let path = format!("output.fields[{k}]");
@@ -171,6 +174,7 @@ impl Fields {
                 }
             }
         }
+        internal::add_fields((model, state), &self.names, (&mut point, &mut cell));
         let mut field_data = Vec::new();
         let energies = at.energies()?;
         for (name, value) in model.mechanics().names().zip(&energies) {
@@ -259,12 +263,5 @@ pub(super) fn qualities(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
 pub(super) fn vertex_factor(potential: &Potential) -> Vec<f64> {
     let (sheet, metric) = (potential.sheet(), potential.metric());
     let (length, reference) = (metric.length(), metric.reference_length());
-    (0..sheet.vertex_count())
-        .map(|i| {
-            let around = sheet.vertex_edges().of(i);
-            let sum: f64 =
-                around.iter().map(|&(e, _)| length[e as usize] / reference[e as usize]).sum();
-            sum / crate::num::real(around.len())
-        })
-        .collect()
+    around_vertices(sheet, |e| length[e] / reference[e])
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::{Error, Result, Simulation, planar};
+use super::{Error, Result, Simulation, internal, planar};
 use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::Curvature;
@@ -13,14 +13,14 @@ use crate::num::Short;
 use crate::sheet::{Sheet, SheetError, Surface};
 use crate::solve::SolveError;
 
-/// Puts the positions and species of `surface` into the state of `simulation`.
+/// Puts the positions, species and internal variables of `surface` into the state of `simulation`.
 ///
 /// Points are current positions; species are point arrays (cell arrays for species on faces) by
-/// name, with or without a unit in brackets.
+/// name, with or without a unit in brackets; internal variables as frames have them.
 ///
 /// # Errors
 /// A surface with another number of vertices or other triangles, a position that is not finite, a
-/// species without an array, arrays of the wrong length, or a species that is not finite or out of its valid
+/// species or an internal variable without an array, arrays of the wrong length, or a species that is not finite or out of its valid
 /// range; with the vertex or triangle.
 pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> {
     let refuse = |message: String| {
@@ -73,6 +73,10 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
     }
     simulation.stepper.state.x.copy_from_slice(&surface.points);
     let model = Arc::clone(simulation.model());
+    for (k, term) in model.internal().iter().enumerate() {
+        let values = internal::read(&**term, model.sheet(), surface).map_err(refuse)?;
+        simulation.stepper.state.internal[k] = values;
+    }
     let Some(chemistry) = model.chemistry() else { return Ok(()) };
     let arrays = match chemistry.location() {
         Location::Vertex => &surface.point_arrays,

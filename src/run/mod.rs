@@ -20,6 +20,7 @@ pub mod follow;
 pub mod forecast;
 mod incidents;
 pub mod inspect;
+mod internal;
 mod invariants;
 pub mod laws;
 mod notes;

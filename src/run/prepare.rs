@@ -93,15 +93,13 @@ pub(super) fn prepare(
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
-    let chemistry = model.chemistry();
     let rest_area: LazyCell<Arc<[f64]>, _> = LazyCell::new(|| rest_areas(&sheet).into());
     let rest_area = |wanted: &[Signal]| match wanted.contains(&Signal::AreaRatio) {
         true => Arc::clone(&rest_area),
         false => Arc::default(),
     };
-    stepper.state = start::state(scene, &sheet, chemistry)?;
-    let fields =
-        Fields::new(scene, chemistry, stepper.area.clone(), &rest_area, material.as_ref())?;
+    stepper.state = start::state(scene, &sheet, &model)?;
+    let fields = Fields::new(scene, &model, stepper.area.clone(), &rest_area, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     built.end(stepper.model().tally());
     let mut simulation = Simulation {

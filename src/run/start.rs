@@ -10,8 +10,7 @@ use super::Result;
 use crate::Vec3;
 use crate::geometry::vertex_normals;
 use crate::kinetics::{Location, formula};
-use crate::model::Chemistry;
-use crate::model::{Positions, State};
+use crate::model::{Chemistry, Model, Positions, State};
 use crate::num::Short;
 use crate::num::checked::{Finite, Positive};
 use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
@@ -63,14 +62,15 @@ pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
     made.map_err(|e| scene.error_at("sheet.shape", &e.to_string(), None).into())
 }
 
-/// The start: rest positions with the imperfection and the bump, and the species' first values.
-pub(super) fn state(scene: &Scene, sheet: &Sheet, chemistry: Option<&Chemistry>) -> Result<State> {
+/// The start: rest positions with the imperfection and the bump, the species' first values and those of `internal`
+/// variables.
+pub(super) fn state(scene: &Scene, sheet: &Sheet, model: &Model) -> Result<State> {
     let x = positions(scene, sheet);
-    let species = match chemistry {
+    let species = match model.chemistry() {
         None => Vec::new(),
         Some(chemistry) => species(scene, sheet, chemistry)?,
     };
-    Ok(State { time: 0.0, step: 0, x, species })
+    Ok(State { time: 0.0, step: 0, x, species, internal: model.initial_internal() })
 }
 
 fn positions(scene: &Scene, sheet: &Sheet) -> Positions {

@@ -11,6 +11,7 @@ mod contact;
 mod growth;
 mod membranes;
 mod plates;
+mod remodelling;
 mod shells;
 mod strips;
 

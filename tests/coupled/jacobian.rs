@@ -302,7 +302,7 @@ fn state(sheet: &Sheet, location: Location) -> State {
     };
     let mut noise = Noise::new(23);
     let species = (0..2).map(|_| (0..points).map(|_| 0.3 * noise.number()).collect()).collect();
-    State { time: 0.4, step: 0, x: crumpled(sheet, 0.15).into(), species }
+    State { time: 0.4, step: 0, x: crumpled(sheet, 0.15).into(), species, ..State::default() }
 }
 
 /// Largest |J d - (F(y + h d) - F(y - h d))/2h| over directions, relative to |J d|.

@@ -7,6 +7,7 @@ mod counted;
 mod faults;
 mod growth;
 mod hard_contact;
+mod internal;
 mod planted;
 mod pressed;
 mod problem;

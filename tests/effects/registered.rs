@@ -15,7 +15,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 53] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 55] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -86,6 +86,8 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 53] = [
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
     ("growth", "along = '1 + 0.1*x*t'\nfibre = [1, 'x', 0]", false, [true, true, true]),
     ("directed-growth", "fibre = [1, 0, 0.5]\nacross = 0.5", true, [true, true, true]),
+    ("remodelling", "time = 2.0", false, [true, true, true]),
+    ("remodelling", "time = '2 + 0.1*x'\nyield = 0.03", true, [true, true, true]),
     ("active-tension", "value = 0.7", false, [true, true, false]),
     ("active-tension", "value = -0.4\nramp = { formula = '1 + t' }", true, [true, true, false]),
     ("active-tension", "value = '0.3 + 0.1*x'\nfibre = [1, 0, 0]", false, [true, true, false]),

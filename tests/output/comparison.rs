@@ -23,7 +23,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         let bent = |x: &Vec3| Vec3::new(x.x, x.y, bend * f64::from(step) * (x.x * 0.5).sin());
         let x: Vec<Vec3> = sheet.rest().iter().map(bent).collect();
         let species = vec![sheet.rest().iter().map(|x| level + 0.01 * x.y).collect()];
-        State { time: f64::from(step), step: step.into(), x: x.into(), species }
+        State { time: f64::from(step), step: step.into(), x: x.into(), species, ..State::default() }
     };
     let states: Vec<State> = (0..3).map(state).collect();
     let measures = |s: &State| Measures {

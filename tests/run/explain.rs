@@ -59,6 +59,13 @@ fn what_is_not_listed_is_said_to_be_absent_and_what_is_listed_is_not() {
     assert!(has(&all, "not in this scene", &["bending"]), "{all}");
     assert!(has(&all, "unknowns", &["[kinetics] is absent"]), "{all}");
     assert!(has(&all, "effects", &["stretching", "line 4"]), "{all}");
+    assert!(has(&all, "not in this scene", &["optimal lengths stay"]), "{all}");
+    let flowing = one_ring.replace("}]", "}, { kind = 'remodelling', time = 2.0 }]");
+    let (scene, mut simulation) = crate::common::prepare(&flowing, &[]);
+    let all = Explanation::of(&scene, &mut simulation).unwrap();
+    assert!(has(&all, "unknowns", &["values of length_remodelling"]), "{all}");
+    assert!(has(&all, "effects", &["remodelling", "multiply optimal lengths"]), "{all}");
+    assert!(!has(&all, "not in this scene", &["optimal lengths stay"]), "{all}");
     let (scene, mut simulation) = crate::common::prepare(
         "sheet = { shape = 'point' }
          time = { until = 1.0 }

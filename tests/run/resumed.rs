@@ -11,10 +11,19 @@ use crate::common::Noise;
 use crate::plugins::build;
 
 /// One of every kind of thing that is remembered: a factor, velocities, a library's, nothing.
-const CASES: [(&str, &[&str]); 6] = [
+const CASES: [(&str, &[&str]); 7] = [
     ("one file", &["output.format=\"vtkhdf\"", "output.every=0.01", "time.until=0.3"]),
     ("quasi-static", &["time.until=0.3"]),
     ("simultaneous", &["time.policy=\"simultaneous\"", "material.drag=10", "time.until=0.3"]),
+    (
+        "internal variables",
+        &[
+            "effect=[{ kind = \"stretching\" }, { kind = \"bending\", model = \"hinge\", remodelling = { time = 0.1 } }, \
+             { kind = \"pin\", where = \"rim\", axes = \"z\" }, { kind = \"remodelling\", time = 0.2 }]",
+            "output.fields=[\"length_remodelling\", \"angle_remodelling\"]",
+            "time.until=0.3",
+        ],
+    ),
     ("library within a step", &["time.integrator.chemistry=\"bdf\"", "time.until=0.2"]),
     (
         "library",

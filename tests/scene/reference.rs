@@ -14,7 +14,7 @@ const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }
 const TIME: &str = "time = { until = 1.0 }";
 
 /// Page and heading of the reference, and scenes (but for the tables above) with an unknown key or name.
-const TABLES: [(&str, &str, &[&str]); 31] = [
+const TABLES: [(&str, &str, &[&str]); 32] = [
     (
         "sheet",
         "`[sheet]`",
@@ -91,6 +91,14 @@ const TABLES: [(&str, &str, &[&str]); 31] = [
     ("effects", "Active-tension", &["effect = [{ kind = \"active-tension\", impossible = 0 }]"]),
     ("effects", "Growth", &["effect = [{ kind = \"growth\", impossible = 0 }]"]),
     ("effects", "Directed-growth", &["effect = [{ kind = \"directed-growth\", impossible = 0 }]"]),
+    (
+        "effects",
+        "Remodelling",
+        &[
+            "effect = [{ kind = \"remodelling\", impossible = 0 }]",
+            "effect = [{ kind = \"bending\", model = \"hinge\", remodelling = { impossible = 0 } }]",
+        ],
+    ),
     ("effects", "Diffusion", &["effect = [{ kind = \"diffusion\", impossible = 0 }]"]),
     ("effects", "Cross-diffusion", &["effect = [{ kind = \"cross-diffusion\", impossible = 0 }]"]),
     ("effects", "Advection", &["effect = [{ kind = \"advection\", impossible = 0 }]"]),

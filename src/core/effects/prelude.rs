@@ -8,8 +8,8 @@ pub use typetag;
 
 pub use super::{
     Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity,
-    Element, Elements, Energy, Factor, Field, HessianPart, LowRank, Material, Measure, Needs, Ramp,
-    Region, Transport, Values,
+    Element, Elements, Energy, Factor, Field, HessianPart, Internal, LowRank, Material, Measure,
+    Needs, Ramp, Region, Transport, Values,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

@@ -7,6 +7,7 @@ use super::energy::{Energy, EnergyTerm};
 use super::field::{Field, Values};
 use super::growth::LengthFactor;
 use super::hold::Held;
+use super::internal::Internal;
 use super::material::{Elasticity, Material};
 use super::pin::Prescribed;
 use super::transport::{Transport, TransportTerm};
@@ -244,6 +245,8 @@ pub struct Effect {
     pub transports: Vec<TransportTerm>,
     /// Values of species that are held.
     pub held: Vec<Held>,
+    /// Variables of its own with rates.
+    pub internal: Vec<Box<dyn Internal>>,
 }
 
 impl Effect {
@@ -263,6 +266,12 @@ impl Effect {
     #[must_use]
     pub fn pins(pins: Pins) -> Self {
         Self { pins: Some(pins), ..Self::default() }
+    }
+
+    /// With internal variables.
+    #[must_use]
+    pub fn internal(internal: impl Internal) -> Self {
+        Self { internal: vec![Box::new(internal)], ..Self::default() }
     }
 
     /// With a transport.

@@ -1,7 +1,7 @@
 //! Tests for any effect: derivatives against differences, threads, and what it changes under.
 //!
-//! As `rumple plugin validate` does for laws. [`examine`] inspects the energies, constraints and transports of
-//! an effect on a sheet of yours, crumpled and unevenly grown; the report lists faults in words, and what
+//! As `rumple plugin validate` does for laws. [`examine`] inspects the energies, constraints, transports and internal
+//! variables of an effect on a sheet of yours, crumpled and unevenly grown; the report lists faults in words, and what
 //! the effect is invariant under or conserves, for you to compare with what it should. An effect that
 //! needs species is given some by [`examine_with`]:
 //!
@@ -46,6 +46,7 @@
 //! ```
 
 mod energy;
+mod internal;
 mod transport;
 
 use std::cmp::Ordering;
@@ -107,7 +108,7 @@ pub enum KitError {
     Model(#[from] ModelError),
 }
 
-/// Inspects the energies, constraints and transports of `effect` on `sheet`, without species.
+/// Inspects the energies, constraints, transports and internal variables of `effect` on `sheet`, without species.
 ///
 /// # Errors
 /// If the effect cannot be built there.
@@ -175,6 +176,9 @@ pub fn examine_on(
     for term in &built.transports {
         transport::of_transport(&mut report, term, sheet, &context);
     }
+    for term in &built.internal {
+        internal::of_internal(&mut report, &**term, sheet)?;
+    }
     if !built.transports.is_empty() {
         // An effect may refuse amounts.
         let context = EffectContext { measure: Measure::Amount, ..context };
@@ -218,14 +222,24 @@ pub fn made_up(species: &[&str]) -> Descriptor {
 }
 
 /// The fault of an effect without effect.
-const NOTHING: &str = "it brings nothing: no energy, fixed or prescribed positions, constraint, growth, transport or held value";
+const NOTHING: &str = "it brings nothing: no energy, fixed or prescribed positions, constraint, growth, transport, held value or internal \
+                       variable";
 
 fn is_nothing(built: &Effect) -> bool {
-    let Effect { energies, pins, prescribed, constraints, growth, direction, transports, held } =
-        built;
+    let Effect {
+        energies,
+        pins,
+        prescribed,
+        constraints,
+        growth,
+        direction,
+        transports,
+        held,
+        internal,
+    } = built;
     let pinned = pins.iter().flatten().flatten().any(|fixed| *fixed);
     let lists = energies.len() + prescribed.len() + constraints.len() + growth.len();
-    lists + transports.len() + held.len() == 0 && !pinned && direction.is_none()
+    lists + transports.len() + held.len() + internal.len() == 0 && !pinned && direction.is_none()
 }
 
 /// The fault of an effect that does in planar scenes what is never shown.

@@ -98,6 +98,10 @@ pub(super) fn of_growth(tally: &Tally, number: usize) -> Meter {
     tally.meter("effect", &growth_name(number), &["length factor"])
 }
 
+pub(super) fn of_internal(tally: &Tally, name: &str) -> Meter {
+    tally.meter("effect", name, &["rates"])
+}
+
 pub(super) fn growth_name(number: usize) -> String {
     if number == 0 { "growth".to_owned() } else { format!("growth {}", number + 1) }
 }

@@ -44,6 +44,22 @@ pub enum ModelError {
         /// The time.
         time: f64,
     },
+    /// An internal variable of an effect that is no number, or a length factor that is not positive.
+    #[error("the internal variable {name} becomes {value} at {} {place} at time {time}; it must be {range}", location.noun())]
+    Internal {
+        /// Its name.
+        name: &'static str,
+        /// Where it lives.
+        location: Location,
+        /// Number of the place.
+        place: usize,
+        /// The value there.
+        value: f64,
+        /// What it has to be.
+        range: &'static str,
+        /// The time.
+        time: f64,
+    },
     /// A species left its valid range by more than the tolerance.
     #[error(
         "species `{species}` becomes {value:e} at {} {point} at time {time}; it is valid from {} to \
@@ -73,7 +89,7 @@ impl ModelError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Kinetics(error) => error.is_recoverable(),
-            Self::Sheet(_) | Self::OutOfRange { .. } => true,
+            Self::Sheet(_) | Self::OutOfRange { .. } | Self::Internal { .. } => true,
             Self::Coupling { .. } | Self::Growth { .. } | Self::Linear(_) => false,
         }
     }

@@ -12,6 +12,7 @@
 //! sheet is not averaged away.
 
 use super::{Model, State};
+use crate::effects::Internal;
 use crate::reduction::Reduction;
 
 /// Points that change by less than this share of the unit do not count as changed.
@@ -37,6 +38,28 @@ impl Model {
         };
         let species = chemistry.descriptor().species.iter().enumerate();
         species.map(of).fold(0.0, f64::max)
+    }
+
+    /// The misfit of the internal variables of `a` and `b`, the larger over all, with v what they have changed by since
+    /// nothing had happened to the sheet; both follow from `start`.
+    #[must_use]
+    pub fn internal_misfit(
+        &self,
+        start: &State,
+        (a, b): (&State, &State),
+        (rtol, atol): (f64, f64),
+    ) -> f64 {
+        let reduction = self.sheet().reduction();
+        let of = |(k, term): (usize, &dyn Internal)| {
+            let (start, a, b) = (&start.internal[k], &a.internal[k], &b.internal[k]);
+            let changed = |i: usize| b[i] - term.initial(i);
+            let largest = reduction.max(b.len(), |i| changed(i).abs());
+            let unit = atol * term.typical() + rtol * largest;
+            misfit(reduction, b.len(), unit, |i| {
+                (b[i] - start[i], b[i] - a[i], changed(i) / largest)
+            })
+        };
+        self.internal.iter().map(|term| &**term).enumerate().map(of).fold(0.0, f64::max)
     }
 
     /// The misfit of the shapes of `a` and `b`, with v the displacement from rest and the mean edge as its

@@ -8,11 +8,13 @@ use std::sync::Arc;
 
 use super::Model;
 use super::chemistry::{Chemistry, SignalColumns, Surface};
+use super::counters;
 use super::error::ModelError;
 use super::potential::Potential;
 use super::signals::Signals;
 use super::state::State;
 use crate::Vec3;
+use crate::effects::Internal;
 use crate::sheet::SheetError;
 
 /// Memory of evaluations, one after the other. Its values are those of the last one, and nothing reads
@@ -118,6 +120,10 @@ impl<'a> Evaluation<'a> {
 
     fn set_conditions(&mut self, factor: Option<&[f64]>) -> Result<(), ModelError> {
         let Some(potential) = &mut self.memory.potential else { return Ok(()) };
+        let (terms, values) = (self.model.internal(), &self.state.internal);
+        if !terms.is_empty() {
+            potential.set_internal(terms.iter().map(|term| term.name()).zip(values));
+        }
         potential.set_conditions(factor, self.state.time);
         potential.set_anchor(None);
         potential.set_hold(None);
@@ -137,6 +143,21 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// A law that fails, or gives one that is not positive.
     pub fn length_factor(&mut self) -> Result<Option<Cow<'a, [f64]>>, ModelError> {
+        let mut all = self.grown()?;
+        for values in self.model.internal_factors(self.state)? {
+            match &mut all {
+                None => all = Some(Cow::Borrowed(values)),
+                Some(all) => {
+                    let all = all.to_mut().iter_mut();
+                    all.zip(values).for_each(|(all, factor)| *all *= factor);
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// The same of growth and laws alone.
+    fn grown(&mut self) -> Result<Option<Cow<'a, [f64]>>, ModelError> {
         let grown = self.model.growth(self.state.time)?;
         let Some(chemistry) = self.model.chemistry() else { return Ok(grown) };
         if !chemistry.descriptor().capabilities.length_factor {
@@ -192,6 +213,26 @@ impl<'a> Evaluation<'a> {
             self.known.rates = true;
         }
         Ok(&self.memory.rates)
+    }
+
+    /// Rates of the internal variables of effects; none without.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn internal_rates(&mut self) -> Result<Vec<Vec<f64>>, ModelError> {
+        let (model, state) = (self.model, self.state);
+        if model.internal().is_empty() {
+            return Ok(Vec::new());
+        }
+        let shape = self.potential()?.shape(&state.x);
+        let of = |term: &dyn Internal, values: &Vec<f64>| {
+            let _scope = counters::of_internal(model.tally(), term.name()).giving(0);
+            let mut rates = vec![0.0; values.len()];
+            term.rates(&shape, values, &mut rates);
+            rates
+        };
+        let terms = model.internal().iter().zip(&state.internal);
+        Ok(terms.map(|(term, values)| of(&**term, values)).collect())
     }
 
     /// What derivatives of the rates are made of.
@@ -294,15 +335,19 @@ impl<'a> Evaluation<'a> {
         Ok(Some(bounds))
     }
 
-    /// Largest `|dc/dt|` over all points, in units of each species' typical magnitude, 1/time.
+    /// Largest `|dc/dt|` over all points, and `|dq/dt|` of internal variables, in units of each one's typical magnitude,
+    /// 1/time.
     ///
     /// # Errors
     /// As for [`Evaluation::potential`].
     pub fn fastest_rate(&mut self) -> Result<f64, ModelError> {
-        let Some(chemistry) = self.model.chemistry() else { return Ok(0.0) };
         let reduction = self.model.sheet().reduction();
-        let rates = self.rates()?;
         let mut largest: f64 = 0.0;
+        for (term, rate) in self.model.internal().iter().zip(self.internal_rates()?) {
+            largest = largest.max(reduction.max(rate.len(), |i| rate[i].abs()) / term.typical());
+        }
+        let Some(chemistry) = self.model.chemistry() else { return Ok(largest) };
+        let rates = self.rates()?;
         for (species, rate) in chemistry.descriptor().species.iter().zip(rates) {
             let fastest = reduction.max(rate.len(), |i| rate[i].abs());
             largest = largest.max(fastest / species.typical);

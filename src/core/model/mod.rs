@@ -3,10 +3,11 @@
 //! ```text
 //! w_x · drag · dx/dt = -∂U/∂x (x; c)              mechanics
 //! w_c ·        dc/dt = D Δ_x c + R(c, signals, t) chemistry
+//!              dq/dt = f(q, x, t)                 internal variables of effects
 //! ```
 //!
 //! A [`Model`] is the sheet with the effects, laws and weights w that a scene lists; a [`State`] is
-//! time, positions and species, and nothing else; an [`Evaluation`] is the model at a state. Solvers ask
+//! time, positions, species and internal variables, and nothing else; an [`Evaluation`] is the model at a state. Solvers ask
 //! for its pieces: energies at fixed optimal lengths ([`Potential`]), rates, or both at once with their
 //! derivatives (`Coupled`).
 
@@ -53,7 +54,7 @@ pub(crate) use signals::Derivatives;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::effects::LengthFactor;
+use crate::effects::{Internal, LengthFactor};
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
 use crate::tally::Tally;
@@ -63,6 +64,7 @@ pub struct Model {
     mechanics: Arc<Mechanics>,
     chemistry: Option<Chemistry>,
     growth: Vec<LengthFactor>,
+    internal: Vec<Box<dyn Internal>>,
     storage: Storage,
     drag: Drag,
 }
@@ -81,7 +83,8 @@ impl Model {
         if let Some(chemistry) = &mut chemistry {
             chemistry.count(mechanics.tally());
         }
-        Self { mechanics, chemistry, growth: Vec::new(), storage, drag }
+        let (growth, internal) = (Vec::new(), Vec::new());
+        Self { mechanics, chemistry, growth, internal, storage, drag }
     }
 
     /// The same with length factors that multiply those of the laws.
@@ -89,6 +92,54 @@ impl Model {
     pub fn growing(mut self, growth: Vec<LengthFactor>) -> Self {
         self.growth = growth;
         self
+    }
+
+    /// The same with internal variables of effects.
+    #[must_use]
+    pub fn owning(mut self, internal: Vec<Box<dyn Internal>>) -> Self {
+        self.internal = internal;
+        self
+    }
+
+    /// The internal variables of effects, in the order of [`State::internal`].
+    #[must_use]
+    pub fn internal(&self) -> &[Box<dyn Internal>] {
+        &self.internal
+    }
+
+    /// Their values on a sheet that nothing has happened to.
+    #[must_use]
+    pub fn initial_internal(&self) -> Vec<Vec<f64>> {
+        let of =
+            |term: &dyn Internal| (0..term.count(self.sheet())).map(|i| term.initial(i)).collect();
+        self.internal.iter().map(|term| of(&**term)).collect()
+    }
+
+    /// Those of `state` that multiply optimal lengths.
+    ///
+    /// # Errors
+    /// [`ModelError::Internal`] for a value that is not a positive number.
+    pub(crate) fn internal_factors<'a>(
+        &self,
+        state: &'a State,
+    ) -> Result<Vec<&'a [f64]>, ModelError> {
+        let mut all = Vec::new();
+        let terms = self.internal.iter().zip(&state.internal);
+        for (term, values) in terms.filter(|(term, _)| term.multiplies_lengths()) {
+            let wrong = |value: &f64| !(*value > 0.0 && value.is_finite());
+            if let Some(place) = values.iter().position(wrong) {
+                return Err(ModelError::Internal {
+                    name: term.name(),
+                    location: term.place(),
+                    place,
+                    value: values[place],
+                    range: "a number > 0",
+                    time: state.time,
+                });
+            }
+            all.push(values.as_slice());
+        }
+        Ok(all)
     }
 
     /// The length factor Φ at every edge of all growth that is not a law's; `None` without any.
@@ -181,7 +232,10 @@ impl Model {
     #[must_use]
     pub fn is_chemistry_alone(&self) -> bool {
         let factor = |c: &Chemistry| c.descriptor().capabilities.length_factor;
-        !self.moves() && self.growth.is_empty() && !self.chemistry.as_ref().is_some_and(factor)
+        !self.moves()
+            && self.growth.is_empty()
+            && self.internal.is_empty()
+            && !self.chemistry.as_ref().is_some_and(factor)
     }
 
     /// Whether optimal lengths depend on the shape: species on faces that set them are carried to vertices with

@@ -22,6 +22,10 @@ pub struct Potential {
     mechanics: Arc<Mechanics>,
     metric: RestMetric,
     time: f64,
+    /// Internal variables by name.
+    internal: Vec<(&'static str, Vec<f64>)>,
+    /// Whether they have changed since effects were prepared.
+    stale: bool,
     work: Vec<Work>,
     pub(super) constraints: Constraints,
     anchor: Option<Anchor>,
@@ -52,8 +56,20 @@ impl Potential {
         let mechanics = Arc::clone(mechanics);
         let force_scale = 0.0;
         let (anchor, hold) = (None, None);
-        let mut made =
-            Self { mechanics, metric, time, work, constraints, anchor, hold, force_scale, lengths };
+        let (internal, stale) = (Vec::new(), false);
+        let mut made = Self {
+            mechanics,
+            metric,
+            time,
+            internal,
+            stale,
+            work,
+            constraints,
+            anchor,
+            hold,
+            force_scale,
+            lengths,
+        };
         made.prepare();
         let sheet = Arc::clone(made.sheet());
         made.choose_stiffness(sheet.rest());
@@ -74,14 +90,33 @@ impl Potential {
             self.metric.set_length_factor(self.mechanics.sheet(), factor);
             drop(scope);
             self.prepare();
-        } else if later && self.mechanics.depends_on_time() {
+        } else if self.stale || later && self.mechanics.depends_on_time() {
             self.prepare();
         }
     }
 
+    /// Sets internal variables, which effects read under the next conditions that are set.
+    pub fn set_internal<'a>(&mut self, values: impl Iterator<Item = (&'static str, &'a Vec<f64>)>) {
+        let mut count = 0;
+        for (k, (name, values)) in values.enumerate() {
+            match self.internal.get_mut(k) {
+                Some((known, kept)) => {
+                    *known = name;
+                    kept.clone_from(values);
+                }
+                None => self.internal.push((name, values.clone())),
+            }
+            count = k + 1;
+        }
+        self.internal.truncate(count);
+        self.stale = true;
+    }
+
     fn prepare(&mut self) {
         let sheet = self.mechanics.sheet();
-        let conditions = Conditions { sheet, metric: &self.metric, time: self.time };
+        let (metric, time, internal) = (&self.metric, self.time, &self.internal);
+        let conditions = Conditions { sheet, metric, time, internal };
+        self.stale = false;
         self.force_scale = 0.0;
         let meters = self.mechanics.meters();
         for ((term, work), meter) in self.mechanics.terms().iter().zip(&mut self.work).zip(meters) {

@@ -1,4 +1,5 @@
-//! The state of a run: when, where every vertex is, and how much of every species is where.
+//! The state of a run: when, where every vertex is, how much of every species is where, and the internal variables of
+//! effects.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -91,7 +92,7 @@ impl<'a> IntoIterator for &'a Positions {
     }
 }
 
-/// Positions and species at one time.
+/// Positions, species and internal variables at one time.
 #[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     /// Time, in the unit that the kinetics' rates use.
@@ -102,19 +103,23 @@ pub struct State {
     pub x: Positions,
     /// For every species its value at every point (vertex or face).
     pub species: Vec<Vec<f64>>,
+    /// The values of every internal variable that an effect owns ([`Internal`](crate::effects::Internal)); empty without.
+    pub internal: Vec<Vec<f64>>,
 }
 
 impl Clone for State {
     fn clone(&self) -> Self {
-        let Self { time, step, x, species } = self;
-        Self { time: *time, step: *step, x: x.clone(), species: species.clone() }
+        let Self { time, step, x, species, internal } = self;
+        let (species, internal) = (species.clone(), internal.clone());
+        Self { time: *time, step: *step, x: x.clone(), species, internal }
     }
 
     /// Into the memory that is there: states are copied with every step.
     fn clone_from(&mut self, from: &Self) {
-        let Self { time, step, x, species } = from;
+        let Self { time, step, x, species, internal } = from;
         (self.time, self.step) = (*time, *step);
         self.x.take(x);
         self.species.clone_from(species);
+        self.internal.clone_from(internal);
     }
 }

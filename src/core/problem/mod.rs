@@ -238,7 +238,7 @@ impl<'a> Problem<'a> {
     pub fn stepper_with(&self, on_effect: &mut OnEffect<'_>) -> Result<Stepper, ProblemError> {
         let (model, state, area) = self.model_with(on_effect)?;
         let relaxer = self.relaxer(model.mechanics())?;
-        let integrator = self.built_integrator(model.mechanics())?;
+        let integrator = self.built_integrator(model.mechanics(), model.internal())?;
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
         let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
         let workspace = Workspace::new(Arc::new(model), relaxer);
@@ -260,7 +260,8 @@ impl<'a> Problem<'a> {
         on_effect: &mut OnEffect<'_>,
     ) -> Result<(Model, State, VertexArea), ProblemError> {
         self.check()?;
-        let Bound { mechanics, transports, held, growth, direction } = self.bind(on_effect)?;
+        let Bound { mechanics, transports, held, growth, direction, internal } =
+            self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
@@ -279,10 +280,12 @@ impl<'a> Problem<'a> {
             step: 0,
             x: Positions::from(&*self.sheet),
             species: vec![vec![0.0; points]; species],
+            internal: Vec::new(),
         };
         let model = Model::new(mechanics, chemistry, self.policy.storage(), self.built_drag()?);
-        let model = model.growing(growth);
+        let model = model.growing(growth).owning(internal);
         model.hold(&mut state.species);
+        state.internal = model.initial_internal();
         Ok((model, state, area))
     }
 }

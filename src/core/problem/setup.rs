@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
-    Direction, Effect, EffectContext, EffectError, Elasticity, Held, LengthFactor, Prescribed,
-    TransportTerm, Values,
+    Direction, Effect, EffectContext, EffectError, Elasticity, Held, Internal, LengthFactor,
+    Prescribed, TransportTerm, Values,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -20,6 +20,7 @@ pub(super) struct Bound {
     pub(super) held: Vec<Held>,
     pub(super) growth: Vec<LengthFactor>,
     pub(super) direction: Option<Direction>,
+    pub(super) internal: Vec<Box<dyn Internal>>,
 }
 
 impl Problem<'_> {
@@ -143,6 +144,7 @@ impl Problem<'_> {
             }
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
             check_held(number, &all.held, &effect.held)?;
+            check_internal(number, &all.internal, &effect.internal)?;
             all.add(effect);
         }
         Ok(all)
@@ -228,6 +230,7 @@ impl Problem<'_> {
     pub(super) fn built_integrator(
         &self,
         mechanics: &Mechanics,
+        internal: &[Box<dyn Internal>],
     ) -> Result<Box<dyn Integrator>, ProblemError> {
         let storage = self.policy.storage();
         let refused = |message: String, help| ProblemError::new(Part::Integrator, message, help);
@@ -252,6 +255,16 @@ impl Problem<'_> {
             let message =
                 format!("this integrator does not keep constraints, and there are some ({names})");
             let help = "integrator = \"staggered\" keeps them under every policy, and so does \
+                        integrator = { kind = \"explicit\", method = \"euler\" }";
+            return Err(refused(message, Some(help)));
+        }
+        let names: Vec<&str> = internal.iter().map(|term| term.name()).collect();
+        if !names.is_empty() && !self.integrator.integrates_internal(storage) {
+            let message = format!(
+                "this integrator does not integrate internal variables, and effects of the scene own some ({})",
+                names.join(", ")
+            );
+            let help = "integrator = \"staggered\" integrates them under every policy, and so does \
                         integrator = { kind = \"explicit\", method = \"euler\" }";
             return Err(refused(message, Some(help)));
         }
@@ -291,6 +304,31 @@ fn check_held(number: usize, earlier: &[Held], new: &[Held]) -> Result<(), Probl
     Ok(())
 }
 
+/// Refuses internal variables of effect number `number` that are called as those of an `earlier` one, or that multiply
+/// lengths without being on edges.
+fn check_internal(
+    number: usize,
+    earlier: &[Box<dyn Internal>],
+    new: &[Box<dyn Internal>],
+) -> Result<(), ProblemError> {
+    let refused = |message: String, help| {
+        Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
+    };
+    for term in new {
+        let name = term.name();
+        if earlier.iter().any(|old| old.name() == name) {
+            let message = format!("an earlier effect owns internal variables {name} already");
+            return refused(message, "leave out one of the two; fields differ by region");
+        }
+        if term.multiplies_lengths() && term.place() != Location::Edge {
+            let message =
+                format!("the internal variables {name} multiply lengths, but are not on edges");
+            return refused(message, "place() has to be Location::Edge");
+        }
+    }
+    Ok(())
+}
+
 impl Bound {
     fn add(&mut self, effect: Effect) {
         self.mechanics.terms.extend(effect.energies);
@@ -299,6 +337,7 @@ impl Bound {
         self.mechanics.prescribed.extend(effect.prescribed);
         self.mechanics.constraints.extend(effect.constraints);
         self.growth.extend(effect.growth);
+        self.internal.extend(effect.internal);
         self.direction = self.direction.take().or(effect.direction);
         for (all, more) in self.mechanics.pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
             for a in 0..3 {

@@ -11,6 +11,8 @@ pub const INTEGRATOR: &str = "integrator of coupled systems";
 pub const MOTION: &str = "motion under drag";
 /// The integrator of the chemistry.
 pub const CHEMISTRY: &str = "integrator of the chemistry";
+/// The integrator of internal variables.
+pub const INTERNAL: &str = "integrator of internal variables";
 /// The settling of a chemistry without time scale.
 pub const SETTLING: &str = "settling of the chemistry";
 /// Explicit steps.

@@ -1,7 +1,7 @@
 //! Explicit integration of shape and chemistry together, for comparison.
 //!
 //! ```text
-//! euler (the paper's simultaneous update)   x += -Δt/drag ∂U/∂x,   c += Δt (D Δc + R),   Δt fixed
+//! euler (the paper's simultaneous update)   x += -Δt/drag ∂U/∂x,   c += Δt (D Δc + R),   q += Δt f,   Δt fixed
 //! tsit45                                    Runge-Kutta of order 5 under error control
 //! ```
 //!
@@ -75,6 +75,10 @@ impl IntegratorSpec for ExplicitSpec {
         false
     }
 
+    fn integrates_internal(&self, _: Storage) -> bool {
+        self.method == ExplicitMethod::Euler
+    }
+
     fn parts(&self, _: Storage) -> Vec<String> {
         vec!["all unknowns move by their rates: no linear system".into()]
     }
@@ -138,6 +142,7 @@ impl Integrator for Euler {
         workspace.control.check()?;
         let time = end_of_fixed_step(state.time, self.step, until);
         let step = time - state.time;
+        let flow = workspace.at(state).internal_rates()?;
         let model = &workspace.model;
         let _scope = counters::part(model.tally(), counters::EXPLICIT);
         let coupled = self.coupled.get_or_insert_with(|| Coupled::new(model, Part::Whole));
@@ -152,6 +157,9 @@ impl Integrator for Euler {
             return Err(SolveError::NotFinite);
         }
         let mut next = state.clone();
+        for (q, rate) in next.internal.iter_mut().zip(&flow) {
+            q.iter_mut().zip(rate).for_each(|(q, rate)| *q += step * rate);
+        }
         coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
         next.step += 1;
         model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;

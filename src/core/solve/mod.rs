@@ -11,6 +11,7 @@ pub mod diagnosis;
 pub mod equilibrium;
 mod error;
 pub mod explicit;
+mod internal;
 pub mod linear_solvers;
 mod low_rank;
 pub mod monolithic;
@@ -71,6 +72,11 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// Whether no step of a moving shape passes what effects allow ([`Energy::largest_step`](crate::effects::Energy::largest_step)).
     fn keeps_step_limits(&self, policy: Storage) -> bool {
         !self.needs_sparse_motion(policy)
+    }
+
+    /// Whether it integrates the internal variables of effects ([`Internal`](crate::effects::Internal)).
+    fn integrates_internal(&self, _policy: Storage) -> bool {
+        false
     }
 
     /// Whether it moves shapes by a drag that differs by direction.

@@ -3,7 +3,7 @@
 use super::workspace::Held;
 use crate::model::State;
 
-/// Species, and the time that growth, loads and prescribed positions read, as functions of a clock: the time itself,
+/// Species, internal variables, and the time that growth, loads and prescribed positions read, as functions of a clock: the time itself,
 /// or a pseudo-time.
 pub(super) struct Route<'a> {
     from: &'a State,
@@ -14,7 +14,7 @@ pub(super) struct Route<'a> {
 }
 
 impl<'a> Route<'a> {
-    /// From one time to a later one; species go along straight lines.
+    /// From one time to a later one; species and internal variables go along straight lines.
     pub(super) fn in_time(from: &'a State, to: &'a State) -> Self {
         Self { from, to, clock: (from.time, to.time), held: None }
     }
@@ -53,6 +53,7 @@ impl<'a> Route<'a> {
             step: at.step,
             x: at.x.clone(),
             species: self.from.species.iter().zip(&self.to.species).map(column).collect(),
+            internal: self.from.internal.iter().zip(&self.to.internal).map(column).collect(),
         };
         (state, self.held.map(|held| held(s)))
     }

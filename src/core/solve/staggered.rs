@@ -39,6 +39,10 @@
 //!
 //! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
 //!
+//! Internal variables of effects ([`Internal`](crate::effects::Internal)) go as the species do: predicted on the shape
+//! x_n, corrected on the straight line from x_n to x*, by the stabilised explicit method; their correction is part of err,
+//! in units of `atol typical + rtol max|q - q_0|`.
+//!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
 mod by_diffsol;
@@ -49,8 +53,9 @@ pub use spec::{Method, StaggeredSpec};
 
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::{ChemistrySteps, Leap, SteadyChemistry};
+use super::chemistry::{ChemistryMethod, ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
+use super::internal::InternalSteps;
 use super::monolithic::Monolithic;
 use super::motion::{Motion, MotionMethod, Stepping};
 use super::path::{self, EquilibriumPath, release};
@@ -121,6 +126,7 @@ struct Staggered {
     by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
+    internal: InternalSteps,
     policy: Storage,
 }
 
@@ -258,6 +264,17 @@ impl Staggered {
         Ok(coarse)
     }
 
+    /// The internal variables of effects at the time of `to`, while shape and species go from those of `state` to its.
+    fn flow(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+        to: &State,
+    ) -> Result<Vec<Vec<f64>>> {
+        let inner = self.inner_of(INNER, ChemistryMethod::Chebyshev.power());
+        self.internal.advance(workspace, (state, to), inner)
+    }
+
     /// Tolerances of the coupling.
     fn tolerance(&self) -> (f64, f64) {
         (self.spec.rtol.get(), self.spec.atol.get())
@@ -280,6 +297,7 @@ impl Staggered {
         }
         next.time = time;
         next.step += 1;
+        next.internal = self.flow(workspace, state, &next)?;
         let slack = (EULER_SLACK, EULER_SLACK);
         workspace.model.keep_in_range(&mut next.species, time, slack)?;
         let mut relaxation = Relaxation::default();
@@ -389,6 +407,7 @@ impl Staggered {
         let frozen = TimeCourse::still(now.clone());
         next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
         workspace.model.keep_in_range(&mut next.species, time, tolerance)?;
+        next.internal = self.flow(workspace, state, &next)?;
         let coarse = self.follow_shape(workspace, state, &mut next, &mut report.relaxation)?;
         let mut predicted = next.clone();
         let later = workspace.at(&next).signals()?.clone();
@@ -398,9 +417,11 @@ impl Staggered {
             on.x.iter_mut().zip(&next.x).for_each(|(a, b)| *a = 0.5 * (*a + b));
         }
         next.species = self.chemistry.advance(workspace, &on, time, signals, inner)?;
+        next.internal = self.flow(workspace, state, &predicted)?;
         let model = &workspace.model;
         model.keep_in_range(&mut next.species, time, tolerance)?;
         let error = model.species_misfit(state, (&predicted, &next), tolerance);
+        let error = error.max(model.internal_misfit(state, (&predicted, &next), tolerance));
         if error > 1.0 {
             return Ok((next, error));
         }

@@ -43,7 +43,8 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             );
         }
         let grows = model.chemistry().is_some_and(|c| c.descriptor().capabilities.length_factor);
-        if !grows && model.growth_names().next().is_none() {
+        let flows = model.internal().iter().any(|term| term.multiplies_lengths());
+        if !grows && !flows && model.growth_names().next().is_none() {
             let why =
                 "because no law gives a length factor and no effect grows: they are evaluated once";
             add("optimal lengths stay those at rest", why);

@@ -76,6 +76,16 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
         None => lines.push(Line::new("no species", "because [kinetics] is absent")),
     }
+    for term in model.internal() {
+        let what = format!("{} values of {}", term.count(model.sheet()), term.name());
+        let owners = bringing(scene, simulation, |b| b.internal > 0);
+        let why = format!(
+            "because {} {} internal variables",
+            listed(&owners),
+            verb(&owners, "owns", "own")
+        );
+        lines.push(Line::new(what, why));
+    }
     lines
 }
 
@@ -108,6 +118,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         .unwrap_or_default();
     let mut transports = transports.into_iter();
     let mut constraints = model.mechanics().constraint_names();
+    let mut internal = model.internal().iter();
     let mut lines = Vec::new();
     for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
     {
@@ -152,6 +163,14 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             parts.push(format!(
                 "holds the species at {} points: their rates are 0, other rates see their values",
                 brought.held
+            ));
+        }
+        for term in internal.by_ref().take(brought.internal) {
+            parts.push(format!(
+                "internal variables `{}`: one per {}, integrated with the shape{}",
+                term.name(),
+                term.place().noun(),
+                if term.multiplies_lengths() { "; they multiply optimal lengths" } else { "" }
             ));
         }
         if parts.is_empty() {

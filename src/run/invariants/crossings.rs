@@ -107,7 +107,7 @@ mod tests {
         let crossings = Crossings::new(&sheet);
         let look = Arc::new(Mutex::new(Look { sheet, crossings, worst: Default::default() }));
         let (mut watcher, end) = (Watcher(Arc::clone(&look)), x(0.5));
-        let state = State { time: 0.0, step: 0, x: end.into(), species: Vec::new() };
+        let state = State { time: 0.0, step: 0, x: end.into(), ..State::default() };
         watcher.see(&x(-0.5));
         let said = on(&look, |look| look.said(&state));
         assert!(said.value == 1.0 && !said.place.is_empty(), "{} {}", said.value, said.place);

@@ -1,4 +1,4 @@
-//! States of a run at its output times: exact, with all species.
+//! States of a run at its output times: exact, with all species; without internal variables.
 //!
 //! ```text
 //! header   16 bytes of text
@@ -106,5 +106,5 @@ fn state(rest: &mut &[u8]) -> Option<State> {
     let x = numbers(vertices.checked_mul(3)?)?;
     let x: Vec<Vec3> = x.as_chunks().0.iter().map(|x: &[f64; 3]| Vec3::from(*x)).collect();
     let species = points.into_iter().map(numbers).collect::<Option<_>>()?;
-    Some(State { time, step, x: x.into(), species })
+    Some(State { time, step, x: x.into(), species, ..State::default() })
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! U_b = (B/2) Σ_{interior edges} l̄²/(Ā₁+Ā₂) (ψ - ψ⁰)²,   ψ = 2 tan(θ/2),   B = E h³/(12(1-ν²))
-//! ψ⁰ = ψ(rest shape) + C₀ (Ā₁+Ā₂)/l̄
+//! ψ⁰ = ψ(rest shape) + C₀ (Ā₁+Ā₂)/l̄ + β
 //! ```
 //!
 //! θ is the angle by which the normal turns across the edge (0 where flat, positive on a ridge
@@ -14,7 +14,8 @@
 //! which uniform growth keeps: the sheet then rests as the same shape, enlarged. The spontaneous curvature C₀
 //! (1/length, the mean of its values at the ends of the edge) enters the energy linearly as
 //! `-B C₀ Σ l̄ ψ`, and `Σ l θ` is Steiner's `∫ 2H dA` on every mesh: so C₀ is that of Helfrich's `(2H - C₀)²`,
-//! H > 0 on a bump towards the normals.
+//! H > 0 on a bump towards the normals. β is what the angles have flowed by ([`remodelling`](super::remodelling)), 0 where
+//! they do not.
 //!
 //! Where B differs from triangle to triangle, an edge has the mean of its two, weighted by their rest areas.
 //!
@@ -52,6 +53,7 @@
 //! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005; ∫ 2H dA of a polyhedron after Steiner, e.g.
 //! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
+use super::remodelling::FLOWED;
 use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
@@ -309,12 +311,14 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
         let Self { edge, rigidity, rest, .. } = self;
+        let flowed = conditions.internal(FLOWED).filter(|_| R::flows(rest));
         work.hinge.resize(edge.len(), Hinge::default());
         parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let stiffness = rigidity.at(h) * length[e] * length[e] / (first + second);
-            Hinge { stiffness, rest: R::at(rest, h, length[e], first + second) }
+            let flowed = flowed.map_or(0.0, |flowed| flowed[e]);
+            Hinge { stiffness, rest: R::at(rest, h, length[e], first + second, flowed) }
         });
     }
 

@@ -2,17 +2,21 @@
 
 mod hinge;
 mod meyer;
+mod remodelling;
 mod rest;
 
 pub use hinge::HingeBending;
 pub use meyer::MeyerBending;
 pub use rest::{Rest, RestShape};
 
+use remodelling::AngleRemodelling;
+
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::field::{Field, named};
+use super::flow::FlowSpec;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced};
 use crate::geometry::AreaRule;
 
@@ -30,6 +34,8 @@ pub struct Bending {
     pub rest: Rest,
     /// The spontaneous curvature C₀, 1/length.
     pub curvature: Option<Field>,
+    /// Flow of its rest angles towards the actual ones; only `model = "hinge"` has it.
+    pub remodelling: Option<FlowSpec>,
     #[serde(skip)]
     misplaced: Option<&'static str>,
 }
@@ -48,6 +54,8 @@ struct Given {
     rest: Rest,
     #[serde(skip_serializing_if = "Option::is_none")]
     curvature: Option<Field>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    remodelling: Option<FlowSpec>,
 }
 
 fn is_flat(rest: &Rest) -> bool {
@@ -57,7 +65,7 @@ fn is_flat(rest: &Rest) -> bool {
 impl From<Given> for Bending {
     fn from(given: Given) -> Self {
         let misplaced = match given.model {
-            BendingModel::Meyer => None,
+            BendingModel::Meyer => given.remodelling.as_ref().map(|_| "remodelling"),
             BendingModel::Hinge => {
                 given.weight.map(|_| "weight").or_else(|| given.area.map(|_| "area"))
             }
@@ -68,6 +76,7 @@ impl From<Given> for Bending {
             area: given.area.unwrap_or_default(),
             rest: given.rest,
             curvature: given.curvature,
+            remodelling: given.remodelling,
             misplaced,
         }
     }
@@ -82,6 +91,7 @@ impl From<Bending> for Given {
             area: meyer.then_some(it.area),
             rest: it.rest,
             curvature: it.curvature,
+            remodelling: it.remodelling,
         }
     }
 }
@@ -102,7 +112,11 @@ impl EffectSpec for Bending {
             Rest::Flat | Rest::Mesh => None,
         };
         let curvature = self.curvature.as_ref().and_then(Field::file);
-        named([("rest.state", rest), ("curvature.file", curvature)])
+        let mut all = named([("rest.state", rest), ("curvature.file", curvature)]);
+        if let Some(flow) = &self.remodelling {
+            all.extend(flow.files(["remodelling.time.file", "remodelling.yield.file"]));
+        }
+        all
     }
 
     fn count_paths_from(&mut self, folder: &Path) {
@@ -112,10 +126,21 @@ impl EffectSpec for Bending {
         if let Some(curvature) = &mut self.curvature {
             curvature.count_path_from(folder);
         }
+        if let Some(flow) = &mut self.remodelling {
+            flow.count_paths_from(folder);
+        }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         if let Some(key) = self.misplaced {
+            if self.model == BendingModel::Meyer {
+                return Err(misplaced(
+                    key,
+                    "meyer",
+                    "has curvatures at vertices and no rest angles",
+                    "hinge",
+                ));
+            }
             return Err(misplaced(
                 key,
                 "hinge",
@@ -136,6 +161,12 @@ impl EffectSpec for Bending {
             }
         }
         let rest = RestShape::read(&self.rest, self.curvature.as_ref(), context)?;
+        if let Some(flow) = &self.remodelling {
+            let rest = RestShape { flows: true, ..rest.unwrap_or_default() };
+            let flow = AngleRemodelling::new(flow, context, &rest)?;
+            let energy = HingeBending::with_rest(sheet, material, &rest);
+            return Ok(Effect { internal: vec![Box::new(flow)], ..Effect::energy(energy) });
+        }
         Ok(match (self.model, rest) {
             (BendingModel::Meyer, None) => {
                 Effect::energy(MeyerBending::new(sheet, material, self.weight, self.area))

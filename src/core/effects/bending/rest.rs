@@ -12,6 +12,8 @@
 //! curvature across is free too, the sheet becomes a piece of a sphere of the radius (1+ν)/C₀. A sheet whose
 //! curvatures are c in both directions if it is cut into small pieces has `C₀ = (1+ν) c`.
 //!
+//! Rest angles may flow ([`Remodelling`](super::remodelling)): what they have flowed by is added to them.
+//!
 //! Lengths are at rest as the mesh has them, whatever the rest shape of bending is.
 
 use std::path::{Path, PathBuf};
@@ -44,13 +46,15 @@ pub struct RestShape {
     pub(super) positions: Option<Vec<Vec3>>,
     /// C₀ of all vertices, 1/length; none for 0.
     pub(super) spontaneous: Option<Vec<f64>>,
+    /// Whether its angles flow.
+    pub(super) flows: bool,
 }
 
 impl RestShape {
     /// Unbent at these positions of the vertices.
     #[must_use]
     pub fn at(positions: &[Vec3]) -> Self {
-        Self { positions: Some(positions.to_vec()), spontaneous: None }
+        Self { positions: Some(positions.to_vec()), ..Self::default() }
     }
 
     /// The same with the spontaneous curvature C₀ of every vertex, 1/length.
@@ -79,7 +83,7 @@ impl RestShape {
             Values::Same(value) => vec![value; sheet.vertex_count()],
             Values::Each(all) => all,
         });
-        let made = Self { positions, spontaneous };
+        let made = Self { positions, spontaneous, flows: false };
         let flat = made.positions.is_none() && made.spontaneous.is_none();
         Ok((!flat).then_some(made))
     }
@@ -96,6 +100,7 @@ impl RestShape {
         RestAngles {
             angle: self.positions.as_ref().map(angle).unwrap_or_default(),
             spontaneous: self.spontaneous.as_ref().map(mean).unwrap_or_default(),
+            flows: self.flows,
         }
     }
 }
@@ -156,8 +161,12 @@ pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
     /// What the hinges of a sheet keep for it.
     type Of: std::fmt::Debug + Send + Sync;
 
-    /// That of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles.
-    fn at(of: &Self::Of, h: usize, length: f64, areas: f64) -> Self;
+    /// That of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles, which has
+    /// flowed by `flowed`.
+    fn at(of: &Self::Of, h: usize, length: f64, areas: f64, flowed: f64) -> Self;
+
+    /// Whether it flows.
+    fn flows(of: &Self::Of) -> bool;
 
     /// C₀ at hinge `h`, 1/length.
     fn spontaneous(of: &Self::Of, h: usize) -> f64;
@@ -174,8 +183,12 @@ impl RestAngle for Flat {
     const CURVED: bool = false;
     type Of = ();
 
-    fn at((): &(), _: usize, _: f64, _: f64) -> Self {
+    fn at((): &(), _: usize, _: f64, _: f64, _: f64) -> Self {
         Self
+    }
+
+    fn flows((): &()) -> bool {
+        false
     }
 
     fn spontaneous((): &(), _: usize) -> f64 {
@@ -199,15 +212,20 @@ pub struct RestAngles {
     angle: Vec<f64>,
     /// C₀, 1/length.
     spontaneous: Vec<f64>,
+    flows: bool,
 }
 
 impl RestAngle for Curved {
     const CURVED: bool = true;
     type Of = RestAngles;
 
-    fn at(of: &RestAngles, h: usize, length: f64, areas: f64) -> Self {
+    fn at(of: &RestAngles, h: usize, length: f64, areas: f64, flowed: f64) -> Self {
         let angle = of.angle.get(h).copied().unwrap_or(0.0);
-        Self(angle + Self::spontaneous(of, h) * areas / length)
+        Self(angle + Self::spontaneous(of, h) * areas / length + flowed)
+    }
+
+    fn flows(of: &RestAngles) -> bool {
+        of.flows
     }
 
     fn spontaneous(of: &RestAngles, h: usize) -> f64 {

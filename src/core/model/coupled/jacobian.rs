@@ -72,7 +72,7 @@ struct Values<'a> {
     factor_slopes: Option<Vec<Vec<f64>>>,
 }
 
-/// ∂Φ/∂c at the edges, times the factor of other growth; none where no law has a length factor.
+/// ∂Φ/∂c at the edges, times the factors of other growth and of remodelling; none where no law has a length factor.
 fn factor_slopes(
     model: &Model,
     chemistry: &Chemistry,
@@ -84,6 +84,11 @@ fn factor_slopes(
     if let Some(grown) = model.growth(state.time)? {
         for slope in &mut slopes {
             slope.iter_mut().zip(grown.iter()).for_each(|(slope, grown)| *slope *= grown);
+        }
+    }
+    for factor in model.internal_factors(state)? {
+        for slope in &mut slopes {
+            slope.iter_mut().zip(factor).for_each(|(slope, factor)| *slope *= factor);
         }
     }
     Ok(Some(slopes))

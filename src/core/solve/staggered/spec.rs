@@ -6,6 +6,7 @@ use super::{ERROR_POWER, FIRST_ERROR, GROWTH, Staggered, USUAL};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
+use crate::solve::internal::InternalSteps;
 use crate::solve::motion::{Motion, MotionMethod};
 use crate::solve::path::EquilibriumPath;
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
@@ -87,6 +88,10 @@ impl IntegratorSpec for StaggeredSpec {
 
     fn needs_sparse_motion(&self, policy: Storage) -> bool {
         policy.mechanics > 0.0 && self.motion() == MotionMethod::TrBdf2
+    }
+
+    fn integrates_internal(&self, policy: Storage) -> bool {
+        !self.needs_sparse_motion(policy)
     }
 
     fn knows_directions_of_drag(&self) -> bool {
@@ -176,6 +181,7 @@ impl IntegratorSpec for StaggeredSpec {
             without_rest: (f64::NEG_INFINITY, 0),
             by_diffsol: None,
             steady: SteadyChemistry::default(),
+            internal: InternalSteps::default(),
             policy,
         }))
     }

@@ -21,15 +21,18 @@ impl Staggered {
         let tolerance = self.tolerance();
         let inner = self.inner();
         let done = &mut report.relaxation;
+        next.internal = self.flow(workspace, state, &next)?;
         self.follow_shape(workspace, state, &mut next, done)?;
         let still = self.shape_error(workspace, state, state, &next) < AT_REST;
         let leap = if still { Leap::Allowed } else { Leap::Refused };
         self.steady.solve(workspace, &mut next, inner, leap)?;
         let mut predicted = next.clone();
+        next.internal = self.flow(workspace, state, &predicted)?;
         let coarse = self.follow_shape(workspace, state, &mut next, done)?;
         self.steady.solve(workspace, &mut next, inner, leap)?;
         let model = &workspace.model;
         let error = model.species_misfit(state, (&predicted, &next), tolerance);
+        let error = error.max(model.internal_misfit(state, (&predicted, &next), tolerance));
         let shape = self.shape_error(workspace, state, &predicted, &next);
         let Some(coarse) = coarse else { return Ok((next, error.max(shape))) };
         predicted.x = coarse.into();

@@ -138,7 +138,7 @@ impl CurvedRest {
         work: &mut MeyerWork,
     ) {
         let Some(shaped) = &self.shaped else { return };
-        let &Conditions { sheet, metric, time } = conditions;
+        let &Conditions { sheet, metric, time, .. } = conditions;
         let mut curved = work.curved.take().unwrap_or_default();
         shaped.hinges.prepare(conditions, &mut curved.hinge);
         if curved.reference.is_empty() {
@@ -293,7 +293,8 @@ impl CurvedRest {
         let curved = curved.get_or_insert_default();
         shaped.hinges.metric_derivatives(shape, &mut curved.hinge, emit);
         let sheet = shape.sheet;
-        let conditions = Conditions { sheet, metric: shape.metric, time: shape.time };
+        let conditions =
+            Conditions { sheet, metric: shape.metric, time: shape.time, internal: &[] };
         let (mut vertices, mut derivatives) = (Vec::new(), Vec::new());
         for i in 0..shape.x.len() {
             ring(sheet, i, &mut vertices);
