@@ -123,7 +123,7 @@ impl Simulation {
 
     /// Who may interrupt long work and receives reports of its progress.
     pub fn set_control(&mut self, control: Control) {
-        self.stepper.workspace.control = control;
+        self.stepper.workspace.control = control.over(self.sheet().reduction());
     }
 
     /// Makes the start satisfy the rows without storage, and the shape rest: before the first step. One that

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use super::counters::{self, law, transport};
+use super::error::ModelError;
 use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
@@ -359,11 +360,26 @@ impl Chemistry {
         Ok(partials)
     }
 
-    /// `D Δ_x c + R` of every species on `surface`; `g - c` where it is held at g.
+    /// `D Δ_x c + R` of every species on `surface`; `g - c` where it is held at g. Ghosts have what their owners have.
     ///
     /// # Errors
-    /// If the plugin fails.
+    /// If the law fails, on any rank.
     pub fn rates(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+        signals: &SignalColumns,
+        out: &mut Vec<Vec<f64>>,
+    ) -> Result<(), ModelError> {
+        let rates = self.rates_here(sheet, surface, species, signals, out);
+        let reduction = sheet.reduction();
+        ModelError::agreed(reduction, rates.map_err(ModelError::from))?;
+        reduction.update_columns(out);
+        Ok(())
+    }
+
+    fn rates_here(
         &self,
         sheet: &Sheet,
         surface: &Surface,
@@ -396,13 +412,15 @@ impl Chemistry {
     /// If the plugin fails.
     pub fn spectral_bounds(
         &self,
+        sheet: &Sheet,
         surface: &Surface,
         species: &[&[f64]],
         signals: &SignalColumns,
-    ) -> Result<[f64; 2], KineticsError> {
+    ) -> Result<[f64; 2], ModelError> {
         let count = species.first().map_or(0, |c| c.len());
         let (n, inputs) = (species.len(), self.descriptor().inputs());
-        let partials = self.reaction_partials(species, signals)?;
+        let partials = self.reaction_partials(species, signals).map_err(ModelError::from);
+        let partials = ModelError::agreed(sheet.reduction(), partials)?;
         let mut reaction: f64 = 0.0;
         for s in 0..n {
             let row = |p: usize| -> f64 {
@@ -410,7 +428,9 @@ impl Chemistry {
             };
             reaction = reaction.max(parallel::max(count, row));
         }
-        Ok([reaction, self.transport_bound(surface)])
+        let mut bounds = [reaction, self.transport_bound(surface)];
+        sheet.reduction().maxima(&mut bounds);
+        Ok(bounds)
     }
 
     /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
