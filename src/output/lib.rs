@@ -41,6 +41,7 @@ pub mod provenance;
 pub mod series;
 pub mod vtk;
 pub mod vtkhdf;
+mod pvtu;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};

@@ -218,12 +218,14 @@ impl Checkpoints {
         progress: &mut Progress,
     ) {
         let now = Instant::now();
-        let due = due || now >= self.due;
+        // Clocks of ranks differ, and all write checkpoints of the same step.
+        let reduction = simulation.sheet().reduction();
+        let due = reduction.any(due || now >= self.due);
         // An integrator of diffsol can be stored in few steps: none of them is missed.
         let seldom = simulation.stepper.integrator.renewed_after().is_some();
         let least = if seldom { Duration::ZERO } else { HELD };
         let since = |held: &Held| now - held.at >= least.max(SHARE * held.took);
-        if due || self.held.as_ref().is_none_or(since) {
+        if due || reduction.any(self.held.as_ref().is_none_or(since)) {
             self.hold(simulation, place);
         }
         if due {
@@ -288,7 +290,8 @@ impl Checkpoints {
         place: impl FnOnce() -> Place,
         progress: &mut Progress,
     ) {
-        if self.asked || self.began.elapsed() >= FIRST {
+        let long = simulation.sheet().reduction().any(self.began.elapsed() >= FIRST);
+        if self.asked || long {
             simulation.stepper.integrator.renew();
             self.hold(simulation, place);
             self.write(progress);

@@ -2,7 +2,8 @@
 
 use super::fields::Fields;
 use super::summary::Ending;
-use super::{Result, report};
+use super::ranks::{self, Piece};
+use super::{Error, Result, report};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};
 use crate::scene::{OutputSpec, Scene};
@@ -93,7 +94,12 @@ impl Frames {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
         }
-        let series = Series::create(directory, output.compression).in_format(output.format);
+        let mut series = Series::create(directory, output.compression).in_format(output.format);
+        if let Some(of) = model.sheet().reduction().distribution()
+            && of.communicator.rank() == 0
+        {
+            series = series.in_pieces(ranks::piece_folders(of.communicator.size()));
+        }
         Ok(Some(Self { fields: fields.clone(), series }))
     }
 
@@ -118,7 +124,15 @@ impl Observer for Frames {
         if info.frame && self.series.times().last() != Some(&at.state().time) {
             let _scope = at.model().tally().meter("output", "frames", &["frames"]).scope(0);
             let frame = self.fields.frame(at)?;
-            self.series.push(&frame)?;
+            let sheet = at.model().sheet();
+            match sheet.reduction().distribution() {
+                None => self.series.push(&frame)?,
+                Some(ranks) => {
+                    let piece = Piece::of(sheet, &frame);
+                    let written = self.series.push(&piece.frame(&frame));
+                    ranks::agreed(Some(&*ranks.communicator), written.map_err(Error::from))?
+                }
+            };
         }
         Ok(())
     }

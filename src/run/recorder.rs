@@ -134,7 +134,8 @@ impl<'a> Recorder<'a> {
             schedule.resume(&simulation.stepper.state, place.frames.last().copied());
         }
         // Not even the start, or the analysis of its stability, may be complete.
-        let complete = from.is_some() || !interrupt.requested();
+        let reduction = simulation.sheet().reduction();
+        let complete = from.is_some() || !reduction.any(interrupt.requested());
         let clean = complete && !first.relaxation.residual.is_nan();
         Ok(Self {
             outputs,
@@ -209,7 +210,8 @@ impl<'a> Recorder<'a> {
         // A run that has ended cannot be interrupted, unless the analysis of its stability was.
         let open = ending.is_none_or(|ending| ending == Ending::Steady)
             || negative.is_some_and(f64::is_nan);
-        if open && self.session.interrupt.requested() {
+        let reduction = at.model().sheet().reduction();
+        if open && reduction.any(self.session.interrupt.requested()) {
             ending = Some(Ending::Interrupted);
         }
         let wanted = self.schedule.is_due(state.time) || ending.is_some();

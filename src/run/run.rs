@@ -187,6 +187,9 @@ fn start(
     if let Some(note) = notes::on_explicit_step(session.scene, simulation)? {
         session.progress.message(&note);
     }
+    if simulation.sheet().reduction().distribution().is_some() {
+        return Ok(first);
+    }
     if incidents.monitor.is_none() {
         stability_monitor::warn_of_flat_start(simulation, session.progress)?;
     } else if let Err(error) = incidents.analyse(simulation, &mut first, session.progress) {

@@ -12,7 +12,8 @@ use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::scene::Scene;
-use crate::sheet::Sheet;
+use crate::reduction::Communicator;
+use crate::sheet::{Part, Sheet, Surface};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, SolveError, StepReport, diagnosis};
 use crate::tally::Spent;
@@ -54,6 +55,8 @@ pub struct Simulation {
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
+    /// What it has of the sheet, where that is spread over ranks.
+    pub(crate) part: Option<Part>,
     /// Tells their processor time.
     pub(crate) processor: Processor,
 }
@@ -73,6 +76,27 @@ impl Simulation {
     /// As for [`Simulation::new`], and names that clash.
     pub fn with_law(scene: &Scene, search: &Search, law: Arc<dyn Kinetics>) -> Result<Self> {
         prepare::prepare(scene, search, Some(law))
+    }
+
+    /// The same over several ranks: each makes the whole sheet, keeps its part, and takes the same steps.
+    ///
+    /// # Errors
+    /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
+    pub fn over(
+        scene: &Scene,
+        search: &Search,
+        ranks: Arc<dyn Communicator>,
+    ) -> Result<Self> {
+        prepare::over(scene, search, ranks)
+    }
+
+    /// What of a surface of the whole sheet this rank has; all of it in one process.
+    #[must_use]
+    pub fn part_of(&self, mut surface: Surface) -> Surface {
+        if let Some(part) = &self.part {
+            part.restrict_surface(&mut surface);
+        }
+        surface
     }
 
     /// The model.
