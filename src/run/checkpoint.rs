@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint::MadeFrom;
 use super::invariants;
 use super::processor::Processor;
+use super::ranks::{Share, Spread};
 use super::{Result, Simulation};
 use crate::model::State;
 use crate::num::real;
@@ -92,6 +93,8 @@ pub struct Checkpoint {
     pub(super) spent: Spent,
     state: State,
     solvers: SolverMemory,
+    /// Which part of a sheet over ranks it is of.
+    pub(super) spread: Option<Share>,
 }
 
 impl Checkpoint {
@@ -124,10 +127,20 @@ impl Checkpoint {
             return Err(Malformed);
         }
         self.solvers.clone().restore(simulation)?;
-        simulation.stepper.state = self.state.clone();
+        self.go_on_from(self.state.clone(), simulation);
+        Ok(())
+    }
+
+    /// The state of what it is of.
+    pub(super) fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes on from `state` as if it were its own; solvers restart.
+    pub(super) fn go_on_from(&self, state: State, simulation: &mut Simulation) {
+        simulation.stepper.state = state;
         simulation.spent = self.spent;
         simulation.processor = Processor::default();
-        Ok(())
     }
 }
 
@@ -244,6 +257,7 @@ impl Checkpoints {
                 spent: simulation.spent(),
                 state: simulation.stepper.state.clone(),
                 solvers: SolverMemory::of(simulation),
+                spread: simulation.spread.as_ref().map(Spread::share),
             };
             self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
         }

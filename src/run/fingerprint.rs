@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::{Error, Result, Simulation};
-use crate::output::provenance::{FileRecord, MeshRecord};
+use crate::output::provenance::FileRecord;
 use crate::scene::Scene;
 
 /// Scene, mesh and files of a run.
@@ -27,7 +27,6 @@ impl MadeFrom {
     /// # Errors
     /// A file that cannot be read any more.
     pub(super) fn of(scene: &Scene, simulation: &Simulation) -> Result<Self> {
-        let sheet = simulation.sheet();
         let mut files = Vec::new();
         let plugins = simulation.plugins().iter().map(|path| ("the plugin".to_owned(), &**path));
         // The mesh has a hash of its own, and the start is over.
@@ -43,7 +42,7 @@ impl MadeFrom {
         }
         Ok(Self {
             scene: scene.resolved()?,
-            mesh: MeshRecord::of(sheet.rest(), sheet.triangles()).sha256,
+            mesh: simulation.mesh(),
             files,
         })
     }

@@ -45,13 +45,14 @@ pub trait Observer {
 
 /// Writes a row for every accepted step.
 pub(super) struct LedgerRows {
-    ledger: Ledger,
+    /// One for all ranks.
+    ledger: Option<Ledger>,
     shape: report::ShapeSums,
 }
 
 impl LedgerRows {
     pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
-        let ledger = Ledger::create(&directory.ledger(), columns)?;
+        let ledger = Some(Ledger::create(&directory.ledger(), columns)?);
         Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 
@@ -61,8 +62,13 @@ impl LedgerRows {
         columns: &[String],
         step: u64,
     ) -> Result<Self> {
-        let ledger = Ledger::reopen(&directory.ledger(), columns, step)?;
+        let ledger = Some(Ledger::reopen(&directory.ledger(), columns, step)?);
         Ok(Self { ledger, shape: report::ShapeSums::default() })
+    }
+
+    /// On a rank that leaves it to the first one to write rows, and has its share in making them.
+    pub(super) fn elsewhere() -> Self {
+        Self { ledger: None, shape: report::ShapeSums::default() }
     }
 }
 
@@ -71,7 +77,9 @@ impl Observer for LedgerRows {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
             let row = report::row(at, info, &mut self.shape)?;
-            self.ledger.append(&row)?;
+            if let Some(ledger) = &mut self.ledger {
+                ledger.append(&row)?;
+            }
         }
         Ok(())
     }
@@ -104,7 +112,12 @@ impl Frames {
     }
 
     /// Continues after those at `times` with `digests`; later ones are dropped.
-    pub(super) fn after(self, times: &[f64], digests: &[u64]) -> Result<Self> {
+    /// Goes on after frames of these times; those that other ranks had are not looked for.
+    pub(super) fn after(self, times: &[f64], digests: &[u64], looked_for: bool) -> Result<Self> {
+        if !looked_for {
+            let series = self.series.after_those_of_others(times.to_vec(), digests.to_vec());
+            return Ok(Self { series, ..self });
+        }
         Ok(Self { series: self.series.after(times.to_vec(), digests.to_vec())?, ..self })
     }
 

@@ -10,6 +10,7 @@ use super::built::Built;
 use super::invariants::Invariants;
 use super::laws::Laws;
 use super::processor::Processor;
+use super::ranks::Spread;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
 use crate::Vec3;
@@ -163,7 +164,7 @@ fn on(
         built,
         invariants,
         spent: crate::tally::Spent::default(),
-        part: of.map(|(_, part)| part),
+        spread: of.map(|(whole, part)| Spread::of(&whole, part)),
         processor: Processor::default(),
     };
     if let Some(path) = &scene.time.span.from {

@@ -43,12 +43,15 @@ impl Outputs {
         let mut frames = Frames::create(directory, model, &simulation.fields, &scene.output)?;
         let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
         let columns = report::columns(model, monitored, &laws);
+        let first = model.sheet().reduction().is_first();
         let ledger = match from {
+            _ if !first => LedgerRows::elsewhere(),
             None => LedgerRows::create(directory, &columns)?,
             Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
         };
         if let Some(place) = from.map(|from| &from.place) {
-            frames = frames.map(|f| f.after(&place.frames, &place.digests)).transpose()?;
+            let after = |f: Frames| f.after(&place.frames, &place.digests, first);
+            frames = frames.map(after).transpose()?;
             directory.cut_back(place.frames.len(), place.watch.map_or(0, |(modes, _)| modes))?;
         }
         let (rules, intersections) = (StopRules::of(scene), Intersections::default());

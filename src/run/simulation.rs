@@ -6,14 +6,16 @@ use std::sync::Arc;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
+use super::ranks::Spread;
 use super::{Error, Fields, Result, prepare, report};
 use crate::Stepper;
 use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
+use crate::output::provenance::MeshRecord;
 use crate::scene::Scene;
 use crate::reduction::Communicator;
-use crate::sheet::{Part, Sheet, Surface};
+use crate::sheet::{Sheet, Surface};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, SolveError, StepReport, diagnosis};
 use crate::tally::Spent;
@@ -56,7 +58,7 @@ pub struct Simulation {
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
     /// What it has of the sheet, where that is spread over ranks.
-    pub(crate) part: Option<Part>,
+    pub(crate) spread: Option<Spread>,
     /// Tells their processor time.
     pub(crate) processor: Processor,
 }
@@ -93,10 +95,16 @@ impl Simulation {
     /// What of a surface of the whole sheet this rank has; all of it in one process.
     #[must_use]
     pub fn part_of(&self, mut surface: Surface) -> Surface {
-        if let Some(part) = &self.part {
+        if let Some(Spread { part, .. }) = &self.spread {
             part.restrict_surface(&mut surface);
         }
         surface
+    }
+
+    /// The hash of its mesh, the whole one.
+    pub(super) fn mesh(&self) -> String {
+        let of = |sheet: &Sheet| MeshRecord::of(sheet.rest(), sheet.triangles()).sha256;
+        self.spread.as_ref().map_or_else(|| of(self.sheet()), |spread| spread.mesh.clone())
     }
 
     /// The model.

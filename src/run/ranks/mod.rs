@@ -8,16 +8,51 @@
 //! Every rank goes through the run as one process does; what is summed, compared or decided passes the reduction of the
 //! sheet. A frame is one piece a rank, without ghosts, under one `.pvtu`.
 
+pub(super) mod checkpoints;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
 
 use super::{Error, Result};
 use crate::Vec3;
 use crate::model::State;
+use crate::output::provenance::MeshRecord;
 use crate::output::{Field, Format, Frame};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{Part, Sheet};
+
+/// What a rank has of the sheet.
+pub(crate) struct Spread {
+    pub(super) part: Part,
+    /// The hash of the whole mesh.
+    pub(super) mesh: String,
+    ranks: usize,
+}
+
+/// Which part of a sheet over ranks a checkpoint is of: numbers in the whole.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Share {
+    ranks: usize,
+    vertices: Vec<u32>,
+    triangles: Vec<u32>,
+    whole: [usize; 2],
+}
+
+impl Spread {
+    pub(super) fn of(whole: &Sheet, part: Part) -> Self {
+        let ranks = part.sheet.reduction().distribution().map_or(1, |d| d.communicator.size());
+        Self { part, mesh: MeshRecord::of(whole.rest(), whole.triangles()).sha256, ranks }
+    }
+
+    pub(super) fn share(&self) -> Share {
+        let Part { vertices, triangles, whole, .. } = &self.part;
+        let (vertices, triangles) = (vertices.to_vec(), triangles.clone());
+        Share { ranks: self.ranks, vertices, triangles, whole: *whole }
+    }
+}
 
 /// Refuses what a scene asks for and a run over ranks does not have.
 pub(super) fn check(scene: &Scene) -> Result<()> {
