@@ -42,7 +42,8 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     // One says what there is to say, and no rank takes the threads of another.
     let quiet = args.quiet || ranks.rank() > 0;
     let threads = args.scene.threads.or(Some(1));
-    let args = RunArgs { quiet, scene: SceneArgs { threads, ..args.scene.clone() }, ..args.clone() };
+    let args =
+        RunArgs { quiet, scene: SceneArgs { threads, ..args.scene.clone() }, ..args.clone() };
     args.scene.with_threads(|| run_here(&args, Some(ranks)))
 }
 
@@ -86,11 +87,7 @@ fn run_here(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> 
 }
 
 /// The directory of this rank: the first one makes it, then the others theirs within it.
-fn directory(
-    root: &Path,
-    force: bool,
-    of: Option<&dyn Communicator>,
-) -> Result<ResultDirectory> {
+fn directory(root: &Path, force: bool, of: Option<&dyn Communicator>) -> Result<ResultDirectory> {
     let Some(of) = of else { return Ok(ResultDirectory::prepare(root, force)?) };
     let first = match of.rank() {
         0 => Some(ResultDirectory::prepare(root, force)).transpose(),

@@ -38,10 +38,10 @@ pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod provenance;
+mod pvtu;
 pub mod series;
 pub mod vtk;
 pub mod vtkhdf;
-mod pvtu;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};

@@ -252,12 +252,7 @@ impl Drop for PetscSolver {
 }
 
 impl LinearSolver for PetscSolver {
-    fn factorise(
-        &mut self,
-        matrix: &BlockMatrix,
-        x: &[Vec3],
-        _: bool,
-    ) -> Result<(), NotPositive> {
+    fn factorise(&mut self, matrix: &BlockMatrix, x: &[Vec3], _: bool) -> Result<(), NotPositive> {
         self.set_up(matrix, x).map_err(|_| NotPositive)
     }
 

@@ -75,7 +75,11 @@ unsafe extern "C" {
     pub fn PetscDataTypeGetSize(kind: c_int, size: *mut usize) -> Code;
     pub fn PetscOptionsSetValue(o: *mut c_void, key: *const c_char, value: *const c_char) -> Code;
     pub fn PetscOptionsInsertString(o: *mut c_void, all: *const c_char) -> Code;
-    pub fn PetscErrorMessage(code: Code, text: *mut *const c_char, detail: *mut *mut c_char) -> Code;
+    pub fn PetscErrorMessage(
+        code: Code,
+        text: *mut *const c_char,
+        detail: *mut *mut c_char,
+    ) -> Code;
     pub fn VecCreateMPI(comm: MPI_Comm, own: PetscInt, all: PetscInt, v: *mut Vector) -> Code;
     pub fn VecSetBlockSize(v: Vector, size: PetscInt) -> Code;
     pub fn VecDuplicate(v: Vector, copy: *mut Vector) -> Code;
@@ -83,7 +87,8 @@ unsafe extern "C" {
     pub fn VecGetArray(v: Vector, values: *mut *mut f64) -> Code;
     pub fn VecRestoreArray(v: Vector, values: *mut *mut f64) -> Code;
     pub fn MatCreate(comm: MPI_Comm, m: *mut Matrix) -> Code;
-    pub fn MatSetSizes(m: Matrix, r: PetscInt, c: PetscInt, rows: PetscInt, cols: PetscInt) -> Code;
+    pub fn MatSetSizes(m: Matrix, r: PetscInt, c: PetscInt, rows: PetscInt, cols: PetscInt)
+    -> Code;
     pub fn MatSetBlockSize(m: Matrix, size: PetscInt) -> Code;
     pub fn MatSetType(m: Matrix, kind: *const c_char) -> Code;
     pub fn MatXAIJSetPreallocation(

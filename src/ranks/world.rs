@@ -2,8 +2,8 @@
 //!
 //! MPI and PETSc are started when they are first asked for, and ended by [`end`]. Calls come from one thread at a time.
 
-use std::time::{Duration, Instant};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use mpi::Threading;
 use mpi::collective::{CommunicatorCollectives, SystemOperation};

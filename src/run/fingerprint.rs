@@ -40,11 +40,7 @@ impl MadeFrom {
             let FileRecord { path, sha256 } = FileRecord::of(path)?;
             files.push([what, path.to_string_lossy().into_owned(), sha256]);
         }
-        Ok(Self {
-            scene: scene.resolved()?,
-            mesh: simulation.mesh(),
-            files,
-        })
+        Ok(Self { scene: scene.resolved()?, mesh: simulation.mesh(), files })
     }
 
     /// That `now` is the same, as far as it matters from here on.

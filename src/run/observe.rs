@@ -1,8 +1,8 @@
 //! Who sees every accepted state of a run: frames, ledger, rules that stop it.
 
 use super::fields::Fields;
-use super::summary::Ending;
 use super::ranks::{self, Piece};
+use super::summary::Ending;
 use super::{Error, Result, report};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};

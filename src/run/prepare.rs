@@ -19,8 +19,8 @@ use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential};
 use crate::num::checked::Positive;
 use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
-use crate::scene::{Scene, SheetSource};
 use crate::reduction::Communicator;
+use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Part as SheetPart, Sheet, Surface};
 
 /// The material of a scene on its sheet.

@@ -13,8 +13,8 @@ use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
-use crate::scene::Scene;
 use crate::reduction::Communicator;
+use crate::scene::Scene;
 use crate::sheet::{Sheet, Surface};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, SolveError, StepReport, diagnosis};
@@ -84,11 +84,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
-    pub fn over(
-        scene: &Scene,
-        search: &Search,
-        ranks: Arc<dyn Communicator>,
-    ) -> Result<Self> {
+    pub fn over(scene: &Scene, search: &Search, ranks: Arc<dyn Communicator>) -> Result<Self> {
         prepare::over(scene, search, ranks)
     }
 

@@ -27,7 +27,7 @@ pub struct Part {
     /// The number of each of its vertices in the whole sheet.
     pub vertices: Arc<Vec<u32>>,
     /// The number of each of its triangles in the whole sheet.
-    pub triangles: Vec<u32>,
+    pub triangles: Arc<Vec<u32>>,
     /// Vertices and triangles of the whole sheet.
     pub whole: [usize; 2],
 }
@@ -42,8 +42,8 @@ pub fn bisect(points: &[Vec3], ranks: usize) -> Vec<u32> {
         }
         let extent = |axis: usize| {
             let at = all.iter().map(|&i| points[i as usize][axis]);
-            let (low, high) = at
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            let (low, high) =
+                at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
             high - low
         };
         let axis = (0..3).max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(0);
@@ -96,13 +96,19 @@ impl Part {
             communicator,
         };
         let euler = if rank == 0 { whole.euler_characteristic() } else { 0 };
-        let numbers = Arc::new(vertices);
-        let share =
-            Share { owned, before, euler, numbers: Arc::clone(&numbers), whole: owners.len() };
+        let (vertices, triangles) = (Arc::new(vertices), Arc::new(triangles));
+        let share = Share {
+            owned,
+            before,
+            euler,
+            numbers: Arc::clone(&vertices),
+            triangle_numbers: Arc::clone(&triangles),
+            whole: owners.len(),
+        };
         let sheet = Sheet::new(rest, corners)?.part(boundary, share);
         let sheet = sheet.reduced_by(Reduction::over(Arc::new(distribution)));
         let whole = [whole.vertex_count(), whole.triangle_count()];
-        Ok(Self { sheet, vertices: numbers, triangles, whole })
+        Ok(Self { sheet, vertices, triangles, whole })
     }
 
     /// The rows of `values`, of which the whole sheet has one a vertex, that this part keeps; likewise of triangles.
@@ -111,7 +117,7 @@ impl Part {
         let [vertices, triangles] = self.whole;
         let kept = match values.len() {
             n if n == vertices => &*self.vertices,
-            n if n == triangles => &self.triangles,
+            n if n == triangles => &*self.triangles,
             _ => return,
         };
         *values = kept.iter().map(|&i| values[i as usize].clone()).collect();

@@ -119,8 +119,9 @@ pub(crate) struct Share {
     pub(crate) before: usize,
     /// Of the parts together it is that of the whole.
     pub(crate) euler: i64,
-    /// The numbers of the vertices in the whole, and how many that has.
+    /// The numbers of the vertices and triangles in the whole, and how many vertices that has.
     pub(crate) numbers: Arc<Vec<u32>>,
+    pub(crate) triangle_numbers: Arc<Vec<u32>>,
     pub(crate) whole: usize,
 }
 
@@ -242,6 +243,12 @@ impl Sheet {
     #[must_use]
     pub fn number(&self, i: usize) -> u32 {
         self.share.as_ref().map_or(index(i), |share| share.numbers[i])
+    }
+
+    /// The number of triangle `t` in the sheet that this is a part of; `t` of a whole one.
+    #[must_use]
+    pub fn triangle_number(&self, t: usize) -> u32 {
+        self.share.as_ref().map_or(index(t), |share| share.triangle_numbers[t])
     }
 
     /// How many vertices the sheet has that this is a part of.

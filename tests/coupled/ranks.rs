@@ -37,7 +37,8 @@ impl ThreadRank {
             }
         }
         let all = to.into_iter().zip(from).enumerate();
-        all.map(|(rank, (to, from))| Arc::new(Self { rank, to, from }) as Arc<dyn Communicator>).collect()
+        all.map(|(rank, (to, from))| Arc::new(Self { rank, to, from }) as Arc<dyn Communicator>)
+            .collect()
     }
 
     fn receive(&self, from: usize) -> Vec<f64> {

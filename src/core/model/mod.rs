@@ -236,22 +236,22 @@ fn clamp(
     time: f64,
     (rtol, atol): (f64, f64),
 ) -> Result<(), ModelError> {
-        for ((species, c), largest) in chemistry.descriptor().species.iter().zip(values).zip(largest) {
-            let slack = atol * species.typical + rtol * largest;
-            let (least, greatest) = (species.lower - slack, species.upper + slack);
-            for (point, c) in c.iter_mut().enumerate() {
-                if !(*c >= least && *c <= greatest) {
-                    return Err(ModelError::OutOfRange {
-                        species: species.name.clone(),
-                        location: chemistry.location(),
-                        point,
-                        value: *c,
-                        range: (species.lower, species.upper),
-                        time,
-                    });
-                }
-                *c = c.clamp(species.lower, species.upper);
+    for ((species, c), largest) in chemistry.descriptor().species.iter().zip(values).zip(largest) {
+        let slack = atol * species.typical + rtol * largest;
+        let (least, greatest) = (species.lower - slack, species.upper + slack);
+        for (point, c) in c.iter_mut().enumerate() {
+            if !(*c >= least && *c <= greatest) {
+                return Err(ModelError::OutOfRange {
+                    species: species.name.clone(),
+                    location: chemistry.location(),
+                    point,
+                    value: *c,
+                    range: (species.lower, species.upper),
+                    time,
+                });
             }
+            *c = c.clamp(species.lower, species.upper);
         }
-        Ok(())
+    }
+    Ok(())
 }

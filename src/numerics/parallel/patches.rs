@@ -50,11 +50,7 @@ pub type Corners<L, const K: usize, const Q: usize> = [[[L; LANES]; Q]; K];
 impl<const K: usize> Patches<K> {
     /// Sorts `elements` by the blocks that they touch; in totals those are counted that `counts` says.
     #[must_use]
-    pub fn new(
-        vertices: usize,
-        elements: &[[u32; K]],
-        counts: impl Fn(&[u32; K]) -> bool,
-    ) -> Self {
+    pub fn new(vertices: usize, elements: &[[u32; K]], counts: impl Fn(&[u32; K]) -> bool) -> Self {
         // The elements of which the block has the first vertex and which are counted, and the others.
         let mut own: Vec<Vec<u32>> = vec![Vec::new(); vertices.div_ceil(BLOCK)];
         let mut foreign = own.clone();

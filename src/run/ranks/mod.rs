@@ -22,6 +22,7 @@ use crate::output::provenance::MeshRecord;
 use crate::output::{Field, Format, Frame};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
+use crate::sheet::read::pvtu::{TRIANGLE, VERTEX, numbered};
 use crate::sheet::{Part, Sheet};
 
 /// What a rank has of the sheet.
@@ -49,7 +50,7 @@ impl Spread {
 
     pub(super) fn share(&self) -> Share {
         let Part { vertices, triangles, whole, .. } = &self.part;
-        let (vertices, triangles) = (vertices.to_vec(), triangles.clone());
+        let (vertices, triangles) = (vertices.to_vec(), triangles.to_vec());
         Share { ranks: self.ranks, vertices, triangles, whole: *whole }
     }
 }
@@ -70,10 +71,18 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
         return refuse("invariants", "invariants are not watched", "leave [invariants] out");
     }
     if scene.output.format != Format::Vtu {
-        return refuse("output.format", "frames are written as pieces of .pvtu", "format = \"vtu\"");
+        return refuse(
+            "output.format",
+            "frames are written as pieces of .pvtu",
+            "format = \"vtu\"",
+        );
     }
     if scene.time.span.from.is_some() {
-        return refuse("time.from", "a run does not begin in the middle of another", "leave it out");
+        return refuse(
+            "time.from",
+            "a run does not begin in the middle of another",
+            "leave it out",
+        );
     }
     Ok(())
 }
@@ -164,8 +173,13 @@ impl Piece {
             let data = vertices.iter().flat_map(|&v| columns.iter().map(move |c| c[v])).collect();
             Field { name: field.name.clone(), components: field.components, data: Cow::Owned(data) }
         });
-        let point = on_points.collect();
-        let cell = frame.cell.iter().map(|field| at(field, &mut (0..counted))).collect();
+        let mut point: Vec<_> = on_points.collect();
+        let of_cells = frame.cell.iter().map(|field| at(field, &mut (0..counted)));
+        let mut cell: Vec<_> = of_cells.collect();
+        let numbers = numbered(vertices.iter().map(|&v| sheet.number(v)));
+        point.push(Field::scalar(VERTEX.to_owned(), numbers));
+        let numbers = numbered((0..counted).map(|t| sheet.triangle_number(t)));
+        cell.push(Field::scalar(TRIANGLE.to_owned(), numbers));
         Self { points: vertices.iter().map(|&v| frame.points[v]).collect(), triangles, point, cell }
     }
 

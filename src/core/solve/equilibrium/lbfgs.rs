@@ -31,10 +31,10 @@ use super::gauge::Gauge;
 use super::history::History;
 use super::preconditioner::{Inverse, LARGE, Preconditioner};
 use crate::Vec3;
-use crate::num::whole;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
+use crate::num::whole;
 use crate::solve::SolveError;
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
@@ -125,7 +125,8 @@ impl Lbfgs {
         residual: f64,
     ) -> Result<(), SolveError> {
         self.fit(potential, x)?;
-        let weight = potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
+        let weight =
+            potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
         // What has been learnt is forgotten only where no step was found with it.
         if (self.factored && self.inverse.is_learnt()) || self.inverse.begins_with(unit) {
