@@ -217,8 +217,13 @@ impl PetscSolver {
     fn set_up(&mut self, matrix: &BlockMatrix, x: &[Vec3]) -> Result<(), Error> {
         self.fill(matrix)?;
         self.set_motions(x)?;
+        // As if it were new, so that a run that is resumed has the same hierarchy.
         // SAFETY: operators and options are set.
-        unsafe { ok(p::KSPSetUp(self.solver)) }
+        unsafe {
+            ok(p::KSPReset(self.solver))?;
+            ok(p::KSPSetOperators(self.solver, self.matrix, self.matrix))?;
+            ok(p::KSPSetUp(self.solver))
+        }
     }
 
     fn solve_here(&mut self, rhs: &mut [Vec3]) -> Result<(), Error> {

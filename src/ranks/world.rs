@@ -215,6 +215,8 @@ impl Communicator for World {
     }
 
     fn all_gather(&self, bytes: &[u8]) -> Vec<Vec<u8>> {
+        // Never nothing: the address of an empty slice may be what Open MPI takes for MPI_IN_PLACE.
+        let bytes = &[bytes, &[0]].concat()[..];
         let mut lengths = vec![0.0; self.size()];
         lengths[self.rank()] = rumple_numerics::num::real(bytes.len());
         self.sum(&mut lengths);
@@ -231,7 +233,7 @@ impl Communicator for World {
         let pieces = lengths.iter().map(|n| {
             let (piece, more) = rest.split_at(*n);
             rest = more;
-            piece.to_vec()
+            piece[..piece.len() - 1].to_vec()
         });
         pieces.collect()
     }
