@@ -58,9 +58,10 @@ struct Entry {
 pub struct PetscSolver {
     world: Arc<World>,
     axes: usize,
-    /// Vertices owned, and those of lower ranks.
+    /// Vertices owned, those of lower ranks, and all.
     owned: usize,
     before: usize,
+    all: usize,
     rows: Vec<Vec<Entry>>,
     matrix: p::Matrix,
     solver: p::Solver,
@@ -93,6 +94,7 @@ impl PetscSolver {
             axes: pattern.axes(),
             owned,
             before,
+            all: whole(reduction.count(pattern.rows())),
             rows: entries(pattern, owned, &numbers),
             matrix: p::Matrix::NULL,
             solver: p::Solver::NULL,
@@ -101,14 +103,30 @@ impl PetscSolver {
             coordinates: p::Vector::NULL,
             prefix,
         };
-        let all = whole(reduction.count(pattern.rows()));
-        made.create(all).map_err(|e| LinearError::new(e.0))?;
+        made.create_vectors().map_err(|e| LinearError::new(e.0))?;
         Ok(Box::new(made))
     }
 
-    fn create(&mut self, vertices: usize) -> Result<(), Error> {
-        let (comm, size) = (self.world.raw(), int(self.axes));
-        let (own, all) = (int(self.axes * self.owned), int(self.axes * vertices));
+    /// Unknowns of this rank and of all.
+    fn sizes(&self) -> [PetscInt; 2] {
+        [int(self.axes * self.owned), int(self.axes * self.all)]
+    }
+
+    fn create_vectors(&mut self) -> Result<(), Error> {
+        let (comm, size, [own, all]) = (self.world.raw(), int(self.axes), self.sizes());
+        // SAFETY: handles are written before they are read.
+        unsafe {
+            ok(p::VecCreateMPI(comm, own, all, &raw mut self.rhs))?;
+            ok(p::VecSetBlockSize(self.rhs, size))?;
+            ok(p::VecDuplicate(self.rhs, &raw mut self.solution))?;
+            ok(p::VecDuplicate(self.rhs, &raw mut self.coordinates))
+        }
+    }
+
+    /// A new matrix, with room for its rows. What PETSc keeps of one with other values makes other bits in a run that is
+    /// resumed.
+    fn create_matrix(&mut self) -> Result<(), Error> {
+        let (comm, size, [own, all]) = (self.world.raw(), int(self.axes), self.sizes());
         let range = int(self.before)..int(self.before + self.owned);
         let of = |inside: bool| -> Vec<PetscInt> {
             let counted = |e: &&Entry| range.contains(&e.column) == inside;
@@ -117,10 +135,7 @@ impl PetscSolver {
         let (inside, outside) = (of(true), of(false));
         // SAFETY: handles are written before they are read, and the lists live until PETSc has copied them.
         unsafe {
-            ok(p::VecCreateMPI(comm, own, all, &raw mut self.rhs))?;
-            ok(p::VecSetBlockSize(self.rhs, size))?;
-            ok(p::VecDuplicate(self.rhs, &raw mut self.solution))?;
-            ok(p::VecDuplicate(self.rhs, &raw mut self.coordinates))?;
+            ok(p::MatDestroy(&raw mut self.matrix))?;
             ok(p::MatCreate(comm, &raw mut self.matrix))?;
             ok(p::MatSetSizes(self.matrix, own, own, all, all))?;
             ok(p::MatSetBlockSize(self.matrix, size))?;
@@ -134,11 +149,7 @@ impl PetscSolver {
                 none,
                 none,
             ))?;
-            ok(p::MatSetOption(self.matrix, p::MAT_SPD, p::PETSC_TRUE))?;
-            ok(p::KSPCreate(comm, &raw mut self.solver))?;
-            ok(p::KSPSetOptionsPrefix(self.solver, text(self.prefix)?.as_ptr()))?;
-            ok(p::KSPSetOperators(self.solver, self.matrix, self.matrix))?;
-            ok(p::KSPSetFromOptions(self.solver))
+            ok(p::MatSetOption(self.matrix, p::MAT_SPD, p::PETSC_TRUE))
         }
     }
 
@@ -215,13 +226,17 @@ impl PetscSolver {
     }
 
     fn set_up(&mut self, matrix: &BlockMatrix, x: &[Vec3]) -> Result<(), Error> {
+        self.create_matrix()?;
         self.fill(matrix)?;
         self.set_motions(x)?;
-        // As if it were new, so that a run that is resumed has the same hierarchy.
-        // SAFETY: operators and options are set.
+        // A new one: what PETSc keeps of earlier matrices makes worse hierarchies.
+        // SAFETY: handles are written before they are read.
         unsafe {
-            ok(p::KSPReset(self.solver))?;
+            ok(p::KSPDestroy(&raw mut self.solver))?;
+            ok(p::KSPCreate(self.world.raw(), &raw mut self.solver))?;
+            ok(p::KSPSetOptionsPrefix(self.solver, text(self.prefix)?.as_ptr()))?;
             ok(p::KSPSetOperators(self.solver, self.matrix, self.matrix))?;
+            ok(p::KSPSetFromOptions(self.solver))?;
             ok(p::KSPSetUp(self.solver))
         }
     }

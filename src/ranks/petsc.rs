@@ -119,7 +119,6 @@ unsafe extern "C" {
     pub fn KSPSetOptionsPrefix(k: Solver, prefix: *const c_char) -> Code;
     pub fn KSPSetOperators(k: Solver, a: Matrix, p: Matrix) -> Code;
     pub fn KSPSetFromOptions(k: Solver) -> Code;
-    pub fn KSPReset(k: Solver) -> Code;
     pub fn KSPSetUp(k: Solver) -> Code;
     pub fn KSPSolve(k: Solver, b: Vector, x: Vector) -> Code;
     pub fn KSPGetConvergedReason(k: Solver, reason: *mut c_int) -> Code;

@@ -136,7 +136,7 @@ impl Lbfgs {
         }
         self.factored = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
-            let plain = self.inverse.is_plain();
+            let plain = self.inverse.is_plain() || self.inverse.trusts_positive();
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
                 continue;
             }

@@ -342,6 +342,11 @@ impl Inverse {
         self.is_over_ranks() && self.sparse.is_local()
     }
 
+    /// Whether it takes every matrix for positive, and makes something of it that is none where it is not.
+    pub(super) fn trusts_positive(&self) -> bool {
+        matches!(&self.sparse, Sparse::Solver(solver) if solver.is_distributed())
+    }
+
     /// Whether the sheet is spread over ranks.
     pub(super) fn is_over_ranks(&self) -> bool {
         self.reduction.distribution().is_some()
