@@ -372,21 +372,6 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut Vec<Vec<f64>>,
     ) -> Result<(), ModelError> {
-        let rates = self.rates_here(sheet, surface, species, signals, out);
-        let reduction = sheet.reduction();
-        ModelError::agreed(reduction, rates.map_err(ModelError::from))?;
-        reduction.update_columns(out);
-        Ok(())
-    }
-
-    fn rates_here(
-        &self,
-        sheet: &Sheet,
-        surface: &Surface,
-        species: &[Vec<f64>],
-        signals: &SignalColumns,
-        out: &mut Vec<Vec<f64>>,
-    ) -> Result<(), KineticsError> {
         out.resize_with(species.len(), Vec::new);
         for (out, c) in out.iter_mut().zip(species) {
             out.clear();
@@ -394,7 +379,8 @@ impl Chemistry {
         }
         let c: Few<&[f64]> = species.iter().map(Vec::as_slice).collect();
         let mut r: Few<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
-        self.reaction(&c, signals, &mut r)?;
+        let reaction = self.reaction(&c, signals, &mut r).map_err(ModelError::from);
+        ModelError::agreed(sheet.reduction(), reaction)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);
             term.add_rate(sheet, operator, c[term.by()], r[term.species()]);
@@ -402,6 +388,8 @@ impl Chemistry {
         for (s, (c, rates)) in c.iter().zip(&mut r).enumerate() {
             self.held.set_rates(s, c, rates);
         }
+        drop(r);
+        sheet.reduction().update_columns(out);
         Ok(())
     }
 
