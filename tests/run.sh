@@ -26,6 +26,9 @@ command -v xauth >/dev/null || packages+=(xauth)
 command -v chromium >/dev/null || command -v google-chrome >/dev/null || packages+=(chromium)
 command -v python3 >/dev/null && python3 -c 'import venv, ensurepip' 2>/dev/null \
     || packages+=(python3 python3-venv)
+# Ranks: left out where these packages are not to be had.
+mpi=(libpetsc-real-dev libopenmpi-dev openmpi-bin libclang-dev)
+command -v mpirun >/dev/null && pkg-config --exists PETSc 2>/dev/null || packages+=("${mpi[@]}")
 # The tests with Slurm need root; without it they are left out.
 if ((EUID == 0)); then
     PATH="$PATH:/usr/sbin"
@@ -122,6 +125,18 @@ xvfb-run -a -s "-screen 0 1280x1024x24 +extension GLX -noreset" \
 
 heading "the Python module"
 tests/scripts/python.sh
+
+heading "one sheet over ranks"
+if pkg-config --exists PETSc && command -v mpirun >/dev/null; then
+    cp target/release/rumple target/check/rumple
+    cargo clippy --release --features mpi --bin rumple -- -D warnings
+    cargo build --release --features mpi --bin rumple
+    cp target/release/rumple target/check/rumple-mpi
+    cp target/check/rumple target/release/rumple
+    "$venv/bin/python" tests/scripts/ranks.py target/check/rumple-mpi target/check/ranks
+else
+    echo "left out: there is no PETSc, or no MPI"
+fi
 
 heading "viewed in a browser"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" tests/scripts/view.sh "$result" target/check/view

@@ -21,6 +21,7 @@ pub mod mesh;
 mod new;
 mod paraview;
 mod plugin;
+mod ranks;
 mod resume;
 mod run;
 mod schema;
@@ -96,7 +97,7 @@ const STACK: usize = 8 << 20;
 const PLUGIN_LIMIT: f64 = 60.0;
 
 /// What every command that takes a scene takes.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 struct SceneArgs {
     /// The scene file.
     scene: PathBuf,
@@ -190,19 +191,20 @@ pub fn main() -> ExitCode {
     // No call of an instance that is dropped can return its error.
     let result =
         result.and_then(|()| take_destroy_error().map_or(Ok(()), |error| Err(error.into())));
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
+    let (code, text) = match result {
+        Ok(()) => (0, String::new()),
         // The command has reported it.
-        Err(Error::Solve(SolveError::Interrupted)) => ExitCode::from(interrupt::exit_status()),
+        Err(Error::Solve(SolveError::Interrupted)) => (interrupt::exit_status(), String::new()),
+        Err(Error::Elsewhere) => (1, String::new()),
         Err(error) => {
             let text = match &error {
                 Error::Scene(scene) => scene.rendered(std::io::stderr().is_terminal()),
                 other => format!("error: {other}"),
             };
-            warn(&text);
-            ExitCode::from(exit_code(&error))
+            (exit_code(&error), text)
         }
-    }
+    };
+    ranks::end(code, &text)
 }
 
 /// Says on standard error what takes so long, for as long as it is there.
@@ -243,6 +245,10 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Output(_)
         | Error::Refused(_)
         | Error::Solve(SolveError::Start { .. } | SolveError::NotFollowed { .. }) => 2,
-        Error::Solve(_) | Error::Broken(_) | Error::Stopped(_) | Error::Incomplete(_) => 1,
+        Error::Solve(_)
+        | Error::Broken(_)
+        | Error::Stopped(_)
+        | Error::Incomplete(_)
+        | Error::Elsewhere => 1,
     }
 }

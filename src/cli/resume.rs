@@ -1,12 +1,15 @@
 //! `rumple resume DIR`: a resumed run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 
 use super::run;
 use crate::kinetics::Search;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
+use crate::reduction::Communicator;
+use crate::run::ranks::{self, agreed};
 use crate::run::run::{Ending, continued};
 use crate::run::{Error, Result, resume};
 use crate::solve::SolveError;
@@ -38,21 +41,34 @@ pub(super) struct ResumeArgs {
 }
 
 pub(super) fn run(args: &ResumeArgs) -> Result<()> {
-    super::set_threads(args.threads);
-    rayon::scope(|_| go_on(args))
+    let ranks = super::ranks::all()?;
+    super::set_threads(args.threads.or(ranks.is_some().then_some(1)));
+    rayon::scope(|_| go_on(args, ranks))
 }
 
-fn go_on(args: &ResumeArgs) -> Result<()> {
+/// The directory that this rank writes to: that of the run, or one within it.
+fn directory(root: &Path, ranks: Option<&dyn Communicator>) -> Result<ResultDirectory> {
+    let own = ranks.map_or_else(|| root.to_owned(), |ranks| ranks::root(root, ranks));
+    match own.is_dir() {
+        true => Ok(ResultDirectory::reopen(&own)?),
+        false => Ok(ResultDirectory::prepare(&own, false)?),
+    }
+}
+
+fn go_on(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
     let root = super::absolute(&args.directory)?;
     if !root.is_dir() {
         return Err(Error::Refused(format!("{}: no such directory", root.display())));
     }
-    let directory = ResultDirectory::reopen(&root)?;
+    let directory = agreed(ranks.as_deref(), directory(&root, ranks.as_deref()))?;
+    let quiet = args.quiet || ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0);
     let search = Search::from_environment(&args.plugin_path)
         .isolated(super::isolation(args.isolate, args.plugin_limit)?);
-    let mut resumed = resume::resume(&directory, args.until, &search)?;
+    let resumed =
+        resume::resume_on(&root, &directory, args.until, &search, ranks.as_ref().map(Arc::clone));
+    let mut resumed = agreed(ranks.as_deref(), resumed)?;
     let interrupt = Interrupt::install()?;
-    let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
+    let mode = if quiet { Mode::Silent } else { Mode::detect() };
     let until = resumed.scene.time.span.until.get();
     let mut progress = Progress::new(mode, resumed.checkpoint.time(), until);
     let outcome = continued(&mut resumed, &directory, &mut progress, interrupt, &mut []);
@@ -60,7 +76,7 @@ fn go_on(args: &ResumeArgs) -> Result<()> {
     let resume::Resumed { scene, notes, .. } = resumed;
     let report = super::view::report(&root, scene.output.report);
     let done = outcome?;
-    if args.quiet {
+    if quiet {
         notes.iter().for_each(|note| super::warn(note));
     } else {
         run::print_summary(&done, &directory, scene.output.format);

@@ -1,13 +1,16 @@
 //! `rumple run SCENE`: the main job.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
 use clap::Args;
 
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
+use crate::reduction::Communicator;
 use crate::run::forecast::words;
+use crate::run::ranks::{self, agreed};
 use crate::run::run::{self, Ending, Summary};
 use crate::run::{Error, Result, Simulation, inspect, provenance};
 use crate::scene::Scene;
@@ -15,7 +18,7 @@ use crate::sheet::read;
 use crate::solve::SolveError;
 
 /// Arguments of `run`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct RunArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -34,10 +37,17 @@ pub(super) struct RunArgs {
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<()> {
-    args.scene.with_threads(|| run_here(args))
+    let ranks = super::ranks::all()?;
+    let Some(ranks) = ranks else { return args.scene.with_threads(|| run_here(args, None)) };
+    // One says what there is to say, and no rank takes the threads of another.
+    let quiet = args.quiet || ranks.rank() > 0;
+    let threads = args.scene.threads.or(Some(1));
+    let args =
+        RunArgs { quiet, scene: SceneArgs { threads, ..args.scene.clone() }, ..args.clone() };
+    args.scene.with_threads(|| run_here(&args, Some(ranks)))
 }
 
-fn run_here(args: &RunArgs) -> Result<()> {
+fn run_here(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
     let (scene, search) = args.scene.load()?;
     let root = args
         .out
@@ -47,18 +57,22 @@ fn run_here(args: &RunArgs) -> Result<()> {
     let from = args.from.as_deref().map(super::absolute).transpose()?;
     let given = from.as_ref().map(read::surface).transpose()?;
     let waiting = super::Waiting::on("making sheet, effects and laws ready", args.quiet);
-    let mut simulation = Simulation::new(&scene, &search)?;
+    let mut simulation = match &ranks {
+        None => Simulation::new(&scene, &search)?,
+        Some(ranks) => Simulation::over(&scene, &search, Arc::clone(ranks))?,
+    };
     drop(waiting);
     let mut inputs = provenance::inputs(&scene, simulation.plugins());
     if let Some(path) = &from {
         inputs.add("the state", path);
     }
     inputs.outside(&root)?;
-    if let Some(surface) = &given {
-        inspect::take_state(&mut simulation, surface)?;
+    if let Some(surface) = given {
+        let surface = simulation.part_of(surface);
+        inspect::take_state(&mut simulation, &surface)?;
     }
     let interrupt = Interrupt::install()?;
-    let directory = ResultDirectory::prepare(&root, args.force)?;
+    let directory = directory(&root, args.force, ranks.as_deref())?;
     let outcome = work(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
     let report = super::view::report(&root, scene.output.report);
     let done = outcome?;
@@ -70,6 +84,21 @@ fn run_here(args: &RunArgs) -> Result<()> {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
         _ => Ok(()),
     }
+}
+
+/// The directory of this rank: the first one makes it, then the others theirs within it.
+fn directory(root: &Path, force: bool, of: Option<&dyn Communicator>) -> Result<ResultDirectory> {
+    let Some(of) = of else { return Ok(ResultDirectory::prepare(root, force)?) };
+    let first = match of.rank() {
+        0 => Some(ResultDirectory::prepare(root, force)).transpose(),
+        _ => Ok(None),
+    };
+    let first = agreed(Some(of), first.map_err(Error::from))?;
+    let own = match first {
+        Some(first) => Ok(first),
+        None => ResultDirectory::prepare(&ranks::root(root, of), force),
+    };
+    agreed(Some(of), own.map_err(Error::from))
 }
 
 /// The run itself, with its progress.

@@ -7,7 +7,7 @@
 //!
 //! V of a closed sheet does not depend on O.
 
-use rumple_numerics::{Vec3, parallel};
+use rumple_numerics::Vec3;
 use rumple_sheet::Sheet;
 
 use super::Face;
@@ -16,14 +16,15 @@ use super::Face;
 #[must_use]
 pub fn area(sheet: &Sheet, x: &[Vec3]) -> f64 {
     let triangles = sheet.triangles();
-    parallel::sum(triangles.len(), |t| Face::of(&triangles[t].map(|v| x[v as usize])).area)
+    let all = sheet.reduction();
+    all.sum(triangles.len(), |t| Face::of(&triangles[t].map(|v| x[v as usize])).area)
 }
 
 /// Returns the volume between the shape `x` and the point `origin`, length³.
 #[must_use]
 pub fn volume(sheet: &Sheet, x: &[Vec3], origin: Vec3) -> f64 {
     let triangles = sheet.triangles();
-    parallel::sum(triangles.len(), |t| {
+    sheet.reduction().sum(triangles.len(), |t| {
         let [a, b, c] = triangles[t].map(|v| x[v as usize] - origin);
         a.dot(&b.cross(&c)) / 6.0
     })

@@ -52,8 +52,14 @@ impl RestMetric {
                 length[e]
             )));
         }
-        let mean_edge =
-            length.iter().sum::<f64>() / rumple_numerics::num::real(length.len().max(1));
+        let mut mean = [0.0, 0.0];
+        for (edge, length) in sheet.edges().iter().zip(&length) {
+            if sheet.counts(&edge.vertices) {
+                mean = [mean[0] + length, mean[1] + 1.0];
+            }
+        }
+        sheet.reduction().total(&mut mean);
+        let mean_edge = mean[0] / mean[1].max(1.0);
         let area: Vec<f64> = sheet
             .triangle_edges()
             .iter()

@@ -126,7 +126,15 @@ impl ResultDirectory {
     /// # Errors
     /// [`OutputError::Read`] from the operating system.
     pub fn checkpoints_found(&self) -> Result<Vec<(usize, PathBuf)>, OutputError> {
-        let folder = self.checkpoints();
+        Self::checkpoints_in(&self.root)
+    }
+
+    /// The same of a directory that somebody else may write to.
+    ///
+    /// # Errors
+    /// As for [`Self::checkpoints_found`].
+    pub fn checkpoints_in(root: &Path) -> Result<Vec<(usize, PathBuf)>, OutputError> {
+        let folder = root.join(Self::CHECKPOINTS);
         let found = if folder.is_dir() { names(&folder)? } else { Vec::new() };
         let whole = found.iter().filter(|name| !name.starts_with('.'));
         let place = |name: &String| Some((number_of(name, "checkpoint_")?, folder.join(name)));

@@ -38,6 +38,7 @@ pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod provenance;
+mod pvtu;
 pub mod series;
 pub mod vtk;
 pub mod vtkhdf;

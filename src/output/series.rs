@@ -9,7 +9,7 @@ use super::encode::decimal;
 use super::provenance::digest_of;
 use super::vtkhdf::FramesFile;
 use super::vtu::{self, Compression};
-use super::{Frame, OutputError, ResultDirectory, atomic, vtk};
+use super::{Frame, OutputError, ResultDirectory, atomic, pvtu, vtk};
 
 /// File format of the frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,6 +48,8 @@ pub struct Series {
     times: Vec<f64>,
     digests: Vec<u64>,
     one: FramesFile,
+    /// The folders of the pieces of a frame, as seen from here; empty where a frame is one file.
+    pieces: Vec<PathBuf>,
 }
 
 impl Series {
@@ -56,7 +58,14 @@ impl Series {
     pub fn create(directory: &ResultDirectory, compression: Compression) -> Self {
         let (format, times, digests) = (Format::default(), Vec::new(), Vec::new());
         let (directory, one) = (directory.clone(), FramesFile::default());
-        Self { directory, format, compression, times, digests, one }
+        Self { directory, format, compression, times, digests, one, pieces: Vec::new() }
+    }
+
+    /// The same with frames of pieces, of which the first is written here and the others under the same name into the
+    /// other `folders`, relative to that of the frames.
+    #[must_use]
+    pub fn in_pieces(self, folders: Vec<PathBuf>) -> Self {
+        Self { pieces: folders, ..self }
     }
 
     /// The same series after the frames at `times` with `digests`, which are in `directory`; those after them are no
@@ -79,6 +88,12 @@ impl Series {
         }
         series.write_index()?;
         Ok(series)
+    }
+
+    /// Goes on after frames of these times whose pieces other ranks wrote.
+    #[must_use]
+    pub fn after_those_of_others(self, times: Vec<f64>, digests: Vec<u64>) -> Self {
+        Self { times, digests, ..self }
     }
 
     fn path(&self, number: usize) -> PathBuf {
@@ -111,6 +126,13 @@ impl Series {
             Format::Vtk => vtk::write(&path, frame)?,
             _ => vtu::write(&path, frame, self.compression)?,
         }
+        if !self.pieces.is_empty() {
+            let name = ResultDirectory::frame_name(self.times.len());
+            let sources = self.pieces.iter().map(|folder| folder.join(&name));
+            let index = path.with_extension("pvtu");
+            let text = pvtu::encode(frame, sources);
+            atomic::replace(&index, |writer| writer.write_all(text.as_bytes()))?;
+        }
         // Of what was just written, which the system has in memory.
         let digest = digest_of(&path)?;
         self.times.push(frame.time);
@@ -142,8 +164,8 @@ impl Series {
 
     fn write_index(&self) -> Result<(), OutputError> {
         let frames = self.times.iter().enumerate().map(|(number, &time)| {
-            let name = Path::new(&ResultDirectory::frame_name(number))
-                .with_extension(self.format.ending());
+            let ending = if self.pieces.is_empty() { self.format.ending() } else { "pvtu" };
+            let name = Path::new(&ResultDirectory::frame_name(number)).with_extension(ending);
             (decimal(time), Path::new(ResultDirectory::FRAMES).join(name))
         });
         let text = match self.format {

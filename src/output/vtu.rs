@@ -79,7 +79,7 @@ impl<'a> Array<'a> {
 }
 
 /// Escapes what XML gives a meaning, and control characters, which it has no way to hold.
-fn escape(name: &str) -> String {
+pub(super) fn escape(name: &str) -> String {
     let mut text = String::with_capacity(name.len());
     for c in name.chars() {
         match c {

@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint::MadeFrom;
 use super::invariants;
 use super::processor::Processor;
+use super::ranks::{Share, Spread};
 use super::{Result, Simulation};
 use crate::model::State;
 use crate::num::real;
@@ -92,6 +93,8 @@ pub struct Checkpoint {
     pub(super) spent: Spent,
     state: State,
     solvers: SolverMemory,
+    /// Which part of a sheet over ranks it is of.
+    pub(super) spread: Option<Share>,
 }
 
 impl Checkpoint {
@@ -127,10 +130,20 @@ impl Checkpoint {
             return Err(Malformed);
         }
         self.solvers.clone().restore(simulation)?;
-        simulation.stepper.state = self.state.clone();
+        self.go_on_from(self.state.clone(), simulation);
+        Ok(())
+    }
+
+    /// The state of what it is of.
+    pub(super) fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes on from `state` as if it were its own; solvers restart.
+    pub(super) fn go_on_from(&self, state: State, simulation: &mut Simulation) {
+        simulation.stepper.state = state;
         simulation.spent = self.spent;
         simulation.processor = Processor::default();
-        Ok(())
     }
 }
 
@@ -221,12 +234,14 @@ impl Checkpoints {
         progress: &mut Progress,
     ) {
         let now = Instant::now();
-        let due = due || now >= self.due;
+        // Clocks of ranks differ, and all write checkpoints of the same step.
+        let reduction = simulation.sheet().reduction();
+        let due = reduction.any(due || now >= self.due);
         // An integrator of diffsol can be stored in few steps: none of them is missed.
         let seldom = simulation.stepper.integrator.renewed_after().is_some();
         let least = if seldom { Duration::ZERO } else { HELD };
         let since = |held: &Held| now - held.at >= least.max(SHARE * held.took);
-        if due || self.held.as_ref().is_none_or(since) {
+        if due || reduction.any(self.held.as_ref().is_none_or(since)) {
             self.hold(simulation, place);
         }
         if due {
@@ -245,6 +260,7 @@ impl Checkpoints {
                 spent: simulation.spent(),
                 state: simulation.stepper.state.clone(),
                 solvers: SolverMemory::of(simulation),
+                spread: simulation.spread.as_ref().map(Spread::share),
             };
             self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
         }
@@ -291,7 +307,8 @@ impl Checkpoints {
         place: impl FnOnce() -> Place,
         progress: &mut Progress,
     ) {
-        if self.asked || self.began.elapsed() >= FIRST {
+        let long = simulation.sheet().reduction().any(self.began.elapsed() >= FIRST);
+        if self.asked || long {
             simulation.stepper.integrator.renew();
             self.hold(simulation, place);
             self.write(progress);

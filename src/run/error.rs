@@ -34,6 +34,9 @@ pub enum Error {
     /// A run could not go on; says when and where the last good state is.
     #[error(transparent)]
     Stopped(#[from] Failure),
+    /// Another rank has failed, and says why.
+    #[error("another rank has failed")]
+    Elsewhere,
     /// A command cannot do what it was asked, and why.
     #[error("{0}")]
     Refused(String),
@@ -50,6 +53,7 @@ impl From<ModelError> for Error {
         match error {
             ModelError::Kinetics(error) => Self::Kinetics(error),
             ModelError::Sheet(error) => Self::Sheet(error),
+            ModelError::Elsewhere { .. } => Self::Elsewhere,
             other => Self::Solve(SolveError::Model(other)),
         }
     }

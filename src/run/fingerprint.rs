@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::{Error, Result, Simulation};
-use crate::output::provenance::{FileRecord, MeshRecord};
+use crate::output::provenance::FileRecord;
 use crate::scene::Scene;
 
 /// Scene, mesh and files of a run.
@@ -27,7 +27,6 @@ impl MadeFrom {
     /// # Errors
     /// A file that cannot be read any more.
     pub(super) fn of(scene: &Scene, simulation: &Simulation) -> Result<Self> {
-        let sheet = simulation.sheet();
         let mut files = Vec::new();
         let plugins = simulation.plugins().iter().map(|path| ("the plugin".to_owned(), &**path));
         // The mesh has a hash of its own, and the start is over.
@@ -41,11 +40,7 @@ impl MadeFrom {
             let FileRecord { path, sha256 } = FileRecord::of(path)?;
             files.push([what, path.to_string_lossy().into_owned(), sha256]);
         }
-        Ok(Self {
-            scene: scene.resolved()?,
-            mesh: MeshRecord::of(sheet.rest(), sheet.triangles()).sha256,
-            files,
-        })
+        Ok(Self { scene: scene.resolved()?, mesh: simulation.mesh(), files })
     }
 
     /// That `now` is the same, as far as it matters from here on.

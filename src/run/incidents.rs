@@ -29,7 +29,8 @@ impl Incidents {
         let Session { scene, directory, .. } = session;
         let from = place.and_then(|place| place.watch);
         let monitor = StabilityMonitor::of(scene, simulation, directory, from)?;
-        let mut events = match place {
+        let first = simulation.sheet().reduction().is_first();
+        let mut events = match place.filter(|_| first) {
             None => Events::new(directory.events()),
             Some(place) => Events::reopen(directory.events(), place.events)?,
         };

@@ -30,6 +30,7 @@ mod planar;
 mod prepare;
 mod processor;
 pub mod provenance;
+pub mod ranks;
 mod recorder;
 mod report;
 pub mod resume;

@@ -1,8 +1,9 @@
 //! Who sees every accepted state of a run: frames, ledger, rules that stop it.
 
 use super::fields::Fields;
+use super::ranks::{self, Piece};
 use super::summary::Ending;
-use super::{Result, report};
+use super::{Error, Result, report};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};
 use crate::scene::{OutputSpec, Scene};
@@ -44,13 +45,14 @@ pub trait Observer {
 
 /// Writes a row for every accepted step.
 pub(super) struct LedgerRows {
-    ledger: Ledger,
+    /// One for all ranks.
+    ledger: Option<Ledger>,
     shape: report::ShapeSums,
 }
 
 impl LedgerRows {
     pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
-        let ledger = Ledger::create(&directory.ledger(), columns)?;
+        let ledger = Some(Ledger::create(&directory.ledger(), columns)?);
         Ok(Self { ledger, shape: report::ShapeSums::default() })
     }
 
@@ -60,8 +62,13 @@ impl LedgerRows {
         columns: &[String],
         step: u64,
     ) -> Result<Self> {
-        let ledger = Ledger::reopen(&directory.ledger(), columns, step)?;
+        let ledger = Some(Ledger::reopen(&directory.ledger(), columns, step)?);
         Ok(Self { ledger, shape: report::ShapeSums::default() })
+    }
+
+    /// On a rank that leaves it to the first one to write rows, and has its share in making them.
+    pub(super) fn elsewhere() -> Self {
+        Self { ledger: None, shape: report::ShapeSums::default() }
     }
 }
 
@@ -70,7 +77,9 @@ impl Observer for LedgerRows {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
             let row = report::row(at, info, &mut self.shape)?;
-            self.ledger.append(&row)?;
+            if let Some(ledger) = &mut self.ledger {
+                ledger.append(&row)?;
+            }
         }
         Ok(())
     }
@@ -93,12 +102,22 @@ impl Frames {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
         }
-        let series = Series::create(directory, output.compression).in_format(output.format);
+        let mut series = Series::create(directory, output.compression).in_format(output.format);
+        if let Some(of) = model.sheet().reduction().distribution()
+            && of.communicator.rank() == 0
+        {
+            series = series.in_pieces(ranks::piece_folders(of.communicator.size()));
+        }
         Ok(Some(Self { fields: fields.clone(), series }))
     }
 
     /// Continues after those at `times` with `digests`; later ones are dropped.
-    pub(super) fn after(self, times: &[f64], digests: &[u64]) -> Result<Self> {
+    /// Goes on after frames of these times; those that other ranks had are not looked for.
+    pub(super) fn after(self, times: &[f64], digests: &[u64], looked_for: bool) -> Result<Self> {
+        if !looked_for {
+            let series = self.series.after_those_of_others(times.to_vec(), digests.to_vec());
+            return Ok(Self { series, ..self });
+        }
         Ok(Self { series: self.series.after(times.to_vec(), digests.to_vec())?, ..self })
     }
 
@@ -118,7 +137,15 @@ impl Observer for Frames {
         if info.frame && self.series.times().last() != Some(&at.state().time) {
             let _scope = at.model().tally().meter("output", "frames", &["frames"]).scope(0);
             let frame = self.fields.frame(at)?;
-            self.series.push(&frame)?;
+            let sheet = at.model().sheet();
+            match sheet.reduction().distribution() {
+                None => self.series.push(&frame)?,
+                Some(ranks) => {
+                    let piece = Piece::of(sheet, &frame);
+                    let written = self.series.push(&piece.frame(&frame));
+                    ranks::agreed(Some(&*ranks.communicator), written.map_err(Error::from))?
+                }
+            };
         }
         Ok(())
     }

@@ -10,26 +10,36 @@ use super::built::Built;
 use super::invariants::Invariants;
 use super::laws::Laws;
 use super::processor::Processor;
+use super::ranks::Spread;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
 use crate::Vec3;
-use crate::effects::{Elasticity, Field};
+use crate::effects::{Elasticity, Field, ReadSurface};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
 use crate::num::checked::Positive;
 use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
+use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::{self, Sheet, Surface};
+use crate::sheet::{self, Part as SheetPart, Sheet, Surface};
 
 /// The material of a scene on its sheet.
 ///
 /// # Errors
 /// A field that cannot be read there, with its place.
 pub fn material(scene: &Scene, sheet: &Sheet) -> Result<Option<Elasticity>> {
+    material_read_by(scene, sheet, &read_surface)
+}
+
+fn material_read_by(
+    scene: &Scene,
+    sheet: &Sheet,
+    read: &ReadSurface<'_>,
+) -> Result<Option<Elasticity>> {
     let Some(material) = &scene.material else { return Ok(None) };
     let of = |field: &Field<Positive>, key| {
         field
-            .on(Location::Face, sheet, Some(&read_surface), key)
+            .on(Location::Face, sheet, Some(read), key)
             .map_err(|e| scene.error_at(&format!("material.{key}"), &e.message, e.help.as_deref()))
     };
     Ok(Some(Elasticity {
@@ -74,10 +84,46 @@ pub(super) fn prepare(
     search: &Search,
     own: Option<Arc<dyn Kinetics>>,
 ) -> Result<Simulation> {
-    let mut built = Built::begin();
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
-    let material = material(scene, &sheet)?;
+    on(scene, search, own, (sheet, None), notes)
+}
+
+/// The same over `ranks`: of the sheet this one keeps its part.
+///
+/// # Errors
+/// As for one process, on any rank; what does not go over ranks.
+pub(super) fn over(
+    scene: &Scene,
+    search: &Search,
+    ranks: Arc<dyn Communicator>,
+) -> Result<Simulation> {
+    super::ranks::check(scene)?;
+    let mut notes = Vec::new();
+    let whole = read_sheet(scene, &mut notes)?;
+    let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
+    let part = SheetPart::cut(&whole, ranks).map_err(place)?;
+    let sheet = Arc::new(part.sheet.clone());
+    on(scene, search, None, (sheet, Some((whole, part))), notes)
+}
+
+/// Makes `scene` ready to run on its sheet, or on a part of the whole.
+fn on(
+    scene: &Scene,
+    search: &Search,
+    own: Option<Arc<dyn Kinetics>>,
+    (sheet, of): (Arc<Sheet>, Option<(Sheet, SheetPart)>),
+    mut notes: Vec<String>,
+) -> Result<Simulation> {
+    let mut built = Built::begin();
+    let read = |file: &Path| {
+        let mut surface = read_surface(file)?;
+        if let Some((_, part)) = &of {
+            part.restrict_surface(&mut surface);
+        }
+        Ok(surface)
+    };
+    let material = material_read_by(scene, &sheet, &read)?;
     if let Some(material) = &material {
         scale_checks::check(scene, &sheet, &material.largest())?;
         scale_checks::check(scene, &sheet, &material.smallest())?;
@@ -89,7 +135,8 @@ pub(super) fn prepare(
     if scene.sheet.planar {
         planar::note_signals(kinetics, &mut notes);
     }
-    let problem = problem(scene, &sheet, material.as_ref(), laws.as_ref())?;
+    let problem = problem(scene, &sheet, material.as_ref(), laws.as_ref(), of.as_ref())?;
+    let problem = problem.reading(&read);
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
@@ -98,7 +145,11 @@ pub(super) fn prepare(
         true => Arc::clone(&rest_area),
         false => Arc::default(),
     };
-    stepper.state = start::state(scene, &sheet, &model)?;
+    let whole = of.as_ref().map_or(&*sheet, |(whole, _)| whole);
+    stepper.state = start::state(scene, whole, &model)?;
+    if let Some((_, part)) = &of {
+        super::ranks::restrict(part, &mut stepper.state);
+    }
     let fields = Fields::new(scene, &model, stepper.area.clone(), &rest_area, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     built.end(stepper.model().tally());
@@ -112,6 +163,7 @@ pub(super) fn prepare(
         built,
         invariants,
         spent: crate::tally::Spent::default(),
+        spread: of.map(|(whole, part)| Spread::of(&whole, part)),
         processor: Processor::default(),
     };
     if let Some(path) = &scene.time.span.from {
@@ -129,7 +181,7 @@ pub(super) fn prepare(
 /// What does not fit, with its place in the scene.
 pub(super) fn mechanical_model(scene: &Scene, sheet: &Arc<Sheet>) -> Result<(Model, State)> {
     let material = material(scene, sheet)?;
-    let problem = problem(scene, sheet, material.as_ref(), None)?;
+    let problem = problem(scene, sheet, material.as_ref(), None, None)?.reading(&read_surface);
     problem.model().map_err(|error| placed(scene, &error))
 }
 
@@ -139,10 +191,18 @@ fn problem<'a>(
     sheet: &Arc<Sheet>,
     material: Option<&Elasticity>,
     laws: Option<&Laws>,
+    of: Option<&(Sheet, SheetPart)>,
 ) -> Result<Problem<'a>> {
     let location = location(scene, laws.map(|laws| laws.kinetics.as_ref()));
     let parameters = match laws {
-        Some(laws) => laws::parameter_fields(scene, sheet, location, laws)?,
+        Some(laws) => match of {
+            None => laws::parameter_fields(scene, sheet, location, laws)?,
+            Some((whole, part)) => {
+                let mut fields = laws::parameter_fields(scene, whole, location, laws)?;
+                fields.at_points.iter_mut().for_each(|values| part.restrict(values));
+                fields
+            }
+        },
         None => ParameterFields::default(),
     };
     let first = scene.kinetics.first();
@@ -163,7 +223,6 @@ fn problem<'a>(
         .policy(scene.time.policy)
         .drag(drag)
         .until(scene.time.span.until.get())
-        .reading(&read_surface)
         .solved_by(&*scene.time.integrator, &*scene.equilibrium))
 }
 

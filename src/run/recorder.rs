@@ -43,12 +43,15 @@ impl Outputs {
         let mut frames = Frames::create(directory, model, &simulation.fields, &scene.output)?;
         let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
         let columns = report::columns(model, monitored, &laws);
+        let first = model.sheet().reduction().is_first();
         let ledger = match from {
+            _ if !first => LedgerRows::elsewhere(),
             None => LedgerRows::create(directory, &columns)?,
             Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
         };
         if let Some(place) = from.map(|from| &from.place) {
-            frames = frames.map(|f| f.after(&place.frames, &place.digests)).transpose()?;
+            let after = |f: Frames| f.after(&place.frames, &place.digests, first);
+            frames = frames.map(after).transpose()?;
             directory.cut_back(place.frames.len(), place.watch.map_or(0, |(modes, _)| modes))?;
         }
         let (rules, intersections) = (StopRules::of(scene), Intersections::default());
@@ -134,7 +137,8 @@ impl<'a> Recorder<'a> {
             schedule.resume(&simulation.stepper.state, place.frames.last().copied());
         }
         // Not even the start, or the analysis of its stability, may be complete.
-        let complete = from.is_some() || !interrupt.requested();
+        let reduction = simulation.sheet().reduction();
+        let complete = from.is_some() || !reduction.any(interrupt.requested());
         let clean = complete && !first.relaxation.residual.is_nan();
         Ok(Self {
             outputs,
@@ -209,7 +213,8 @@ impl<'a> Recorder<'a> {
         // A run that has ended cannot be interrupted, unless the analysis of its stability was.
         let open = ending.is_none_or(|ending| ending == Ending::Steady)
             || negative.is_some_and(f64::is_nan);
-        if open && self.session.interrupt.requested() {
+        let reduction = at.model().sheet().reduction();
+        if open && reduction.any(self.session.interrupt.requested()) {
             ending = Some(Ending::Interrupted);
         }
         let wanted = self.schedule.is_due(state.time) || ending.is_some();

@@ -122,7 +122,8 @@ impl ShapeSums {
     fn update(&mut self, model: &Model, x: &[Vec3]) {
         let sheet = model.sheet();
         // A shape that cannot move is not kept to see whether it has.
-        if self.x == x || !model.moves() && self.known {
+        let same = sheet.reduction().all(self.x == x);
+        if same || !model.moves() && self.known {
             return;
         }
         if model.moves() {
@@ -131,7 +132,7 @@ impl ShapeSums {
         }
         self.known = true;
         let qualities = qualities(sheet, x);
-        self.least_quality = qualities.into_iter().fold(f64::INFINITY, f64::min);
+        self.least_quality = sheet.reduction().min(qualities.len(), |t| qualities[t]);
         let Some(chemistry) = model.chemistry() else { return };
         // An amount is per rest area, a concentration per current area.
         let amount = chemistry.measure() == Measure::Amount;
@@ -191,16 +192,20 @@ pub(super) fn row(
     row.extend(negative);
     shape.update(model, &state.x);
     if model.chemistry().is_some() {
-        let share = &shape.area;
+        let (share, reduction) = (&shape.area, model.sheet().reduction());
         for c in &state.species {
             let of = |k: usize| [c[k] * share[k], c[k], c[k]];
             let both = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1].min(b[1]), a[2].max(b[2])];
+            let owned = reduction.owned(c.len());
             let block = |b: usize| {
-                let points = b * BLOCK..((b + 1) * BLOCK).min(c.len());
+                let points = b * BLOCK..((b + 1) * BLOCK).min(owned);
                 points.map(of).fold(EMPTY, both)
             };
-            let whole = parallel::reduce(c.len().div_ceil(BLOCK), &block, &both);
-            row.extend(whole.unwrap_or(EMPTY));
+            let here = parallel::reduce(owned.div_ceil(BLOCK), &block, &both);
+            let [total, least, largest] = here.unwrap_or(EMPTY);
+            let mut total = [total];
+            reduction.total(&mut total);
+            row.extend([total[0], -reduction.larger(-least), reduction.larger(largest)]);
         }
     }
     row.extend(laws);

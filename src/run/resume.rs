@@ -3,13 +3,17 @@
 use std::fs;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
+use std::sync::Arc;
 
 use super::fingerprint::MadeFrom;
+use super::ranks::checkpoints::{self, Usable};
+use super::ranks::{self, Spread};
 use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::Search;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
 use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
+use crate::reduction::Communicator;
 use crate::scene::Scene;
 
 /// A run set up to continue.
@@ -30,10 +34,24 @@ pub struct Resumed {
 /// # Errors
 /// [`Error::Refused`] with what is in the way and what helps; a scene, mesh or plugin that cannot be read.
 pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) -> Result<Resumed> {
-    let root = directory.root();
+    resume_on(directory.root(), directory, until, search, None)
+}
+
+/// The same of a run in `root` on one of several ranks, which writes to `directory`; on another number of ranks than
+/// the run had solvers restart.
+///
+/// # Errors
+/// As for [`resume`], on any rank.
+pub fn resume_on(
+    root: &Path,
+    directory: &ResultDirectory,
+    until: Option<f64>,
+    search: &Search,
+    of: Option<Arc<dyn Communicator>>,
+) -> Result<Resumed> {
     let refuse = |what: String| Err(Error::Refused(format!("{}: {what}", root.display())));
     let standing = Standing::of(root);
-    let path = directory.resolved();
+    let path = ResultDirectory::resolved_in(root);
     if !path.is_file() {
         return refuse(
             "there is no run in it (no resolved.toml); a sweep or an accuracy study goes on with the command \
@@ -44,7 +62,8 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
     let overrides: Vec<String> =
         until.map(|until| format!("time.until={until:?}")).into_iter().collect();
     let scene = Scene::load(&path, &overrides)?;
-    let (checkpoint, notes) = match last(directory) {
+    let found = last(root, directory, of.as_deref());
+    let (Usable { checkpoint, whole }, notes) = match found {
         Ok(found) => found,
         Err(notes) => {
             let why = match &notes[..] {
@@ -79,7 +98,10 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
              further"
         ));
     }
-    let mut simulation = Simulation::new(&scene, search)?;
+    let mut simulation = match of {
+        None => Simulation::new(&scene, search)?,
+        Some(ranks) => Simulation::over(&scene, search, ranks)?,
+    };
     let now = MadeFrom::of(&scene, &simulation)?;
     if let Err(Error::Refused(changed)) = checkpoint.made_from.check(&now) {
         return refuse(format!(
@@ -87,7 +109,17 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
              --from FRAME` starts one from a frame's state"
         ));
     }
-    if checkpoint.restore(&mut simulation).is_err() {
+    let restored = match whole {
+        None => checkpoint.restore(&mut simulation),
+        Some(mut state) => {
+            if let Some(Spread { part, .. }) = &simulation.spread {
+                ranks::restrict(part, &mut state);
+            }
+            checkpoint.go_on_from(state, &mut simulation);
+            Ok(())
+        }
+    };
+    if restored.is_err() {
         return refuse(
             "its checkpoint does not fit its scene: it was written by another build of the program; go on \
              with that, or begin again"
@@ -99,7 +131,18 @@ pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) 
 
 /// The last checkpoint that can be used, and what is wrong with later ones; if there is none, what is wrong
 /// with all.
-fn last(directory: &ResultDirectory) -> Result<(Checkpoint, Vec<String>), Vec<String>> {
+fn last(
+    root: &Path,
+    directory: &ResultDirectory,
+    of: Option<&dyn Communicator>,
+) -> Result<(Usable, Vec<String>), Vec<String>> {
+    if of.is_some() || checkpoints::ranks_of(root) > 1 {
+        let fits = |found: &Checkpoint| missing(directory, found).is_none();
+        return match checkpoints::last(root, of, &fits) {
+            Ok(found) => Ok((found, Vec::new())),
+            Err(why) => Err(vec![why]),
+        };
+    }
     let found = directory.checkpoints_found().map_err(|error| vec![error.to_string()])?;
     let mut notes = Vec::new();
     for (_, path) in found.into_iter().rev() {
@@ -109,7 +152,7 @@ fn last(directory: &ResultDirectory) -> Result<(Checkpoint, Vec<String>), Vec<St
         });
         match read {
             Ok(checkpoint) => match missing(directory, &checkpoint) {
-                None => return Ok((checkpoint, notes)),
+                None => return Ok((Usable { checkpoint, whole: None }, notes)),
                 Some(what) => notes.push(format!("{name} does not fit the results: {what}")),
             },
             Err(error) => notes.push(format!("{name} {error}")),

@@ -102,7 +102,9 @@ pub fn continued(
     let Resumed { scene, simulation, checkpoint, notes } = resumed;
     directory.claim().begin()?;
     with_status(directory, || {
-        provenance::record_resumed(scene, checkpoint, directory)?;
+        if simulation.sheet().reduction().is_first() {
+            provenance::record_resumed(scene, checkpoint, directory)?;
+        }
         notes.iter().for_each(|note| progress.message(note));
         let (time, step) = (Short(checkpoint.time()), checkpoint.step());
         progress.message(&format!("going on from time {time}, step {step}"));
@@ -186,6 +188,9 @@ fn start(
     }
     if let Some(note) = notes::on_explicit_step(session.scene, simulation)? {
         session.progress.message(&note);
+    }
+    if simulation.sheet().reduction().distribution().is_some() {
+        return Ok(first);
     }
     if incidents.monitor.is_none() {
         stability_monitor::warn_of_flat_start(simulation, session.progress)?;

@@ -37,7 +37,9 @@ impl Intersections {
 
 impl Observer for Intersections {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
-        if !info.frame || !at.model().moves() {
+        // A part of a sheet crosses parts of other ranks, which it does not know.
+        let spread = at.model().sheet().reduction().distribution().is_some();
+        if !info.frame || !at.model().moves() || spread {
             return Ok(());
         }
         let _scope = at.model().tally().meter("output", "self-intersection", &["shapes"]).scope(0);

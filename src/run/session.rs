@@ -28,6 +28,10 @@ impl Session<'_> {
             return error;
         }
         let error = super::located(error, simulation.sheet(), &simulation.stepper.state.x);
+        if simulation.sheet().reduction().distribution().is_some() {
+            // The cause may be known to another rank only.
+            return error;
+        }
         let error = failure::diagnosed(self.scene, simulation, error);
         // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
         if let Some(start) = start {

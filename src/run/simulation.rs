@@ -6,13 +6,16 @@ use std::sync::Arc;
 use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
+use super::ranks::Spread;
 use super::{Error, Fields, Result, prepare, report};
 use crate::Stepper;
 use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
+use crate::output::provenance::MeshRecord;
+use crate::reduction::Communicator;
 use crate::scene::Scene;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Surface};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, SolveError, StepReport, diagnosis};
 use crate::tally::Spent;
@@ -54,6 +57,8 @@ pub struct Simulation {
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
+    /// What it has of the sheet, where that is spread over ranks.
+    pub(crate) spread: Option<Spread>,
     /// Tells their processor time.
     pub(crate) processor: Processor,
 }
@@ -73,6 +78,29 @@ impl Simulation {
     /// As for [`Simulation::new`], and names that clash.
     pub fn with_law(scene: &Scene, search: &Search, law: Arc<dyn Kinetics>) -> Result<Self> {
         prepare::prepare(scene, search, Some(law))
+    }
+
+    /// The same over several ranks: each makes the whole sheet, keeps its part, and takes the same steps.
+    ///
+    /// # Errors
+    /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
+    pub fn over(scene: &Scene, search: &Search, ranks: Arc<dyn Communicator>) -> Result<Self> {
+        prepare::over(scene, search, ranks)
+    }
+
+    /// What of a surface of the whole sheet this rank has; all of it in one process.
+    #[must_use]
+    pub fn part_of(&self, mut surface: Surface) -> Surface {
+        if let Some(Spread { part, .. }) = &self.spread {
+            part.restrict_surface(&mut surface);
+        }
+        surface
+    }
+
+    /// The hash of its mesh, the whole one.
+    pub(super) fn mesh(&self) -> String {
+        let of = |sheet: &Sheet| MeshRecord::of(sheet.rest(), sheet.triangles()).sha256;
+        self.spread.as_ref().map_or_else(|| of(self.sheet()), |spread| spread.mesh.clone())
     }
 
     /// The model.
@@ -123,7 +151,7 @@ impl Simulation {
 
     /// Who may interrupt long work and receives reports of its progress.
     pub fn set_control(&mut self, control: Control) {
-        self.stepper.workspace.control = control;
+        self.stepper.workspace.control = control.over(self.sheet().reduction());
     }
 
     /// Makes the start satisfy the rows without storage, and the shape rest: before the first step. One that

@@ -3,6 +3,7 @@
 pub mod check;
 mod enclosed;
 pub mod generate;
+pub mod partition;
 pub mod quality;
 pub mod read;
 pub mod repair;
@@ -13,6 +14,7 @@ pub mod write;
 pub use check::Finding;
 pub use enclosed::is_turned;
 pub use generate::{Height, Shape, generate, generate_graph};
+pub use partition::Part;
 pub use quality::MeshReport;
 pub use surface::{Array, Surface};
 pub use topology::{Edge, Incidence, Sheet, SheetError};

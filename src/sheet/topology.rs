@@ -111,6 +111,20 @@ impl Incidence {
     }
 }
 
+/// What a part of a sheet knows of the whole.
+#[derive(Debug, Clone)]
+pub(crate) struct Share {
+    /// Vertices that the part owns, which come first, and ghosts of lower ranks, which follow.
+    pub(crate) owned: usize,
+    pub(crate) before: usize,
+    /// Of the parts together it is that of the whole.
+    pub(crate) euler: i64,
+    /// The numbers of the vertices and triangles in the whole, and how many vertices that has.
+    pub(crate) numbers: Arc<Vec<u32>>,
+    pub(crate) triangle_numbers: Arc<Vec<u32>>,
+    pub(crate) whole: usize,
+}
+
 /// A triangulated sheet in its rest state: an oriented manifold with or without a boundary.
 #[derive(Debug, Clone, Default)]
 pub struct Sheet {
@@ -121,6 +135,7 @@ pub struct Sheet {
     vertex_edges: Incidence,
     boundary: Vec<bool>,
     reduction: Reduction,
+    share: Option<Share>,
     // Made when they are first asked for: chemistry on a still shape needs none of them.
     vertex_triangles: OnceLock<Incidence>,
     edge_patches: OnceLock<Patches<2>>,
@@ -184,6 +199,7 @@ impl Sheet {
             triangle_edges,
             vertex_edges,
             reduction: Reduction::default(),
+            share: None,
             boundary,
             vertex_triangles: OnceLock::new(),
             edge_patches: OnceLock::new(),
@@ -216,6 +232,39 @@ impl Sheet {
     #[must_use]
     pub fn reduced_by(self, reduction: Reduction) -> Self {
         Self { reduction, ..self }
+    }
+
+    /// The same sheet, as a part; `boundary` is that of the whole sheet.
+    pub(crate) fn part(self, boundary: Vec<bool>, share: Share) -> Self {
+        Self { boundary, share: Some(share), ..self }
+    }
+
+    /// The number of vertex `i` in the sheet that this is a part of; `i` of a whole one.
+    #[must_use]
+    pub fn number(&self, i: usize) -> u32 {
+        self.share.as_ref().map_or(index(i), |share| share.numbers[i])
+    }
+
+    /// The number of triangle `t` in the sheet that this is a part of; `t` of a whole one.
+    #[must_use]
+    pub fn triangle_number(&self, t: usize) -> u32 {
+        self.share.as_ref().map_or(index(t), |share| share.triangle_numbers[t])
+    }
+
+    /// How many vertices the sheet has that this is a part of.
+    #[must_use]
+    pub fn count_of_whole(&self) -> usize {
+        self.share.as_ref().map_or(self.vertex_count(), |share| share.whole)
+    }
+
+    /// Whether an element with these corners is counted here, in sums over the whole sheet: each is by one rank.
+    #[must_use]
+    #[inline]
+    pub fn counts(&self, corners: &[u32]) -> bool {
+        self.share.as_ref().is_none_or(|&Share { owned, before, .. }| {
+            let is_lower = |v: &u32| (owned..owned + before).contains(&(*v as usize));
+            corners.iter().any(|v| (*v as usize) < owned) && !corners.iter().any(is_lower)
+        })
     }
 
     /// What sums, maxima and decisions over the whole sheet are taken over.
@@ -285,7 +334,7 @@ impl Sheet {
     pub fn edge_patches(&self) -> &Patches<2> {
         self.edge_patches.get_or_init(|| {
             let ends: Vec<_> = self.edges.iter().map(|e| e.vertices).collect();
-            Patches::new(self.vertex_count(), &ends)
+            Patches::new(self.vertex_count(), &ends, |ends| self.counts(ends))
         })
     }
 
@@ -293,12 +342,17 @@ impl Sheet {
     #[must_use]
     #[inline]
     pub fn triangle_patches(&self) -> &Patches<3> {
-        self.triangle_patches.get_or_init(|| Patches::new(self.vertex_count(), &self.triangles))
+        let counts = |corners: &[u32; 3]| self.counts(corners);
+        self.triangle_patches
+            .get_or_init(|| Patches::new(self.vertex_count(), &self.triangles, counts))
     }
 
-    /// Euler characteristic χ = vertices - edges + triangles.
+    /// Euler characteristic χ = vertices - edges + triangles; of a part of a sheet its share of that.
     #[must_use]
     pub fn euler_characteristic(&self) -> i64 {
+        if let Some(share) = &self.share {
+            return share.euler;
+        }
         let size = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
         size(self.rest.len()) - size(self.edges.len()) + size(self.triangles.len())
     }

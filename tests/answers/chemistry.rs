@@ -125,7 +125,7 @@ fn transports_that_cannot_go_are_refused() {
             "no boundary edge",
         ),
         (
-            "kind = 'exchange'\nspecies = 'c'\nwhere = 'rim'\nrate = -1\nreference = 0",
+            "kind = 'exchange'\nspecies = 'c'\nwhere = 'rim'\nrate = '-1'\nreference = 0",
             "rate",
             "it is -1 at vertex",
         ),

@@ -204,7 +204,8 @@ impl<'ast> Visit<'ast> for Finder<'_> {
 }
 
 /// Libraries that are looked for in paths of code, where no `use` names them.
-const LIBRARIES: [&str; 6] = ["diffsol", "diffsol_la", "faer", "libloading", "vtkio", "clap"];
+const LIBRARIES: [&str; 7] =
+    ["diffsol", "diffsol_la", "faer", "libloading", "mpi", "vtkio", "clap"];
 
 /// What the names that `lib.rs` re-exports stand for.
 fn roots(lib: &syn::File) -> BTreeMap<String, Vec<String>> {

@@ -75,7 +75,7 @@ impl CotanOperator {
         // Gershgorin: twice the largest row sum of |w|/A.
         let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());
         self.bound = 2.0
-            * parallel::max(area.len(), |i| {
+            * parallel::max(sheet.reduction().owned(area.len()), |i| {
                 let row: f64 =
                     neighbours.of(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
                 row / area[i]

@@ -31,12 +31,14 @@ pub(super) struct Mesh<'a, const K: usize> {
     pub(super) corners: &'a [[u32; K]],
     /// `(element, corner)` pairs of every vertex.
     pub(super) incident: &'a Incidence,
+    /// Says which elements are counted here.
+    pub(super) sheet: &'a Sheet,
 }
 
 impl<'a> Mesh<'a, 3> {
     /// The triangles of `sheet`.
     pub(super) fn triangles(sheet: &'a Sheet) -> Self {
-        Self { corners: sheet.triangles(), incident: sheet.vertex_triangles() }
+        Self { corners: sheet.triangles(), incident: sheet.vertex_triangles(), sheet }
     }
 }
 
@@ -58,7 +60,7 @@ pub(super) fn evaluate<'e, const K: usize, E: Element<K> + 'e>(
     pull.resize(mesh.corners.len(), [Vec3::zeros(); K]);
     let energy = parallel::fill_and_sum(pull, |e| {
         let (energy, pull) = element(e).gradient(&mesh.positions(e, x));
-        (pull, energy)
+        (pull, if mesh.sheet.counts(&mesh.corners[e]) { energy } else { 0.0 })
     });
     if let Some(gradient) = gradient {
         parallel::update(gradient, |i, g| {
@@ -248,7 +250,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
         let element = &work.element;
-        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident, sheet: shape.sheet };
         evaluate(&mesh, |e| &element[e], shape.x, &mut work.pull, gradient)
     }
 
@@ -260,7 +262,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         into: &mut BlockMatrix,
     ) {
         let element = &work.element;
-        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident, sheet: shape.sheet };
         add_hessian(&mesh, |e| &element[e], shape.x, part, &mut work.places, into);
     }
 

@@ -88,7 +88,7 @@ impl EffectSpec for Foundation {
             corners.iter().for_each(|v| area[*v as usize] += sixth);
         }
         let on: Vec<usize> = (0..area.len()).filter(|&i| area[i] > 0.0).collect();
-        if on.is_empty() {
+        if !sheet.reduction().any(!on.is_empty()) {
             let message = "the region of this foundation contains no triangle".to_owned();
             let help = Some("a foundation acts on areas: choose whole triangles".to_owned());
             return Err(EffectError { key: "where", message, help });

@@ -29,7 +29,6 @@ use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
-use crate::num::real;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
 
@@ -111,8 +110,10 @@ impl DeadLoad {
         match force {
             LoadForce::Total(f) | LoadForce::PerVertex(f) => {
                 carriers = chosen.iter().filter(|c| **c).count();
+                let all = sheet.reduction();
+                let count = all.sum(chosen.len(), |i| if chosen[i] { 1.0 } else { 0.0 });
                 let share = match force {
-                    LoadForce::Total(_) => vector(f) / real(carriers.max(1)),
+                    LoadForce::Total(_) => vector(f) / count.max(1.0),
                     _ => vector(f),
                 };
                 for (on, _) in on.iter_mut().zip(chosen).filter(|(_, chosen)| **chosen) {
@@ -195,7 +196,8 @@ impl Energy for DeadLoad {
         if let Some(gradient) = gradient {
             parallel::update(gradient, |i, g| *g -= factor * force[i]);
         }
-        -parallel::sum(x.len(), |i| factor * force[i].dot(&(x[i] - rest[i])))
+        let owned = shape.sheet.reduction().owned(x.len());
+        -parallel::sum(owned, |i| factor * force[i].dot(&(x[i] - rest[i])))
     }
 
     fn add_hessian(&self, _: &Shape<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}

@@ -37,7 +37,6 @@ use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
-use crate::num::real;
 use crate::sheet::Sheet;
 
 /// Parameters of a pressure in a scene.
@@ -83,18 +82,18 @@ impl FollowerPressure {
     /// On `sheet`, of the given value.
     #[must_use]
     pub fn new(sheet: &Sheet, pressure: f64) -> Self {
-        let boundary = || {
-            sheet
-                .rest()
-                .iter()
-                .zip(sheet.boundary())
-                .filter(|(_, boundary)| **boundary)
-                .map(|(x, _)| x)
+        let (reduction, rest) = (sheet.reduction(), sheet.rest());
+        let mean_of = |chosen: &(dyn Fn(usize) -> bool + Sync)| -> Option<Vec3> {
+            let [count, x, y, z] = reduction.sums(rest.len(), |range| {
+                let chosen = range.filter(|i| chosen(*i));
+                chosen.fold([0.0; 4], |[n, x, y, z], i| {
+                    [n + 1.0, x + rest[i].x, y + rest[i].y, z + rest[i].z]
+                })
+            });
+            (count > 0.0).then(|| Vec3::new(x, y, z) / count)
         };
-        let apex = match boundary().count() {
-            0 => sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1)),
-            n => boundary().sum::<Vec3>() / real(n),
-        };
+        let apex = mean_of(&|i| sheet.boundary()[i]).or_else(|| mean_of(&|_| true));
+        let apex = apex.unwrap_or_default();
         let mut force = vec![Vec3::zeros(); sheet.vertex_count()];
         for corners in sheet.triangles() {
             let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);

@@ -89,13 +89,10 @@ impl Region {
         match self {
             Self::Boundary => sheet.boundary().to_vec(),
             Self::Vertices(list) => {
-                let mut mask = vec![false; sheet.vertex_count()];
-                for &v in list {
-                    if let Some(place) = mask.get_mut(v as usize) {
-                        *place = true;
-                    }
-                }
-                mask
+                let mut list = list.clone();
+                list.sort_unstable();
+                let listed = |i| list.binary_search(&sheet.number(i)).is_ok();
+                (0..sheet.vertex_count()).map(listed).collect()
             }
             Self::AllOf(parts) => {
                 let mut mask = vec![true; sheet.vertex_count()];
@@ -170,7 +167,7 @@ impl Region {
         };
         self.check(sheet).map_err(|(message, help)| refuse(message, help))?;
         let mask = mask(self, sheet);
-        if mask.contains(&true) {
+        if sheet.reduction().any(mask.contains(&true)) {
             Ok(mask)
         } else {
             Err(refuse(
@@ -181,7 +178,7 @@ impl Region {
     }
 
     fn check(&self, sheet: &Sheet) -> Result<(), (String, &'static str)> {
-        let n = sheet.vertex_count();
+        let n = sheet.count_of_whole();
         match self {
             Self::Vertices(list) => match list.iter().find(|v| **v as usize >= n) {
                 Some(v) => Err((

@@ -35,7 +35,6 @@ use super::{
 use crate::Vec3;
 use crate::geometry::{Shape, volume};
 use crate::num::checked::Positive;
-use crate::num::real;
 use crate::sheet::Sheet;
 
 /// Parameters of an enclosed volume in a scene.
@@ -88,14 +87,16 @@ impl EffectSpec for Volume {
             let (message, help) = (message.to_owned(), Some(help.to_owned()));
             Err(EffectError { key, message, help })
         };
-        if sheet.boundary().contains(&true) {
+        if sheet.reduction().any(sheet.boundary().contains(&true)) {
             return refuse(
                 "kind",
                 "a sheet with a boundary encloses no volume",
                 "use shape = \"sphere\" or a closed mesh; on an open sheet use the effect pressure",
             );
         }
-        let origin = sheet.rest().iter().sum::<Vec3>() / real(sheet.vertex_count().max(1));
+        let (all, count) = (sheet.reduction(), sheet.vertex_count());
+        let mean = |axis: usize| all.sum(count, |i| sheet.rest()[i][axis]) / all.count(count);
+        let origin = Vec3::from([0, 1, 2].map(mean));
         let at_rest = volume(sheet, sheet.rest(), origin);
         if !(at_rest > 0.0) {
             return refuse(
@@ -195,7 +196,8 @@ impl Energy for EnclosedVolume {
         if gradient.is_some() {
             self.cone(slope).evaluate(shape, work, gradient);
         }
-        value
+        // It is that of the whole sheet: one rank counts it.
+        if shape.sheet.reduction().is_first() { value } else { 0.0 }
     }
 
     fn add_hessian(

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use super::counters::{self, law, transport};
+use super::error::ModelError;
 use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
@@ -359,10 +360,10 @@ impl Chemistry {
         Ok(partials)
     }
 
-    /// `D Δ_x c + R` of every species on `surface`; `g - c` where it is held at g.
+    /// `D Δ_x c + R` of every species on `surface`; `g - c` where it is held at g. Ghosts have what their owners have.
     ///
     /// # Errors
-    /// If the plugin fails.
+    /// If the law fails, on any rank.
     pub fn rates(
         &self,
         sheet: &Sheet,
@@ -370,7 +371,7 @@ impl Chemistry {
         species: &[Vec<f64>],
         signals: &SignalColumns,
         out: &mut Vec<Vec<f64>>,
-    ) -> Result<(), KineticsError> {
+    ) -> Result<(), ModelError> {
         out.resize_with(species.len(), Vec::new);
         for (out, c) in out.iter_mut().zip(species) {
             out.clear();
@@ -378,7 +379,8 @@ impl Chemistry {
         }
         let c: Few<&[f64]> = species.iter().map(Vec::as_slice).collect();
         let mut r: Few<&mut [f64]> = out.iter_mut().map(Vec::as_mut_slice).collect();
-        self.reaction(&c, signals, &mut r)?;
+        let reaction = self.reaction(&c, signals, &mut r).map_err(ModelError::from);
+        ModelError::agreed(sheet.reduction(), reaction)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);
             term.add_rate(sheet, operator, c[term.by()], r[term.species()]);
@@ -386,6 +388,8 @@ impl Chemistry {
         for (s, (c, rates)) in c.iter().zip(&mut r).enumerate() {
             self.held.set_rates(s, c, rates);
         }
+        drop(r);
+        sheet.reduction().update_columns(out);
         Ok(())
     }
 
@@ -396,13 +400,15 @@ impl Chemistry {
     /// If the plugin fails.
     pub fn spectral_bounds(
         &self,
+        sheet: &Sheet,
         surface: &Surface,
         species: &[&[f64]],
         signals: &SignalColumns,
-    ) -> Result<[f64; 2], KineticsError> {
+    ) -> Result<[f64; 2], ModelError> {
         let count = species.first().map_or(0, |c| c.len());
         let (n, inputs) = (species.len(), self.descriptor().inputs());
-        let partials = self.reaction_partials(species, signals)?;
+        let partials = self.reaction_partials(species, signals).map_err(ModelError::from);
+        let partials = ModelError::agreed(sheet.reduction(), partials)?;
         let mut reaction: f64 = 0.0;
         for s in 0..n {
             let row = |p: usize| -> f64 {
@@ -410,7 +416,9 @@ impl Chemistry {
             };
             reaction = reaction.max(parallel::max(count, row));
         }
-        Ok([reaction, self.transport_bound(surface)])
+        let mut bounds = [reaction, self.transport_bound(surface)];
+        sheet.reduction().maxima(&mut bounds);
+        Ok(bounds)
     }
 
     /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.

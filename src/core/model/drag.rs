@@ -12,7 +12,7 @@
 use crate::Vec3;
 use crate::effects::Values;
 use crate::geometry::{lumped_areas, vertex_normals};
-use crate::num::real;
+use crate::reduction::Reduction;
 use crate::sheet::Sheet;
 
 /// Drag of every vertex, force per velocity.
@@ -58,11 +58,17 @@ impl Drag {
         self.tangential.at(i)
     }
 
-    /// Mean over `vertices` of the drag along the normal.
+    /// Mean over the vertices of `sheet` of the drag in its plane.
     #[must_use]
-    pub fn mean_normal(&self, vertices: usize) -> f64 {
-        let sum: f64 = (0..vertices).map(|i| self.at(i)).sum();
-        self.ratio * sum / real(vertices.max(1))
+    pub fn mean(&self, sheet: &Sheet) -> f64 {
+        let (reduction, vertices) = (sheet.reduction(), sheet.vertex_count());
+        reduction.sum(vertices, |i| self.at(i)) / reduction.count(vertices).max(1.0)
+    }
+
+    /// The same along the normal.
+    #[must_use]
+    pub fn mean_normal(&self, sheet: &Sheet) -> f64 {
+        self.ratio * self.mean(sheet)
     }
 
     /// The matrices `factor · γ_i` at the shape `x`.
@@ -93,10 +99,10 @@ impl Weights {
         self.scalar[i] * (v + along)
     }
 
-    /// The least w_i of all directions.
+    /// The least w_i of all directions and all vertices.
     #[must_use]
-    pub fn least(&self) -> f64 {
-        let least = self.scalar.iter().copied().fold(f64::INFINITY, f64::min);
+    pub fn least(&self, reduction: &Reduction) -> f64 {
+        let least = reduction.min(self.scalar.len(), |i| self.scalar[i]);
         least * (1.0 + self.more).min(1.0)
     }
 

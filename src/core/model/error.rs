@@ -3,6 +3,7 @@
 use crate::kinetics::{KineticsError, Location};
 use crate::linear::LinearError;
 use crate::num::Short;
+use crate::reduction::Reduction;
 use crate::sheet::SheetError;
 
 /// Why a model has no value at a state, or refuses it.
@@ -60,6 +61,12 @@ pub enum ModelError {
         /// The time.
         time: f64,
     },
+    /// Another rank has no value; that is its error.
+    #[error("another rank has failed")]
+    Elsewhere {
+        /// Whether a smaller step may do without the failure there.
+        recoverable: bool,
+    },
     /// A species left its valid range by more than the tolerance.
     #[error(
         "species `{species}` becomes {value:e} at {} {point} at time {time}; it is valid from {} to \
@@ -83,6 +90,23 @@ pub enum ModelError {
 }
 
 impl ModelError {
+    /// `outcome`, or an error on all ranks where it is one on any.
+    pub(crate) fn agreed<T>(reduction: &Reduction, outcome: Result<T, Self>) -> Result<T, Self> {
+        if reduction.distribution().is_none() {
+            return outcome;
+        }
+        let fatal = |error: &Self| if error.is_recoverable() { 1.0 } else { 2.0 };
+        let worst = reduction.larger(outcome.as_ref().err().map_or(0.0, fatal));
+        let recoverable = worst < 2.0;
+        match outcome {
+            Ok(_) if worst > 0.0 => Err(Self::Elsewhere { recoverable }),
+            Err(error) if error.is_recoverable() && !recoverable => {
+                Err(Self::Elsewhere { recoverable })
+            }
+            outcome => outcome,
+        }
+    }
+
     /// Whether a smaller step may do without this failure: a chemistry that changed too fast, a law that
     /// asks for it, optimal lengths that make no triangle.
     #[must_use]
@@ -90,6 +114,7 @@ impl ModelError {
         match self {
             Self::Kinetics(error) => error.is_recoverable(),
             Self::Sheet(_) | Self::OutOfRange { .. } | Self::Internal { .. } => true,
+            Self::Elsewhere { recoverable } => *recoverable,
             Self::Coupling { .. } | Self::Growth { .. } | Self::Linear(_) => false,
         }
     }

@@ -15,6 +15,7 @@ use super::signals::Signals;
 use super::state::State;
 use crate::Vec3;
 use crate::effects::Internal;
+use crate::num::{real, whole};
 use crate::sheet::SheetError;
 
 /// Memory of evaluations, one after the other. Its values are those of the last one, and nothing reads
@@ -105,11 +106,13 @@ impl<'a> Evaluation<'a> {
         let mechanics = self.model.mechanics();
         if !self.known.potential {
             let factor = self.length_factor()?;
+            let reduction = self.model.sheet().reduction();
             let fits = |p: &Potential| Arc::ptr_eq(p.mechanics(), mechanics);
             if !self.memory.potential.as_ref().is_some_and(fits) {
                 self.memory.potential = Some(Potential::new(mechanics));
             }
-            self.set_conditions(factor.as_deref())?;
+            let set = self.set_conditions(factor.as_deref());
+            ModelError::agreed(reduction, set)?;
             if let Some(potential) = &mut self.memory.potential {
                 potential.balance(&self.state.x, false);
             }
@@ -164,7 +167,8 @@ impl<'a> Evaluation<'a> {
             return Ok(grown);
         }
         let (sheet, species) = (self.model.sheet(), &self.state.species);
-        let mut factor = chemistry.length_factor(sheet, self.average(chemistry), species)?;
+        let factor = chemistry.length_factor(sheet, self.average(chemistry), species);
+        let mut factor = ModelError::agreed(sheet.reduction(), factor.map_err(ModelError::from))?;
         if let (Some(factor), Some(grown)) = (&mut factor, grown) {
             factor.iter_mut().zip(grown.iter()).for_each(|(factor, grown)| *factor *= grown);
         }
@@ -281,7 +285,10 @@ impl<'a> Evaluation<'a> {
         if self.model.is_chemistry_alone() {
             return Ok(0);
         }
-        Ok(self.potential()?.metric().impossible_triangles())
+        let here = real(self.potential()?.metric().impossible_triangles());
+        let mut all = [here];
+        self.model.sheet().reduction().total(&mut all);
+        Ok(whole(all[0]))
     }
 
     /// The values at this shape of signals other than those that the laws read.
@@ -330,9 +337,8 @@ impl<'a> Evaluation<'a> {
         self.signals()?;
         self.surface();
         let Memory { surface, signals, .. } = &*self.memory;
-        let mut bounds = chemistry.spectral_bounds(surface, &species, signals)?;
-        self.model.sheet().reduction().maxima(&mut bounds);
-        Ok(Some(bounds))
+        let sheet = self.model.sheet();
+        Ok(Some(chemistry.spectral_bounds(sheet, surface, &species, signals)?))
     }
 
     /// Largest `|dc/dt|` over all points, and `|dq/dt|` of internal variables, in units of each one's typical magnitude,

@@ -212,7 +212,9 @@ impl Mechanics {
     /// [`Mechanics::names`].
     #[must_use]
     pub fn applied_forces(&self) -> Vec<f64> {
-        self.terms.iter().map(|e| e.applied_force()).collect()
+        let mut all: Vec<f64> = self.terms.iter().map(|e| e.applied_force()).collect();
+        self.sheet.reduction().maxima(&mut all);
+        all
     }
 
     /// Whether no effect has an energy.
@@ -293,6 +295,7 @@ impl Mechanics {
             neighbours.of(i).iter().for_each(|&(_, j)| f(j));
         };
         let pattern = BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs);
+        let pattern = pattern.over(self.sheet.reduction());
         Arc::new(if self.planar { pattern.in_plane() } else { pattern })
     }
 

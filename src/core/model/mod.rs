@@ -270,27 +270,42 @@ impl Model {
         &self,
         values: &mut [Vec<f64>],
         time: f64,
-        (rtol, atol): (f64, f64),
+        tolerance: (f64, f64),
     ) -> Result<(), ModelError> {
         let Some(chemistry) = &self.chemistry else { return Ok(()) };
-        for (species, c) in chemistry.descriptor().species.iter().zip(values) {
-            let largest = c.iter().fold(0.0f64, |m, c| m.max(c.abs()));
-            let slack = atol * species.typical + rtol * largest;
-            let (least, greatest) = (species.lower - slack, species.upper + slack);
-            for (point, c) in c.iter_mut().enumerate() {
-                if !(*c >= least && *c <= greatest) {
-                    return Err(ModelError::OutOfRange {
-                        species: species.name.clone(),
-                        location: chemistry.location(),
-                        point,
-                        value: *c,
-                        range: (species.lower, species.upper),
-                        time,
-                    });
-                }
-                *c = c.clamp(species.lower, species.upper);
-            }
-        }
-        Ok(())
+        let reduction = self.sheet().reduction();
+        let mut largest: Vec<f64> =
+            values.iter().map(|c| c.iter().fold(0.0f64, |m, c| m.max(c.abs()))).collect();
+        reduction.maxima(&mut largest);
+        let kept = clamp(chemistry, values, &largest, time, tolerance);
+        ModelError::agreed(reduction, kept)
     }
+}
+
+/// Brings `values` back into their ranges, if they are out by no more than the slack.
+fn clamp(
+    chemistry: &Chemistry,
+    values: &mut [Vec<f64>],
+    largest: &[f64],
+    time: f64,
+    (rtol, atol): (f64, f64),
+) -> Result<(), ModelError> {
+    for ((species, c), largest) in chemistry.descriptor().species.iter().zip(values).zip(largest) {
+        let slack = atol * species.typical + rtol * largest;
+        let (least, greatest) = (species.lower - slack, species.upper + slack);
+        for (point, c) in c.iter_mut().enumerate() {
+            if !(*c >= least && *c <= greatest) {
+                return Err(ModelError::OutOfRange {
+                    species: species.name.clone(),
+                    location: chemistry.location(),
+                    point,
+                    value: *c,
+                    range: (species.lower, species.upper),
+                    time,
+                });
+            }
+            *c = c.clamp(species.lower, species.upper);
+        }
+    }
+    Ok(())
 }

@@ -127,6 +127,7 @@ impl Potential {
         for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
             term.prepare(&conditions, work);
         }
+        self.force_scale = sheet.reduction().larger(self.force_scale);
     }
 
     /// Adds the pull towards an earlier shape to U from now on, in place of the one before; conditions
@@ -239,6 +240,7 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             all.push(term.evaluate(shape, work, None))
         });
+        self.reduction().total(&mut all);
         all
     }
 
@@ -259,12 +261,15 @@ impl Potential {
     /// The first energy or constraint that is not a finite number at `x`, or whose forces are not; `None` where
     /// positions are not finite themselves.
     pub fn not_finite(&mut self, x: &[Vec3]) -> Option<String> {
-        if !x.iter().all(|x| x.iter().all(|x| x.is_finite())) {
+        if self.reduction().any(!x.iter().all(|x| x.iter().all(|x| x.is_finite()))) {
             return None;
         }
         let energies = self.energies(x);
         let mechanics = Arc::clone(&self.mechanics);
-        let bad = |force: Vec<Vec3>| !force.iter().all(|f| f.iter().all(|f| f.is_finite()));
+        let reduction = self.reduction().clone();
+        let bad = |force: Vec<Vec3>| {
+            reduction.any(!force.iter().all(|f| f.iter().all(|f| f.is_finite())))
+        };
         let of = |(k, name): (usize, &str)| {
             (!energies[k].is_finite() || bad(self.force_of(k, x))).then(|| name.to_owned())
         };
@@ -288,7 +293,7 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             total[0] += term.evaluate(shape, work, None)
         });
-        self.reduction().over_elements(&mut total);
+        self.reduction().total(&mut total);
         let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x, self.reduction()));
         total[0] + anchor + self.hold_energy(x)
     }
@@ -335,7 +340,7 @@ impl Potential {
         self.each(energy::GRADIENT, x, |_, term, work, shape| {
             total[0] += term.evaluate(shape, work, Some(&mut *gradient));
         });
-        self.reduction().over_elements(&mut total);
+        self.reduction().total(&mut total);
         let [mut total] = total;
         if let Some(anchor) = &self.anchor {
             total += anchor.add(x, gradient, self.reduction());

@@ -34,8 +34,8 @@ impl Anchor {
 
     /// The force by which it pulls a vertex over a distance of the slack, at least.
     #[must_use]
-    pub fn force(&self) -> f64 {
-        self.slack * self.weights.least()
+    pub fn force(&self, reduction: &Reduction) -> f64 {
+        self.slack * self.weights.least(reduction)
     }
 
     /// Adds to the gradient at `x`; the energy.

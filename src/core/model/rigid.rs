@@ -92,10 +92,9 @@ pub fn free_motions(
 }
 
 /// As many (vertex, axis) pairs as there are `motions`: fixed there, a sheet has none of them left.
-/// Which ones does not matter to the shape; those are taken that the motions move most, here: ranks of one sheet would
-/// have to agree on them.
+/// Which ones does not matter to the shape; those are taken that the motions move most.
 #[must_use]
-pub fn minimal_pins(motions: &[Motion], pins: &Pins) -> Vec<(usize, usize)> {
+pub fn minimal_pins(motions: &[Motion], pins: &[[bool; 3]]) -> Vec<(usize, usize)> {
     let count = motions.len();
     // What the motions with all chosen directions at rest still move.
     let mut basis: Vec<Vector6<f64>> = Vec::new();

@@ -92,6 +92,46 @@ impl Problem<'_> {
         Err(ProblemError::new(Part::Effect(number, key.into()), message, Some(help)))
     }
 
+    /// Refuses what does not go with a sheet that is spread over ranks.
+    pub(super) fn check_ranks(
+        &self,
+        mechanics: &Mechanics,
+        internal: bool,
+    ) -> Result<(), ProblemError> {
+        if self.sheet.reduction().distribution().is_none() {
+            return Ok(());
+        }
+        let refuse = |part, what: &str, help: &str| {
+            let message = format!("{what} on more than one rank");
+            Err(ProblemError::new(part, message, Some(help)))
+        };
+        if !self.integrator.goes_over_ranks(self.policy.storage()) {
+            let name = self.integrator.name();
+            let help = "integrator = \"staggered\" under the policies quasi-static and simultaneous goes over ranks";
+            return refuse(Part::Integrator, &format!("{name} cannot advance a sheet"), help);
+        }
+        if !mechanics.is_empty() && !self.equilibrium.goes_over_ranks() {
+            let name = self.equilibrium.name();
+            let help = "equilibrium = { method = \"lbfgs\", preconditioner = \"gamg\" } goes over ranks, and so do \
+                \"mumps\" and \"factor\"";
+            return refuse(Part::Equilibrium, &format!("{name} cannot relax a sheet"), help);
+        }
+        if mechanics.limits_steps() || mechanics.couples_pairs() {
+            let help = "one process (with as many threads as there are cores) knows it";
+            return refuse(Part::Effects, "contact does not know parts of a sheet", help);
+        }
+        if internal {
+            let help = "one process (with as many threads as there are cores) knows them";
+            return refuse(Part::Effects, "internal variables are not integrated", help);
+        }
+        if mechanics.is_constrained() {
+            let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+            let help = "give the volume a stiffness instead of exact = true";
+            return refuse(Part::Effects, &format!("constraints ({names}) are not kept"), help);
+        }
+        Ok(())
+    }
+
     /// Refuses effects and signals without the species or the material that they need.
     fn check_needs(&self) -> Result<(), ProblemError> {
         let kinetics = self.law.as_ref().map(|law| law.kinetics.descriptor());

@@ -84,6 +84,11 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether it advances a sheet that is spread over ranks.
+    fn goes_over_ranks(&self, _policy: Storage) -> bool {
+        false
+    }
+
     /// What its steps are made of under a policy, for people: one line each.
     fn parts(&self, _policy: Storage) -> Vec<String> {
         Vec::new()
@@ -155,6 +160,11 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
     /// so, for people: one line each. None for a method without.
     fn linear(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Whether it relaxes a sheet that is spread over ranks.
+    fn goes_over_ranks(&self) -> bool {
+        false
     }
 
     /// Bytes of history that it keeps at most on a sheet of that many vertices.

@@ -23,6 +23,7 @@ use crate::reduction::Reduction;
 /// The caller of long work, which may be interrupted and reports its progress.
 #[derive(Clone)]
 pub struct Control {
+    reduction: Reduction,
     interrupted: Arc<dyn Fn() -> bool + Send + Sync>,
     listener: Arc<Listener>,
 }
@@ -33,7 +34,8 @@ type Listener = dyn Fn(&dyn Fn() -> String) + Send + Sync;
 impl Default for Control {
     /// No caller: never interrupted.
     fn default() -> Self {
-        Self { interrupted: Arc::new(|| false), listener: Arc::new(|_| ()) }
+        let reduction = Reduction::default();
+        Self { reduction, interrupted: Arc::new(|| false), listener: Arc::new(|_| ()) }
     }
 }
 
@@ -44,13 +46,20 @@ impl Control {
         interrupted: impl Fn() -> bool + Send + Sync + 'static,
         listener: impl Fn(&dyn Fn() -> String) + Send + Sync + 'static,
     ) -> Self {
-        Self { interrupted: Arc::new(interrupted), listener: Arc::new(listener) }
+        let reduction = Reduction::default();
+        Self { reduction, interrupted: Arc::new(interrupted), listener: Arc::new(listener) }
     }
 
     /// Whether the work is to be given up.
     #[must_use]
     pub fn interrupted(&self) -> bool {
-        (self.interrupted)()
+        self.reduction.any((self.interrupted)())
+    }
+
+    /// The same for all ranks of a sheet: none goes on alone.
+    #[must_use]
+    pub fn over(self, reduction: &Reduction) -> Self {
+        Self { reduction: reduction.clone(), ..self }
     }
 
     /// Whether to go on.

@@ -2,6 +2,8 @@
 //!
 //! Of the blocks (i, j) those with j ≥ i, row by row: vertices up to so many edges apart, and single pairs.
 
+use crate::reduction::Reduction;
+
 /// Hands the vertices an edge away from a given one to a function.
 pub type Neighbours<'a> = dyn Fn(usize, &mut dyn FnMut(u32)) + 'a;
 
@@ -11,6 +13,7 @@ pub struct BlockPattern {
     pub(super) start: Vec<usize>,
     pub(super) column: Vec<u32>,
     planar: bool,
+    reduction: Reduction,
 }
 
 impl BlockPattern {
@@ -53,7 +56,7 @@ impl BlockPattern {
             column.extend_from_slice(&row);
             start.push(column.len());
         }
-        Self { start, column, planar: false }
+        Self { start, column, planar: false, reduction: Reduction::default() }
     }
 
     /// The columns of every row, ascending from its own number.
@@ -64,13 +67,25 @@ impl BlockPattern {
             column.append(&mut row);
             start.push(column.len());
         }
-        Self { start, column, planar: false }
+        Self { start, column, planar: false, reduction: Reduction::default() }
     }
 
     /// The same with blocks of 2×2, for vertices that move in a plane z = const.
     #[must_use]
     pub fn in_plane(self) -> Self {
         Self { planar: true, ..self }
+    }
+
+    /// The same over the vertices of a sheet that is spread over ranks: rows of what is owned are complete.
+    #[must_use]
+    pub fn over(self, reduction: &Reduction) -> Self {
+        Self { reduction: reduction.clone(), ..self }
+    }
+
+    /// What sums over all rows are taken over.
+    #[must_use]
+    pub fn reduction(&self) -> &Reduction {
+        &self.reduction
     }
 
     /// Whether blocks are 2×2.

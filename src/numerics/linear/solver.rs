@@ -48,6 +48,12 @@ pub trait LinearSolver: Send {
         None
     }
 
+    /// Whether it solves over all ranks of a sheet that is spread: it then reads what is owned of a right-hand side, and
+    /// writes that of the solution.
+    fn is_distributed(&self) -> bool {
+        false
+    }
+
     /// Whether [`Self::factorise`] reads positions.
     fn reads_shape(&self) -> bool {
         false

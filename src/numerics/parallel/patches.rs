@@ -48,15 +48,16 @@ pub trait Kernel<const K: usize, const Q: usize>: Sync {
 pub type Corners<L, const K: usize, const Q: usize> = [[[L; LANES]; Q]; K];
 
 impl<const K: usize> Patches<K> {
-    /// Sorts `elements` by the blocks that they touch.
+    /// Sorts `elements` by the blocks that they touch; in totals those are counted that `counts` says.
     #[must_use]
-    pub fn new(vertices: usize, elements: &[[u32; K]]) -> Self {
-        // The elements of which the block has the first vertex, and those of which it has others.
+    pub fn new(vertices: usize, elements: &[[u32; K]], counts: impl Fn(&[u32; K]) -> bool) -> Self {
+        // The elements of which the block has the first vertex and which are counted, and the others.
         let mut own: Vec<Vec<u32>> = vec![Vec::new(); vertices.div_ceil(BLOCK)];
         let mut foreign = own.clone();
         for (number, corners) in elements.iter().enumerate() {
             let blocks = corners.map(|v| v as usize / BLOCK);
-            own[blocks[0]].push(index(number));
+            let first = if counts(corners) { &mut own } else { &mut foreign };
+            first[blocks[0]].push(index(number));
             for k in 1..K {
                 if !blocks[..k].contains(&blocks[k]) {
                     foreign[blocks[k]].push(index(number));

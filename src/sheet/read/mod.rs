@@ -1,4 +1,4 @@
-//! Surfaces from files: OBJ, PLY, STL, Gmsh's `.msh`, VTK's XML formats `.vtu` and `.vtp`, its old format `.vtk`, and frames
+//! Surfaces from files: OBJ, PLY, STL, Gmsh's `.msh`, VTK's XML formats `.vtu`, `.pvtu` and `.vtp`, its old format `.vtk`, and frames
 //! of temporal VTKHDF.
 //!
 //! The order of vertices and triangles is that of the file; polygons are cut into triangles. Nothing that a file holds makes these
@@ -11,6 +11,7 @@ mod model;
 mod obj;
 mod ply;
 mod polygons;
+pub mod pvtu;
 mod stl;
 mod stream;
 mod vtk;
@@ -27,7 +28,7 @@ use super::{SheetError, Surface};
 const LARGEST_FILE: u64 = 1 << 33;
 
 /// Extensions of the files that are read, for people.
-pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .vtp, .vtk and .vtkhdf";
+pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .pvtu, .vtp, .vtk and .vtkhdf";
 
 /// Reads a surface; the ending of the name ([`EXTENSIONS`]) says in which format. Of a `.vtkhdf` file it is the last frame,
 /// or with `FILE.vtkhdf#K` frame K, from 0.
@@ -48,6 +49,7 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
         "ply" => ply::parse,
         "stl" => stl::parse,
         "msh" => gmsh::parse,
+        "pvtu" => |_| Err(String::new()),
         "vtu" => |bytes| vtk::parse(bytes, vtk::Kind::UnstructuredGrid),
         "vtp" => |bytes| vtk::parse(bytes, vtk::Kind::PolyData),
         "vtk" => legacy::parse,
@@ -65,9 +67,17 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
         return Err(wrong(format!("has {} bytes; at most {LARGEST_FILE} are read", about.len())));
     }
     // Binary data may end with zeros; the head of an STL file may be nothing else.
-    let text = Text { begins: ending != "stl", ends: ["obj", "vtu", "vtp"].contains(&&*ending) };
+    let text =
+        Text { begins: ending != "stl", ends: ["obj", "vtu", "pvtu", "vtp"].contains(&&*ending) };
     let bytes = content(path, about.len(), text).map_err(wrong)?;
-    let mut surface = parse(&bytes).map_err(wrong)?;
+    let mut surface = match ending.as_str() {
+        "pvtu" => pvtu::parse(path, &bytes, |piece| match piece.extension() == path.extension() {
+            true => Err(format!("{} is an index itself", piece.display())),
+            false => surface(piece).map_err(|e| e.to_string()),
+        }),
+        _ => parse(&bytes),
+    }
+    .map_err(wrong)?;
     surface.path = Some(path.to_owned());
     Ok(surface)
 }

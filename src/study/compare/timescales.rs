@@ -29,7 +29,7 @@ impl Timescales {
             return Ok(None);
         }
         let sheet = model.sheet();
-        let drag = model.drag().mean_normal(sheet.vertex_count());
+        let drag = model.drag().mean_normal(sheet);
         let mut at = simulation.evaluate();
         let x = &at.state().x;
         let potential = at.potential()?;

@@ -329,7 +329,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
         let hinge = &work.hinge;
-        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident, sheet: shape.sheet };
         element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut work.pull, gradient)
     }
 
@@ -379,7 +379,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         into: &mut BlockMatrix,
     ) {
         let hinge = &work.hinge;
-        let mesh = Mesh { corners: &self.corners, incident: &self.incident };
+        let mesh = Mesh { corners: &self.corners, incident: &self.incident, sheet: shape.sheet };
         element::add_hessian(&mesh, |h| &hinge[h], shape.x, part, &mut work.places, into);
     }
 }

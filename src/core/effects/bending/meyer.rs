@@ -247,7 +247,11 @@ impl Energy for MeyerBending {
         let MeyerWork { gathered, vertex, .. } = work;
         self.gather(shape, gathered);
         vertex.resize(shape.x.len(), VertexDerivatives::default());
-        let mut energy = parallel::fill_and_sum(vertex, |i| self.at_vertex(shape, gathered, i));
+        let owned = shape.sheet.reduction().owned(shape.x.len());
+        let mut energy = parallel::fill_and_sum(vertex, |i| {
+            let (derivatives, energy) = self.at_vertex(shape, gathered, i);
+            (derivatives, if i < owned { energy } else { 0.0 })
+        });
         if self.weight == BendingWeight::Area {
             energy -= self.gauss_bonnet(shape.sheet);
         }

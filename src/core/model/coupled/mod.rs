@@ -259,7 +259,8 @@ impl Coupled {
             let mut at = Evaluation::new(model, state, memory, true);
             if let Some(chemistry) = model.chemistry() {
                 let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-                let bounds = chemistry.spectral_bounds(at.surface(), &species, &signals)?;
+                let bounds =
+                    chemistry.spectral_bounds(model.sheet(), at.surface(), &species, &signals)?;
                 bound = bound.max(bounds.iter().sum());
             }
         }

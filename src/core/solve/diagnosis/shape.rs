@@ -172,7 +172,7 @@ pub fn blows_up(model: &Model, state: &State) -> bool {
     };
     model.moves()
         && model.storage().mechanics > 0.0
-        && sheet.edges().iter().any(|edge| long(edge.vertices))
+        && sheet.reduction().any(sheet.edges().iter().any(|edge| long(edge.vertices)))
 }
 
 /// The effect that stretches edges far beyond their optimal lengths where the shape moves under drag: beyond a limit load nothing bounds a motion without inertia.

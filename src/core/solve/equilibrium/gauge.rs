@@ -53,7 +53,10 @@ impl Gauge {
         let (mut motions, _) = free_motions(x, pins, potential.reduction(), |_| 1.0);
         let limit = HINDERED * tolerance * potential.force_scale();
         remove_hindered(&mut motions, gradient, limit, potential.reduction());
-        let springs = minimal_pins(&motions, pins);
+        // The first rank supports the sheet for all.
+        let owned = &pins[..potential.reduction().owned(pins.len())];
+        let first = potential.reduction().is_first();
+        let springs = if first { minimal_pins(&motions, owned) } else { Vec::new() };
         let motions = motions.into_iter().map(|motion| motion.shape).collect();
         Self { motions, springs, reduction: potential.reduction().clone() }
     }

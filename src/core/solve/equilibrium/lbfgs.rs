@@ -34,6 +34,7 @@ use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
+use crate::num::whole;
 use crate::solve::SolveError;
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
@@ -85,7 +86,8 @@ impl Lbfgs {
         let pattern = Arc::clone(mechanics.pattern());
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         drop(scope);
-        let kind = options.preconditioner.on(pattern.rows(), false);
+        let all = mechanics.sheet().reduction().count(pattern.rows());
+        let kind = options.preconditioner.on(whole(all), false);
         Ok(Self {
             options,
             matrix,
@@ -123,7 +125,8 @@ impl Lbfgs {
         residual: f64,
     ) -> Result<(), SolveError> {
         self.fit(potential, x)?;
-        let weight = potential.anchor().map_or(0.0, |anchor| anchor.weights.least());
+        let weight =
+            potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
         // What has been learnt is forgotten only where no step was found with it.
         if (self.factored && self.inverse.is_learnt()) || self.inverse.begins_with(unit) {
@@ -133,7 +136,7 @@ impl Lbfgs {
         }
         self.factored = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
-            let plain = self.inverse.is_plain();
+            let plain = self.inverse.is_plain() || self.inverse.trusts_positive();
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
                 continue;
             }
@@ -161,6 +164,9 @@ impl Lbfgs {
         let unit = self.matrix.mean_diagonal();
         self.gauge.support(&mut self.matrix, unit);
         self.matrix.add_diagonal(self.shift * unit);
+        if self.inverse.is_additive() {
+            self.matrix.pin(&potential.sheet().outermost(), unit);
+        }
         self.factored = self.inverse.factorise(&self.matrix, terms, x, insist).is_ok();
         if self.factored {
             let x = if self.inverse.reads_shape() { x } else { &[] };
@@ -190,7 +196,8 @@ impl Lbfgs {
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
         let LbfgsSpec { preconditioner, precision, .. } = self.options;
-        let kind = preconditioner.on(pattern.rows(), self.supported);
+        let vertices = whole(potential.reduction().count(pattern.rows()));
+        let kind = preconditioner.on(vertices, self.supported);
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
             let mechanics = potential.mechanics();
@@ -237,7 +244,9 @@ impl Lbfgs {
 
     /// Whether Newton's method can take over: its factor is affordable and wanted, and it holds no vertices.
     fn may_hand_over(&self) -> bool {
-        let affordable = self.matrix.pattern().rows() <= LARGE && !self.inverse.is_plain();
+        let affordable = self.matrix.pattern().rows() <= LARGE
+            && !self.inverse.is_plain()
+            && !self.inverse.is_over_ranks();
         self.fixed.is_empty() && affordable
     }
 }

@@ -17,6 +17,7 @@ use crate::linear::{
     NotPositive,
 };
 use crate::model::Mechanics;
+use crate::num::whole;
 use crate::parallel;
 use crate::record::{Malformed, Record};
 use crate::reduction::Reduction;
@@ -242,6 +243,24 @@ enum Sparse {
 }
 
 impl Sparse {
+    /// Solves over all ranks: by the solver's own means, or else as additive Schwarz method, the sum of the solutions on
+    /// the overlapping parts of the sheet.
+    fn solve_over(&mut self, reduction: &Reduction, rhs: &mut [Vec3]) {
+        if self.is_local() {
+            reduction.update(rhs);
+            self.solve(rhs);
+            reduction.add_up(rhs);
+        } else {
+            self.solve(rhs);
+        }
+        reduction.update(rhs);
+    }
+
+    /// Whether it solves for the part of this rank by itself.
+    fn is_local(&self) -> bool {
+        matches!(self, Self::Solver(solver) if !solver.is_distributed())
+    }
+
     fn solve(&mut self, rhs: &mut [Vec3]) {
         match self {
             Self::Solver(solver) => solver.solve(rhs),
@@ -265,13 +284,14 @@ impl Inverse {
         let meters = Linear::of(mechanics.tally());
         let _scope = meters.factors.kept();
         let rows = pattern.rows();
-        let sparse = match kind.on(rows, false) {
+        let vertices = whole(reduction.count(rows));
+        let sparse = match kind.on(vertices, false) {
             Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows], 1.0),
             Preconditioner::None => Sparse::Learnt(Diagonal::new(rows, 1.0)),
             Preconditioner::Multigrid => Sparse::Solver(Box::new(Multigrid::new(pattern)?)),
             Preconditioner::Registered(_) => Sparse::Solver(kind.registered(pattern)?),
             Preconditioner::Factor | Preconditioner::Auto => {
-                let double = precision.is_double(rows);
+                let double = precision.is_double(vertices);
                 let new =
                     if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
                 Sparse::Solver(Box::new(new(Arc::clone(pattern))?))
@@ -306,7 +326,8 @@ impl Inverse {
             // It has no use for a matrix.
             Sparse::Learnt(_) => {}
         }
-        *low_rank = LowRankUpdate::new(terms, reduction, |rhs| sparse.solve(rhs));
+        let solve = |rhs: &mut [Vec3]| sparse.solve_over(reduction, rhs);
+        *low_rank = LowRankUpdate::new(terms, reduction, solve);
         if low_rank.is_positive() { Ok(()) } else { Err(NotPositive) }
     }
 
@@ -316,9 +337,25 @@ impl Inverse {
         matches!(self.sparse, Sparse::Blocks(..) | Sparse::Learnt(_))
     }
 
-    /// Whether it tells whether a matrix is positive.
+    /// Whether it is the sum of solutions on the parts of the ranks, for which what is outermost in each is fixed.
+    pub(super) fn is_additive(&self) -> bool {
+        self.is_over_ranks() && self.sparse.is_local()
+    }
+
+    /// Whether it takes every matrix for positive, and makes something of it that is none where it is not.
+    pub(super) fn trusts_positive(&self) -> bool {
+        matches!(&self.sparse, Sparse::Solver(solver) if solver.is_distributed())
+    }
+
+    /// Whether the sheet is spread over ranks.
+    pub(super) fn is_over_ranks(&self) -> bool {
+        self.reduction.distribution().is_some()
+    }
+
+    /// Whether it tells whether a matrix is positive: of the parts of one that is spread over ranks nobody does.
     pub(super) fn detects_indefinite(&self) -> bool {
-        matches!(&self.sparse, Sparse::Solver(solver) if solver.detects_indefinite())
+        let detects = matches!(&self.sparse, Sparse::Solver(solver) if solver.detects_indefinite());
+        detects && !self.is_over_ranks()
     }
 
     /// Whether it reads the shape.
@@ -361,7 +398,7 @@ impl Inverse {
     /// Replaces `rhs` by the solution, or nearly.
     pub(super) fn solve(&mut self, rhs: &mut [Vec3]) {
         let _scope = self.meters.solve();
-        self.sparse.solve(rhs);
+        self.sparse.solve_over(&self.reduction, rhs);
         self.low_rank.correct(rhs);
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn reached(
         });
     }
     (goal.report)(done);
-    if potential.reduction().any((goal.interrupted)()) {
+    if (goal.interrupted)() {
         return Err(SolveError::Interrupted);
     }
     Ok(false)

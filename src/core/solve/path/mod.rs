@@ -41,7 +41,6 @@ use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::Vec3;
 use crate::model::{Positions, State};
-use crate::num::real;
 use crate::record::Malformed;
 use jumps::{Jumps, Loss};
 
@@ -333,8 +332,7 @@ fn factor(error: f64, most: f64) -> f64 {
 fn viscosity(workspace: &mut Workspace, route: &Route<'_>, state: &State) -> Result<f64> {
     let (start, end) = route.clock();
     let (at, _) = route.at(start, state);
-    let n = workspace.model.sheet().vertex_count();
-    let drag = (0..n).map(|i| workspace.model.drag().at(i)).sum::<f64>() / real(n);
+    let drag = workspace.model.drag().mean(workspace.model.sheet());
     let mut at = workspace.at(&at);
     let potential = at.potential()?;
     let stiffness = potential.force_scale() / potential.metric().mean_edge();

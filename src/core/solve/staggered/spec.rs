@@ -98,6 +98,12 @@ impl IntegratorSpec for StaggeredSpec {
         self.motion() != MotionMethod::TrBdf2
     }
 
+    fn goes_over_ranks(&self, policy: Storage) -> bool {
+        use ChemistryMethod as M;
+        let explicit = matches!(self.chemistry.unwrap_or(self.usual()), M::Euler | M::Chebyshev);
+        explicit && policy.chemistry > 0.0 && self.motion() != MotionMethod::TrBdf2
+    }
+
     fn parts(&self, policy: Storage) -> Vec<String> {
         let shape = match policy.mechanics > 0.0 {
             true => {

@@ -24,7 +24,9 @@ impl Workspace {
         let Self { model, control, memory, relaxer: Some(relaxer), stability, .. } = self else {
             return Ok(None);
         };
-        if model.is_chemistry_alone() || state.x.len() > LARGEST {
+        // Neither is a spread-out Hessian factorised.
+        let spread = model.sheet().reduction().distribution().is_some();
+        if model.is_chemistry_alone() || spread || state.x.len() > LARGEST {
             return Ok(None);
         }
         let mut at = model.at(state, memory);

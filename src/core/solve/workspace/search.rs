@@ -137,7 +137,8 @@ impl Workspace {
         }
         if let Some(mut anchor) = anchor {
             anchor.follow_pins(model.mechanics(), &x);
-            tolerance = tolerance.max(anchor.force() / potential.force_scale());
+            tolerance =
+                tolerance.max(anchor.force(potential.reduction()) / potential.force_scale());
             potential.set_anchor(Some(anchor));
         }
         start_from(guess, potential, &mut x, &prescribed);

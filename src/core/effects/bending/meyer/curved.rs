@@ -211,9 +211,10 @@ impl CurvedRest {
         bending.gather(shape, gathered);
         gather_normals(shape, &mut curved.normals);
         vertex.resize(shape.x.len(), VertexDerivatives::default());
+        let owned = shape.sheet.reduction().owned(shape.x.len());
         let energy = parallel::fill_and_sum(vertex, |i| {
             let (derivatives, _, energy) = self.at_vertex(bending, (shape, gathered, &curved), i);
-            (derivatives, energy)
+            (derivatives, if i < owned { energy } else { 0.0 })
         });
         let mut by_normal = std::mem::take(&mut curved.by_normal);
         by_normal.resize(shape.x.len(), Vec3::zeros());

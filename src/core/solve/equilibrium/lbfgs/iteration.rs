@@ -6,8 +6,9 @@ use super::super::{Goal, Relaxation, Trust};
 use super::progress::{Outcome, Progress};
 use super::{Collapse, Gauge, Lbfgs, MOST_SHIFT, NEARLY_AT_REST, SHIFT};
 use crate::Vec3;
-use crate::model::Potential;
+use crate::model::{Anchor, Potential};
 use crate::num::checked::AtLeast;
+use crate::num::real;
 use crate::parallel;
 use crate::reduction::Reduction;
 use crate::solve::SolveError;
@@ -194,7 +195,8 @@ impl Lbfgs {
     /// Prepares for the energy of `potential`: whether the factor that there is serves it.
     fn begin(&mut self, potential: &Potential, goal: &Goal<'_>) -> Rules {
         let turns = self.options.collapse == Some(Collapse::Turn);
-        let anchor = potential.anchor().map(|anchor| (anchor.weights.least(), anchor.slack));
+        let least = |anchor: &Anchor| anchor.weights.least(potential.reduction());
+        let anchor = potential.anchor().map(|anchor| (least(anchor), anchor.slack));
         let (weight, slack) = anchor.unwrap_or_default();
         // Under drag the energy is convex where steps are short, and its minimum near.
         self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
@@ -232,7 +234,8 @@ impl Lbfgs {
         self.weight = rules.weight;
         at.stiffest = self.shift >= MOST_SHIFT || self.inverse.is_learnt();
         self.shift = (0.1 * self.shift).max(SHIFT);
-        let far = x.len() <= SMALL && at.done.residual > NEARLY_AT_REST;
+        let small = potential.reduction().count(x.len()) <= real(SMALL);
+        let far = small && at.done.residual > NEARLY_AT_REST;
         let usual = match (self.inverse.is_plain(), far) {
             (true, _) if self.inverse.is_learnt() => REFRESH_PLAIN.1,
             (true, _) => REFRESH_PLAIN.0,
@@ -271,7 +274,7 @@ impl Lbfgs {
             length *= potential.largest_step(x, &whole);
         }
         loop {
-            if potential.reduction().any((goal.interrupted)()) {
+            if (goal.interrupted)() {
                 return Err(SolveError::Interrupted);
             }
             if length < SHORTEST || !length.is_finite() {
@@ -301,6 +304,10 @@ impl Lbfgs {
         x: &[Vec3],
         at: &mut Iterate,
     ) -> Result<bool, SolveError> {
+        if potential.reduction().distribution().is_some() {
+            // Which triangle collapses is not agreed on between ranks.
+            return Ok(false);
+        }
         let collapses = self.collapse(potential, x, &at.gradient, &mut at.done)?;
         if collapses {
             at.energy = self.evaluate(potential, x, &mut at.gradient);

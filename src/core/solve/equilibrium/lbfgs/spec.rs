@@ -90,6 +90,10 @@ impl EquilibriumSpec for LbfgsSpec {
         self.preconditioner.chosen(self.precision, mechanics.sheet().vertex_count(), moving)
     }
 
+    fn goes_over_ranks(&self) -> bool {
+        self.preconditioner != Preconditioner::Multigrid && self.collapse.is_none()
+    }
+
     fn history(&self, vertices: usize) -> usize {
         2 * self.memory.get() * vertices * size_of::<crate::Vec3>()
     }

@@ -2,8 +2,11 @@
 //!
 //! Whatever a solver or a stepper sums, compares or decides over all points passes one value, a [`Reduction`]; the
 //! rest of its work is local to a point and its neighbours. By default it means this process: its threads, and the same
-//! bits on any number of them ([`parallel`]). Where a sheet is spread over ranks, an [`AllReduce`] combines what these
-//! give; of the points of a rank those that it owns come first, and copies of its neighbours' are not counted.
+//! bits on any number of them ([`parallel`]). Where a sheet is spread over ranks, a [`Communicator`] combines what these
+//! give; of the points of a rank those that it owns come first, and ghosts, the copies of its neighbours' points, are
+//! not counted ([`Distribution`]). Sums over ranks depend in their last digits on the number of ranks.
+
+mod distribution;
 
 use std::fmt;
 use std::ops::Range;
@@ -11,26 +14,11 @@ use std::sync::Arc;
 
 use crate::Vec3;
 use crate::parallel::{self, vectors};
-
-/// Combines the numbers of all ranks, in the same order on each.
-pub trait AllReduce: Send + Sync {
-    /// Replaces every number by its sum over the ranks.
-    fn sum(&self, values: &mut [f64]);
-
-    /// Replaces every number, a sum over the elements of this rank, by that over the whole sheet: how elements that
-    /// several ranks have are counted once is up to the partition.
-    fn sum_over_elements(&self, values: &mut [f64]);
-
-    /// Replaces every number by the largest of all ranks; NaN wins over every number.
-    fn max(&self, values: &mut [f64]);
-
-    /// How many of `count` points here, vertices or faces, are owned by this rank; they come first.
-    fn owned(&self, count: usize) -> usize;
-}
+pub use distribution::{Communicator, Distribution, Points};
 
 /// What sums, maxima and decisions are taken over.
 #[derive(Clone, Default)]
-pub struct Reduction(Option<Arc<dyn AllReduce>>);
+pub struct Reduction(Option<Arc<Distribution>>);
 
 impl fmt::Debug for Reduction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -38,11 +26,35 @@ impl fmt::Debug for Reduction {
     }
 }
 
+/// The same ranks.
+impl PartialEq for Reduction {
+    fn eq(&self, other: &Self) -> bool {
+        match (&self.0, &other.0) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        }
+    }
+}
+
+impl Eq for Reduction {}
+
 impl Reduction {
     /// Over several ranks.
     #[must_use]
-    pub fn over(ranks: Arc<dyn AllReduce>) -> Self {
+    pub fn over(ranks: Arc<Distribution>) -> Self {
         Self(Some(ranks))
+    }
+
+    /// The share of this rank; `None` in one process.
+    #[must_use]
+    pub fn distribution(&self) -> Option<&Arc<Distribution>> {
+        self.0.as_ref()
+    }
+
+    /// Whether this is the first rank, or the only process.
+    #[must_use]
+    pub fn is_first(&self) -> bool {
+        self.0.as_ref().is_none_or(|ranks| ranks.communicator.rank() == 0)
     }
 
     /// How many of `count` points here are owned; they come first.
@@ -51,24 +63,39 @@ impl Reduction {
         self.0.as_ref().map_or(count, |ranks| ranks.owned(count))
     }
 
-    /// Sums over the ranks of numbers that each has already summed over what it owns.
-    pub fn total(&self, values: &mut [f64]) {
+    /// Brings the ghosts of a vector to what their owners have.
+    pub fn update(&self, vector: &mut [Vec3]) {
         if let Some(ranks) = &self.0 {
-            ranks.sum(values);
+            ranks.update(&mut [vector], |v| (*v).into(), Vec3::from);
         }
     }
 
-    /// Sums over the whole sheet of numbers that each rank has summed over its elements, as energies are.
-    pub fn over_elements(&self, values: &mut [f64]) {
+    /// Adds what ghosts have to their owners.
+    pub fn add_up(&self, vector: &mut [Vec3]) {
         if let Some(ranks) = &self.0 {
-            ranks.sum_over_elements(values);
+            ranks.add_up(vector);
+        }
+    }
+
+    /// Brings the ghosts of columns of one number a point to what their owners have.
+    pub fn update_columns(&self, columns: &mut [Vec<f64>]) {
+        if let Some(ranks) = &self.0 {
+            let mut all: Vec<&mut [f64]> = columns.iter_mut().map(Vec::as_mut_slice).collect();
+            ranks.update(&mut all, |v| [*v], |[v]| v);
+        }
+    }
+
+    /// Sums over the ranks of numbers that each has already summed over what it owns.
+    pub fn total(&self, values: &mut [f64]) {
+        if let Some(ranks) = &self.0 {
+            ranks.communicator.sum(values);
         }
     }
 
     /// The largest over the ranks of numbers that each has already compared over what it owns; NaN wins.
     pub fn maxima(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
-            ranks.max(values);
+            ranks.communicator.max(values);
         }
     }
 
@@ -105,6 +132,19 @@ impl Reduction {
     /// The largest `f(i)` over all points, of which `count` are here; NaN wins over every number, no points give -∞.
     pub fn max(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
         let mut largest = [parallel::max(self.owned(count), f)];
+        self.maxima(&mut largest);
+        largest[0]
+    }
+
+    /// The least `f(i)` over all points, of which `count` are here; no points give ∞.
+    pub fn min(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
+        -self.max(count, |i| -f(i))
+    }
+
+    /// The larger of `here` on all ranks.
+    #[must_use]
+    pub fn larger(&self, here: f64) -> f64 {
+        let mut largest = [here];
         self.maxima(&mut largest);
         largest[0]
     }

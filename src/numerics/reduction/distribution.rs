@@ -1,0 +1,117 @@
+//! Points that are spread over ranks: what a rank owns, and copies of what its neighbours own.
+//!
+//! ```text
+//! points of a rank:   owned | ghosts        ghosts: copies of points that other ranks own
+//! update              owner → ghosts        every copy becomes what its owner has
+//! ```
+//!
+//! A rank evaluates all elements that touch what it owns ("owner computes"), so that gradients and rows of matrices at
+//! owned points are complete without a sum over ranks; ghosts of two rings of neighbours make that possible.
+
+use std::sync::Arc;
+
+use crate::Vec3;
+
+/// What ranks say to one another. All ranks call the same methods in the same order.
+pub trait Communicator: Send + Sync {
+    /// The number of this rank, from 0.
+    fn rank(&self) -> usize;
+
+    /// How many ranks there are.
+    fn size(&self) -> usize;
+
+    /// Replaces every number by its sum over the ranks; the same bits on each.
+    fn sum(&self, values: &mut [f64]);
+
+    /// Replaces every number by the largest of all ranks; NaN wins over every number.
+    fn max(&self, values: &mut [f64]);
+
+    /// Sends to every rank of `send` its numbers, and receives from every rank of `receive` as many as there is room for.
+    fn exchange(&self, send: &[(usize, Vec<f64>)], receive: &mut [(usize, Vec<f64>)]);
+
+    /// What every rank has, by rank.
+    fn all_gather(&self, bytes: &[u8]) -> Vec<Vec<u8>>;
+}
+
+/// Points of one kind, vertices or faces, on this rank: owned ones first.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Points {
+    /// How many are owned.
+    pub owned: usize,
+    /// All, with the ghosts.
+    pub count: usize,
+    /// For every rank that has ghosts of owned points, these.
+    pub send: Vec<(usize, Vec<u32>)>,
+    /// For every rank that owns ghosts, these, in the order in which it sends them.
+    pub receive: Vec<(usize, Vec<u32>)>,
+}
+
+/// A rank's share of a sheet, and how it speaks to the others.
+pub struct Distribution {
+    /// The ranks.
+    pub communicator: Arc<dyn Communicator>,
+    /// Its vertices.
+    pub vertices: Points,
+    /// Its triangles.
+    pub faces: Points,
+}
+
+impl Distribution {
+    /// The points of which there are `count` here.
+    fn points(&self, count: usize) -> &Points {
+        if count == self.vertices.count { &self.vertices } else { &self.faces }
+    }
+
+    /// How many of `count` points here are owned.
+    pub(super) fn owned(&self, count: usize) -> usize {
+        debug_assert!(count == self.vertices.count || count == self.faces.count);
+        self.points(count).owned
+    }
+
+    /// Adds what the ghosts of a vector have to their owners, one message a neighbour.
+    pub(super) fn add_up(&self, vector: &mut [Vec3]) {
+        let points = self.points(vector.len());
+        let packed = |list: &[u32]| -> Vec<f64> {
+            list.iter().flat_map(|&i| <[f64; 3]>::from(vector[i as usize])).collect()
+        };
+        let send: Vec<_> =
+            points.receive.iter().map(|(rank, list)| (*rank, packed(list))).collect();
+        let mut receive: Vec<_> =
+            points.send.iter().map(|(rank, list)| (*rank, vec![0.0; 3 * list.len()])).collect();
+        self.communicator.exchange(&send, &mut receive);
+        for ((_, list), (_, values)) in points.send.iter().zip(&receive) {
+            for (&i, values) in list.iter().zip(values.as_chunks::<3>().0) {
+                vector[i as usize] += Vec3::from(*values);
+            }
+        }
+    }
+
+    /// Brings the ghosts of `columns` to what their owners have, one message a neighbour; `pack` gives the numbers of a
+    /// point, and `unpack` makes it of them.
+    pub(super) fn update<T, const W: usize>(
+        &self,
+        columns: &mut [&mut [T]],
+        pack: impl Fn(&T) -> [f64; W],
+        unpack: impl Fn([f64; W]) -> T,
+    ) {
+        let Some(first) = columns.first() else { return };
+        let points = self.points(first.len());
+        let packed = |list: &[u32]| -> Vec<f64> {
+            let all = columns.iter().flat_map(|c| list.iter().map(|&i| pack(&c[i as usize])));
+            all.flatten().collect()
+        };
+        let send: Vec<_> = points.send.iter().map(|(rank, list)| (*rank, packed(list))).collect();
+        let room = |list: &[u32]| vec![0.0; list.len() * W * columns.len()];
+        let mut receive: Vec<_> =
+            points.receive.iter().map(|(rank, list)| (*rank, room(list))).collect();
+        self.communicator.exchange(&send, &mut receive);
+        for ((_, list), (_, values)) in points.receive.iter().zip(&receive) {
+            let mut rows = values.as_chunks::<W>().0.iter();
+            for column in &mut *columns {
+                for (&i, values) in list.iter().zip(&mut rows) {
+                    column[i as usize] = unpack(*values);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! One sheet over many ranks: the communicator of MPI, and linear solvers of PETSc.
+//!
+//! * [`world`]: all ranks of the program, as [`rumple_numerics::reduction::Communicator`];
+//! * `equilibrium.preconditioner = "gamg"` or `"mumps"` in a scene: [`distributed`].
+
+pub mod distributed;
+mod petsc;
+mod world;
+
+pub use world::{World, abort, end, is_launched, world};

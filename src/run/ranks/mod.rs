@@ -1,0 +1,206 @@
+//! A run of one sheet over several ranks.
+//!
+//! ```text
+//! DIR              results of the first rank: ledger, status, index of the frames
+//! DIR/ranks/N/R    those of rank R of N: its pieces of the frames, its checkpoints
+//! ```
+//!
+//! Every rank goes through the run as one process does; what is summed, compared or decided passes the reduction of the
+//! sheet. A frame is one piece a rank, without ghosts, under one `.pvtu`.
+
+pub(super) mod checkpoints;
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Error, Result};
+use crate::Vec3;
+use crate::model::State;
+use crate::output::provenance::MeshRecord;
+use crate::output::{Field, Format, Frame};
+use crate::reduction::Communicator;
+use crate::scene::{Scene, SheetSource};
+use crate::sheet::read::pvtu::{TRIANGLE, VERTEX, numbered};
+use crate::sheet::{Part, Sheet};
+
+/// What a rank has of the sheet.
+pub(crate) struct Spread {
+    pub(super) part: Part,
+    /// The hash of the whole mesh.
+    pub(super) mesh: String,
+    ranks: usize,
+}
+
+/// Which part of a sheet over ranks a checkpoint is of: numbers in the whole.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Share {
+    ranks: usize,
+    vertices: Vec<u32>,
+    triangles: Vec<u32>,
+    whole: [usize; 2],
+}
+
+impl Spread {
+    pub(super) fn of(whole: &Sheet, part: Part) -> Self {
+        let ranks = part.sheet.reduction().distribution().map_or(1, |d| d.communicator.size());
+        Self { part, mesh: MeshRecord::of(whole.rest(), whole.triangles()).sha256, ranks }
+    }
+
+    pub(super) fn share(&self) -> Share {
+        let Part { vertices, triangles, whole, .. } = &self.part;
+        let (vertices, triangles) = (vertices.to_vec(), triangles.to_vec());
+        Share { ranks: self.ranks, vertices, triangles, whole: *whole }
+    }
+}
+
+/// Refuses what a scene asks for and a run over ranks does not have.
+pub(super) fn check(scene: &Scene) -> Result<()> {
+    let refuse = |path: &str, what: &str, help: &str| {
+        let message = format!("{what} on more than one rank");
+        Err(scene.error_at(path, &message, Some(help)).into())
+    };
+    if matches!(scene.sheet.source, SheetSource::Point { .. }) {
+        return refuse("sheet.shape", "a point is not spread", "run it in one process");
+    }
+    if scene.stability.as_ref().is_some_and(|stability| stability.watch) {
+        return refuse("stability", "stability is not watched", "leave [stability] out");
+    }
+    if scene.invariants.is_some() {
+        return refuse("invariants", "invariants are not watched", "leave [invariants] out");
+    }
+    if scene.output.format != Format::Vtu {
+        return refuse(
+            "output.format",
+            "frames are written as pieces of .pvtu",
+            "format = \"vtu\"",
+        );
+    }
+    if scene.time.span.from.is_some() {
+        return refuse(
+            "time.from",
+            "a run does not begin in the middle of another",
+            "leave it out",
+        );
+    }
+    Ok(())
+}
+
+/// Where a rank writes.
+#[must_use]
+pub fn root(of_run: &Path, ranks: &dyn Communicator) -> PathBuf {
+    piece_root(of_run, ranks.rank(), ranks.size())
+}
+
+fn piece_root(of_run: &Path, rank: usize, ranks: usize) -> PathBuf {
+    match rank {
+        0 => of_run.to_owned(),
+        rank => of_run.join("ranks").join(ranks.to_string()).join(rank.to_string()),
+    }
+}
+
+/// The folders of the frames of all ranks, as the first one's frames see them.
+pub(super) fn piece_folders(ranks: usize) -> Vec<PathBuf> {
+    let of = |rank| match rank {
+        0 => PathBuf::new(),
+        rank => piece_root(Path::new(".."), rank, ranks).join("frames"),
+    };
+    (0..ranks).map(of).collect()
+}
+
+/// What of a state of the whole sheet `part` has.
+pub(super) fn restrict(part: &Part, state: &mut State) {
+    let mut x = state.x.to_vec();
+    part.restrict(&mut x);
+    state.x = x.into();
+    state.species.iter_mut().for_each(|values| part.restrict(values));
+}
+
+/// `outcome`, or an error on all ranks where one of them has one.
+///
+/// # Errors
+/// That of this rank, or that there is one elsewhere.
+pub fn agreed<T>(ranks: Option<&dyn Communicator>, outcome: Result<T>) -> Result<T> {
+    let Some(ranks) = ranks else { return outcome };
+    let mut failed = [if outcome.is_err() { 1.0 } else { 0.0 }];
+    ranks.max(&mut failed);
+    match outcome {
+        Ok(_) if failed[0] > 0.0 => Err(Error::Elsewhere),
+        outcome => outcome,
+    }
+}
+
+/// A rank's piece of a frame: the triangles that it counts, and their vertices.
+pub(super) struct Piece {
+    points: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    point: Vec<Field<'static>>,
+    cell: Vec<Field<'static>>,
+}
+
+impl Piece {
+    /// That of `frame`, a frame of all that the rank has of `sheet`.
+    pub(super) fn of(sheet: &Sheet, frame: &Frame<'_>) -> Self {
+        let counted = sheet.reduction().owned(sheet.triangle_count());
+        let mut place = vec![u32::MAX; frame.points.len()];
+        let mut vertices = Vec::new();
+        let triangles = frame.triangles[..counted].iter().map(|corners| {
+            corners.map(|v| {
+                let place = &mut place[v as usize];
+                if *place == u32::MAX {
+                    *place = crate::num::index(vertices.len());
+                    vertices.push(v as usize);
+                }
+                *place
+            })
+        });
+        let triangles = triangles.collect();
+        let row = |field: &Field<'_>, i: usize| {
+            field.data[i * field.components..(i + 1) * field.components].to_vec()
+        };
+        let at = |field: &Field<'_>, all: &mut dyn Iterator<Item = usize>| Field {
+            name: field.name.clone(),
+            components: field.components,
+            data: Cow::Owned(all.flat_map(|i| row(field, i)).collect()),
+        };
+        // What is not known at ghosts comes from their owners.
+        let on_points = frame.point.iter().map(|field| {
+            let mut columns: Vec<Vec<f64>> = (0..field.components)
+                .map(|c| field.data.iter().skip(c).step_by(field.components).copied().collect())
+                .collect();
+            sheet.reduction().update_columns(&mut columns);
+            let data = vertices.iter().flat_map(|&v| columns.iter().map(move |c| c[v])).collect();
+            Field { name: field.name.clone(), components: field.components, data: Cow::Owned(data) }
+        });
+        let mut point: Vec<_> = on_points.collect();
+        let of_cells = frame.cell.iter().map(|field| at(field, &mut (0..counted)));
+        let mut cell: Vec<_> = of_cells.collect();
+        let numbers = numbered(vertices.iter().map(|&v| sheet.number(v)));
+        point.push(Field::scalar(VERTEX.to_owned(), numbers));
+        let numbers = numbered((0..counted).map(|t| sheet.triangle_number(t)));
+        cell.push(Field::scalar(TRIANGLE.to_owned(), numbers));
+        Self { points: vertices.iter().map(|&v| frame.points[v]).collect(), triangles, point, cell }
+    }
+
+    /// It as a frame; single numbers are those of the whole.
+    pub(super) fn frame<'a>(&'a self, of: &'a Frame<'_>) -> Frame<'a> {
+        let borrowed = |fields: &'a [Field<'static>]| {
+            let borrow = |field: &'a Field<'static>| Field {
+                name: field.name.clone(),
+                components: field.components,
+                data: Cow::Borrowed(&*field.data),
+            };
+            fields.iter().map(borrow).collect()
+        };
+        Frame {
+            time: of.time,
+            step: of.step,
+            points: &self.points,
+            triangles: &self.triangles,
+            point: borrowed(&self.point),
+            cell: borrowed(&self.cell),
+            field_data: of.field_data.clone(),
+        }
+    }
+}
