@@ -13,7 +13,6 @@ use super::processor::Processor;
 use super::ranks::Spread;
 use super::simulation::Simulation;
 use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
-use crate::Vec3;
 use crate::effects::{Elasticity, Field, ReadSurface};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
@@ -22,6 +21,7 @@ use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Part as SheetPart, Sheet, Surface};
+use crate::{Stepper, Vec3};
 
 /// The material of a scene on its sheet.
 ///
@@ -140,17 +140,12 @@ fn on(
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
-    let rest_area: LazyCell<Arc<[f64]>, _> = LazyCell::new(|| rest_areas(&sheet).into());
-    let rest_area = |wanted: &[Signal]| match wanted.contains(&Signal::AreaRatio) {
-        true => Arc::clone(&rest_area),
-        false => Arc::default(),
-    };
     let whole = of.as_ref().map_or(&*sheet, |(whole, _)| whole);
     stepper.state = start::state(scene, whole, &model)?;
     if let Some((_, part)) = &of {
         super::ranks::restrict(part, &mut stepper.state);
     }
-    let fields = Fields::new(scene, &model, stepper.area.clone(), &rest_area, material.as_ref())?;
+    let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     built.end(stepper.model().tally());
     let mut simulation = Simulation {
@@ -173,6 +168,17 @@ fn on(
     simulation.evaluate().length_factor()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     Ok(simulation)
+}
+
+/// What is written in frames.
+fn fields(scene: &Scene, stepper: &Stepper, material: Option<&Elasticity>) -> Result<Fields> {
+    let model = stepper.model();
+    let rest_area: LazyCell<Arc<[f64]>, _> = LazyCell::new(|| rest_areas(model.sheet()).into());
+    let rest_area = |wanted: &[Signal]| match wanted.contains(&Signal::AreaRatio) {
+        true => Arc::clone(&rest_area),
+        false => Arc::default(),
+    };
+    Fields::new(scene, model, stepper.area.clone(), &rest_area, material)
 }
 
 /// The model of the effects of `scene` on `sheet`, which is that of the scene, without any law; and its start.

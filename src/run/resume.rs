@@ -10,9 +10,11 @@ use super::ranks::checkpoints::{self, Usable};
 use super::ranks::{self, Spread};
 use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::Search;
+use crate::model::State;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
 use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
+use crate::record::Malformed;
 use crate::reduction::Communicator;
 use crate::scene::Scene;
 
@@ -49,7 +51,8 @@ pub fn resume_on(
     search: &Search,
     of: Option<Arc<dyn Communicator>>,
 ) -> Result<Resumed> {
-    let refuse = |what: String| Err(Error::Refused(format!("{}: {what}", root.display())));
+    let refused = |what: String| Error::Refused(format!("{}: {what}", root.display()));
+    let refuse = |what: String| Err(refused(what));
     let standing = Standing::of(root);
     let path = ResultDirectory::resolved_in(root);
     if !path.is_file() {
@@ -77,7 +80,50 @@ pub fn resume_on(
             return refuse(format!("{why}; {help}"));
         }
     };
-    let (time, end) = (checkpoint.time(), scene.time.span.until.get());
+    check_end(&checkpoint, scene.time.span.until.get(), until, standing).map_err(refused)?;
+    let mut simulation = match of {
+        None => Simulation::new(&scene, search)?,
+        Some(ranks) => Simulation::over(&scene, search, ranks)?,
+    };
+    let now = MadeFrom::of(&scene, &simulation)?;
+    if let Err(Error::Refused(changed)) = checkpoint.made_from.check(&now) {
+        return refuse(format!(
+            "what the run is made from has changed:\n{changed}\nundo that, or begin a new run; `rumple run \
+             --from FRAME` starts one from a frame's state"
+        ));
+    }
+    if restore(&checkpoint, whole, &mut simulation).is_err() {
+        return refuse(
+            "its checkpoint does not fit its scene: it was written by another build of the program; go on \
+             with that, or begin again"
+                .into(),
+        );
+    }
+    Ok(Resumed { scene, simulation, checkpoint, notes })
+}
+
+/// Takes over a checkpoint, or `whole`, the state of the whole sheet that it is a part of.
+fn restore(
+    checkpoint: &Checkpoint,
+    whole: Option<State>,
+    simulation: &mut Simulation,
+) -> Result<(), Malformed> {
+    let Some(mut state) = whole else { return checkpoint.restore(simulation) };
+    if let Some(Spread { part, .. }) = &simulation.spread {
+        ranks::restrict(part, &mut state);
+    }
+    checkpoint.go_on_from(state, simulation);
+    Ok(())
+}
+
+/// Whether a run with this checkpoint has anywhere to go, or why not.
+fn check_end(
+    checkpoint: &Checkpoint,
+    end: f64,
+    until: Option<f64>,
+    standing: Option<Standing>,
+) -> Result<(), String> {
+    let (time, refuse) = (checkpoint.time(), Err);
     let complete = standing.as_ref().is_some_and(|standing| standing.status == RunStatus::Complete);
     if complete && until.is_none() {
         let what = format!("the run is complete, at time {time}");
@@ -98,35 +144,7 @@ pub fn resume_on(
              further"
         ));
     }
-    let mut simulation = match of {
-        None => Simulation::new(&scene, search)?,
-        Some(ranks) => Simulation::over(&scene, search, ranks)?,
-    };
-    let now = MadeFrom::of(&scene, &simulation)?;
-    if let Err(Error::Refused(changed)) = checkpoint.made_from.check(&now) {
-        return refuse(format!(
-            "what the run is made from has changed:\n{changed}\nundo that, or begin a new run; `rumple run \
-             --from FRAME` starts one from a frame's state"
-        ));
-    }
-    let restored = match whole {
-        None => checkpoint.restore(&mut simulation),
-        Some(mut state) => {
-            if let Some(Spread { part, .. }) = &simulation.spread {
-                ranks::restrict(part, &mut state);
-            }
-            checkpoint.go_on_from(state, &mut simulation);
-            Ok(())
-        }
-    };
-    if restored.is_err() {
-        return refuse(
-            "its checkpoint does not fit its scene: it was written by another build of the program; go on \
-             with that, or begin again"
-                .into(),
-        );
-    }
-    Ok(Resumed { scene, simulation, checkpoint, notes })
+    Ok(())
 }
 
 /// The last checkpoint that can be used, and what is wrong with later ones; if there is none, what is wrong

@@ -51,7 +51,8 @@ impl Breakpoints {
         until: f64,
     ) -> Self {
         let times = effects.into_iter().flat_map(|effect| effect.breakpoints(sheet, until));
-        let mut made = Self { times: times.collect(), until, sampled: false };
+        let times = sheet.reduction().gathered(times.collect());
+        let mut made = Self { times, until, sampled: false };
         made.arrange();
         made
     }
@@ -67,6 +68,7 @@ impl Breakpoints {
             return None;
         }
         let note = of_laws(chemistry, at, self.until, &mut self.times);
+        self.times = at.model().sheet().reduction().gathered(std::mem::take(&mut self.times));
         self.arrange();
         note
     }

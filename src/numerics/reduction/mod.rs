@@ -149,6 +149,16 @@ impl Reduction {
         largest[0]
     }
 
+    /// The numbers of all ranks, in their order; those of this process.
+    #[must_use]
+    pub fn gathered(&self, here: Vec<f64>) -> Vec<f64> {
+        let Some(ranks) = &self.0 else { return here };
+        let bytes: Vec<u8> = here.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let all = ranks.communicator.all_gather(&bytes);
+        let numbers = all.iter().flat_map(|bytes| bytes.as_chunks::<8>().0);
+        numbers.map(|number| f64::from_le_bytes(*number)).collect()
+    }
+
     /// Whether `here` holds on any rank.
     #[must_use]
     pub fn any(&self, here: bool) -> bool {
