@@ -209,7 +209,8 @@ fn ranks_take_the_steps_of_one_process() {
             assert_eq!((state.time, state.step), (states[0].time, states[0].step), "{what}");
             assert_eq!(alone.step, state.step, "{what}");
             let error = difference(&alone, state);
-            assert!(error < 2e-5, "{what}: {error}");
+            let most = if policy == Policy::QuasiStatic { 2e-5 } else { 1e-4 };
+            assert!(error < most, "{what}: {error}");
         }
         assert!(iterations.iter().all(|count| *count == iterations[0]), "{what}: {iterations:?}");
     }
