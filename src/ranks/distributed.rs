@@ -16,8 +16,10 @@ use std::ffi::c_int;
 use std::ptr;
 use std::sync::Arc;
 
-use rumple_core::Vec3;
-use rumple_core::linear::{
+use rumple_core::registry::inventory;
+use rumple_core::solve::linear_solvers::LinearSolverKind;
+use rumple_numerics::Vec3;
+use rumple_numerics::linear::{
     Block, BlockMatrix, BlockPattern, LinearError, LinearSolver, NotPositive,
 };
 use rumple_numerics::num::{real, whole};
@@ -42,8 +44,12 @@ const OPTIONS: [(&str, &str); 11] = [
     ("-mumps_pc_factor_mat_solver_type", "mumps"),
 ];
 
-rumple_core::register_linear_solver!("gamg", |pattern| PetscSolver::analyse("gamg_", pattern));
-rumple_core::register_linear_solver!("mumps", |pattern| PetscSolver::analyse("mumps_", pattern));
+inventory::submit! {
+    LinearSolverKind { name: "gamg", analyse: |pattern| PetscSolver::analyse("gamg_", pattern) }
+}
+inventory::submit! {
+    LinearSolverKind { name: "mumps", analyse: |pattern| PetscSolver::analyse("mumps_", pattern) }
+}
 
 /// A block of a row that is complete here: its column by rank, where it is in the matrix, and whether it is transposed.
 #[derive(Clone, Copy)]

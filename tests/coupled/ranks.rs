@@ -209,8 +209,80 @@ fn ranks_take_the_steps_of_one_process() {
             assert_eq!((state.time, state.step), (states[0].time, states[0].step), "{what}");
             assert_eq!(alone.step, state.step, "{what}");
             let error = difference(&alone, state);
-            assert!(error < 2e-5, "{what}: {error}");
+            let most = if policy == Policy::QuasiStatic { 2e-5 } else { 1e-4 };
+            assert!(error < most, "{what}: {error}");
         }
         assert!(iterations.iter().all(|count| *count == iterations[0]), "{what}: {iterations:?}");
     }
+}
+
+#[test]
+fn a_law_that_fails_on_one_rank_ends_all() {
+    let whole = disc();
+    let handles: Vec<_> = ThreadRank::all(2)
+        .into_iter()
+        .map(|rank| {
+            let part = Part::cut(&whole, rank).unwrap();
+            std::thread::spawn(move || {
+                // No number where x and y are above 3, which is on the second rank only.
+                let law = Law::named("root").species("c", "sqrt(3 - min(x, y))");
+                let law = problem::Law::new(Arc::new(FormulaKinetics::new(&law).unwrap()));
+                let problem = Problem::on(part.sheet.clone()).law(law);
+                let mut stepper = problem.stepper().unwrap();
+                stepper.prepare().and_then(|_| stepper.step(1.0)).unwrap_err().to_string()
+            })
+        })
+        .collect();
+    let all = handles.into_iter().map(|handle| handle.join().expect("a rank has panicked"));
+    let all: Vec<String> = all.collect();
+    assert_eq!(all[0], "another rank has failed");
+    assert!(
+        all[1].contains("root") || all[1].contains("sqrt") || all[1].contains("NaN"),
+        "{all:?}"
+    );
+}
+
+#[test]
+fn parts_make_up_the_sheet() {
+    let whole = disc();
+    for size in [1, 2, 3, 5, 8] {
+        let parts: Vec<Part> = ThreadRank::all(size)
+            .into_iter()
+            .map(|rank| Part::cut(&whole, rank).unwrap())
+            .collect();
+        let mut owners = vec![0; whole.vertex_count()];
+        let mut counted = vec![0; whole.triangle_count()];
+        let mut edges = 0;
+        for part in &parts {
+            let sheet = &part.sheet;
+            let reduction = sheet.reduction();
+            let owned = reduction.owned(sheet.vertex_count());
+            part.vertices[..owned].iter().for_each(|v| owners[*v as usize] += 1);
+            let own = reduction.owned(sheet.triangle_count());
+            part.triangles[..own].iter().for_each(|t| counted[*t as usize] += 1);
+            edges += sheet.edges().iter().filter(|edge| sheet.counts(&edge.vertices)).count();
+            for (t, corners) in sheet.triangles().iter().enumerate() {
+                assert_eq!(sheet.counts(corners), t < own);
+                let there = whole.triangles()[part.triangles[t] as usize];
+                assert_eq!(corners.map(|v| part.vertices[v as usize]), there);
+            }
+            for i in 0..owned {
+                let there = part.vertices[i] as usize;
+                let around = |sheet: &Sheet, v: usize| sheet.vertex_edges().of(v).len();
+                assert_eq!(around(sheet, i), around(&whole, there), "neighbours of {there}");
+            }
+            let boundary = |i: usize| whole.boundary()[part.vertices[i] as usize];
+            assert!((0..sheet.vertex_count()).all(|i| sheet.boundary()[i] == boundary(i)));
+        }
+        assert!(owners.iter().chain(&counted).all(|count| *count == 1), "{size} ranks");
+        assert_eq!(edges, whole.edges().len());
+        let euler: i64 = parts.iter().map(|part| part.sheet.euler_characteristic()).sum();
+        assert_eq!(euler, whole.euler_characteristic());
+        let most = parts.iter().map(|part| part.sheet.reduction().owned(part.vertices.len())).max();
+        assert!(most.unwrap() <= whole.vertex_count().div_ceil(size) + 1);
+    }
+    let few = generate(&Shape::Disc { radius: 1.0 }, 20, 1).unwrap();
+    let rank = ThreadRank::all(100).remove(0);
+    let error = Part::cut(&few, rank).unwrap_err().to_string();
+    assert!(error.contains("100 ranks"), "{error}");
 }

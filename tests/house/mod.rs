@@ -18,7 +18,7 @@ const PLAN: [(&str, &[&str]); 20] = [
             "geometry", "sheet",
         ],
     ),
-    ("ranks", &[]),
+    ("ranks", &["solve", "registry"]),
     ("scene", &["document", "registry", "output", "solve", "model", "effects", "kinetics"]),
     ("problem", &["stepper", "solve", "model", "effects", "kinetics", "geometry", "sheet"]),
     ("stepper", &["solve", "model", "effects", "kinetics", "geometry", "sheet"]),

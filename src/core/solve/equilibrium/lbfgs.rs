@@ -34,7 +34,6 @@ use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
-use crate::num::whole;
 use crate::solve::SolveError;
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
@@ -86,8 +85,8 @@ impl Lbfgs {
         let pattern = Arc::clone(mechanics.pattern());
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         drop(scope);
-        let all = mechanics.sheet().reduction().count(pattern.rows());
-        let kind = options.preconditioner.on(whole(all), false);
+        let reduction = mechanics.sheet().reduction();
+        let kind = options.preconditioner.over(reduction, pattern.rows(), false);
         Ok(Self {
             options,
             matrix,
@@ -196,8 +195,7 @@ impl Lbfgs {
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
         let LbfgsSpec { preconditioner, precision, .. } = self.options;
-        let vertices = whole(potential.reduction().count(pattern.rows()));
-        let kind = preconditioner.on(vertices, self.supported);
+        let kind = preconditioner.over(potential.reduction(), pattern.rows(), self.supported);
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
             let mechanics = potential.mechanics();

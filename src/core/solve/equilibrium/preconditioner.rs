@@ -173,6 +173,17 @@ impl Preconditioner {
         }
     }
 
+    /// The same on a sheet that may be spread over ranks, of which `rows` vertices are here: there it is multigrid over all
+    /// of them where the program has one.
+    pub(super) fn over(self, reduction: &Reduction, rows: usize, moving: bool) -> Self {
+        let spread = reduction.distribution().is_some() && self == Self::Auto;
+        match linear_solvers::find(DISTRIBUTED) {
+            Some(_) if spread => Self::Registered(DISTRIBUTED),
+            None if spread => Self::Factor,
+            _ => self.on(whole(reduction.count(rows)), moving),
+        }
+    }
+
     /// In words, for reports.
     pub(super) fn words(self) -> &'static str {
         match self {
@@ -213,6 +224,9 @@ impl FactorPrecision {
         }
     }
 }
+
+/// The name of the solver that [`Preconditioner::Auto`] is over ranks, where the program has it.
+const DISTRIBUTED: &str = "gamg";
 
 /// Vertices up to which a factor costs little: [`FactorPrecision::Auto`] is double precision, and it is
 /// renewed often.

@@ -88,7 +88,11 @@ impl Lbfgs {
         mechanics: &Mechanics,
     ) -> Result<(), Malformed> {
         let Memory { multigrid, weight, shift, refresh, learnt, factor } = memory;
+        let reduction = mechanics.sheet().reduction();
         self.kind = match self.options.preconditioner {
+            auto @ Preconditioner::Auto if reduction.distribution().is_some() => {
+                auto.over(reduction, mechanics.sheet().vertex_count(), false)
+            }
             Preconditioner::Auto if multigrid => Preconditioner::Multigrid,
             Preconditioner::Auto => Preconditioner::Factor,
             chosen => chosen,
