@@ -24,7 +24,7 @@ pub(super) struct CompareArgs {
     #[arg(long = "integrator", value_name = "NAME|TABLE")]
     integrators: Vec<String>,
     /// Directory for the results, one folder per member; by default the scene's name with the time.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the results of an earlier comparison in that directory.
     #[arg(long)]

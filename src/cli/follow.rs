@@ -35,27 +35,27 @@ pub(super) struct FollowArgs {
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// Time at which ramps and growth are evaluated; by default the end of the scene's time.
-    #[arg(long, value_name = "T", value_parser = finite)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = finite)]
     time: Option<f64>,
     /// Most steps of a branch.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
     steps: u16,
     /// Arc length of the first step; 1 is the whole range of the key without displacement.
-    #[arg(long, value_name = "H", default_value_t = 0.02, value_parser = positive)]
+    #[arg(long, value_name = "H", default_value_t = 0.02, allow_hyphen_values = true, value_parser = positive)]
     first_step: f64,
     /// Arc length of the longest step.
-    #[arg(long, value_name = "H", default_value_t = 0.1, value_parser = positive)]
+    #[arg(long, value_name = "H", default_value_t = 0.1, allow_hyphen_values = true, value_parser = positive)]
     longest_step: f64,
     /// Root mean square displacement that counts as much as the whole range of the key; by default a tenth of the square
     /// root of the sheet's area.
-    #[arg(long, value_name = "L", value_parser = positive)]
+    #[arg(long, value_name = "L", allow_hyphen_values = true, value_parser = positive)]
     length: Option<f64>,
     /// Follow the other branches at the first N bifurcations as well; 1 if no number is given.
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", default_value_t = 0,
-          hide_default_value = true)]
-    switch: u16,
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1",
+          value_parser = clap::value_parser!(u16).range(1..))]
+    switch: Option<u16>,
     /// With `--switch`: follow those branches both ways.
-    #[arg(long)]
+    #[arg(long, requires = "switch")]
     both_ways: bool,
     /// What the diagram shows: displacement, mean-x, mean-y, mean-z, height, area, volume. The table has all.
     #[arg(long, value_name = "MEASURE", default_value = "displacement")]
@@ -73,7 +73,7 @@ pub(super) struct FollowArgs {
 
 const EXAMPLES: &str = "\
 Examples:
-  rumple follow arch.toml --along effect.load.force.per-area[2] --from 0 --to -2e-4 -o arch
+  rumple follow arch.toml --along effect.load.force.per-area[2] --from 0 --to -2e-3 -o arch
   rumple follow strip.toml --along effect.load.force.per-length[0] --to -0.5 --switch -o column
   rumple follow shell.toml --along effect.pressure.value --from 0 --to -1 --measure volume
 
@@ -131,10 +131,10 @@ fn request(args: &FollowArgs) -> Request {
         within: args.within.as_ref().and_then(|ends| Some([*ends.first()?, *ends.get(1)?])),
         time: args.time,
         steps: args.steps.into(),
-        first_step: args.first_step.min(args.longest_step),
+        first_step: args.first_step,
         longest_step: args.longest_step,
         length: args.length,
-        switch: args.switch.into(),
+        switch: args.switch.unwrap_or(0).into(),
         both_ways: args.both_ways,
         measure: args.measure,
     }

@@ -23,7 +23,7 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Directory for the results; by default the scene's name with the time.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Start from a state: points are positions, arrays are species by name; the time begins at 0.
     #[arg(long, value_name = "FILE")]

@@ -119,8 +119,14 @@ fn set(
                 followed[done] = Segment::Index(at);
                 &mut items[at]
             }
-            (Value::Table(_), Segment::Index(_)) => {
-                let message = format!("{} is a table, not a list", here());
+            (Value::Table(entries), Segment::Index(_)) => {
+                let message = match entries.is_empty() {
+                    true => format!(
+                        "the scene gives no list {}: one element of it cannot be set alone",
+                        here()
+                    ),
+                    false => format!("{} is a table, not a list", here()),
+                };
                 return Err(Problem::at(place.clone(), message));
             }
             (other, _) => {

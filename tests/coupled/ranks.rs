@@ -281,7 +281,7 @@ fn parts_make_up_the_sheet() {
         let most = parts.iter().map(|part| part.sheet.reduction().owned(part.vertices.len())).max();
         assert!(most.unwrap() <= whole.vertex_count().div_ceil(size) + 1);
     }
-    let few = generate(&Shape::Disc { radius: 1.0 }, 20, 1).unwrap();
+    let few = generate(&Shape::Disc { radius: 1.0 }, 50, 1).unwrap();
     let rank = ThreadRank::all(100).remove(0);
     let error = Part::cut(&few, rank).unwrap_err().to_string();
     assert!(error.contains("100 ranks"), "{error}");

@@ -83,7 +83,7 @@ pub(super) struct PlanArgs {
 #[derive(Debug, Args)]
 pub(super) struct HowArgs {
     /// Directory for the results; by default named after the scene and the command.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
     /// Members at once; by default as many as there are cores for their --threads, which are 1 each if
     /// not given. Never more than fit into memory.

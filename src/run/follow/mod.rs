@@ -66,6 +66,26 @@ pub struct Request {
     pub measure: Measure,
 }
 
+impl Request {
+    /// Refuses a range and steps that mean nothing for a branch that begins at `from`.
+    fn check(&self, from: f64) -> Result<()> {
+        let Self { to, within, first_step, longest_step, .. } = *self;
+        if let Some([least, largest]) = within
+            && !(least <= from.min(to) && from.max(to) <= largest)
+        {
+            return Err(Error::Refused(format!(
+                "--within {least} {largest}: the range is to hold the whole way from {from} to {to}, the least value first"
+            )));
+        }
+        if first_step > longest_step {
+            return Err(Error::Refused(format!(
+                "--first-step {first_step} is longer than --longest-step {longest_step}"
+            )));
+        }
+        Ok(())
+    }
+}
+
 /// What is told while branches are followed.
 #[derive(Debug, Clone, Copy)]
 pub enum News<'a> {
@@ -118,6 +138,7 @@ impl Follow {
                 format!("--from and --to are both {to}: a branch needs a range of {along}");
             return Err(Error::Refused(message));
         }
+        request.check(from)?;
         let scene = Scene::varied_by(file, set, &key.set(from), key::OPTION)?;
         if !scene.kinetics.is_empty() {
             let message = "branches are those of mechanical equilibria, and this scene has species";
@@ -129,7 +150,19 @@ impl Follow {
             let message = "no effect of the scene has an energy: every shape is an equilibrium";
             return Err(scene.error_at("effect", message, None).into());
         }
+        if let Some(term) = simulation.model().internal().first() {
+            let message = format!(
+                "branches are those of elastic equilibria, and the shape at rest of this scene changes with its history: {}",
+                term.name()
+            );
+            let help = "leave out remodelling";
+            return Err(scene.error_at("effect", &message, Some(help)).into());
+        }
         continuation::check(simulation.model().mechanics())?;
+        if request.measure == Measure::Volume && simulation.sheet().boundary().contains(&true) {
+            let message = "--measure volume: this sheet is open and encloses none; try height";
+            return Err(Error::Refused(message.into()));
+        }
         let time = match request.time {
             Some(time) if key.is_time => {
                 let message =
@@ -283,7 +316,27 @@ impl Walk<'_> {
                 points.into_iter().filter(|point| matches!(point.event, Event::Bifurcation(_))),
             );
         }
+        self.tell_end();
         Ok(bifurcations)
+    }
+
+    /// Says where the branch ended, and why.
+    fn tell_end(&mut self) {
+        let Request { along, to, steps, .. } = self.request;
+        let (number, last) = (self.found.branches, self.branch.point().parameter);
+        let at = six_digits(last);
+        let text = if !self.branch.has_ended() {
+            format!(
+                "branch {number}: stops at {along} = {at} after {steps} steps; --steps lets it go on"
+            )
+        } else if last == *to {
+            format!("branch {number}: reaches {along} = {at}")
+        } else {
+            format!(
+                "branch {number}: leaves the range at {along} = {at}, and not at {to}; --within lets it go on"
+            )
+        };
+        (self.listener)(News::Event(&text));
     }
 
     /// Records `points`.

@@ -138,7 +138,9 @@ pub fn check(mechanics: &Mechanics) -> Result<(), SolveError> {
     if let Some(name) = mechanics.constraint_names().next() {
         return refuse(name, "it is a constraint, whose multiplier is no unknown of a branch");
     }
-    let pairs = |term: &EnergyTerm| term.coupling().pairs || term.coupling().limits_steps;
+    let pairs = |term: &EnergyTerm| {
+        term.coupling().pairs || term.coupling().limits_steps || term.is_contact()
+    };
     match mechanics.terms().iter().position(pairs) {
         Some(k) => refuse(
             mechanics.names().nth(k).unwrap_or_default(),
