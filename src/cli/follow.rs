@@ -40,9 +40,10 @@ pub(super) struct FollowArgs {
     /// Most steps of a branch.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
     steps: u16,
-    /// Arc length of the first step; 1 is the whole range of the key without displacement.
-    #[arg(long, value_name = "H", default_value_t = 0.02, allow_hyphen_values = true, value_parser = positive)]
-    first_step: f64,
+    /// Arc length of the first step; 1 is the whole range of the key without displacement. If not given 0.02, or the longest
+    /// step.
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = positive)]
+    first_step: Option<f64>,
     /// Arc length of the longest step.
     #[arg(long, value_name = "H", default_value_t = 0.1, allow_hyphen_values = true, value_parser = positive)]
     longest_step: f64,
@@ -70,6 +71,9 @@ pub(super) struct FollowArgs {
     #[arg(long)]
     quiet: bool,
 }
+
+/// Arc length of the first step, if neither it nor a shorter longest one is given.
+const FIRST_STEP: f64 = 0.02;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -131,7 +135,7 @@ fn request(args: &FollowArgs) -> Request {
         within: args.within.as_ref().and_then(|ends| Some([*ends.first()?, *ends.get(1)?])),
         time: args.time,
         steps: args.steps.into(),
-        first_step: args.first_step,
+        first_step: args.first_step.unwrap_or(FIRST_STEP.min(args.longest_step)),
         longest_step: args.longest_step,
         length: args.length,
         switch: args.switch.unwrap_or(0).into(),
