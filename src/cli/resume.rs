@@ -74,7 +74,8 @@ fn go_on(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> 
     let outcome = continued(&mut resumed, &directory, &mut progress, interrupt, &mut []);
     progress.finish();
     let resume::Resumed { scene, notes, .. } = resumed;
-    let report = super::view::report(&root, scene.output.report);
+    let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
+    let report = super::view::report(&root, scene.output.report && first);
     let done = outcome?;
     if quiet {
         notes.iter().for_each(|note| super::warn(note));

@@ -74,7 +74,8 @@ fn run_here(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> 
     let interrupt = Interrupt::install()?;
     let directory = directory(&root, args.force, ranks.as_deref())?;
     let outcome = work(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
-    let report = super::view::report(&root, scene.output.report);
+    let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
+    let report = super::view::report(&root, scene.output.report && first);
     let done = outcome?;
     if !args.quiet {
         print_summary(&done, &directory, scene.output.format);

@@ -100,7 +100,7 @@ fn abort_on_panic() {
     }));
 }
 
-/// How long a rank that ends waits for the others before it ends them.
+/// How long a rank with an error waits for the others before it ends them.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// All ranks of an MPI program.
@@ -115,12 +115,12 @@ unsafe impl Sync for World {}
 
 impl World {
     /// Ends the ranks together with what each has to say: the worst exit code, and on the first rank the texts, each once.
-    /// Where the others do not come, they are ended.
+    /// Where a rank has an error that the others do not know of, and wait for it elsewhere, they are ended.
     pub fn conclude(&self, code: u8, text: &str) -> (u8, Vec<String>) {
-        if !self.all_arrive() {
-            if !text.is_empty() {
-                eprintln!("rank {}: {text}", self.rank());
-            }
+        // Without an error it waits as long as another one takes to write its results.
+        let patience = if text.is_empty() { Duration::MAX } else { PATIENCE };
+        if !self.all_arrive(patience) {
+            eprintln!("rank {}: {text}", self.rank());
             self.communicator.abort(i32::from(code.max(1)));
         }
         let mut worst = [f64::from(code)];
@@ -142,12 +142,12 @@ impl World {
     }
 
     /// Whether all ranks come to this place in time.
-    fn all_arrive(&self) -> bool {
+    fn all_arrive(&self, patience: Duration) -> bool {
         let (began, mut request) = (Instant::now(), self.communicator.immediate_barrier());
         loop {
             match request.test() {
                 Ok(_) => return true,
-                Err(pending) if began.elapsed() > PATIENCE => {
+                Err(pending) if began.elapsed() > patience => {
                     // All are ended next.
                     std::mem::forget(pending);
                     return false;
