@@ -4,7 +4,7 @@
     benches/isolation.py [TIMES]      pairs of runs of each scene (5)
 
 Processor time is that of the run and of the processes of its plugins; wall time is what one waits. Ratios are medians over
-the pairs, with the least and the largest. Needs `cargo build --release --workspace`; RUMPLE is another program.
+the pairs, with the least and the largest. Needs `cargo build --release`; RUMPLE is another program.
 """
 
 import os

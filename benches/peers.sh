@@ -30,7 +30,7 @@ if ((${#packages[@]})); then
     apt-get update -qq
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
 fi
-cargo build --release --workspace
+cargo build --release
 mkdir -p target/peers
 gcc -O3 -march=native benches/peers/cvode.c -o target/peers/cvode \
     -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense -lm

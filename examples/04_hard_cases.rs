@@ -2,7 +2,7 @@
 //! and held against what is expected of it.
 //!
 //! ```sh
-//! cargo build --release --workspace
+//! cargo build --release
 //! cargo run --release --example 04_hard_cases             # all but the slow ones, some minutes
 //! cargo run --release --example 04_hard_cases steep flat  # these cases
 //! cargo run --release --example 04_hard_cases --slow      # all; some minutes more

@@ -8,6 +8,8 @@ scene=models/model-i/small.toml
 result=target/check/small
 array=c
 venv=target/venv
+# What wants MPI has a section of its own.
+most=(--workspace --exclude rumple-ranks)
 
 heading() { printf '\n=== %s ===\n' "$*"; }
 
@@ -63,20 +65,20 @@ heading "format"
 cargo fmt --all --check
 
 heading "build, plugins included"
-cargo build --release --workspace
+cargo build --release "${most[@]}"
 
 heading "lints"
-cargo clippy --release --workspace --all-targets -- -D warnings
+cargo clippy --release "${most[@]}" --all-targets -- -D warnings
 
 heading "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
+RUSTDOCFLAGS="-D warnings" cargo doc --release "${most[@]}" --no-deps
 
 heading "the book, with its links"
 NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdocs.yml
 
 heading "tests"
 # Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.
-env --default-signal=INT,QUIT,HUP cargo test --release --workspace
+env --default-signal=INT,QUIT,HUP cargo test --release "${most[@]}"
 
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
@@ -129,7 +131,8 @@ tests/scripts/python.sh
 heading "one sheet over ranks"
 if pkg-config --exists PETSc && command -v mpirun >/dev/null; then
     cp target/release/rumple target/check/rumple
-    cargo clippy --release --features mpi --bin rumple -- -D warnings
+    cargo clippy --release --features mpi --bin rumple --package rumple --package rumple-ranks -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --release --package rumple-ranks --no-deps
     cargo build --release --features mpi --bin rumple
     cp target/release/rumple target/check/rumple-mpi
     cp target/check/rumple target/release/rumple

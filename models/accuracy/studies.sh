@@ -5,7 +5,7 @@
 #     models/accuracy/studies.sh               lists the studies
 #
 # Reports, tables and plots go to results/accuracy/NAME (STUDIES=DIR for another folder); what is complete is not made
-# again. CHECK=1 only checks that every scene can be run. Run from anywhere; needs `cargo build --release --workspace`.
+# again. CHECK=1 only checks that every scene can be run. Run from anywhere; needs `cargo build --release`.
 set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 rumple="${RUMPLE:-$here/target/release/rumple}"

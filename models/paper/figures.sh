@@ -6,7 +6,7 @@
 #
 # Results and pictures go to results/paper (FIGURES=DIR for another folder); of sweeps, NAME/pictures.png. A run that
 # is complete is not repeated, unless its scene or its keys have changed; after a change of the program remove its
-# folder. CHECK=1 only checks that every scene can be run. Run from anywhere; needs `cargo build --release --workspace`
+# folder. CHECK=1 only checks that every scene can be run. Run from anywhere; needs `cargo build --release`
 # and what `tests/run.sh` installs (ParaView, Python with VTK).
 set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"

@@ -93,7 +93,7 @@ impl PetscSolver {
         let world = with_petsc(&OPTIONS).map_err(LinearError::new)?;
         let reduction = pattern.reduction();
         let owned = reduction.owned(pattern.rows());
-        let numbers = numbers(&*world, reduction, pattern.rows(), owned);
+        let numbers = numbers(&world, reduction, pattern.rows(), owned);
         let before = numbers.first().map_or(0, |n| whole(*n));
         let mut made = Self {
             world,

@@ -163,7 +163,7 @@ pub fn start(defaults: &[(&str, &str)]) -> Result<(), Error> {
             let message = format!(
                 "PETSc has indices of {} bits, and this program was built for {}: build it {} the feature mpi64",
                 8 * width,
-                8 * size_of::<PetscInt>(),
+                PetscInt::BITS,
                 if width == 8 { "with" } else { "without" }
             );
             return Err(Error(message));

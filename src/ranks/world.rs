@@ -133,8 +133,7 @@ impl World {
         let texts = texts.iter().map(|text| String::from_utf8_lossy(text).into_owned());
         let mut all: Vec<String> = Vec::new();
         for (rank, text) in texts.enumerate().filter(|(_, text)| !text.is_empty()) {
-            let told = all.iter().any(|told| *told == text);
-            if !told {
+            if !all.contains(&text) {
                 all.push(if rank == 0 { text } else { format!("rank {rank}: {text}") });
             }
         }

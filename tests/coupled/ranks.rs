@@ -91,9 +91,10 @@ impl Communicator for ThreadRank {
     }
 
     fn all_gather(&self, bytes: &[u8]) -> Vec<Vec<u8>> {
-        let values: Vec<f64> = bytes.iter().map(|b| f64::from(*b)).collect();
+        // A number a byte, and back by its bits.
+        let values: Vec<f64> = bytes.iter().map(|b| f64::from_bits(u64::from(*b))).collect();
         let all = self.gathered(&values).into_iter();
-        all.map(|values| values.into_iter().map(|v| v as u8).collect()).collect()
+        all.map(|values| values.iter().map(|v| v.to_bits().to_le_bytes()[0]).collect()).collect()
     }
 }
 

@@ -79,18 +79,16 @@ fn merged(pieces: Vec<Surface>) -> Result<Surface, String> {
         each.map(|p| (row(&mut points, p.points.len()), row(&mut cells, p.triangles.len())))
             .collect()
     });
-    let count = |of: &dyn Fn(&(Vec<usize>, Vec<usize>)) -> Option<usize>| {
-        places.iter().filter_map(of).max().map_or(0, |last| last + 1)
-    };
-    let points = count(&|(vertices, _)| vertices.iter().max().copied());
-    let cells = count(&|(_, triangles)| triangles.iter().max().copied());
+    let (vertices, triangles): (Vec<_>, Vec<_>) = places.into_iter().unzip();
+    let count = |all: &[Vec<usize>]| all.iter().flatten().max().map_or(0, |last| last + 1);
+    let (points, cells) = (count(&vertices), count(&triangles));
     let held: usize = pieces.iter().map(|piece| piece.points.len() + piece.triangles.len()).sum();
     if points + cells > held {
         return Err("its pieces do not hold all numbers of vertices and triangles".into());
     }
     let mut whole = Surface { points: vec![Vec3::repeat(f64::NAN); points], ..Surface::default() };
     whole.triangles = vec![[u32::MAX; 3]; cells];
-    for (piece, (vertices, triangles)) in pieces.iter().zip(&places) {
+    for (piece, (vertices, triangles)) in pieces.iter().zip(vertices.iter().zip(&triangles)) {
         for (point, &v) in piece.points.iter().zip(vertices) {
             whole.points[v] = *point;
         }
@@ -104,7 +102,6 @@ fn merged(pieces: Vec<Surface>) -> Result<Surface, String> {
     {
         return Err("its pieces do not hold all vertices and triangles that they number".into());
     }
-    let (vertices, triangles): (Vec<_>, Vec<_>) = places.into_iter().unzip();
     whole.point_arrays = arrays(points, &pieces, |piece| &piece.point_arrays, &vertices);
     whole.cell_arrays = arrays(cells, &pieces, |piece| &piece.cell_arrays, &triangles);
     (whole.time, whole.notes) = (pieces[0].time, pieces[0].notes.clone());
