@@ -63,7 +63,7 @@ def editor():
         for right, wrong in [
             ("", ""),
             ("thickness =", "thicknes ="),
-            ("young = 1e3", 'young = "soft"'),
+            ("poisson = 0.3333333333333333", 'poisson = "soft"'),
             ('kind = "bending"', 'kind = "bendin"'),
         ]:
             assert right in good
