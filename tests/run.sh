@@ -28,9 +28,6 @@ command -v xauth >/dev/null || packages+=(xauth)
 command -v chromium >/dev/null || command -v google-chrome >/dev/null || packages+=(chromium)
 command -v python3 >/dev/null && python3 -c 'import venv, ensurepip' 2>/dev/null \
     || packages+=(python3 python3-venv)
-# Ranks: left out where these packages are not to be had.
-mpi=(libpetsc-real-dev libopenmpi-dev openmpi-bin libclang-dev)
-command -v mpirun >/dev/null && pkg-config --exists PETSc 2>/dev/null || packages+=("${mpi[@]}")
 # The tests with Slurm need root; without it they are left out.
 if ((EUID == 0)); then
     PATH="$PATH:/usr/sbin"
@@ -38,20 +35,24 @@ if ((EUID == 0)); then
         command -v "${pair%%:*}" >/dev/null || packages+=("${pair##*:}")
     done
 fi
-if ((${#packages[@]})); then
-    root=()
+install() {
+    local root=()
     if ((EUID != 0)); then
         command -v sudo >/dev/null || {
-            echo "please install: ${packages[*]}" >&2
-            exit 1
+            echo "please install: $*" >&2
+            return 1
         }
         root=(sudo)
     fi
-    echo "installing ${packages[*]}"
+    echo "installing $*"
     "${root[@]}" apt-get update -qq
     "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
-fi
+        apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+}
+((${#packages[@]} == 0)) || install "${packages[@]}"
+has_mpi() { command -v mpirun && pkg-config --exists PETSc; } >/dev/null 2>&1
+has_mpi || install pkg-config libpetsc-real-dev libopenmpi-dev openmpi-bin libclang-dev \
+    || echo "the tests over ranks are left out: there is no PETSc, or no MPI"
 if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema, ipctk' 2>/dev/null; then
     echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema, taplo and ipctk"
     rm -rf "$venv"
@@ -129,7 +130,7 @@ heading "the Python module"
 tests/scripts/python.sh
 
 heading "one sheet over ranks"
-if pkg-config --exists PETSc && command -v mpirun >/dev/null; then
+if has_mpi; then
     cp target/release/rumple target/check/rumple
     cargo clippy --release --package rumple-ranks -- -D warnings
     cargo build --release --features mpi --bin rumple

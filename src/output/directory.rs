@@ -129,7 +129,7 @@ impl ResultDirectory {
         Self::checkpoints_in(&self.root)
     }
 
-    /// The same of a directory that somebody else may write to.
+    /// The same of a directory that is not claimed.
     ///
     /// # Errors
     /// As for [`Self::checkpoints_found`].

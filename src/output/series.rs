@@ -90,7 +90,7 @@ impl Series {
         Ok(series)
     }
 
-    /// Goes on after frames of these times whose pieces other ranks wrote.
+    /// Continues after frames of these times whose pieces other ranks wrote.
     #[must_use]
     pub fn after_those_of_others(self, times: Vec<f64>, digests: Vec<u64>) -> Self {
         Self { times, digests, ..self }

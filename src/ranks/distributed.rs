@@ -78,7 +78,7 @@ pub struct PetscSolver {
     prefix: &'static str,
 }
 
-// SAFETY: objects of PETSc are used by whoever has the solver, one thread at a time.
+// SAFETY: objects of PETSc are used by the owner of the solver, one thread at a time.
 unsafe impl Send for PetscSolver {}
 
 impl PetscSolver {
@@ -254,6 +254,11 @@ impl PetscSolver {
         unsafe {
             ok(p::KSPSolve(self.solver, self.rhs, self.solution))?;
             ok(p::KSPGetConvergedReason(self.solver, &raw mut reason))?;
+        }
+        if reason < 0 && reason != p::KSP_DIVERGED_ITS {
+            return Err(Error(format!(
+                "the linear solver of PETSc failed: KSPConvergedReason {reason}"
+            )));
         }
         self.with(self.solution, |values| {
             for (to, values) in rhs.iter_mut().zip(values.chunks_exact(self.axes)) {

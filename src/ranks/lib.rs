@@ -7,4 +7,4 @@ pub mod distributed;
 mod petsc;
 mod world;
 
-pub use world::{World, abort, end, is_launched, world};
+pub use world::{World, end, is_launched, world};

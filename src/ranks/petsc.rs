@@ -38,6 +38,8 @@ pub const INSERT_VALUES: c_int = 1;
 pub const MAT_FINAL_ASSEMBLY: c_int = 0;
 pub const MAT_SPD: c_int = 15;
 pub const PETSC_TRUE: c_int = 1;
+/// The most iterations were made: good enough for a preconditioner.
+pub const KSP_DIVERGED_ITS: c_int = -3;
 /// The code of `PetscInt` among data types.
 const PETSC_INT: c_int = 16;
 

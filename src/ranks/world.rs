@@ -84,7 +84,7 @@ pub fn end() {
 }
 
 /// Ends all ranks with `code`: where one cannot go on, and others would wait for it.
-pub fn abort(code: i32) -> ! {
+fn abort(code: i32) -> ! {
     match WORLD.get() {
         Some(world) => world.communicator.abort(code),
         None => std::process::exit(code),

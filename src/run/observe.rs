@@ -142,7 +142,7 @@ impl Observer for Frames {
                 None => self.series.push(&frame)?,
                 Some(ranks) => {
                     let piece = Piece::of(sheet, &frame);
-                    let written = self.series.push(&piece.frame(&frame));
+                    let written = self.series.push(&piece.frame(sheet, &frame));
                     ranks::agreed(Some(&*ranks.communicator), written.map_err(Error::from))?
                 }
             };

@@ -140,11 +140,10 @@ fn on(
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
-    let whole = of.as_ref().map_or(&*sheet, |(whole, _)| whole);
-    stepper.state = start::state(scene, whole, &model)?;
-    if let Some((_, part)) = &of {
-        super::ranks::restrict(part, &mut stepper.state);
-    }
+    stepper.state = match &of {
+        None => start::state(scene, &sheet, &model)?,
+        Some((whole, part)) => super::ranks::restricted(part, start::state(scene, whole, &model)?),
+    };
     let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     built.end(stepper.model().tally());

@@ -108,10 +108,11 @@ fn restore(
     whole: Option<State>,
     simulation: &mut Simulation,
 ) -> Result<(), Malformed> {
-    let Some(mut state) = whole else { return checkpoint.restore(simulation) };
-    if let Some(Spread { part, .. }) = &simulation.spread {
-        ranks::restrict(part, &mut state);
-    }
+    let Some(whole) = whole else { return checkpoint.restore(simulation) };
+    let state = match &simulation.spread {
+        None => whole,
+        Some(Spread { part, .. }) => ranks::restricted(part, whole),
+    };
     checkpoint.go_on_from(state, simulation);
     Ok(())
 }

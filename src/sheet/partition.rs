@@ -13,7 +13,7 @@
 use std::sync::Arc;
 
 use rumple_numerics::Vec3;
-use rumple_numerics::num::{index, real};
+use rumple_numerics::num::index;
 use rumple_numerics::reduction::{Communicator, Distribution, Points, Reduction};
 
 use super::topology::Share;
@@ -141,13 +141,6 @@ impl Part {
         }
         surface.points = self.vertices.iter().map(|&v| surface.points[v as usize]).collect();
         surface.triangles = self.sheet.triangles().to_vec();
-    }
-
-    /// Share of its vertices that it does not own.
-    #[must_use]
-    pub fn ghost_share(&self) -> f64 {
-        let owned = self.sheet.reduction().owned(self.vertices.len());
-        1.0 - real(owned) / real(self.vertices.len().max(1))
     }
 }
 

@@ -19,6 +19,7 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 PATIENCE = 300
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
@@ -64,6 +65,34 @@ value = 0.05
 {more}
 """
 
+SPHERE = """
+sheet = {{ shape = "sphere", radius = 10.0, vertices = 400 }}
+material = {{ young = 1e3, poisson = 0.3, thickness = 0.5 }}
+time = {{ until = 0.5 }}
+output = {{ every = 0.25, fields = ["c", "mean_curvature"] }}
+equilibrium = {{ method = "lbfgs", tolerance = 1e-9, preconditioner = "{preconditioner}" }}
+
+[kinetics]
+rates = {{ c = "0.5 + 0.5*tanh(z/3) - c" }}
+initial = {{ c = 0.0 }}
+length_factor = "1 + 0.1*c"
+
+[[effect]]
+kind = "stretching"
+
+[[effect]]
+kind = "bending"
+
+[[effect]]
+kind = "volume"
+stiffness = 10.0
+
+[[effect]]
+kind = "diffusion"
+species = "c"
+coefficient = 1.0
+"""
+
 USUAL = dict(vertices=600, until=0.5, every=0.25, policy="quasi-static", preconditioner="gamg", more="")
 
 
@@ -83,9 +112,9 @@ def run(ranks, *arguments, code=0):
     return said
 
 
-def scene(name, **changes):
+def scene(name, of=DOME, **changes):
     path = OUT / f"{name}.toml"
-    path.write_text(DOME.format(**(USUAL | changes)))
+    path.write_text(of.format(**(USUAL | changes)))
     return path
 
 
@@ -155,6 +184,10 @@ def effects():
         "flux": 'kind = "flux"\nspecies = "c"\nwhere = "rim"\nvalue = 0.1',
         "hold": 'kind = "hold"\nspecies = "c"\nwhere = "rim"\nvalue = 0.2',
         "active-tension": 'kind = "active-tension"\nvalue = 5.0',
+        "along-normal": 'kind = "load"\nwhere = { half-space = { point = [3, 0, 0], normal = [1, 0, 0] } }\nforce = { along-normal = 0.02 }',
+        "exchange": 'kind = "exchange"\nspecies = "c"\nwhere = "rim"\nrate = 1.0\nreference = 0.5',
+        "advection": 'kind = "advection"\nspecies = "c"\nvelocity = ["-y", "x", "0"]',
+        "directed-growth": 'kind = "directed-growth"\nfibre = ["1", "0", "0"]',
         "vertices": 'kind = "load"\nwhere = { vertices = [0, 7, 150] }\nforce = { total = [0, 0, 1] }',
     }
     variants = {
@@ -172,6 +205,23 @@ def effects():
         run(0, "run", path, *sets, "--set", "equilibrium.preconditioner=\"factor\"", "--out", OUT / f"{name}-one")
         run(3, "run", path, *sets, "--out", OUT / name)
         compare(OUT / f"{name}-one", OUT / name, 2, 5e-6, f"{name}, 3 ranks")
+
+
+def closed():
+    """A sphere, which nothing holds, with a volume: exact solvers, as rigid motions are free."""
+    run(0, "run", scene("sphere-one", SPHERE, preconditioner="factor"), "--out", OUT / "sphere-one")
+    run(3, "run", scene("sphere", SPHERE, preconditioner="mumps"), "--out", OUT / "sphere")
+    compare(OUT / "sphere-one", OUT / "sphere", 2, 1e-6, "sphere with a volume, 3 ranks")
+
+
+def plugin():
+    """Model I as a plugin."""
+    path = ROOT / "models" / "model-i" / "small.toml"
+    sets = ["--set", "sheet.vertices=500", "--set", "time.until=0.5", "--set", "output.every=0.5",
+            "--set", "output.fields=[\"c\", \"mean_curvature\"]"]
+    run(0, "run", path, *sets, "--out", OUT / "plugin-one")
+    run(2, "run", path, *sets, "--out", OUT / "plugin")
+    compare(OUT / "plugin-one", OUT / "plugin", 1, 2e-3, "Model I by its plugin, 2 ranks")
 
 
 def from_a_frame():
@@ -243,7 +293,7 @@ if __name__ == "__main__":
     RUMPLE, OUT = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
-    for test in [same_as_one_process, other_linear_solvers, effects, from_a_frame, resumed, refused, killed]:
+    for test in [same_as_one_process, other_linear_solvers, effects, closed, plugin, from_a_frame, resumed, refused, killed]:
         print(f"--- {test.__name__.replace('_', ' ')}", flush=True)
         test()
     print("all passed")

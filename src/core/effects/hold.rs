@@ -107,7 +107,7 @@ fn triangles(
     let inside = all.filter(|(_, corners)| corners.iter().all(|v| chosen[*v as usize]));
     let mean = |corners: &[u32; 3]| corners.iter().map(|v| value[*v as usize]).sum::<f64>() / 3.0;
     let points: Vec<(usize, f64)> = inside.map(|(t, corners)| (t, mean(corners))).collect();
-    if points.is_empty() {
+    if !sheet.reduction().any(!points.is_empty()) {
         return Err(EffectError {
             key: "where",
             message: "no triangle has all corners in the region of this hold, and species on faces have no \

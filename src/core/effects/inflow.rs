@@ -179,6 +179,7 @@ fn facets(
 ) -> Result<Vec<(Facet, usize)>, EffectError> {
     let chosen = through.region.choose(sheet, effect)?;
     let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
+    let rim = sheet.reduction().all(rim);
     let per = through.per.unwrap_or(if rim { Per::Length } else { Per::Area });
     let inside = |v: &u32| chosen[*v as usize];
     let (facets, message, help): (Vec<_>, _, _) = match per {
@@ -203,7 +204,7 @@ fn facets(
             )
         }
     };
-    if facets.is_empty() {
+    if !sheet.reduction().any(!facets.is_empty()) {
         return Err(EffectError { key: "where", message, help: Some(help.into()) });
     }
     Ok(facets)

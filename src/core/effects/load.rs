@@ -149,7 +149,7 @@ impl DeadLoad {
                 }
             }
         }
-        if carriers > 0 {
+        if sheet.reduction().any(carriers > 0) {
             return Ok(Self { force: on, factor: Factor::default() });
         }
         let (part, help) = match force {

@@ -13,7 +13,7 @@
 //! and Kirchhoff read l̄, three lengths a triangle being all of its metric: for small strains the strain tensor
 //! of a triangle, and with it the stress, its shear and its trace alike, relaxes with the one time τ. With a yield
 //! strain each edge yields by its own strain, so that the yield stress of the sheet depends on the directions of the
-//! edges. At large strains, creep goes on as long as the load does, and the optimal lengths of a triangle may come to make
+//! edges. At large strains, creep continues as long as the load acts, and the optimal lengths of a triangle may come to make
 //! none.
 //!
 //! Reference: Maxwell, Phil. Trans. R. Soc. 157 (1867) 49, doi:10.1098/rstl.1867.0004; rest lengths that flow, e.g. Noll,

@@ -41,7 +41,7 @@ fn declared(term: &dyn Internal, initial: &[f64]) -> Option<&'static str> {
     } else if !positive(term.typical()) {
         Some("the change that matters is not a number > 0")
     } else if !initial.iter().all(usable) {
-        Some("an initial value is no finite number, or a length factor that is not positive")
+        Some("an initial value is not finite, or a length factor not positive")
     } else if !(bound >= 0.0 && bound.is_finite()) {
         Some("the spectral bound is not a number from 0")
     } else {

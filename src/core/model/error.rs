@@ -45,7 +45,7 @@ pub enum ModelError {
         /// The time.
         time: f64,
     },
-    /// An internal variable of an effect that is no number, or a length factor that is not positive.
+    /// An internal variable of an effect that is not finite, or a length factor that is not positive.
     #[error("the internal variable {name} becomes {value} at {} {place} at time {time}; it must be {range}", location.noun())]
     Internal {
         /// Its name.

@@ -1,6 +1,8 @@
 //! The energy landscape at fixed optimal lengths and time: U(x), or L(x) with constraints; with an
 //! anchor what one step under drag makes of it.
 
+mod contact;
+
 use std::sync::Arc;
 
 use super::constraint::Constraints;
@@ -9,8 +11,8 @@ use super::error::ModelError;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
 use crate::Vec3;
-use crate::effects::{HessianPart, LowRank, Pins, Touching, Work};
-use crate::geometry::{Conditions, Face, RestMetric, Shape, sum_at_corners};
+use crate::effects::{HessianPart, LowRank, Pins, Work};
+use crate::geometry::{Conditions, RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
 use crate::parallel;
 use crate::reduction::Reduction;
@@ -438,40 +440,6 @@ impl Potential {
         let mut blocked = [-share];
         self.reduction().maxima(&mut blocked);
         -blocked[0]
-    }
-
-    /// What touches at `x` by effect number `which`.
-    pub fn touching(&mut self, which: usize, x: &[Vec3]) -> Option<Touching> {
-        let Self { mechanics, metric, time, work, .. } = self;
-        let shape = Shape { sheet: mechanics.sheet(), metric, time: *time, x };
-        Some(mechanics.terms().get(which)?.touching(&shape, work.get_mut(which)?))
-    }
-
-    /// The force per current area of the vertices that effects of contact exert at `x`.
-    pub fn contact_pressure(&mut self, x: &[Vec3]) -> Vec<f64> {
-        let mechanics = Arc::clone(&self.mechanics);
-        let mut force = vec![Vec3::zeros(); x.len()];
-        for k in mechanics.contacts() {
-            let of = self.force_of(k, x);
-            parallel::update(&mut force, |i, f| *f += of[i]);
-        }
-        let sheet = mechanics.sheet();
-        let mut area = vec![0.0; x.len()];
-        let face = |t: usize| Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area;
-        sum_at_corners(sheet, |t| face(t) / 3.0, &mut area);
-        force.iter().zip(&area).map(|(f, a)| if *a > 0.0 { f.norm() / a } else { 0.0 }).collect()
-    }
-
-    /// The first effect that cannot begin with `x`, and why.
-    pub fn refuses(&mut self, x: &[Vec3]) -> Option<(String, String)> {
-        let mut first = None;
-        if self.mechanics.limits_steps() {
-            self.each(energy::STEPS, x, |k, term, work, shape| {
-                first = first.take().or_else(|| Some((k, term.refuses(shape, work)?)));
-            });
-        }
-        let (k, why) = first?;
-        Some((self.mechanics.names().nth(k)?.to_owned(), why))
     }
 
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its

@@ -321,7 +321,7 @@ pub enum SolveError {
     Interrupted,
 }
 
-/// Why a branch goes on no further, or does not begin.
+/// Why a branch ends, or does not begin.
 fn lost(parameter: f64, step: f64) -> String {
     if step == 0.0 {
         return format!(

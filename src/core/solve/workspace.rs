@@ -56,7 +56,7 @@ impl Control {
         self.reduction.any((self.interrupted)())
     }
 
-    /// The same for all ranks of a sheet: none goes on alone.
+    /// The same, with interruptions agreed on by all ranks of a sheet.
     #[must_use]
     pub fn over(self, reduction: &Reduction) -> Self {
         Self { reduction: reduction.clone(), ..self }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::Vec3;
 
-/// What ranks say to one another. All ranks call the same methods in the same order.
+/// Communication between ranks. All ranks call the same methods in the same order.
 pub trait Communicator: Send + Sync {
     /// The number of this rank, from 0.
     fn rank(&self) -> usize;
@@ -46,7 +46,7 @@ pub struct Points {
     pub receive: Vec<(usize, Vec<u32>)>,
 }
 
-/// A rank's share of a sheet, and how it speaks to the others.
+/// A rank's share of a sheet, with its halo.
 pub struct Distribution {
     /// The ranks.
     pub communicator: Arc<dyn Communicator>,

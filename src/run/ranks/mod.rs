@@ -22,7 +22,7 @@ use crate::output::provenance::MeshRecord;
 use crate::output::{Field, Format, Frame};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::read::pvtu::{TRIANGLE, VERTEX, numbered};
+use crate::sheet::read::pvtu::{TRIANGLE, VERTEX};
 use crate::sheet::{Part, Sheet};
 
 /// What a rank has of the sheet.
@@ -110,11 +110,12 @@ pub(super) fn piece_folders(ranks: usize) -> Vec<PathBuf> {
 }
 
 /// What of a state of the whole sheet `part` has.
-pub(super) fn restrict(part: &Part, state: &mut State) {
+pub(super) fn restricted(part: &Part, mut state: State) -> State {
     let mut x = state.x.to_vec();
     part.restrict(&mut x);
     state.x = x.into();
     state.species.iter_mut().for_each(|values| part.restrict(values));
+    state
 }
 
 /// `outcome`, or an error on all ranks where one of them has one.
@@ -135,8 +136,8 @@ pub fn agreed<T>(ranks: Option<&dyn Communicator>, outcome: Result<T>) -> Result
 pub(super) struct Piece {
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    point: Vec<Field<'static>>,
-    cell: Vec<Field<'static>>,
+    /// Numbers in the frame of the points.
+    vertices: Vec<usize>,
 }
 
 impl Piece {
@@ -156,51 +157,39 @@ impl Piece {
             })
         });
         let triangles = triangles.collect();
-        let row = |field: &Field<'_>, i: usize| {
-            field.data[i * field.components..(i + 1) * field.components].to_vec()
-        };
-        let at = |field: &Field<'_>, all: &mut dyn Iterator<Item = usize>| Field {
-            name: field.name.clone(),
-            components: field.components,
-            data: Cow::Owned(all.flat_map(|i| row(field, i)).collect()),
-        };
+        let points = vertices.iter().map(|&v| frame.points[v]).collect();
+        Self { points, triangles, vertices }
+    }
+
+    /// It as a frame, with the numbers of points and triangles in the whole sheet; single numbers are those of the whole.
+    pub(super) fn frame<'a>(&'a self, sheet: &Sheet, of: &Frame<'_>) -> Frame<'a> {
+        let counted = self.triangles.len();
         // What is not known at ghosts comes from their owners.
-        let on_points = frame.point.iter().map(|field| {
+        let on_points = of.point.iter().map(|field| {
             let mut columns: Vec<Vec<f64>> = (0..field.components)
                 .map(|c| field.data.iter().skip(c).step_by(field.components).copied().collect())
                 .collect();
             sheet.reduction().update_columns(&mut columns);
-            let data = vertices.iter().flat_map(|&v| columns.iter().map(move |c| c[v])).collect();
-            Field { name: field.name.clone(), components: field.components, data: Cow::Owned(data) }
+            let rows = self.vertices.iter().flat_map(|&v| columns.iter().map(move |c| c[v]));
+            array(field, rows.collect())
         });
         let mut point: Vec<_> = on_points.collect();
-        let of_cells = frame.cell.iter().map(|field| at(field, &mut (0..counted)));
-        let mut cell: Vec<_> = of_cells.collect();
-        let numbers = numbered(vertices.iter().map(|&v| sheet.number(v)));
+        let of_cells = of.cell.iter();
+        let mut cell: Vec<_> = of_cells
+            .map(|field| array(field, field.data[..counted * field.components].to_vec()))
+            .collect();
+        let numbers: Vec<f64> = self.vertices.iter().map(|&v| sheet.number(v).into()).collect();
         point.push(Field::scalar(VERTEX.to_owned(), numbers));
-        let numbers = numbered((0..counted).map(|t| sheet.triangle_number(t)));
+        let numbers: Vec<f64> = (0..counted).map(|t| sheet.triangle_number(t).into()).collect();
         cell.push(Field::scalar(TRIANGLE.to_owned(), numbers));
-        Self { points: vertices.iter().map(|&v| frame.points[v]).collect(), triangles, point, cell }
+        let Frame { time, step, .. } = *of;
+        let (points, triangles, field_data) =
+            (&self.points, &self.triangles, of.field_data.clone());
+        Frame { time, step, points, triangles, point, cell, field_data }
     }
+}
 
-    /// It as a frame; single numbers are those of the whole.
-    pub(super) fn frame<'a>(&'a self, of: &'a Frame<'_>) -> Frame<'a> {
-        let borrowed = |fields: &'a [Field<'static>]| {
-            let borrow = |field: &'a Field<'static>| Field {
-                name: field.name.clone(),
-                components: field.components,
-                data: Cow::Borrowed(&*field.data),
-            };
-            fields.iter().map(borrow).collect()
-        };
-        Frame {
-            time: of.time,
-            step: of.step,
-            points: &self.points,
-            triangles: &self.triangles,
-            point: borrowed(&self.point),
-            cell: borrowed(&self.cell),
-            field_data: of.field_data.clone(),
-        }
-    }
+/// A field like `of` with other values.
+fn array(of: &Field<'_>, data: Vec<f64>) -> Field<'static> {
+    Field { name: of.name.clone(), components: of.components, data: Cow::Owned(data) }
 }

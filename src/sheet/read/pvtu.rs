@@ -10,7 +10,7 @@
 use std::path::{Path, PathBuf};
 
 use rumple_numerics::Vec3;
-use rumple_numerics::num::{index, real, whole};
+use rumple_numerics::num::{index, whole};
 
 use super::xml::{Scanner, Token};
 use crate::{Array, Surface};
@@ -129,10 +129,4 @@ fn arrays(
         Some(Array { name: array.name.clone(), components: width, values })
     });
     merged.collect()
-}
-
-/// The numbers as arrays hold them.
-#[must_use]
-pub fn numbered(numbers: impl Iterator<Item = u32>) -> Vec<f64> {
-    numbers.map(|number| real(number as usize)).collect()
 }

@@ -6,7 +6,7 @@
 //!
 //! with β the part of ψ⁰ that has flowed, 0 at the start, τ the relaxation time and y the yield curvature, 1/length: ψ/u is the
 //! curvature across an edge, `κ_nn - κ_tt/3` on an equilateral lattice, on a mesh of any fineness. Both are fields
-//! (`field.rs`). At a given shape `ψ - ψ⁰` of every edge falls as exp(-t/τ) where there is no yield curvature; with one
+//! (`field.rs`). At a given shape `ψ - ψ⁰` of every edge falls as exp(-t/τ) without a yield curvature; with one
 //! each edge yields by its own curvature, so that what the sheet as a whole can bear depends on the directions of its edges.
 //!
 //! Hinges alone have rest angles: Meyer's bending has curvatures at vertices.

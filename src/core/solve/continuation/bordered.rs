@@ -34,7 +34,7 @@ use crate::solve::equilibrium::Gauge;
 use crate::solve::low_rank::LowRankUpdate;
 use crate::tally::Tally;
 
-/// The factor of H at one shape, and what it is solved with.
+/// The factor of H at one shape, with its terms of low rank and its gauge.
 pub(super) struct Bordered {
     matrix: BlockMatrix,
     solver: BlockLdlt,

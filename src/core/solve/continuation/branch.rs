@@ -195,7 +195,7 @@ impl<F: Family> Continuation<F> {
         let negative = self.negative(&mut at)?;
         let fold = self.tangent.parameter * tangent.parameter < 0.0;
         let changed = negative.abs_diff(self.point.negative);
-        // A fold turns one eigenvalue; what else changes is apart from it.
+        // A fold turns one eigenvalue; other changes are bifurcations.
         if fold && changed != 1 && divisible {
             return Ok(None);
         }

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! with the rest areas A⁰_i of the vertices and their sum A⁰: the root mean square displacement in units of L and the
-//! parameter in units of Λ. s has no unit, and hardly depends on the mesh. L and Λ change which points of a branch are
+//! parameter in units of Λ. s has no unit, and depends little on the mesh. L and Λ change which points of a branch are
 //! computed, and not the branch.
 
 use crate::Vec3;

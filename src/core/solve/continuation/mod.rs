@@ -7,7 +7,7 @@
 //! g(u) = 0,   ⟨t, u - u₀⟩ = h             corrector: Newton's method with a bordered matrix
 //! ```
 //!
-//! A branch passes folds, where λ turns back: s and not λ is what it is followed in. Every point has the number of
+//! A branch passes folds, where λ turns back: it is parametrised by s, not by λ. Every point has the number of
 //! negative eigenvalues of H (`stability`), and between two points are looked for
 //!
 //! * **folds** (limit points), where λ̇ changes sign and with it one eigenvalue: found as the zero of λ̇;

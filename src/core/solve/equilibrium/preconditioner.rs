@@ -356,7 +356,7 @@ impl Inverse {
         self.is_over_ranks() && self.sparse.is_local()
     }
 
-    /// Whether it takes every matrix for positive, and makes something of it that is none where it is not.
+    /// Whether it assumes positive definite matrices and gives no descent direction with others.
     pub(super) fn trusts_positive(&self) -> bool {
         matches!(&self.sparse, Sparse::Solver(solver) if solver.is_distributed())
     }
@@ -366,7 +366,7 @@ impl Inverse {
         self.reduction.distribution().is_some()
     }
 
-    /// Whether it tells whether a matrix is positive: of the parts of one that is spread over ranks nobody does.
+    /// Whether it detects an indefinite matrix; over ranks no solver does.
     pub(super) fn detects_indefinite(&self) -> bool {
         let detects = matches!(&self.sparse, Sparse::Solver(solver) if solver.detects_indefinite());
         detects && !self.is_over_ranks()
