@@ -136,7 +136,8 @@ if has_mpi; then
     cargo build --release --features mpi --bin rumple
     cp target/release/rumple target/check/rumple-mpi
     cp target/check/rumple target/release/rumple
-    "$venv/bin/python" tests/scripts/ranks.py target/check/rumple-mpi target/check/ranks
+    RUMPLE_PLUGIN_PATH="$PWD/target/release" \
+        "$venv/bin/python" tests/scripts/ranks.py target/check/rumple-mpi target/check/ranks
 else
     echo "left out: there is no PETSc, or no MPI"
 fi
