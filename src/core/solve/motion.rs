@@ -180,10 +180,11 @@ impl Motion {
         let pull = stage.pull(workspace, from.x.to_vec(), 1.0);
         let (next, half) = stage.solve(workspace, pull.clone(), 1.0, None)?;
         done.add(&half);
-        // Of Euler's error ½ Δt² x'' twice as much is the difference to where the first velocity leads.
-        let coarse = rough.unwrap_or_else(|| match velocity {
-            Some(velocity) => extrapolated(&next.x, &along(&from.x, velocity, step), 0.5),
-            None => next.x.to_vec(),
+        // Of Euler's error ½ Δt² x'' twice as much is the difference to where the first velocity leads. A first step has
+        // none: half of what it moves is a bound that keeps it short.
+        let coarse = rough.unwrap_or_else(|| {
+            let led = velocity.map(|velocity| along(&from.x, velocity, step));
+            extrapolated(&next.x, led.as_deref().unwrap_or(&from.x), 0.5)
         });
         self.last = Some(Last::new(until, step, pull, &next.x));
         Ok(Moved { x: next.x.into(), coarse, done })

@@ -50,8 +50,9 @@ const VISCOSITY: f64 = 1e-7;
 /// Tolerances of a sub-step, relative to the largest displacement and in mean edges. They keep to a branch; the accuracy
 /// on it is that of the equilibrium.
 const TOLERANCE: (f64, f64) = (0.05, 0.1);
-/// Radius of the trust region of a minimisation about its start, in mean edges.
-const RADIUS: f64 = 2.0;
+/// Radius of the trust region of a minimisation about its start, in mean edges, along a branch and while a start is let go:
+/// with 2 there coarse meshes came to minima that depended on the linear solver.
+const RADIUS: (f64, f64) = (2.0, 0.25);
 /// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
 const DISPLACEMENT: f64 = 0.02;
 /// Factor on the tolerance of sub-steps in jumps, which are many.
@@ -307,7 +308,7 @@ fn sub_step(
         drag: viscosity,
         second_order: false,
         tolerance: 0.0,
-        trust: Some(RADIUS),
+        trust: Some(radius(route)),
         looser,
         displacement: DISPLACEMENT,
     };
@@ -320,6 +321,11 @@ fn sub_step(
     let looser = if released.is_some() { IN_JUMPS } else { 1.0 };
     let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / looser;
     Ok(SubStep { x: fine.x, done: moved.done, released, error })
+}
+
+/// Radius of the trust region of minimisations along `route`.
+fn radius(route: &Route<'_>) -> f64 {
+    if route.is_held() { RADIUS.1 } else { RADIUS.0 }
 }
 
 /// What an error estimate makes of a sub-step, up to `most`.

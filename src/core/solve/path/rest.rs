@@ -14,7 +14,7 @@ use super::super::motion::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
 use super::super::{Result, SolveError, Workspace, diagnosis};
-use super::{DISPLACEMENT, MOST, RADIUS, SAFETY, SHRINK, factor, sub_step, viscosity};
+use super::{DISPLACEMENT, MOST, SAFETY, SHRINK, factor, radius, sub_step, viscosity};
 use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
@@ -103,7 +103,7 @@ pub(super) fn minimum(
 ) -> Result<Relaxation> {
     let (mut next, held) = route.at(route.clock().1, state);
     let displacement = DISPLACEMENT;
-    let search = Search { trust: Some(RADIUS), displacement, held, ..Search::default() };
+    let search = Search { trust: Some(radius(route)), displacement, held, ..Search::default() };
     let (done, _) = workspace.search(&mut next, search)?;
     state.x = next.x;
     Ok(done)
