@@ -150,8 +150,8 @@ mod system {
         Ok(())
     }
 
-    /// Whether SIGHUP is known not to be ignored. Where that cannot be found out it is left as it
-    /// is, which ends the program or, if it is ignored, does not.
+    /// Whether SIGHUP is known not to be ignored. Where that cannot be determined it is left
+    /// unchanged, which ends the program or, if it is ignored, does not.
     fn hangup_counts() -> bool {
         let Ok(text) = std::fs::read_to_string("/proc/self/status") else { return false };
         let ignored = text.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The scene may have been changed since, to find out what helps. Solvers then restart; in the same scene
-//! they go on with the same bits.
+//! they continue with the same bits.
 
 use std::path::Path;
 

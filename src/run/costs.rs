@@ -161,7 +161,7 @@ impl Costs {
         }
     }
 
-    /// Bytes that are reserved and hardly used.
+    /// Bytes reserved and mostly unused.
     pub(super) fn reserved(&self) -> i64 {
         let room = self.parts.iter().filter(|part| part.name == counters::RESERVED);
         room.map(|part| part.bytes).sum()

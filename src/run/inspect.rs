@@ -143,7 +143,7 @@ fn vectors(v: &[Vec3]) -> Value {
     v.iter().map(|v| json!([v.x, v.y, v.z])).collect()
 }
 
-/// Evaluates the state of `simulation` as it is.
+/// Evaluates the current state of `simulation`.
 ///
 /// Keys: `time`; `energy` by effect and `total`; `force` by effect and `total` (`-∂U/∂x`, before
 /// pins); `constraint`, where there are some, by name with `value`, `multiplier` and `force` (part of the

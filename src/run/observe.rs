@@ -18,7 +18,7 @@ pub struct StepInfo<'a> {
     /// Whether it is seen for the first time. A run that is interrupted in a step shows the state before
     /// again, as its last one.
     pub new: bool,
-    /// Directions that lower the energy, where the run watches them.
+    /// Number of negative-curvature modes, where the run monitors stability.
     pub negative: Option<f64>,
     /// What the laws of nature that the scene lists say of it, in the order of their columns.
     pub laws: &'a [f64],
@@ -92,7 +92,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// None where there is no space: the solution is then the ledger.
+    /// None for a well-mixed system: the solution is then the ledger.
     pub(super) fn create(
         directory: &ResultDirectory,
         model: &Model,
@@ -112,7 +112,7 @@ impl Frames {
     }
 
     /// Continues after those at `times` with `digests`; later ones are dropped.
-    /// Goes on after frames of these times; those that other ranks had are not looked for.
+    /// Continues after frames of these times; those that other ranks had are not searched for.
     pub(super) fn after(self, times: &[f64], digests: &[u64], looked_for: bool) -> Result<Self> {
         if !looked_for {
             let series = self.series.after_those_of_others(times.to_vec(), digests.to_vec());

@@ -77,7 +77,7 @@ pub fn recorded(
 ) -> Result<Summary> {
     with_status(directory, || {
         provenance::record(scene, state, simulation, directory)?;
-        // In the middle of a run there is no start to try them out at.
+        // In the middle of a run they cannot be tried out at the initial state.
         if scene.time.span.from.is_none() {
             simulation.faults = laws::try_out(&mut simulation.evaluate())?;
         }

@@ -138,8 +138,7 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
     );
 }
 
-/// Begins to try the law in a process of its own, and to listen to it; what is not for us comes as it
-/// is.
+/// Starts the checks of the law in a child process and reads its reports; lines that are not reports are passed on.
 fn begin(
     args: &ValidateArgs,
     seed: u64,

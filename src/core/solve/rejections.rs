@@ -11,7 +11,7 @@ use super::SolveError;
 use super::diagnosis::Reason;
 use crate::model::{ModelError, State};
 
-/// Why a try came to no result.
+/// Cause of a rejected step attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
     /// Its error estimate is above the tolerance.
@@ -66,7 +66,7 @@ impl Cause {
 }
 
 impl SolveError {
-    /// What it is counted as where a try ends with it.
+    /// Counter of the step attempts rejected for it.
     #[must_use]
     pub fn cause(&self) -> Cause {
         match self {
@@ -99,7 +99,7 @@ impl SolveError {
     }
 }
 
-/// A try that came to no result.
+/// A rejected step attempt.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Try {
     /// Number of the step that was tried.
@@ -110,7 +110,7 @@ pub struct Try {
     pub length: f64,
     /// Its error estimate in units of the tolerance; NaN without one.
     pub error: f64,
-    /// Why it came to no result.
+    /// Why it was rejected.
     pub cause: Cause,
     /// The same in words; empty where the cause says it all.
     pub message: String,
@@ -161,7 +161,7 @@ impl fmt::Display for Causes {
     }
 }
 
-/// The last tries that came to no result, and how many there were of each kind.
+/// The latest rejected step attempts, and the number of each cause.
 #[derive(Debug, Clone, Default)]
 pub struct Tries {
     last: VecDeque<Try>,

@@ -89,7 +89,7 @@ const SHORTEST: f64 = 1e-7;
 /// has sub-steps of its own.
 const WITHOUT_REST: usize = 3;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
-/// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
+/// and typical magnitude. A step that leaves it further is too long, and no error estimate detects it.
 const EULER_SLACK: f64 = 1e-2;
 /// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`USUAL`].
 const INNER: f64 = 0.02;
@@ -101,7 +101,7 @@ const LOOSEST_INNER: f64 = 0.2;
 const FINEST_INNER: f64 = 1e-13;
 
 /// Steps after which a run rebuilds integrators of diffsol, to be continued from there. They restart in
-/// every step as it is; what is lost is the analysis of their matrices.
+/// every step anyway; what is lost is the analysis of their matrices.
 const RENEWED_AFTER: u64 = 100;
 
 /// The staggered integrator.
@@ -441,7 +441,7 @@ impl Staggered {
         Ok((next, error))
     }
 
-    /// The same of the shape, where it has storage: there it may move while the species hardly do.
+    /// The same of the shape, where it has storage: there it may move while the species are nearly steady.
     fn shape_error(&self, workspace: &Workspace, state: &State, a: &State, b: &State) -> f64 {
         if self.policy.mechanics == 0.0 {
             return 0.0;

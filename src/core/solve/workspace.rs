@@ -62,7 +62,7 @@ impl Control {
         Self { reduction: reduction.clone(), ..self }
     }
 
-    /// Whether to go on.
+    /// Whether to continue.
     ///
     /// # Errors
     /// [`SolveError::Interrupted`].
@@ -116,13 +116,13 @@ impl Workspace {
         }
     }
 
-    /// The last tries that came to no result.
+    /// The latest rejected step attempts.
     #[must_use]
     pub fn tries(&self) -> &Tries {
         &self.tries
     }
 
-    /// Counts a try that came to no result.
+    /// Counts a rejected step attempt.
     pub fn reject(&mut self, rejected: Try) {
         self.model.tally().count(|work| work.rejected += 1);
         self.tries.note(rejected);

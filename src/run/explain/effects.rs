@@ -58,7 +58,7 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
     } else {
         let why = "because no effect has an energy: nothing relaxes it, and no geometry changes";
-        lines.push(Line::new("no positions: the shape stays as it is", why));
+        lines.push(Line::new("no positions: the shape is fixed", why));
     }
     match model.chemistry() {
         Some(chemistry) => {

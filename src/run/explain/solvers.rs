@@ -127,7 +127,7 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     if !pairs.is_empty() {
         let verb = verb(&pairs, "couples", "couple");
         lines.push(Line::new(
-            "pattern and its analysis made anew where pairs have changed",
+            "pattern analysed again where pairs have changed",
             format!("because {} {verb} pairs that depend on the shape", listed(&pairs)),
         ));
     }

@@ -101,7 +101,11 @@ fn head<'a>(stream: &mut Stream<'a>) -> Result<(Coding, Vec<Element<'a>>), Strin
             }
             ["element", name, count] => {
                 let count = count.parse().map_err(|_| {
-                    stream.fault(format!("\"{}\" is no count of \"{}\"", shown(count), shown(name)))
+                    stream.fault(format!(
+                        "\"{}\" is not a count of \"{}\"",
+                        shown(count),
+                        shown(name)
+                    ))
                 })?;
                 elements.push(Element { name, count, properties: Vec::new() });
             }

@@ -37,12 +37,12 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         let why =
             case.lost.first().map_or(String::new(), |(name, why)| format!(" ({name}: {why})"));
         return format!(
-            "No reference has come to its end{why}, so errors are not known: go on with the study, give \
+            "No reference is complete{why}, so errors are not known: continue the study, give \
              --reference another integrator, or a longer --limit with --retry-failed."
         );
     };
     if reference.still {
-        return "Nothing changes in this scene, neither species nor shape: there is no error to measure."
+        return "Nothing changes in this scene, neither species nor shape: no error can be measured."
             .to_owned();
     }
     let quantity = subject(study, case);
@@ -54,7 +54,7 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
     let mut text = match spread {
         None => format!("For {wanted}"),
         Some(spread) => format!(
-            "Other random numbers change the {name} by {spread}: a smaller error is not worth paying for. For \
+            "Other random numbers change the {name} by {spread}: a smaller error is below the seed-to-seed spread. For \
              {spread} in place of the {wanted} that are wanted",
             spread = percent(spread)
         ),

@@ -51,7 +51,7 @@ pub(super) struct Point {
     pub(super) force: Option<f64>,
     /// Results of the run.
     pub(super) found: Found,
-    /// Its errors; none if it did not complete or there is no reference.
+    /// Its errors; none if it did not complete or without a reference.
     pub(super) errors: Option<Errors>,
 }
 

@@ -31,7 +31,7 @@ const SAFETY: f64 = 0.8;
 const MOST_STEPS: usize = 100_000;
 /// Steps of an interval from which on rejections are inspected, and the share of them at which rates are taken
 /// to jump without end: one for so many accepted. A law that switches sides all the time needs some ten
-/// thousand steps in `models/hard/cases.toml`, with as many rejections, and goes on.
+/// thousand steps in `models/hard/cases.toml`, with as many rejections, and continues.
 const MANY: u64 = 30_000;
 const CHATTERS: u64 = 2;
 /// A step below this share of the interval gives up.

@@ -21,7 +21,7 @@ const ERROR: f64 = 0.05;
 /// of δ. Where a disturbance grows faster than 1/Δτ, as beyond a fold, the linear system turns the direction of the step
 /// round, against F: without the test steps go back and forth there without end.
 const ALONG: f64 = 0.5;
-/// Steps after which there is no steady state to be found.
+/// Steps after which the search for a steady state is abandoned.
 const MOST: usize = 5000;
 /// The same of a steady state near by, which takes some twenty.
 const MOST_NEAR: usize = 200;

@@ -132,7 +132,7 @@ pub(super) fn smallest(
 struct Cycle {
     /// The leading pairs that converged, ascending.
     pairs: Vec<Pair>,
-    /// Where to go on if none did.
+    /// Where to continue if none did.
     best: Option<Vec<Vec3>>,
     /// Nothing is left outside of `pairs`.
     exhausted: bool,

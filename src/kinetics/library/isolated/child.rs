@@ -33,7 +33,7 @@ pub(super) struct Process {
     /// Number of calls under way.
     under_way: AtomicUsize,
     lanes: Vec<Mutex<Lane>>,
-    /// Why there is no child any more.
+    /// Why the child has ended.
     end: OnceLock<String>,
 }
 

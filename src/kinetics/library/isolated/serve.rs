@@ -103,7 +103,7 @@ fn stay(line: RawFd) -> ! {
             unsafe { libc::kill(0, libc::SIGKILL) };
         }
         if poll.revents & libc::POLLNVAL != 0 {
-            // A plugin has closed it; the call under way says so.
+            // A plugin has closed it; the call under way reports that.
             thread::sleep(Duration::from_millis(100));
             leave();
         }
@@ -246,7 +246,7 @@ impl Served {
             _ => return Err(nonsense()),
         };
         for k in 0..columns.outputs.len() {
-            // SAFETY: as above; there is no other reference to these.
+            // SAFETY: as above; no other reference to these exists.
             let behind = unsafe { lane.values(columns.behind(k)) };
             if outcome.is_ok() && behind.iter().any(|value| value.to_bits() != UNTOUCHED) {
                 let (output, law) = (k + 1, law.descriptor().title());
