@@ -310,6 +310,7 @@ impl Staggered {
         Ok(StepReport { step, relaxation, ..StepReport::default() })
     }
 
+    /// Heun's method under error control: attempts shorter steps until one is accepted.
     fn heun(
         &mut self,
         workspace: &mut Workspace,
@@ -339,12 +340,7 @@ impl Staggered {
                     report.step = step;
                     report.error = error;
                     report.allowed = Some(step * SAFETY / error.sqrt());
-                    self.error = error;
-                    let limit = if first { GROWTH } else { 1.0 };
-                    let factor = (SAFETY / error.sqrt()).min(limit);
-                    // A step cut short by an output time says nothing against longer ones.
-                    let longer = (step * factor).max(if factor >= 1.0 { proposed } else { 0.0 });
-                    self.step = Some(longer);
+                    self.propose(step, proposed, error, first);
                     return Ok(report);
                 }
                 Ok((_, error)) => {
@@ -374,6 +370,16 @@ impl Staggered {
                 return Err(SolveError::StepTooSmall { time: state.time, step: tried });
             }
         }
+    }
+
+    /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a
+    /// first attempt may be followed by a longer step.
+    fn propose(&mut self, step: f64, proposed: f64, error: f64, first: bool) {
+        self.error = error;
+        let limit = if first { GROWTH } else { 1.0 };
+        let factor = (SAFETY / error.sqrt()).min(limit);
+        // A step cut short by an output time does not limit the next one.
+        self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
     }
 
     /// A first step from the rates: small against the time in which the fastest species changes by its typical

@@ -235,16 +235,8 @@ impl Served {
             parameters: &all[species + signals..],
         };
         let (out_values, out_partials) = out.split_at_mut(values);
-        let outcome = match (call, &mut *out_values) {
-            ("rates", rates) => law.rates(&batch, rates),
-            ("rate_partials", rates) => law.rate_partials(&batch, rates, out_partials),
-            ("length_factor", [factor]) => law.length_factor(&batch, factor),
-            ("length_factor_partials", [factor]) => {
-                law.length_factor_partials(&batch, factor, out_partials)
-            }
-            ("observe", values) => law.observe(&batch, values),
-            _ => return Err(nonsense()),
-        };
+        let outcome = dispatch(&*law, call, &batch, out_values, out_partials);
+        let outcome = outcome.ok_or_else(nonsense)?;
         for k in 0..columns.outputs.len() {
             // SAFETY: as above; no other reference to these exists.
             let behind = unsafe { lane.values(columns.behind(k)) };
@@ -260,4 +252,22 @@ impl Served {
         }
         Ok((outcome, columns.bytes))
     }
+}
+
+/// Makes the call of this name; none if the outputs are not those of one.
+fn dispatch(
+    law: &dyn Kinetics,
+    call: &str,
+    batch: &Batch<'_>,
+    values: &mut [&mut [f64]],
+    partials: &mut [&mut [f64]],
+) -> Option<Outcome> {
+    Some(match (call, values) {
+        ("rates", rates) => law.rates(batch, rates),
+        ("rate_partials", rates) => law.rate_partials(batch, rates, partials),
+        ("length_factor", [factor]) => law.length_factor(batch, factor),
+        ("length_factor_partials", [factor]) => law.length_factor_partials(batch, factor, partials),
+        ("observe", values) => law.observe(batch, values),
+        _ => return None,
+    })
 }
