@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use super::{OutputError, RunStatus, claim};
+use super::{OutputError, RunStatus, lock};
 
 /// The first signal that came, or its negative where something else asked; or none.
 static REQUESTED: AtomicI32 = AtomicI32::new(NONE);
@@ -116,7 +116,7 @@ fn came(signal: i32) -> bool {
         (before <= NONE).then_some(signal)
     });
     if first.is_err() {
-        claim::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
+        lock::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
     }
     first.is_ok()
 }

@@ -3,7 +3,7 @@
 use super::fields::Fields;
 use super::ranks::{self, Piece};
 use super::summary::Ending;
-use super::{Error, Result, report};
+use super::{Error, Result, ledger_row};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};
 use crate::scene::{OutputSpec, Scene};
@@ -47,13 +47,13 @@ pub trait Observer {
 pub(super) struct LedgerRows {
     /// One for all ranks.
     ledger: Option<Ledger>,
-    shape: report::ShapeSums,
+    shape: ledger_row::ShapeSums,
 }
 
 impl LedgerRows {
     pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
         let ledger = Some(Ledger::create(&directory.ledger(), columns)?);
-        Ok(Self { ledger, shape: report::ShapeSums::default() })
+        Ok(Self { ledger, shape: ledger_row::ShapeSums::default() })
     }
 
     /// After the row of this step; later ones are dropped.
@@ -63,12 +63,12 @@ impl LedgerRows {
         step: u64,
     ) -> Result<Self> {
         let ledger = Some(Ledger::reopen(&directory.ledger(), columns, step)?);
-        Ok(Self { ledger, shape: report::ShapeSums::default() })
+        Ok(Self { ledger, shape: ledger_row::ShapeSums::default() })
     }
 
     /// On a rank that leaves it to the first one to write rows, and has its share in making them.
     pub(super) fn elsewhere() -> Self {
-        Self { ledger: None, shape: report::ShapeSums::default() }
+        Self { ledger: None, shape: ledger_row::ShapeSums::default() }
     }
 }
 
@@ -76,7 +76,7 @@ impl Observer for LedgerRows {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
-            let row = report::row(at, info, &mut self.shape)?;
+            let row = ledger_row::row(at, info, &mut self.shape)?;
             if let Some(ledger) = &mut self.ledger {
                 ledger.append(&row)?;
             }

@@ -13,7 +13,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{Found, LawArgs};
-use crate::kinetics::examine::{self, Finding, Made, Make, Verdict};
+use crate::kinetics::validation::{self, Finding, Made, Make, Verdict};
 use crate::kinetics::{Kinetics, check_global_state};
 use crate::{Error, Result};
 
@@ -93,7 +93,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
         }
         emit(&Message::Begin(AFRESH.to_owned()));
         // A law that fails was found by the other checks.
-        if let Ok(rates) = examine::rates_in_order(&*law, &fields, seed, args.backwards) {
+        if let Ok(rates) = validation::rates_in_order(&*law, &fields, seed, args.backwards) {
             emit(&Message::Rates(rates));
         }
         Ok(())
@@ -121,7 +121,7 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
         if read.is_empty() { "nothing".to_owned() } else { read.join(", ") }
     );
     emit(&Message::Good(LOADING.to_owned(), text));
-    examine::validate(
+    validation::validate(
         law,
         fields,
         make,

@@ -101,12 +101,7 @@ fn mean(x: &[Vec3], reduction: &Reduction) -> Vec3 {
 }
 
 /// Moves `x` rigidly by `parameters` (t, ω): turned by the angle |ω|/`radius` about its mean position, then shifted by t.
-pub fn move_rigidly(
-    x: &mut [Vec3],
-    parameters: &Vector6<f64>,
-    radius: f64,
-    reduction: &Reduction,
-) {
+pub fn move_rigidly(x: &mut [Vec3], parameters: &Vector6<f64>, radius: f64, reduction: &Reduction) {
     let centre = mean(x, reduction);
     let shift: Vec3 = parameters.fixed_rows::<3>(0).into();
     let turn: Vec3 = parameters.fixed_rows::<3>(3).into();
@@ -133,8 +128,11 @@ pub fn align(
         let along = DVector::from_fn(count, |m, _| inner(shape(m), &|i| x[i] - about[i]));
         let gram = DMatrix::from_fn(count, count, |m, n| inner(shape(m), &|i| shape(n)[i]));
         let Some(share) = gram.cholesky().map(|factor| factor.solve(&along)) else { return };
-        let step: Vector6<f64> =
-            motions.iter().zip(share.iter()).map(|(motion, share)| -*share * motion.parameters).sum();
+        let step: Vector6<f64> = motions
+            .iter()
+            .zip(share.iter())
+            .map(|(motion, share)| -*share * motion.parameters)
+            .sum();
         if !(step.norm() > ROUND_OFF * radius) {
             return;
         }

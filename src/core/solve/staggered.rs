@@ -55,9 +55,9 @@ use serde::{Deserialize, Serialize};
 
 use super::chemistry::{ChemistryMethod, ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
+use super::incremental_potential::{Motion, MotionMethod, Stepping};
 use super::internal::InternalSteps;
 use super::monolithic::Monolithic;
-use super::motion::{Motion, MotionMethod, Stepping};
 use super::path::{self, EquilibriumPath, release};
 use super::rejections::{Cause, Try};
 use super::route::Route;

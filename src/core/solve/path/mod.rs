@@ -36,7 +36,7 @@ pub(super) use release::release;
 use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
-use super::motion::{Motion, Stepping};
+use super::incremental_potential::{Motion, Stepping};
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::Vec3;

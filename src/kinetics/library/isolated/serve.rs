@@ -14,7 +14,7 @@ use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::columns::Columns;
 use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, CALLS, LOCATIONS, Lane, Memory};
-use super::told::{About, Told, Wanted};
+use super::reply::{About, Reply, Wanted};
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::{Kinetics, KineticsError, Outcome};
 
@@ -123,22 +123,23 @@ impl Served {
         let call = CALLS.get(asked).copied().unwrap_or_default();
         match call {
             "loading" | "create" | "destroy" => {
-                let answer = lane.read().map_err(|e| Told::Other(e.to_string())).and_then(|text| {
-                    let done = match call {
-                        "loading" => self.load(&text),
-                        "create" => self.create(&text),
-                        _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
-                    };
-                    done.map_err(Told::of_error)
-                });
+                let answer =
+                    lane.read().map_err(|e| Reply::Other(e.to_string())).and_then(|text| {
+                        let done = match call {
+                            "loading" => self.load(&text),
+                            "create" => self.create(&text),
+                            _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
+                        };
+                        done.map_err(Reply::of_error)
+                    });
                 let text = serde_json::to_string(&answer).unwrap_or_default();
                 // Without room the parent finds what it has written, and that makes no sense.
                 let _ = lane.write(&text);
             }
             _ => {
                 let (told, behind) = match self.evaluate(lane, call) {
-                    Ok((outcome, behind)) => (Told::of(outcome), behind),
-                    Err(text) => (Some(Told::Other(text)), 0),
+                    Ok((outcome, behind)) => (Reply::of(outcome), behind),
+                    Err(text) => (Some(Reply::Other(text)), 0),
                 };
                 lane.head().text.store(0, Ordering::Relaxed);
                 if let Some(told) = told {
