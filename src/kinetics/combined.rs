@@ -101,8 +101,8 @@ impl JointKinetics {
         let own = kinetics.descriptor();
         known_names(own, &rename)?;
         let renamed = |name: &String| rename.get(name).unwrap_or(name).clone();
-        let species = self.add_species(own, &renamed, &shared)?;
-        let observables = self.add_observables(own, &renamed)?;
+        let species = self.add_species(own, renamed, &shared)?;
+        let observables = self.add_observables(own, renamed)?;
         let all = &mut self.descriptor;
         unite(&mut all.signals, &own.signals);
         unite(&mut all.observed, &own.observed);

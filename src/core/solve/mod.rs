@@ -299,7 +299,7 @@ pub struct StepReport {
     pub reason: Option<String>,
     /// Where the relaxations of the step led.
     pub relaxation: Relaxation,
-    /// All work of the step, rejected tries included; integrators leave it to the caller of the step.
+    /// All work of the step, rejected attempts included; integrators leave it to the caller of the step.
     pub work: Work,
 }
 

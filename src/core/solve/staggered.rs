@@ -59,7 +59,7 @@ use super::incremental_potential::{Motion, MotionMethod, Stepping};
 use super::internal::InternalSteps;
 use super::monolithic::Monolithic;
 use super::path::{self, EquilibriumPath, release};
-use super::rejections::{Cause, Try};
+use super::rejections::{Cause, Rejection};
 use super::route::Route;
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
@@ -344,7 +344,7 @@ impl Staggered {
                     return Ok(report);
                 }
                 Ok((_, error)) => {
-                    let new = Try { error, ..Try::of(state, step, Cause::Error) };
+                    let new = Rejection { error, ..Rejection::of(state, step, Cause::Error) };
                     workspace.reject(new);
                     let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
                     tried = step * factor;
@@ -352,7 +352,8 @@ impl Staggered {
                 Err(error) if error.is_recoverable() => {
                     let message = error.to_string();
                     report.reason = Some(message.clone());
-                    workspace.reject(Try { message, ..Try::of(state, step, error.cause()) });
+                    workspace
+                        .reject(Rejection { message, ..Rejection::of(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
                     if error.is_without_rest() || matches!(error, SolveError::InsideOut) {
                         let (latest, count) = self.without_rest;

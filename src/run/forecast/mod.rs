@@ -91,7 +91,7 @@ pub struct Taken {
     pub allowed: Option<f64>,
     /// Whether it ends where the run wants a state, and might be longer otherwise.
     pub cut: bool,
-    /// What it has cost, rejected tries and output included, s.
+    /// What it has cost, rejected attempts and output included, s.
     pub seconds: f64,
 }
 
