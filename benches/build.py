@@ -8,7 +8,7 @@ The first form builds the program, then adds a line to the file, builds again an
 wall seconds of every round and their medians; the file is put back, also after Ctrl-C or SIGTERM. The second builds
 into a folder of its own, from nothing (some minutes), and adds a table: every direct dependency with
 the processor seconds of all crates that nothing else needs, if they are at least `--least`. Processor
-seconds are those of all processes together. They hardly depend on the number of cores, but grow by up to
+seconds are those of all processes together. They are nearly independent of the number of cores, but grow by up to
 half where other programs fill the caches.
 
 As users build: without incremental compilation, whatever a local configuration says.

@@ -52,7 +52,7 @@ def main():
         for scene, keys, what in SCENES:
             ratios = ([], [])
             for pair in range(times):
-                # Whoever comes first finds the machine as the pair before has left it.
+                # The first of a pair finds the machine in the state left by the previous pair.
                 order = (False, True) if pair % 2 == 0 else (True, False)
                 seen = {isolated: run(scene, keys, Path(folder), isolated) for isolated in order}
                 for kind in range(2):

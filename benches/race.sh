@@ -13,7 +13,7 @@ arguments=()
 while (($#)); do
     if [[ $1 == --bench ]]; then
         (($# > 1)) || { echo "--bench needs the folder of the baselines" >&2; exit 2; }
-        folder=$(cd "$here" && cd "$2" && pwd) || { echo "there is no folder $2" >&2; exit 2; }
+        folder=$(cd "$here" && cd "$2" && pwd) || { echo "no folder $2" >&2; exit 2; }
         arguments+=(--baselines "$folder")
         shift 2
     else

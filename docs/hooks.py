@@ -99,7 +99,7 @@ def relinked(link, source, folder, page, config, files):
         return link[0]
     target = Path(os.path.normpath(source / path))
     if not target.is_file():
-        log.warning("%s links to %s, which is no file", page.file.src_uri, link[2])
+        log.warning("%s links to %s, which is not a file", page.file.src_uri, link[2])
         return link[0]
     for room, prefix in [(HERE / "book", ""), (HERE / "notebook", "notebook/"), (ROOT, "repository/")]:
         if target.is_relative_to(room):
@@ -109,7 +109,7 @@ def relinked(link, source, folder, page, config, files):
         log.warning("%s links to %s, outside of the repository", page.file.src_uri, link[2])
         return link[0]
     if uri.startswith("repository/"):
-        # A copy as it is: a page of the repository is no page of the book.
+        # A verbatim copy: a page of the repository is not a page of the book.
         uri += ".txt" if target.suffix not in {".png", ".svg", ".toml", ".sh", ".py", ".rs", ".txt"} else ""
         add(files, config, uri, target)
     return f"{link[1]}{posixpath.relpath(uri, folder or '.')}{mark}{anchor}{link[3]}"

@@ -30,7 +30,7 @@ pub fn main() -> rumple::Result<()> {
 
     let mistake = SCENE.replace("\"bending\"", "\"bendign\"");
     match Scene::parse(&mistake, "annulus.toml", &[]) {
-        Ok(_) => unreachable!("there is no such effect"),
+        Ok(_) => unreachable!("the effect does not exist"),
         Err(error) => println!("{}", error.rendered(false)),
     }
     Ok(())

@@ -1,5 +1,5 @@
-//! The table of hard cases, as it stands in `docs/notebook/hard-cases.md`: every case of `models/hard/cases.toml` is run
-//! and held against what is expected of it.
+//! The table of hard cases in `docs/notebook/hard-cases.md`: every case of `models/hard/cases.toml` is run
+//! and compared with the expected outcome.
 //!
 //! ```sh
 //! cargo build --release

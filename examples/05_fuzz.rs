@@ -4,7 +4,7 @@
 //! cargo run --release --example 05_fuzz                            # 10 000 inputs for every reader
 //! cargo run --release --example 05_fuzz -- vtu obj --inputs 1000   # fewer, for these
 //! cargo run --release --example 05_fuzz -- --seed 7                # others
-//! cargo run --release --example 05_fuzz -- vtu --file PATH         # one input, as it is
+//! cargo run --release --example 05_fuzz -- vtu --file PATH         # one input, unchanged
 //! ```
 //!
 //! An input is a mutation of a valid one, and the same for the same seed and number. Each is read in a process

@@ -1,4 +1,4 @@
-//! A linear solver of one's own: faer's sparse LLᵀ in place of the engine's multifrontal Cholesky factor.
+//! A user-defined linear solver: faer's sparse LLᵀ in place of the engine's multifrontal Cholesky factor.
 //!
 //! Registered, it can be named in scenes of this program, as `equilibrium.preconditioner = "faer-llt"`. Here both relax
 //! the same sheet, a square that is bent by a load:

@@ -52,7 +52,7 @@ install() {
 ((${#packages[@]} == 0)) || install "${packages[@]}"
 has_mpi() { command -v mpirun && pkg-config --exists PETSc; } >/dev/null 2>&1
 has_mpi || install pkg-config libpetsc-real-dev libopenmpi-dev openmpi-bin libclang-dev \
-    || echo "the tests over ranks are left out: there is no PETSc, or no MPI"
+    || echo "the tests over ranks are left out: PETSc or MPI is not installed"
 if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema, ipctk' 2>/dev/null; then
     echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema, taplo and ipctk"
     rm -rf "$venv"
@@ -139,7 +139,7 @@ if has_mpi; then
     RUMPLE_PLUGIN_PATH="$PWD/target/release" \
         "$venv/bin/python" tests/scripts/ranks.py target/check/rumple-mpi target/check/ranks
 else
-    echo "left out: there is no PETSc, or no MPI"
+    echo "left out: PETSc or MPI is not installed"
 fi
 
 heading "viewed in a browser"

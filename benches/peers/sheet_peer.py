@@ -86,7 +86,7 @@ def grow():
 
 
 def blmvm():
-    """A relaxation by TAO from x; its memory begins anew."""
+    """A relaxation by TAO from x; its memory is cleared."""
     global x
     tao.setSolution(vector)
     tao.solve()

@@ -149,7 +149,7 @@ impl Baselines {
     pub fn tao(&self, name: &str, solver: &str) -> Result<(Reached, PathBuf)> {
         let text = finish(self.run_python(&["tao_A.py", name, solver, WALL]))?;
         let end = text.lines().rfind(|line| line.starts_with("END"));
-        let end = end.ok_or_else(|| format!("TAO did not come to an end: {text}"))?;
+        let end = end.ok_or_else(|| format!("TAO printed no END line: {text}"))?;
         let reached = Reached {
             cpu: value(end, "cpu")?,
             evaluations: value(end, "nf")?,
@@ -281,5 +281,5 @@ fn value(line: &str, key: &str) -> Result<f64> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let found = words.windows(2).rfind(|pair| pair[0] == key);
     let word = found.map(|pair| pair[1]).ok_or_else(|| format!("no {key} in: {line}"))?;
-    word.parse().map_err(|_| format!("{key} {word} is no number in: {line}").into())
+    word.parse().map_err(|_| format!("{key} {word} is not a number in: {line}").into())
 }

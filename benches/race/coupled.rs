@@ -30,7 +30,7 @@ const SWITCH: f64 = 0.1;
 
 /// One of our sides.
 struct Entry {
-    /// What it is called.
+    /// Name.
     label: String,
     method: String,
     /// Force tolerance, in the same units.

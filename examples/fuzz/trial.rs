@@ -44,7 +44,7 @@ fn try_one(reader: &Reader, input: &[u8]) -> Tried {
     Tried { outcome, seconds, peak, message }
 }
 
-/// Panics are told of in the line of their input.
+/// A panic is logged in the line of its input.
 fn quiet() {
     panic::set_hook(Box::new(|info| {
         let text = info.to_string();
@@ -65,7 +65,7 @@ fn written(folder: &Path) -> Result<Vec<Vec<u8>>, Box<dyn Error>> {
 pub fn all(options: &Options, from: u64, seeds: &Path) -> Result<ExitCode, Box<dyn Error>> {
     let [reader] = options.readers[..] else { return Err("one reader a process".into()) };
     let seeds = written(seeds)?;
-    // What a reader makes once is no part of reading.
+    // One-time set-up of a reader is excluded.
     seeds.first().map(|first| (reader.read)(first));
     quiet();
     let mut out = std::io::stdout().lock();

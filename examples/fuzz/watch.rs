@@ -98,7 +98,7 @@ fn row(reader: &Reader, options: &Options) -> Outcome<Row> {
         process.kill().ok();
         process.wait()?;
         if let Some(what) = ended {
-            // The input after the last that was told of.
+            // The input after the last one logged.
             let count = if what == "hang" { &mut row.hangs } else { &mut row.crashes };
             *count += 1;
             keep(reader, options, &seeds, row.inputs, what);

@@ -15,7 +15,7 @@ impl Ledger {
     /// That of a result directory; an empty one if it has none.
     ///
     /// # Errors
-    /// What is no number.
+    /// An entry that is not a number.
     pub fn of(directory: &Path) -> Outcome<Self> {
         let Ok(text) = std::fs::read_to_string(directory.join("ledger.csv")) else {
             return Ok(Self::default());
@@ -44,7 +44,7 @@ impl Ledger {
     /// Its last value.
     ///
     /// # Errors
-    /// If there is no such column or no row.
+    /// The column does not exist, or the ledger has no row.
     pub fn last(&self, name: &str) -> Outcome<f64> {
         Ok(*self.column(name)?.last().ok_or("the ledger has no rows")?)
     }

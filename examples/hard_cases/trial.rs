@@ -110,7 +110,7 @@ pub fn run(place: &Where, name: &str, command: &str, value: &str, limit: f64) ->
     Ok(Ended { status, said, ledger: Ledger::of(&out)?, memory, cpu })
 }
 
-/// Waits and looks at the memory.
+/// Waits and samples the resident memory.
 fn wait(child: &mut Child) -> Outcome<(ExitStatus, Vec<f64>)> {
     const PAUSE: Duration = Duration::from_millis(20);
     let (mut memory, mut looked) = (Vec::new(), Instant::now());
@@ -122,7 +122,7 @@ fn wait(child: &mut Child) -> Outcome<(ExitStatus, Vec<f64>)> {
         if looked.elapsed() >= between {
             looked = Instant::now();
             memory.extend(resident(child.id()));
-            // Long runs are looked at more seldom.
+            // Long runs are sampled less often.
             between = (between + between / 50).min(Duration::from_secs(1));
         }
         std::thread::sleep(PAUSE);

@@ -124,7 +124,7 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
 fn rise(sheet: &Sheet, x: &[Vec3]) -> f64 {
     let boundary: Vec<usize> = (0..x.len()).filter(|&i| sheet.boundary()[i]).collect();
     let mean = boundary.iter().map(|&i| x[i]).sum::<Vec3>() / real(boundary.len());
-    // The middle of the disc is no vertex: the top of the paraboloid through the vertices near it.
+    // No vertex lies in the middle of the disc: the top of the paraboloid through the vertices near it.
     let near: Vec<usize> = (0..x.len()).filter(|&i| sheet.rest()[i].norm() < 0.15 * DISC).collect();
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
     for &i in &boundary {

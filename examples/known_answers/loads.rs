@@ -1,4 +1,4 @@
-//! A moment on the end of a strip, as an energy of one's own: what it takes to add a term from
+//! A moment on the end of a strip, as a user-defined energy: how to add a term from
 //! outside the library.
 
 use rumple::Vec3;

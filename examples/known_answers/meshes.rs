@@ -130,7 +130,7 @@ fn rays(fold: usize) -> Vec<Vec3> {
             .map(|angle| Vec3::new(radius * angle.cos(), radius * angle.sin(), -depth))
             .collect();
     }
-    // There is no formula: neighbours on a saddle are pushed to distance 1 until they stay there.
+    // No closed form: neighbours on a saddle are pushed to distance 1 until they stay there.
     let mut ray: Vec<Vec3> = (0..fold)
         .map(|k| TAU * real(k) / real(fold))
         .map(|a| Vec3::new(a.cos(), a.sin(), 0.5 * (2.0 * a).cos()).normalize())

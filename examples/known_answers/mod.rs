@@ -214,7 +214,7 @@ impl Stiffness {
 }
 
 /// Brings `x` to rest by Newton's method with the exact Hessian, shifted by a multiple of the
-/// identity for as long as it is not positive, and a backtracking step that lowers the energy.
+/// identity until it is positive definite, with a backtracking line search.
 ///
 /// Strips with free sides need it: there the positive part of the cotangent bending energy, on
 /// which the default method rests, has no stiffness against shapes of zero mean curvature.

@@ -39,7 +39,7 @@ stiff() {
 # A dome with a gentle feedback, smooth at all times.
 dome() { study dome policies/dome.toml --limit 60; }
 
-# The dome by all policies, from a shape that follows at once to one that hardly moves.
+# The dome by all policies, from a quasi-static shape to one that is nearly frozen.
 policies() {
     study policies policies/dome.toml --limit 60 --integrator staggered --tolerances 1e-2 --seeds 0 --repeats 1 \
         --over time.policy=simultaneous,quasi-static,chemistry-fast \

@@ -31,7 +31,7 @@ class Results:
     def __init__(self, directory: str | os.PathLike[str]):
         self.directory = Path(directory)
         if not (self.directory / "ledger.csv").is_file():
-            raise Error(f"{self.directory} has no ledger.csv: it is no result directory of a run")
+            raise Error(f"{self.directory} has no ledger.csv: it is not a result directory of a run")
         self._ledger: Any = None
 
     @property

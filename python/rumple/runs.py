@@ -49,7 +49,7 @@ def resume(
 ) -> Results:
     """Continues the run in `directory` from its last checkpoint, as `rumple resume` does.
 
-    With `until` it goes on to that time instead of the one in the scene. The results are those of a run that was not
+    With `until` it continues to that time instead of the one in the scene. The results are those of a run that was not
     interrupted. `observe(state)` is called as by `run`.
     """
     return read(_rumple.resume(directory, until, observe, list(plugins)))

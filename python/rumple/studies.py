@@ -65,7 +65,7 @@ def sweep(
     repeats every member with n seeds of everything random. `jobs` members run at once, with `threads` each.
 
     The DataFrame has the keys, `status`, measures of the last state, time and work. Members that fail have the status
-    `failed` and a `reason`. The results of all members stay in the directory `out`, where the same call again goes on; without
+    `failed` and a `reason`. The results of all members stay in the directory `out`, where the same call continues; without
     it they are removed. The scene has to come from a file, and cannot have a law in Python.
     """
     scene = checked(scene)

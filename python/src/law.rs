@@ -245,7 +245,7 @@ impl Kinetics for PythonKinetics {
             for name in given.keys().iter() {
                 let name = name.extract::<String>()?;
                 if self.descriptor.species_index(&name).is_none() {
-                    let text = format!("rates are returned for {name:?}, which is no species");
+                    let text = format!("rates are returned for {name:?}, which is not a species");
                     return Err(PyKeyError::new_err(text));
                 }
             }

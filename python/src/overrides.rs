@@ -20,7 +20,7 @@ pub(crate) fn texts(overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String
     table.iter().map(text).collect()
 }
 
-/// Keys and the values that they take in a study, as texts `key.path=values`: a text is taken as it is, of a list every
+/// Keys and the values that they take in a study, as texts `key.path=values`: a text is taken verbatim, of a list every
 /// item is a value.
 pub(crate) fn axes(over: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
     let text = |(key, values): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {

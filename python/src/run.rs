@@ -83,7 +83,7 @@ impl Observer for Shown {
     fn stop(&mut self, at: &mut Evaluation<'_>) -> rumple::Result<Option<Ending>> {
         let step = at.state().step;
         let begun = self.seen.replace(step);
-        // The start is no step, and the state before a step that was interrupted is shown twice.
+        // The initial state is not a step, and the state before a step that was interrupted is shown twice.
         if begun.is_none() || begun == Some(step) {
             return Ok(None);
         }

@@ -25,7 +25,7 @@ fn index(course: &Course, name: &str) -> PyResult<usize> {
     let names = names(course);
     names.iter().position(|known| known == name).ok_or_else(|| {
         PyKeyError::new_err(format!(
-            "there is no species {name:?}; there are: {}",
+            "no species {name:?}; expected one of: {}",
             names.join(", ")
         ))
     })

@@ -66,7 +66,7 @@ def test_arrays_have_their_shapes(sim):
     assert list(sim.species) == ["c"] and len(sim.species) == 1 and "c" in sim.species
     assert sim.species["c"].shape == (count,)
     assert dict(sim.species.items())["c"].max() > 0
-    with pytest.raises(KeyError, match="there are: c"):
+    with pytest.raises(KeyError, match="expected one of: c"):
         sim.species["d"]
 
 

@@ -43,7 +43,8 @@ pub(super) struct AccuracyArgs {
     /// The error that you can live with, as a share; 0.01 if not given.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     want: Option<f64>,
-    /// What it is an error of; the field that changes most, or the number of spots where paths part.
+    /// Quantity whose error is measured; by default the field that changes most, or the number of spots after
+    /// the trajectories diverge.
     #[arg(long, value_name = "QUANTITY")]
     of: Option<Quantity>,
     /// An integrator for the references, 100 times tighter than the tightest tolerance; may be repeated, the
@@ -53,7 +54,7 @@ pub(super) struct AccuracyArgs {
     /// Take the references of the study in DIR; refused if scene, mesh or law are not the same.
     #[arg(long, value_name = "DIR", conflicts_with = "references")]
     references_from: Option<PathBuf>,
-    /// Runs with other random numbers, whose spread says which error is worth paying for; 2 if not given.
+    /// Runs with other seeds, whose spread bounds the error that is meaningful from below; 2 by default.
     #[arg(long, value_name = "N")]
     seeds: Option<u16>,
     /// Wall time of a run, whole seconds, 300 if not given; references may take 5 times as long.
@@ -80,7 +81,7 @@ Examples:
   rumple accuracy scene-accuracy                                     gather what there is
 
 Runs are made one at a time, so that they do not disturb one another's times; --jobs N makes N at once.
-The same command again goes on where it was stopped. Runs that fail or take too long are shown as such; exit
+The same command again continues an interrupted study. Runs that fail or take too long are shown as such; exit
 code 1 if no reference came to its end, or a run ended without a word.";
 
 pub(super) fn run(args: &AccuracyArgs) -> Result<()> {

@@ -112,7 +112,7 @@ fn print_law(simulation: &Simulation) {
     }
     if chemistry.location() == Location::Face && !chemistry.transports().is_empty() {
         say!(
-            "warning    the Green-Gauss scheme hardly damps half of the face modes and does \
+            "warning    the Green-Gauss scheme barely damps half of the face modes and does \
              not converge on irregular meshes; it is meant for comparison with the paper"
         );
     }
@@ -127,7 +127,7 @@ fn print_unknowns(scene: &Scene, simulation: &Simulation) {
             scene.equilibrium.name(),
             scene.equilibrium.tolerance()
         );
-        // In a plane z is no unknown that something could hold.
+        // On a planar sheet z is not a degree of freedom that a pin could fix.
         let (axes, rigid) = if model.mechanics().is_planar() { (2, 3) } else { (3, 6) };
         let pins = model.mechanics().pins();
         let fixed: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|fixed| **fixed).count();

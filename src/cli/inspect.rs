@@ -50,12 +50,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     if let Some(path) = &args.state {
         inputs.add("the state", path);
     }
-    let json = place(args.json.as_ref(), args.force, &inputs)?;
-    let vtu = place(args.vtu.as_ref(), args.force, &inputs)?;
-    if json.is_some() && json == vtu {
-        let message = "--json and --vtu name the same file".to_owned();
-        return Err(Error::Refused(message));
-    }
+    let [json, vtu] = places(args, &inputs)?;
     let mut simulation = Simulation::new(&scene, &search)?;
     let read = provenance::inputs(&scene, simulation.plugins());
     for file in [&json, &vtu].into_iter().flatten() {
@@ -90,17 +85,15 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     }
     let mut result = inspect::inspect(&mut simulation)?;
     if let Some(all) = result.as_object_mut() {
-        if let Some(report) = &stability {
-            all.insert("stability".into(), report.to_json());
-        }
-        if let Some(done) = &relaxed {
+        all.extend(stability.as_ref().map(|report| ("stability".into(), report.to_json())));
+        all.extend(relaxed.map(|done| {
             let work = json!({
                 "iterations": done.iterations,
                 "residual": done.residual,
                 "tolerance": simulation.force_tolerance(),
             });
-            all.insert("relaxation".into(), work);
-        }
+            ("relaxation".into(), work)
+        }));
     }
     match &json {
         Some(file) => {
@@ -113,14 +106,34 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         None => {}
     }
     if let Some(file) = &vtu {
-        let mut frame = simulation.frame()?;
-        if let Some(report) = &stability {
-            add_modes(&mut frame, &report.spectrum.modes);
-        }
-        let bytes = vtu::encode(&frame, Compression::default())?;
-        file.write(|writer| writer.write_all(&bytes))?;
+        write_frame(file, &mut simulation, stability.as_ref())?;
     }
     Ok(())
+}
+
+/// Writes the frame of the state, with the modes of `stability`.
+fn write_frame(
+    file: &ResultFile,
+    simulation: &mut Simulation,
+    stability: Option<&StabilityReport>,
+) -> Result<()> {
+    let mut frame = simulation.frame()?;
+    if let Some(report) = stability {
+        add_modes(&mut frame, &report.spectrum.modes);
+    }
+    let bytes = vtu::encode(&frame, Compression::default())?;
+    file.write(|writer| writer.write_all(&bytes))?;
+    Ok(())
+}
+
+/// The files of `--json` and `--vtu`, which must differ.
+fn places(args: &InspectArgs, inputs: &Inputs) -> Result<[Option<ResultFile>; 2]> {
+    let json = place(args.json.as_ref(), args.force, inputs)?;
+    let vtu = place(args.vtu.as_ref(), args.force, inputs)?;
+    if json.is_some() && json == vtu {
+        return Err(Error::Refused("--json and --vtu name the same file".to_owned()));
+    }
+    Ok([json, vtu])
 }
 
 /// Where a result goes, if it is asked for.

@@ -28,7 +28,7 @@ pub struct MeshArgs {
 enum Command {
     /// Make an irregular mesh of a simple shape (or an icosphere).
     Generate(GenerateArgs),
-    /// Repair a mesh file and write it anew: vertices at one point, duplicates, triangles without area, small
+    /// Repair a mesh file and write the result: coincident vertices, duplicates, degenerate triangles, small
     /// parts, orientation, loose vertices. Exit code 2 with the places of what cannot be repaired.
     Repair(RepairArgs),
     /// Report all faults of a mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk); exit code 2 if it is
@@ -180,7 +180,7 @@ enum ShapeCommand {
 }
 
 impl ShapeCommand {
-    /// Makes the mesh; also what it is of, for the report.
+    /// Generates the mesh; returned with the description of its shape.
     fn generate(&self, vertices: usize, seed: u64) -> crate::Result<(Sheet, Value)> {
         let shape = match *self {
             Self::Disc { radius } => Shape::Disc { radius },

@@ -1,7 +1,7 @@
 //! Commands: each parses its arguments, calls the library and prints.
 
-/// Prints a line on standard output. Nobody may be left to read it, as in `rumple check … | head`:
-/// that is no reason to stop.
+/// Prints a line on standard output. A closed pipe, as in `rumple check … | head`, is not
+/// an error.
 macro_rules! say {
     ($($text:tt)*) => {{
         use std::io::Write;
@@ -58,7 +58,7 @@ enum Command {
     New(new::NewArgs),
     /// Run a scene and write frames for ParaView, a ledger and the resolved scene.
     Run(run::RunArgs),
-    /// Go on with a run that was interrupted or killed, from its last checkpoint.
+    /// Resume a run that was interrupted or killed, from its last checkpoint.
     Resume(resume::ResumeArgs),
     /// Check a scene without running it and say what it calls for.
     Check(check::CheckArgs),
@@ -207,7 +207,7 @@ pub fn main() -> ExitCode {
     ranks::end(code, &text)
 }
 
-/// Says on standard error what takes so long, for as long as it is there.
+/// Progress message on standard error, while this value lives.
 struct Waiting {
     /// Whose end is seen.
     _end: Option<mpsc::Sender<()>>,
@@ -224,7 +224,7 @@ impl Waiting {
                 warn(&format!("{what}, for {:.0} s so far", began.elapsed().as_secs_f64()));
             }
         };
-        // Without a thread for it there is no word.
+        // Without a thread, no message.
         let told = !silent && thread::Builder::new().spawn(watch).is_ok();
         Self { _end: told.then_some(end) }
     }

@@ -13,7 +13,7 @@ use crate::run::{Error, Result};
 use crate::sheet::{Array, Surface, read};
 use crate::view;
 
-/// Extent across over the largest one, below which a sheet is looked at from above.
+/// Extent across over the largest one, below which a sheet is viewed from above.
 const FLAT: f64 = 0.02;
 
 /// Arguments of `paraview`.
@@ -154,7 +154,7 @@ fn spread([low, high]: [f64; 2]) -> [f64; 2] {
     [low, high]
 }
 
-/// The array of this name, or the first one that is no displacement.
+/// The array of this name, or the first one that is not a displacement.
 fn choose(
     frame: &Surface,
     wanted: Option<&str>,

@@ -19,7 +19,7 @@ use crate::solve::SolveError;
 pub(super) struct ResumeArgs {
     /// The directory of the run.
     directory: PathBuf,
-    /// Go on until this time instead of the one in the scene.
+    /// Continue until this time instead of the one in the scene.
     #[arg(long, value_name = "T")]
     until: Option<f64>,
     /// Directory to look for plugins in, before RUMPLE_PLUGIN_PATH and the program's own

@@ -131,13 +131,13 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     let root = directory.root().display();
     match done.resumable {
         Some(step) if step < done.step => say!(
-            "`rumple resume {root}` goes on from step {step}, where the last checkpoint is, and computes {} again; \
+            "`rumple resume {root}` continues from step {step}, where the last checkpoint is, and computes {} again; \
              `rumple run --from FRAME` begins with the last frame, with other rounding",
             done.step - step
         ),
-        Some(step) => say!("`rumple resume {root}` goes on from step {step}"),
+        Some(step) => say!("`rumple resume {root}` continues from step {step}"),
         None if done.ending == Ending::Interrupted => {
-            say!("it cannot be resumed: there is no checkpoint yet")
+            say!("it cannot be resumed: no checkpoint has been written yet")
         }
         None => {}
     }

@@ -145,7 +145,8 @@ impl Stepper {
         self.check()?;
         self.hold();
         let work = self.model().tally().work();
-        let (causes, not_finite) = (self.workspace.tries().causes(), self.model().not_finite());
+        let (causes, not_finite) =
+            (self.workspace.rejections().causes(), self.model().not_finite());
         self.workspace.mark();
         let window = self.breakpoints.window(time, until);
         self.state.time = window.start;
@@ -159,7 +160,7 @@ impl Stepper {
         self.model().tally().count(|work| work.steps += 1);
         Ok(StepReport {
             work: self.model().tally().work() - work,
-            rejected: self.workspace.tries().causes().since(causes),
+            rejected: self.workspace.rejections().causes().since(causes),
             not_finite: self.model().not_finite() - not_finite,
             ..report
         })

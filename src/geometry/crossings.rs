@@ -3,7 +3,7 @@
 //! Two triangles cross where an edge of one passes through the plane of the other inside of it (signs of the
 //! volumes of tetrahedra; Guigue & Devillers, J. Graphics Tools 8 (2003) 25, doi:10.1080/10867651.2003.10487580). Of two that
 //! share a corner only the edges opposite of it are asked; two that share an edge cross only where one lies folded
-//! flat on the other. Triangles in one plane cross where they overlap. A touch is no crossing.
+//! flat on the other. Triangles in one plane cross where they overlap. A touch does not count as a crossing.
 //!
 //! Candidates come from a tree of boxes that follows the shape (`box_tree.rs`). All pairs are found, in O(n log n) for
 //! n triangles of a sheet that is not crumpled beyond recognition.

@@ -194,7 +194,7 @@ impl RestMetric {
 }
 
 /// Area of the triangle with the given sides, by Kahan's stable form of Heron's formula;
-/// 0 or NaN if there is no such triangle.
+/// 0 or NaN if they violate the triangle inequality.
 ///
 /// With `a ≥ b ≥ c`: `A = ¼ √((a+(b+c)) (c-(a-b)) (c+(a-b)) (a+(b-c)))`.
 #[must_use]

@@ -92,85 +92,18 @@ impl JointKinetics {
         Ok(joint)
     }
 
+    /// Adds a law; species and observables under their new names.
+    ///
+    /// # Errors
+    /// A key of the law's table, and what is wrong with it.
     fn add(&mut self, member: Member) -> Result<(), (String, String)> {
         let Member { kinetics, rename, shared } = member;
-        let all = &mut self.descriptor;
         let own = kinetics.descriptor();
-        let known: Vec<&str> = own
-            .species
-            .iter()
-            .map(|s| s.name.as_str())
-            .chain(own.observables.iter().map(|o| o.name.as_str()))
-            .collect();
-        if let Some(name) = rename.keys().find(|name| !known.contains(&name.as_str())) {
-            let message = format!("`{}` has no `{name}`; it has {}", own.name, known.join(", "));
-            return Err((format!("rename.{name}"), message));
-        }
+        known_names(own, &rename)?;
         let renamed = |name: &String| rename.get(name).unwrap_or(name).clone();
-        let mut species = Vec::new();
-        let before = all.species.len();
-        for one in &own.species {
-            let name = renamed(&one.name);
-            let is_shared = shared.contains(&name);
-            match all.species_index(&name) {
-                Some(number) if number >= before => {
-                    let key = format!("rename.{}", one.name);
-                    return Err((key, format!("this would give the law two species `{name}`")));
-                }
-                Some(number) if is_shared => {
-                    share(&mut all.species[number], one)?;
-                    species.push(number);
-                }
-                Some(_) => {
-                    let other = if own.id.starts_with(FORMULA) {
-                        "give it another name here".to_owned()
-                    } else {
-                        format!("rename = {{ {} = \"…\" }}", one.name)
-                    };
-                    let message = format!(
-                        "the species `{name}` belongs to an earlier law already; if it is the same \
-                         concentration, say shared = [\"{name}\"], else {other}"
-                    );
-                    return Err((String::new(), message));
-                }
-                None if is_shared => {
-                    let names: Vec<&str> = all.species.iter().map(|s| s.name.as_str()).collect();
-                    let there = if names.is_empty() {
-                        "this is the first law: the later one says `shared`".to_owned()
-                    } else {
-                        format!("there are {}", names.join(", "))
-                    };
-                    let message = format!("no earlier law has a species `{name}`; {there}");
-                    return Err(("shared".into(), message));
-                }
-                None => {
-                    species.push(all.species.len());
-                    let mut one = one.clone();
-                    one.name = name;
-                    all.species.push(one);
-                }
-            }
-        }
-        let names: Vec<String> = own.species.iter().map(|s| renamed(&s.name)).collect();
-        if let Some(name) = shared.iter().find(|name| !names.contains(name)) {
-            let message =
-                format!("`{}` has no species `{name}`; it has {}", own.name, names.join(", "));
-            return Err(("shared".into(), message));
-        }
-        let first = all.observables.len();
-        for one in &own.observables {
-            let name = renamed(&one.name);
-            if all.observables.iter().any(|o| o.name == name) || all.species_index(&name).is_some()
-            {
-                let message = format!(
-                    "the name `{name}` is taken by an earlier law: rename = {{ {} = \"…\" }}",
-                    one.name
-                );
-                return Err((String::new(), message));
-            }
-            all.observables.push(super::Observable { name, ..one.clone() });
-        }
-        let observables = first..all.observables.len();
+        let species = self.add_species(own, renamed, &shared)?;
+        let observables = self.add_observables(own, renamed)?;
+        let all = &mut self.descriptor;
         unite(&mut all.signals, &own.signals);
         unite(&mut all.observed, &own.observed);
         if !all.name.is_empty() {
@@ -189,6 +122,68 @@ impl JointKinetics {
         Ok(())
     }
 
+    /// Adds the species of a law, those in `shared` by uniting them with an earlier law's; returns their numbers.
+    fn add_species(
+        &mut self,
+        own: &Descriptor,
+        renamed: impl Fn(&String) -> String,
+        shared: &[String],
+    ) -> Result<Vec<usize>, (String, String)> {
+        let all = &mut self.descriptor;
+        let mut species = Vec::new();
+        let before = all.species.len();
+        for one in &own.species {
+            let name = renamed(&one.name);
+            let is_shared = shared.contains(&name);
+            match all.species_index(&name) {
+                Some(number) if number >= before => {
+                    let key = format!("rename.{}", one.name);
+                    return Err((key, format!("this would give the law two species `{name}`")));
+                }
+                Some(number) if is_shared => {
+                    share(&mut all.species[number], one)?;
+                    species.push(number);
+                }
+                Some(_) => return Err(taken(own, one, &name)),
+                None if is_shared => return Err(not_shared(all, &name)),
+                None => {
+                    species.push(all.species.len());
+                    all.species.push(Species { name, ..one.clone() });
+                }
+            }
+        }
+        let names: Vec<String> = own.species.iter().map(|s| renamed(&s.name)).collect();
+        if let Some(name) = shared.iter().find(|name| !names.contains(name)) {
+            let message =
+                format!("`{}` has no species `{name}`; it has {}", own.name, names.join(", "));
+            return Err(("shared".into(), message));
+        }
+        Ok(species)
+    }
+
+    /// Adds the observables of a law; returns their range among all.
+    fn add_observables(
+        &mut self,
+        own: &Descriptor,
+        renamed: impl Fn(&String) -> String,
+    ) -> Result<Range<usize>, (String, String)> {
+        let all = &mut self.descriptor;
+        let first = all.observables.len();
+        for one in &own.observables {
+            let name = renamed(&one.name);
+            if all.observables.iter().any(|o| o.name == name) || all.species_index(&name).is_some()
+            {
+                let message = format!(
+                    "the name `{name}` is taken by an earlier law: rename = {{ {} = \"…\" }}",
+                    one.name
+                );
+                return Err((String::new(), message));
+            }
+            all.observables.push(super::Observable { name, ..one.clone() });
+        }
+        Ok(first..all.observables.len())
+    }
+
     /// Finds the columns of every member's signals among all, now that all are known.
     fn connect(&mut self) {
         for part in &mut self.members {
@@ -197,6 +192,45 @@ impl JointKinetics {
             part.observed = among(&self.descriptor.observed, &own.observed);
         }
     }
+}
+
+/// Refuses to rename what the law does not have.
+fn known_names(
+    own: &Descriptor,
+    rename: &BTreeMap<String, String>,
+) -> Result<(), (String, String)> {
+    let species = own.species.iter().map(|s| s.name.as_str());
+    let known: Vec<&str> = species.chain(own.observables.iter().map(|o| o.name.as_str())).collect();
+    let Some(name) = rename.keys().find(|name| !known.contains(&name.as_str())) else {
+        return Ok(());
+    };
+    let message = format!("`{}` has no `{name}`; it has {}", own.name, known.join(", "));
+    Err((format!("rename.{name}"), message))
+}
+
+/// Error of a law whose species `one`, as `name`, is an earlier law's without being shared.
+fn taken(own: &Descriptor, one: &Species, name: &str) -> (String, String) {
+    let other = if own.id.starts_with(FORMULA) {
+        "give it another name here".to_owned()
+    } else {
+        format!("rename = {{ {} = \"…\" }}", one.name)
+    };
+    let message = format!(
+        "the species `{name}` belongs to an earlier law already; if it is the same concentration, say \
+         shared = [\"{name}\"], else {other}"
+    );
+    (String::new(), message)
+}
+
+/// Error of a law that shares a species `name` no earlier law has.
+fn not_shared(all: &Descriptor, name: &str) -> (String, String) {
+    let names: Vec<&str> = all.species.iter().map(|s| s.name.as_str()).collect();
+    let there = if names.is_empty() {
+        "this is the first law: the later one says `shared`".to_owned()
+    } else {
+        format!("there are {}", names.join(", "))
+    };
+    ("shared".into(), format!("no earlier law has a species `{name}`; {there}"))
 }
 
 /// What two laws say of one species: a range that suits both.

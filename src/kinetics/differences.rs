@@ -171,7 +171,7 @@ impl Range {
     }
 
     /// Inputs on one side of `x` and within the range, the last at the distance of a central
-    /// difference; `None` where there is no room.
+    /// difference; `None` where the range is too narrow.
     fn beside(self, x: f64, side: Side) -> Option<[f64; SCALES]> {
         let wanted = 16.0 * STEP * x.abs().max(self.typical);
         let room = match side {

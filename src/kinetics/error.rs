@@ -11,7 +11,7 @@ use rumple_numerics::num::Short;
 pub enum KineticsError {
     /// No plugin of this name where plugins are looked for.
     #[error(
-        "there is no plugin `{name}`{}\nfound: {}\nlooked in: {}; --plugin-path DIR adds a \
+        "no plugin `{name}`{}\nfound: {}\nlooked in: {}; --plugin-path DIR adds a \
          directory, and ./{name}.so is a path",
         hint(nearest.as_deref()),
         list(found),
@@ -292,7 +292,7 @@ pub enum KineticsError {
         after: f64,
     },
     /// A plugin changed what belongs to the whole process, or to the thread that called it.
-    #[error("plugin `{plugin}` {what} in {call}: a law must leave all but its outputs as it is")]
+    #[error("plugin `{plugin}` {what} in {call}: a plugin must not modify global state")]
     Misbehaves {
         /// The plugin.
         plugin: String,
@@ -301,7 +301,7 @@ pub enum KineticsError {
         /// What it does.
         what: String,
     },
-    /// A plugin in a process of its own ended that, or did not answer; or there is no such process.
+    /// An isolated plugin ended its process or did not answer, or its process could not be started.
     #[error("{0}")]
     Isolated(String),
     /// An input that is not a finite number: the fault lies before the kinetics.

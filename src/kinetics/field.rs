@@ -46,7 +46,7 @@ impl Columns {
     /// One column.
     ///
     /// # Panics
-    /// If there is no such column.
+    /// The column does not exist.
     #[must_use]
     #[inline]
     pub fn column(&self, column: usize) -> &[f64] {

@@ -19,7 +19,6 @@ pub mod descriptor;
 pub mod differences;
 mod error;
 mod exact;
-pub mod examine;
 pub mod field;
 pub mod formula;
 mod library;
@@ -30,6 +29,7 @@ mod plugin;
 pub mod search;
 mod signal;
 mod site;
+pub mod validation;
 
 pub use batch::{Batch, Column};
 pub use combined::{JointError, JointKinetics, Member};

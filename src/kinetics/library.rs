@@ -50,6 +50,36 @@ pub struct Library {
     observe: abi::Evaluate,
 }
 
+/// Compares the functions of a table with the capabilities declared.
+fn functions_match(
+    table: &abi::PluginTable,
+    given: crate::Capabilities,
+) -> Result<(), (String, String)> {
+    let functions = [
+        ("create", true, table.create.is_some()),
+        ("destroy", true, table.destroy.is_some()),
+        ("rates", true, table.rates.is_some()),
+        ("rate_partials", given.rate_partials, table.rate_partials.is_some()),
+        ("length_factor", given.length_factor, table.length_factor.is_some()),
+        (
+            "length_factor_partials",
+            given.length_factor_partials,
+            table.length_factor_partials.is_some(),
+        ),
+    ];
+    if let Some((name, ..)) = functions.iter().find(|(_, needed, there)| *needed && !there) {
+        return Err((format!("function `{name}`"), "is null".to_owned()));
+    }
+    if let Some((name, ..)) = functions.iter().find(|(_, needed, there)| !needed && *there) {
+        let problem = format!(
+            "is there, but the capabilities lack RUMPLE_{}: it would never be called",
+            name.to_uppercase()
+        );
+        return Err((format!("function `{name}`"), problem));
+    }
+    Ok(())
+}
+
 impl Library {
     /// Loads the plugin at a path and checks its table and descriptor.
     ///
@@ -87,29 +117,7 @@ impl Library {
         let mut descriptor = unsafe { read::descriptor(&table) }.map_err(bad)?;
         // SAFETY: as above.
         let observe = unsafe { read::observables(&table, &mut descriptor) }.map_err(bad)?;
-        let given = descriptor.capabilities;
-        let required = [
-            ("create", true, table.create.is_some()),
-            ("destroy", true, table.destroy.is_some()),
-            ("rates", true, table.rates.is_some()),
-            ("rate_partials", given.rate_partials, table.rate_partials.is_some()),
-            ("length_factor", given.length_factor, table.length_factor.is_some()),
-            (
-                "length_factor_partials",
-                given.length_factor_partials,
-                table.length_factor_partials.is_some(),
-            ),
-        ];
-        if let Some((name, ..)) = required.iter().find(|(_, needed, there)| *needed && !there) {
-            return Err(bad((format!("function `{name}`"), "is null".to_owned())));
-        }
-        if let Some((name, ..)) = required.iter().find(|(_, needed, there)| !needed && *there) {
-            let problem = format!(
-                "is there, but the capabilities lack RUMPLE_{}: it would never be called",
-                name.to_uppercase()
-            );
-            return Err(bad((format!("function `{name}`"), problem)));
-        }
+        functions_match(&table, descriptor.capabilities).map_err(bad)?;
         Ok(Arc::new(Self {
             create: table.create,
             destroy: table.destroy,

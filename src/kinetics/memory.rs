@@ -1,6 +1,6 @@
 //! How much memory there is in use.
 
-/// Bytes of memory that this process does not share, where the system says so.
+/// Private resident bytes of this process, where the system reports them.
 pub(crate) fn own_bytes() -> Option<u64> {
     const PAGE: u64 = 4096;
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;

@@ -106,7 +106,7 @@ impl FromStr for Signal {
     fn from_str(name: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|signal| signal.name() == name).ok_or_else(|| {
             let names = Self::ALL.map(Self::name).join(", ");
-            format!("there is no signal `{name}`; there are {names}")
+            format!("no signal `{name}`; expected one of {names}")
         })
     }
 }

@@ -16,7 +16,7 @@ pub struct Site {
     pub point: usize,
     /// Name and value of every input there: species, signal columns, parameters that vary.
     pub inputs: Vec<(String, f64)>,
-    /// Where it is, if somebody who knows has said so.
+    /// Its place, where the caller has given one.
     pub position: Option<[f64; 3]>,
 }
 

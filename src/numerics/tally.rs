@@ -1,6 +1,6 @@
 //! What work costs: how often it is done, how long it takes, how much memory it keeps.
 //!
-//! A [`Tally`] has a [`Meter`] for every kind of work. Whoever does a piece of it opens a [`Scope`]; when that
+//! A [`Tally`] has a [`Meter`] for every kind of work. A piece of work opens a [`Scope`]; when that
 //! ends, the time and memory since its beginning go to its meter, less what scopes that began and ended
 //! within took: every moment counts once, so the times of all meters add up to the wall time less what no
 //! scope covers.

@@ -29,12 +29,12 @@ const HASH: usize = 32;
 /// Why a checkpoint cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Unusable {
-    /// It is no checkpoint, was cut short, or has changed.
+    /// Not a checkpoint, truncated, or with a wrong checksum.
     #[error("is damaged: {0}")]
     Damaged(&'static str),
     /// Another program has written it.
     #[error(
-        "is of another version (`{found}`, expected `{WRITER}`): go on with the program that wrote it"
+        "is of another version (`{found}`, expected `{WRITER}`): resume with the program that wrote it"
     )]
     Version {
         /// What it says of itself.

@@ -85,7 +85,7 @@ impl ResultDirectory {
         Ok(directory)
     }
 
-    /// Claims `root` for a run that goes on in it; nothing is changed but what says how the run stands, and
+    /// Locks `root` for a run to be continued in it; nothing is changed but the record of its status, and
     /// that by [`Claim::begin`].
     ///
     /// # Errors

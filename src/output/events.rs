@@ -27,7 +27,7 @@ pub struct Event<'a> {
     pub kind: &'a str,
     /// Smallest eigenvalue of the energy's Hessian per rest area, force/length³.
     pub eigenvalue: Option<f64>,
-    /// Directions that lower the energy.
+    /// Number of negative-curvature modes.
     pub negative: Option<usize>,
     /// Energy that it released.
     pub released: Option<f64>,
@@ -35,7 +35,7 @@ pub struct Event<'a> {
     pub modes: &'a str,
 }
 
-/// The list of events; lines go to the disk as they are appended, and there is no file before the first.
+/// The list of events; lines go to the disk as they are appended, and the file is created with the first.
 #[derive(Debug)]
 pub struct Events {
     path: PathBuf,
@@ -62,7 +62,7 @@ impl Events {
         Ok(())
     }
 
-    /// Opens the list of an earlier run to go on after its first `count` events; later ones are dropped, and the
+    /// Opens the list of an earlier run to continue after its first `count` events; later ones are dropped, and the
     /// file too where none are left.
     ///
     /// # Errors

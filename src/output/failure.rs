@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIR/failure/report.md      what failed, where, and what to try
-//! DIR/failure/ledger.csv     the last steps, and the tries that were rejected
+//! DIR/failure/ledger.csv     the last steps, and the rejected step attempts
 //! DIR/failure/state.vtu      the last good state, with what acts on it
 //! DIR/failure/replay.toml    a scene that begins just before the failure
 //! DIR/failure/start.bin      where it begins

@@ -41,7 +41,7 @@ impl ResultFile {
         if let Some(parent) = full.parent()
             && !parent.is_dir()
         {
-            return refuse(&format!("there is no directory {}", parent.display()));
+            return refuse(&format!("no directory {}", parent.display()));
         }
         let there = fs::symlink_metadata(&full).is_ok();
         if there && !force && !atomic::is_device(&full) {
@@ -74,7 +74,7 @@ impl ResultFile {
             Self::StandardOutput => {
                 let mut out = std::io::stdout().lock();
                 match fill(&mut out).and_then(|()| out.flush()) {
-                    // Nobody may be left to read it, which is not a failure.
+                    // A closed pipe is not a failure.
                     Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
                         Err(OutputError::write(Path::new("standard output"))(e))
                     }

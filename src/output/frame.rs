@@ -1,4 +1,4 @@
-//! One state as it is shown: positions, triangles and named fields.
+//! A frame: positions, triangles and named fields of one state.
 
 use std::borrow::Cow;
 

@@ -13,7 +13,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Adds a file; `what` says what it is to the user, as in `the scene`.
+    /// Adds a file; `what` is its role, as in `the scene`.
     pub fn add(&mut self, what: impl Into<String>, path: &Path) {
         // What is not there cannot be overwritten.
         if let Ok(full) = fs::canonicalize(path) {
@@ -24,7 +24,7 @@ impl Inputs {
     /// Checks that none of them lies in `directory`.
     ///
     /// # Errors
-    /// [`OutputError::Directory`] with the file and what it is.
+    /// [`OutputError::Directory`] with the file and its role.
     pub fn outside(&self, directory: &Path) -> Result<(), OutputError> {
         let Ok(full) = fs::canonicalize(directory) else { return Ok(()) };
         match self.files.iter().find(|(_, file)| file.starts_with(&full)) {
@@ -49,7 +49,7 @@ impl Inputs {
     /// Checks that `path` is none of them.
     ///
     /// # Errors
-    /// [`OutputError::Refused`] with the file and what it is.
+    /// [`OutputError::Refused`] with the file and its role.
     pub fn check_not_input(&self, path: &Path) -> Result<(), OutputError> {
         let Ok(full) = fs::canonicalize(path) else { return Ok(()) };
         match self.files.iter().find(|(_, file)| *file == full) {

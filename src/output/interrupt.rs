@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use super::{OutputError, RunStatus, claim};
+use super::{OutputError, RunStatus, lock};
 
 /// The first signal that came, or its negative where something else asked; or none.
 static REQUESTED: AtomicI32 = AtomicI32::new(NONE);
@@ -116,7 +116,7 @@ fn came(signal: i32) -> bool {
         (before <= NONE).then_some(signal)
     });
     if first.is_err() {
-        claim::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
+        lock::end_all(RunStatus::Interrupted, "ended by a second signal, in the middle of a step");
     }
     first.is_ok()
 }
@@ -150,8 +150,8 @@ mod system {
         Ok(())
     }
 
-    /// Whether SIGHUP is known not to be ignored. Where that cannot be found out it is left as it
-    /// is, which ends the program or, if it is ignored, does not.
+    /// Whether SIGHUP is known not to be ignored. Where that cannot be determined it is left
+    /// unchanged, which ends the program or, if it is ignored, does not.
     fn hangup_counts() -> bool {
         let Ok(text) = std::fs::read_to_string("/proc/self/status") else { return false };
         let ignored = text.lines().find_map(|line| line.strip_prefix("SigIgn:"));

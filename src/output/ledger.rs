@@ -34,7 +34,7 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// Opens the ledger of an earlier run to go on after `last_step`: later rows are dropped.
+    /// Opens the ledger of an earlier run to continue after `last_step`: later rows are dropped.
     ///
     /// A last row without its line end, which a killed run can leave, is dropped as well.
     ///

@@ -23,7 +23,6 @@
 
 pub mod atomic;
 pub mod checkpoint;
-pub mod claim;
 pub mod clock;
 pub mod directory;
 mod encode;
@@ -34,6 +33,7 @@ pub mod frame;
 pub mod inputs;
 pub mod interrupt;
 pub mod ledger;
+pub mod lock;
 pub mod picture;
 pub mod plot;
 pub mod progress;
@@ -47,7 +47,6 @@ pub mod vtu;
 use std::path::{Path, PathBuf};
 
 pub use checkpoint::CheckpointFiles;
-pub use claim::{Claim, Predicted, Reached, RunStatus, SelfIntersection, Standing, Took};
 pub use directory::ResultDirectory;
 pub use failure::FailureFolder;
 pub use file::ResultFile;
@@ -55,6 +54,7 @@ pub use frame::{Field, Frame};
 pub use inputs::Inputs;
 pub use interrupt::Interrupt;
 pub use ledger::Ledger;
+pub use lock::{Claim, Predicted, Reached, RunStatus, SelfIntersection, Standing, Took};
 pub use progress::{Mode, Progress, ProgressLine};
 pub use provenance::Provenance;
 pub use series::{Format, Series};

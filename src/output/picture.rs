@@ -137,19 +137,7 @@ pub fn sheet(
     if !flat.iter().all(|p| p.iter().all(|p| p.is_finite())) {
         return picture;
     }
-    let mut normals = vec![Vec3::zeros(); x.len()];
-    for t in triangles {
-        let [a, b, c] = t.map(|v| flat[v as usize]);
-        for &v in t {
-            normals[v as usize] += (b - a).cross(&(c - a));
-        }
-    }
-    let brightness = |n: &Vec3| -> f64 {
-        let n = n.try_normalize(0.0).unwrap_or(Vec3::z());
-        let n = if n.z < 0.0 { -n } else { n };
-        SHADE + (1.0 - SHADE) * n.dot(&LIGHT).max(0.0)
-    };
-    let bright: Vec<f64> = normals.iter().map(brightness).collect();
+    let bright = brightness(&flat, triangles);
     let mut depth = vec![f64::NEG_INFINITY; size * size];
     for t in triangles {
         let corners = t.map(|v| flat[v as usize]);
@@ -158,12 +146,7 @@ pub fn sheet(
         if area == 0.0 {
             continue;
         }
-        let span = |axis: usize| {
-            let values = corners.map(|p| p[axis]);
-            let least = values.iter().fold(f64::INFINITY, |l, v| l.min(*v)).max(0.0);
-            let most = values.iter().fold(0.0f64, |m, v| m.max(*v)).min(real(size) - 1.0);
-            whole(least.floor())..whole(most.ceil().max(0.0)) + 1
-        };
+        let span = |axis: usize| span(corners.map(|p| p[axis]), size);
         for row in span(1) {
             for column in span(0) {
                 let (px, py) = (real(column), real(row));
@@ -193,6 +176,30 @@ pub fn sheet(
         }
     }
     picture
+}
+
+/// Brightness of every vertex by the direction of its normal, the sum of those of its triangles.
+fn brightness(flat: &[Vec3], triangles: &[[u32; 3]]) -> Vec<f64> {
+    let mut normals = vec![Vec3::zeros(); flat.len()];
+    for t in triangles {
+        let [a, b, c] = t.map(|v| flat[v as usize]);
+        for &v in t {
+            normals[v as usize] += (b - a).cross(&(c - a));
+        }
+    }
+    let of = |n: &Vec3| -> f64 {
+        let n = n.try_normalize(0.0).unwrap_or(Vec3::z());
+        let n = if n.z < 0.0 { -n } else { n };
+        SHADE + (1.0 - SHADE) * n.dot(&LIGHT).max(0.0)
+    };
+    normals.iter().map(of).collect()
+}
+
+/// The pixels of a picture of `size` pixels between the least and the largest of `values`.
+fn span(values: [f64; 3], size: usize) -> Range<usize> {
+    let least = values.iter().fold(f64::INFINITY, |l, v| l.min(*v)).max(0.0);
+    let most = values.iter().fold(0.0f64, |m, v| m.max(*v)).min(real(size) - 1.0);
+    whole(least.floor())..whole(most.ceil().max(0.0)) + 1
 }
 
 /// Colours from 0 on the left to 1 on the right.

@@ -159,6 +159,8 @@ impl Figure {
     }
 }
 
+type Chart<'a, 'b> = ChartContext<'a, Canvas<'b>, Cartesian2d<Axis, Axis>>;
+
 /// Which guide a name is of, if it is of one.
 type Guides<'a> = &'a dyn Fn(usize) -> Option<usize>;
 
@@ -254,6 +256,16 @@ impl Panel {
             let marks = points.iter().map(|p| Circle::new(*p, radius, colour(*name).filled()));
             chart.draw_series(marks).map_err(refused)?;
         }
+        self.marks(&mut chart, edges)
+    }
+
+    /// Marks errors of 0 on the lower edge and failed runs on the upper one.
+    fn marks(
+        &self,
+        chart: &mut Chart<'_, '_>,
+        edges: &(Range<f64>, Range<f64>),
+    ) -> Result<(), OutputError> {
+        let across = self.logarithmic.0;
         let down = triangle((0.0, 0.0), (0.0, -1.0));
         for (name, x) in self.zeros.iter().filter(|(_, x)| reached(*x, across)) {
             let mark = EmptyElement::at((*x, edges.1.start))

@@ -111,7 +111,7 @@ impl Progress {
         Self { shown, start, end, last: None, last_shown: false }
     }
 
-    /// Tells what is known after a step.
+    /// Reports the progress after a step.
     pub fn update(&mut self, line: &ProgressLine) {
         let text = self.describe(line);
         let share = self.share(line.time);

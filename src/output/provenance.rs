@@ -43,7 +43,7 @@ pub fn digest_of(path: &Path) -> Result<u64, OutputError> {
 
 /// SHA-256 of a file.
 fn hash_of(path: &Path) -> Result<Vec<u8>, OutputError> {
-    // A frame of a file of frames is as it is where all of the file is.
+    // A frame of a file of frames is unchanged where the whole file is.
     let frames = rumple_vtkhdf::frame_of(path).map(|(file, _)| file);
     let path = frames.as_deref().unwrap_or(path);
     let mut file = fs::File::open(path).map_err(OutputError::read(path))?;
@@ -134,7 +134,7 @@ impl Provenance {
         }
     }
 
-    /// Adds to the record in `directory` that the run goes on from there.
+    /// Adds a continuation of the run to the record in `directory`.
     ///
     /// # Errors
     /// [`OutputError::Write`] if the operating system refuses.
@@ -176,7 +176,7 @@ fn command() -> Vec<String> {
     std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect()
 }
 
-/// The name of the machine, as far as it is known without a system call.
+/// The host name, where it is known without a system call.
 fn host() -> String {
     ["/proc/sys/kernel/hostname", "/etc/hostname"]
         .iter()

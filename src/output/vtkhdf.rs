@@ -1,4 +1,4 @@
-//! All frames in one file, temporal VTKHDF: written as a run goes on, and cut back where one is resumed.
+//! All frames in one file, temporal VTKHDF: appended to during a run, truncated where one is resumed.
 
 use std::fs::{self, File, OpenOptions};
 use std::path::Path;
@@ -132,7 +132,7 @@ fn copy(
         }
         writer.as_mut().map_or(Ok(()), |writer| writer.append(state).map_err(io))
     })?;
-    writer.ok_or_else(|| "there is no frame to go on from".to_owned())
+    writer.ok_or_else(|| "the file has no frame to continue from".to_owned())
 }
 
 /// What is wrong with the first frames of a file, if anything is: they are part of the results of a resumed run.

@@ -10,7 +10,7 @@ use std::ptr;
 
 use mpi::ffi::MPI_Comm;
 
-/// An index of PETSc. Built with 64-bit indices where the feature `int64` says so; checked when PETSc starts.
+/// An index of PETSc. Built with 64-bit indices by the feature `int64`; checked when PETSc starts.
 #[cfg(not(feature = "int64"))]
 pub type PetscInt = i32;
 /// An index of PETSc.

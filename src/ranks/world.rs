@@ -83,7 +83,7 @@ pub fn end() {
     }
 }
 
-/// Ends all ranks with `code`: where one cannot go on, and others would wait for it.
+/// Ends all ranks with `code`: where one has failed, and others would wait for it.
 fn abort(code: i32) -> ! {
     match WORLD.get() {
         Some(world) => world.communicator.abort(code),

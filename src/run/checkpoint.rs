@@ -134,12 +134,12 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// The state of what it is of.
+    /// The state to be checkpointed.
     pub(super) fn state(&self) -> &State {
         &self.state
     }
 
-    /// Goes on from `state` as if it were its own; solvers restart.
+    /// Continues from `state`; solvers restart with cleared history.
     pub(super) fn go_on_from(&self, state: State, simulation: &mut Simulation) {
         simulation.stepper.state = state;
         simulation.spent = self.spent;
@@ -276,7 +276,8 @@ impl Checkpoints {
             Err(error) => {
                 self.failed += 1;
                 if self.failed == 1 {
-                    progress.message(&format!("there is no checkpoint: {error}; the run goes on"));
+                    progress
+                        .message(&format!("no checkpoint is written: {error}; the run continues"));
                 }
             }
         }

@@ -1,6 +1,5 @@
 //! What a run cost: share of time and memory of every effect, signal, law and part of the solver.
 
-use std::fmt::Write as _;
 use std::path::Path;
 #[cfg(unix)]
 use std::time::Duration;
@@ -161,7 +160,7 @@ impl Costs {
         }
     }
 
-    /// Bytes that are reserved and hardly used.
+    /// Bytes reserved and mostly unused.
     pub(super) fn reserved(&self) -> i64 {
         let room = self.parts.iter().filter(|part| part.name == counters::RESERVED);
         room.map(|part| part.bytes).sum()
@@ -250,6 +249,29 @@ fn duration(seconds: f64) -> String {
     }
 }
 
+impl PartCost {
+    /// Name, share, time, memory, counts and place, the name padded to `width`.
+    fn line(&self, width: usize, counted: bool) -> String {
+        let memory = if counted { bytes(self.bytes) } else { "-".into() };
+        let mut line = format!(
+            "  {:width$}  {:>6.2} %  {:>8}  {:>9}",
+            self.name,
+            100.0 * self.share,
+            duration(self.seconds),
+            memory
+        );
+        let counts: Vec<String> =
+            self.counts.iter().map(|(name, count)| format!("{count} × {name}")).collect();
+        if !counts.is_empty() {
+            line += &format!("  {}", counts.join(", "));
+        }
+        if let Some(place) = &self.place {
+            line += &format!("  ({place})");
+        }
+        line.trim_end().to_owned()
+    }
+}
+
 impl std::fmt::Display for Costs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let threads = if self.threads == 1 { "thread" } else { "threads" };
@@ -270,23 +292,7 @@ impl std::fmt::Display for Costs {
                 group = &part.group;
                 writeln!(f, "{group}")?;
             }
-            let memory = if counted { bytes(part.bytes) } else { "-".into() };
-            let mut line = format!(
-                "  {:width$}  {:>6.2} %  {:>8}  {:>9}",
-                part.name,
-                100.0 * part.share,
-                duration(part.seconds),
-                memory
-            );
-            let counts: Vec<String> =
-                part.counts.iter().map(|(name, count)| format!("{count} × {name}")).collect();
-            if !counts.is_empty() {
-                let _ = write!(line, "  {}", counts.join(", "));
-            }
-            if let Some(place) = &part.place {
-                let _ = write!(line, "  ({place})");
-            }
-            writeln!(f, "{}", line.trim_end())?;
+            writeln!(f, "{}", part.line(width, counted))?;
         }
         writeln!(f, "work")?;
         let done = Work::NAMES.iter().zip(self.work.values()).filter(|(_, count)| *count > 0);

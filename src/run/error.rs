@@ -31,7 +31,7 @@ pub enum Error {
     /// A result could not be written or a state not be read.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A run could not go on; says when and where the last good state is.
+    /// A run failed; with its time and the place of the last good state.
     #[error(transparent)]
     Stopped(#[from] Failure),
     /// Another rank has failed, and says why.

@@ -123,25 +123,8 @@ impl Fields {
         let moved = sheet.rest().iter().zip(&state.x).map(|(r, x)| x - r);
         let mut displacement = Field::vector("displacement [length]", &[]);
         displacement.data = moved.flat_map(|d| [d.x, d.y, d.z]).collect();
-        let mut point = vec![displacement];
-        let mut cell = Vec::new();
-        if let Some(chemistry) = model.chemistry() {
-            let on_vertices = chemistry.location() == Location::Vertex;
-            let mut carried = (!on_vertices).then(|| at.species_at_vertices());
-            for (s, species) in chemistry.descriptor().species.iter().enumerate() {
-                if self.names.contains(&species.name) {
-                    let title = titled(&species.name, &species.unit);
-                    let values = match &mut carried {
-                        None => Cow::Borrowed(&*state.species[s]),
-                        Some(carried) => std::mem::take(&mut carried[s]).into(),
-                    };
-                    point.push(Field::scalar(title.clone(), values));
-                    if chemistry.location() == Location::Face {
-                        cell.push(Field::scalar(title, &*state.species[s]));
-                    }
-                }
-            }
-        }
+        let (mut point, mut cell) = (vec![displacement], Vec::new());
+        self.add_species(at, &mut point, &mut cell);
         self.observe(at, &mut point, &mut cell)?;
         let columns = at.values_of(&self.signals)?;
         let mut next = columns.into_iter();
@@ -149,46 +132,9 @@ impl Fields {
             let parts: Vec<Vec<f64>> = next.by_ref().take(signal.columns().len()).collect();
             point.push(interleaved(titled(signal.name(), signal.unit()), &parts));
         }
-        for (name, unit) in OTHERS {
-            if self.names.iter().any(|n| n == name) {
-                let title = titled(name, unit);
-                match name {
-                    "vertex_area" => {
-                        let shape = at.potential()?.shape(&state.x);
-                        let curvature = Curvature::of(&shape, &self.area);
-                        point.push(Field::scalar(title, curvature.area));
-                    }
-                    "force" => {
-                        let force: Vec<Vec3> = at.gradient()?.iter().map(|g| -g).collect();
-                        point.push(Field::vector(title, &force));
-                    }
-                    "contact_pressure" => {
-                        let pressure = at.potential()?.contact_pressure(&state.x);
-                        point.push(Field::scalar(title, pressure));
-                    }
-                    "length_factor" => {
-                        point.push(Field::scalar(title, vertex_factor(at.potential()?)))
-                    }
-                    "quality" => cell.push(Field::scalar(title, qualities(sheet, &state.x))),
-                    _ => point.push(Field::vector(title, sheet.rest())),
-                }
-            }
-        }
+        self.add_others(at, &mut point, &mut cell)?;
         internal::add_fields((model, state), &self.names, (&mut point, &mut cell));
-        let mut field_data = Vec::new();
-        let energies = at.energies()?;
-        for (name, value) in model.mechanics().names().zip(&energies) {
-            field_data.push((format!("energy of {name} [energy]"), *value));
-        }
-        if model.mechanics().is_constrained() {
-            let potential = at.potential()?;
-            let values = potential.constraint_values(&state.x);
-            let both = values.iter().zip(potential.multipliers());
-            for (name, (value, multiplier)) in model.mechanics().constraint_names().zip(both) {
-                field_data.push((format!("constraint {name}"), *value));
-                field_data.push((format!("multiplier of {name} [energy]"), *multiplier));
-            }
-        }
+        let field_data = global_values(at)?;
         Ok(Frame {
             time: state.time,
             step: state.step,
@@ -210,6 +156,67 @@ impl Fields {
     /// What the observables read that are asked for.
     pub(super) fn observed(&self) -> Option<&Signals> {
         self.observed.as_ref()
+    }
+
+    /// Adds the species that are listed: on the vertices, and on the faces where they live there.
+    fn add_species<'a>(
+        &self,
+        at: &mut Evaluation<'a>,
+        point: &mut Vec<Field<'a>>,
+        cell: &mut Vec<Field<'a>>,
+    ) {
+        let (model, state) = (at.model(), at.state());
+        let Some(chemistry) = model.chemistry() else { return };
+        let on_vertices = chemistry.location() == Location::Vertex;
+        let mut carried = (!on_vertices).then(|| at.species_at_vertices());
+        for (s, species) in chemistry.descriptor().species.iter().enumerate() {
+            if !self.names.contains(&species.name) {
+                continue;
+            }
+            let title = titled(&species.name, &species.unit);
+            let values = match &mut carried {
+                None => Cow::Borrowed(&*state.species[s]),
+                Some(carried) => std::mem::take(&mut carried[s]).into(),
+            };
+            point.push(Field::scalar(title.clone(), values));
+            if chemistry.location() == Location::Face {
+                cell.push(Field::scalar(title, &*state.species[s]));
+            }
+        }
+    }
+
+    /// Adds the fields of [`OTHERS`] that are listed.
+    fn add_others(
+        &self,
+        at: &mut Evaluation<'_>,
+        point: &mut Vec<Field<'_>>,
+        cell: &mut Vec<Field<'_>>,
+    ) -> Result<()> {
+        let (sheet, x) = (at.model().sheet(), &at.state().x);
+        for (name, unit) in OTHERS {
+            if !self.names.iter().any(|n| n == name) {
+                continue;
+            }
+            let title = titled(name, unit);
+            point.push(match name {
+                "quality" => {
+                    cell.push(Field::scalar(title, qualities(sheet, x)));
+                    continue;
+                }
+                "vertex_area" => {
+                    let curvature = Curvature::of(&at.potential()?.shape(x), &self.area);
+                    Field::scalar(title, curvature.area)
+                }
+                "force" => {
+                    let force: Vec<Vec3> = at.gradient()?.iter().map(|g| -g).collect();
+                    Field::vector(title, &force)
+                }
+                "contact_pressure" => Field::scalar(title, at.potential()?.contact_pressure(x)),
+                "length_factor" => Field::scalar(title, vertex_factor(at.potential()?)),
+                _ => Field::vector(title, sheet.rest()),
+            });
+        }
+        Ok(())
     }
 
     /// Adds the observables that are asked for; without any the law is not called.
@@ -264,4 +271,23 @@ pub(super) fn vertex_factor(potential: &Potential) -> Vec<f64> {
     let (sheet, metric) = (potential.sheet(), potential.metric());
     let (length, reference) = (metric.length(), metric.reference_length());
     around_vertices(sheet, |e| length[e] / reference[e])
+}
+
+/// Values of the whole sheet: energies by effect, constraints and their multipliers.
+fn global_values(at: &mut Evaluation<'_>) -> Result<Vec<(String, f64)>> {
+    let mechanics = at.model().mechanics();
+    let named = mechanics.names().zip(at.energies()?);
+    let mut all: Vec<_> =
+        named.map(|(name, value)| (format!("energy of {name} [energy]"), value)).collect();
+    if mechanics.is_constrained() {
+        let x = &at.state().x;
+        let potential = at.potential()?;
+        let values = potential.constraint_values(x);
+        let both = values.iter().zip(potential.multipliers());
+        for (name, (value, multiplier)) in mechanics.constraint_names().zip(both) {
+            all.push((format!("constraint {name}"), *value));
+            all.push((format!("multiplier of {name} [energy]"), *multiplier));
+        }
+    }
+    Ok(all)
 }

@@ -8,7 +8,8 @@ use super::{Error, Result, Simulation, internal, planar};
 use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::Curvature;
-use crate::kinetics::Location;
+use crate::kinetics::{Location, Species};
+use crate::model::{Chemistry, Evaluation};
 use crate::num::Short;
 use crate::sheet::{Sheet, SheetError, Surface};
 use crate::solve::SolveError;
@@ -29,48 +30,8 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
             None => SheetError::Unusable(message),
         })
     };
-    let n = simulation.sheet().vertex_count();
-    if surface.points.len() != n {
-        return Err(refuse(format!(
-            "the state has {} points, but the scene's sheet has {n} vertices",
-            surface.points.len()
-        )));
-    }
-    if !surface.triangles.is_empty()
-        && surface.triangles.len() != simulation.sheet().triangle_count()
-    {
-        return Err(refuse(format!(
-            "the state has {} triangles, but the scene's sheet has {}",
-            surface.triangles.len(),
-            simulation.sheet().triangle_count()
-        )));
-    }
-    if !surface.triangles.is_empty()
-        && let Some(t) = different(simulation.sheet(), &surface.triangles)
-    {
-        return Err(refuse(format!(
-            "triangle {t} of the state has the vertices {:?}, that of the scene's sheet {:?}: it is \
-             a state of another mesh",
-            surface.triangles[t],
-            simulation.sheet().triangles()[t]
-        )));
-    }
-    let wrong = |x: &Vec3| !x.iter().all(|x| x.is_finite());
-    if let Some(v) = surface.points.iter().position(wrong) {
-        let x = surface.points[v];
-        return Err(refuse(format!(
-            "vertex {v} of the state is at ({}, {}, {}), expected finite positions",
-            x.x, x.y, x.z
-        )));
-    }
-    if simulation.model().mechanics().is_planar()
-        && let Some((v, z, plane)) = planar::leaving(simulation.sheet().rest(), &surface.points)
-    {
-        return Err(refuse(format!(
-            "vertex {v} of the state is at z = {z}, but the scene's sheet is planar: it stays at \
-             z = {plane}"
-        )));
-    }
+    same_mesh(simulation.sheet(), surface).map_err(refuse)?;
+    valid_positions(simulation, &surface.points).map_err(refuse)?;
     simulation.stepper.state.x.copy_from_slice(&surface.points);
     let model = Arc::clone(simulation.model());
     for (k, term) in model.internal().iter().enumerate() {
@@ -78,53 +39,113 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
         simulation.stepper.state.internal[k] = values;
     }
     let Some(chemistry) = model.chemistry() else { return Ok(()) };
-    let arrays = match chemistry.location() {
-        Location::Vertex => &surface.point_arrays,
-        _ => &surface.cell_arrays,
-    };
-    for (s, species) in chemistry.descriptor().species.iter().enumerate() {
-        let prefix = format!("{} [", species.name);
-        let named = |name: &str| name == species.name || name.starts_with(&prefix);
-        let Some(array) = arrays.iter().find(|a| named(&a.name)) else {
-            let names: Vec<&str> = arrays.iter().map(|a| a.name.as_str()).collect();
-            return Err(refuse(format!(
-                "the state has no {} array for species `{}`; it has: {}",
-                if chemistry.location() == Location::Vertex { "point" } else { "cell" },
-                species.name,
-                if names.is_empty() { "none".to_owned() } else { names.join(", ") }
-            )));
-        };
-        let place = &mut simulation.stepper.state.species[s];
-        if array.components != 1 || array.values.len() != place.len() {
-            return Err(refuse(format!(
-                "array `{}` of the state has {} numbers, expected {}",
-                array.name,
-                array.values.len(),
-                place.len()
-            )));
-        }
-        if let Some(point) = array.values.iter().position(|c| !c.is_finite()) {
-            return Err(refuse(format!(
-                "species `{}` of the state is {} at {} {point}, expected finite values",
-                species.name,
-                array.values[point],
-                chemistry.location().noun()
-            )));
-        }
-        let valid = |c: &f64| *c >= species.lower && *c <= species.upper;
-        if let Some(point) = array.values.iter().position(|c| !valid(c)) {
-            return Err(refuse(format!(
-                "species `{}` of the state is {} at {} {point}; it is valid from {} to {}",
-                species.name,
-                Short(array.values[point]),
-                chemistry.location().noun(),
-                Short(species.lower),
-                Short(species.upper)
-            )));
-        }
-        place.copy_from_slice(&array.values);
+    for (species, place) in
+        chemistry.descriptor().species.iter().zip(&mut simulation.stepper.state.species)
+    {
+        let values =
+            species_values(surface, species, chemistry.location(), place.len()).map_err(refuse)?;
+        place.copy_from_slice(values);
     }
     Ok(())
+}
+
+/// Compares the numbers of vertices and triangles, and the triangles, with those of `sheet`.
+fn same_mesh(sheet: &Sheet, surface: &Surface) -> Result<(), String> {
+    let (n, count) = (sheet.vertex_count(), sheet.triangle_count());
+    if surface.points.len() != n {
+        return Err(format!(
+            "the state has {} points, but the scene's sheet has {n} vertices",
+            surface.points.len()
+        ));
+    }
+    if surface.triangles.is_empty() {
+        return Ok(());
+    }
+    if surface.triangles.len() != count {
+        return Err(format!(
+            "the state has {} triangles, but the scene's sheet has {count}",
+            surface.triangles.len()
+        ));
+    }
+    different(sheet, &surface.triangles).map_or(Ok(()), |t| {
+        Err(format!(
+            "triangle {t} of the state has the vertices {:?}, that of the scene's sheet {:?}: it is \
+             a state of another mesh",
+            surface.triangles[t],
+            sheet.triangles()[t]
+        ))
+    })
+}
+
+/// Checks that positions are finite, and in the plane of a planar sheet.
+fn valid_positions(simulation: &Simulation, points: &[Vec3]) -> Result<(), String> {
+    let wrong = |x: &Vec3| !x.iter().all(|x| x.is_finite());
+    if let Some(v) = points.iter().position(wrong) {
+        let x = points[v];
+        return Err(format!(
+            "vertex {v} of the state is at ({}, {}, {}), expected finite positions",
+            x.x, x.y, x.z
+        ));
+    }
+    if simulation.model().mechanics().is_planar()
+        && let Some((v, z, plane)) = planar::leaving(simulation.sheet().rest(), points)
+    {
+        return Err(format!(
+            "vertex {v} of the state is at z = {z}, but the scene's sheet is planar: it stays at \
+             z = {plane}"
+        ));
+    }
+    Ok(())
+}
+
+/// The `expected` values of `species` in the arrays of `surface`, finite and in the valid range.
+fn species_values<'a>(
+    surface: &'a Surface,
+    species: &Species,
+    location: Location,
+    expected: usize,
+) -> Result<&'a [f64], String> {
+    let (arrays, kind) = match location {
+        Location::Vertex => (&surface.point_arrays, "point"),
+        _ => (&surface.cell_arrays, "cell"),
+    };
+    let prefix = format!("{} [", species.name);
+    let named = |name: &str| name == species.name || name.starts_with(&prefix);
+    let Some(array) = arrays.iter().find(|a| named(&a.name)) else {
+        let names: Vec<&str> = arrays.iter().map(|a| a.name.as_str()).collect();
+        return Err(format!(
+            "the state has no {kind} array for species `{}`; it has: {}",
+            species.name,
+            if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        ));
+    };
+    if array.components != 1 || array.values.len() != expected {
+        return Err(format!(
+            "array `{}` of the state has {} numbers, expected {expected}",
+            array.name,
+            array.values.len(),
+        ));
+    }
+    if let Some(point) = array.values.iter().position(|c| !c.is_finite()) {
+        return Err(format!(
+            "species `{}` of the state is {} at {} {point}, expected finite values",
+            species.name,
+            array.values[point],
+            location.noun()
+        ));
+    }
+    let valid = |c: &f64| *c >= species.lower && *c <= species.upper;
+    if let Some(point) = array.values.iter().position(|c| !valid(c)) {
+        return Err(format!(
+            "species `{}` of the state is {} at {} {point}; it is valid from {} to {}",
+            species.name,
+            Short(array.values[point]),
+            location.noun(),
+            Short(species.lower),
+            Short(species.upper)
+        ));
+    }
+    Ok(&array.values)
 }
 
 /// The first triangle that is another, if any; one may begin with any of its corners, and be turned:
@@ -143,7 +164,7 @@ fn vectors(v: &[Vec3]) -> Value {
     v.iter().map(|v| json!([v.x, v.y, v.z])).collect()
 }
 
-/// Evaluates the state of `simulation` as it is.
+/// Evaluates the current state of `simulation`.
 ///
 /// Keys: `time`; `energy` by effect and `total`; `force` by effect and `total` (`-∂U/∂x`, before
 /// pins); `constraint`, where there are some, by name with `value`, `multiplier` and `force` (part of the
@@ -158,24 +179,47 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
     let (state, model) = (&*state, Arc::clone(&workspace.model));
     let sheet = model.sheet();
     let mut at = workspace.at(state);
-    let names: Vec<String> = model.mechanics().names().map(str::to_owned).collect();
+    let mut result = loads(&mut at)?;
+    let potential = at.potential()?;
+    let mut curvature = Curvature::of(&potential.shape(&state.x), area);
+    if model.mechanics().is_planar() {
+        curvature.mean.fill(0.0);
+        curvature.gaussian.fill(0.0);
+    }
+    let length = |[a, b]: [u32; 2]| (state.x[a as usize] - state.x[b as usize]).norm();
+    result.insert("time".into(), json!(state.time));
+    result.insert("mean_curvature".into(), json!(curvature.mean));
+    result.insert("gaussian_curvature".into(), json!(curvature.gaussian));
+    result.insert("vertex_area".into(), json!(curvature.area));
+    let bond = json!({
+        "vertices": sheet.edges().iter().map(|e| e.vertices).collect::<Vec<_>>(),
+        "length": sheet.edges().iter().map(|e| length(e.vertices)).collect::<Vec<_>>(),
+        "rest_length": potential.metric().reference_length(),
+        "optimal_length": potential.metric().length(),
+    });
+    result.insert("bond".into(), bond);
+    if let Some(chemistry) = model.chemistry() {
+        result.extend(concentrations(chemistry, &mut at)?);
+    }
+    Ok(result.into())
+}
+
+/// Energies and forces by effect, and values, multipliers and forces of constraints.
+fn loads(at: &mut Evaluation<'_>) -> Result<Map<String, Value>> {
+    let (model, state) = (at.model(), at.state());
     let energies = at.energies()?;
     if !energies.iter().all(|energy| energy.is_finite()) {
         return Err(SolveError::NotFinite.into());
     }
     let potential = at.potential()?;
-    let mut energy = Map::new();
-    let mut force = Map::new();
+    let (mut energy, mut force, mut constraint) = (Map::new(), Map::new(), Map::new());
     let mut total = vec![Vec3::zeros(); state.x.len()];
-    for (which, name) in names.iter().enumerate() {
+    for (which, name) in model.mechanics().names().enumerate() {
         let mine = potential.force_of(which, &state.x);
-        for (t, f) in total.iter_mut().zip(&mine) {
-            *t += f;
-        }
-        energy.insert(name.clone(), json!(energies[which]));
-        force.insert(name.clone(), vectors(&mine));
+        total.iter_mut().zip(&mine).for_each(|(t, f)| *t += f);
+        energy.insert(name.to_owned(), json!(energies[which]));
+        force.insert(name.to_owned(), vectors(&mine));
     }
-    let mut constraint = Map::new();
     let values = potential.constraint_values(&state.x);
     for (which, name) in model.mechanics().constraint_names().enumerate() {
         let mine = potential.constraint_force(which, &state.x);
@@ -187,63 +231,40 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
     }
     energy.insert("total".into(), json!(energies.iter().sum::<f64>()));
     force.insert("total".into(), vectors(&total));
-    let mut curvature = Curvature::of(&potential.shape(&state.x), area);
-    if model.mechanics().is_planar() {
-        curvature.mean.fill(0.0);
-        curvature.gaussian.fill(0.0);
-    }
-    let length: Vec<f64> = sheet
-        .edges()
-        .iter()
-        .map(|e| (state.x[e.vertices[0] as usize] - state.x[e.vertices[1] as usize]).norm())
-        .collect();
-    let mut result = json!({
-        "time": state.time,
-        "energy": energy,
-        "force": force,
-        "mean_curvature": curvature.mean,
-        "gaussian_curvature": curvature.gaussian,
-        "vertex_area": curvature.area,
-        "bond": {
-            "vertices": sheet.edges().iter().map(|e| e.vertices).collect::<Vec<_>>(),
-            "length": length,
-            "rest_length": potential.metric().reference_length(),
-            "optimal_length": potential.metric().length(),
-        },
-    });
-    if let (false, Value::Object(all)) = (constraint.is_empty(), &mut result) {
+    let mut all = Map::new();
+    all.insert("energy".into(), energy.into());
+    all.insert("force".into(), force.into());
+    if !constraint.is_empty() {
         all.insert("constraint".into(), constraint.into());
     }
-    if let Some(chemistry) = model.chemistry() {
-        let columns = at.signals()?.clone();
-        let descriptor = chemistry.descriptor();
-        let by_name = |columns: &[Vec<f64>]| -> Map<String, Value> {
-            let named = descriptor.species.iter().zip(columns);
-            named.map(|(s, values)| (s.name.clone(), json!(values))).collect()
-        };
-        let titles = chemistry.signals().wanted().iter().flat_map(|s| s.columns());
-        let signals: Map<String, Value> = titles
-            .zip(&columns)
-            .map(|(name, values)| ((*name).to_owned(), json!(values)))
-            .collect();
-        let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        let mut reaction: Vec<Vec<f64>> = c.iter().map(|c| vec![0.0; c.len()]).collect();
-        let mut diffusion = reaction.clone();
-        let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
-        chemistry.reaction(&c, &columns, &mut out)?;
-        for (term, operator) in chemistry.transports().iter().zip(at.surface().operators()) {
-            term.add_rate(sheet, operator, c[term.by()], &mut diffusion[term.species()]);
-        }
-        if let Value::Object(all) = &mut result {
-            all.insert("species".into(), by_name(&state.species).into());
-            all.insert("signals".into(), signals.into());
-            all.insert("reaction".into(), by_name(&reaction).into());
-            all.insert("diffusion".into(), by_name(&diffusion).into());
-            all.insert(
-                "length_factor".into(),
-                json!(chemistry.point_length_factor(&state.species)?),
-            );
-        }
+    Ok(all)
+}
+
+/// Species, signals and the parts of the rates, by name, and the length factor.
+fn concentrations(chemistry: &Chemistry, at: &mut Evaluation<'_>) -> Result<Map<String, Value>> {
+    let (model, state) = (at.model(), at.state());
+    let columns = at.signals()?.clone();
+    let by_name = |columns: &[Vec<f64>]| -> Map<String, Value> {
+        let named = chemistry.descriptor().species.iter().zip(columns);
+        named.map(|(s, values)| (s.name.clone(), json!(values))).collect()
+    };
+    let titles = chemistry.signals().wanted().iter().flat_map(|s| s.columns());
+    let signals: Map<String, Value> =
+        titles.zip(&columns).map(|(name, values)| ((*name).to_owned(), json!(values))).collect();
+    let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+    let mut reaction: Vec<Vec<f64>> = c.iter().map(|c| vec![0.0; c.len()]).collect();
+    let mut diffusion = reaction.clone();
+    let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
+    chemistry.reaction(&c, &columns, &mut out)?;
+    for (term, operator) in chemistry.transports().iter().zip(at.surface().operators()) {
+        term.add_rate(model.sheet(), operator, c[term.by()], &mut diffusion[term.species()]);
     }
-    Ok(result)
+    let factor = json!(chemistry.point_length_factor(&state.species)?);
+    let mut all = Map::new();
+    all.insert("species".into(), by_name(&state.species).into());
+    all.insert("signals".into(), signals.into());
+    all.insert("reaction".into(), by_name(&reaction).into());
+    all.insert("diffusion".into(), by_name(&diffusion).into());
+    all.insert("length_factor".into(), factor);
+    Ok(all)
 }

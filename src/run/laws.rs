@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Error, Result, start};
+use super::{Error, Result, initial_state};
 use crate::kinetics::descriptor::Default;
-use crate::kinetics::examine;
 use crate::kinetics::formula::{
     self, Formula, FormulaError, FormulaKinetics, Law, LawError, Which,
 };
+use crate::kinetics::validation;
 use crate::kinetics::{
     Descriptor, JointKinetics, Kinetics, KineticsError, Location, Member, Parameter, Plugin, Search,
 };
@@ -148,7 +148,7 @@ pub fn try_out(at: &mut Evaluation<'_>) -> Result<Vec<String>> {
     let Some(chemistry) = model.chemistry() else { return Ok(Vec::new()) };
     let mut tried = || -> Result<Vec<String>> {
         let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        Ok(chemistry.look(&species, at.signals()?, examine::trial)?)
+        Ok(chemistry.look(&species, at.signals()?, validation::trial)?)
     };
     tried().map_err(|error| super::located(error, model.sheet(), &state.x))
 }
@@ -311,7 +311,7 @@ pub fn parameter_fields(
     if !vary(scene) {
         return Ok(ParameterFields::default());
     }
-    let points = start::points(sheet, location);
+    let points = initial_state::points(sheet, location);
     let mut all: Vec<Vec<f64>> = Vec::new();
     let uniform = laws.kinetics.parameters();
     for (number, spec) in scene.kinetics.iter().enumerate() {
@@ -328,7 +328,7 @@ pub fn parameter_fields(
                     })?
                 }
                 (Some(ParameterSpec::File(file)), _) => {
-                    start::from_file(scene, &path, file, location, points.len())?
+                    initial_state::from_file(scene, &path, file, location, points.len())?
                 }
                 (None, Default::SameAs(earlier)) => all[first + earlier].clone(),
                 _ => vec![uniform[all.len()]],

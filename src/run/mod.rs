@@ -6,7 +6,6 @@
 //! [`forecast`] says
 //! how long that takes. [`inspect`] and [`stability`] inspect one state without running.
 
-mod beginning;
 mod binding;
 mod built;
 mod checkpoint;
@@ -19,11 +18,13 @@ mod fingerprint;
 pub mod follow;
 pub mod forecast;
 mod incidents;
+mod initial_state;
 pub mod inspect;
 mod internal;
 mod invariants;
 pub mod laws;
-mod notes;
+mod ledger_row;
+mod lints;
 mod observe;
 pub mod overview;
 mod planar;
@@ -32,7 +33,6 @@ mod processor;
 pub mod provenance;
 pub mod ranks;
 mod recorder;
-mod report;
 pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
@@ -41,9 +41,9 @@ pub mod schedule;
 mod self_intersection;
 mod session;
 mod simulation;
+mod snapshot;
 pub mod stability;
 mod stability_monitor;
-mod start;
 pub mod stiffness;
 mod summary;
 mod warnings;

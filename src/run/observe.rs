@@ -3,7 +3,7 @@
 use super::fields::Fields;
 use super::ranks::{self, Piece};
 use super::summary::Ending;
-use super::{Error, Result, report};
+use super::{Error, Result, ledger_row};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};
 use crate::scene::{OutputSpec, Scene};
@@ -18,7 +18,7 @@ pub struct StepInfo<'a> {
     /// Whether it is seen for the first time. A run that is interrupted in a step shows the state before
     /// again, as its last one.
     pub new: bool,
-    /// Directions that lower the energy, where the run watches them.
+    /// Number of negative-curvature modes, where the run monitors stability.
     pub negative: Option<f64>,
     /// What the laws of nature that the scene lists say of it, in the order of their columns.
     pub laws: &'a [f64],
@@ -47,13 +47,13 @@ pub trait Observer {
 pub(super) struct LedgerRows {
     /// One for all ranks.
     ledger: Option<Ledger>,
-    shape: report::ShapeSums,
+    shape: ledger_row::ShapeSums,
 }
 
 impl LedgerRows {
     pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
         let ledger = Some(Ledger::create(&directory.ledger(), columns)?);
-        Ok(Self { ledger, shape: report::ShapeSums::default() })
+        Ok(Self { ledger, shape: ledger_row::ShapeSums::default() })
     }
 
     /// After the row of this step; later ones are dropped.
@@ -63,12 +63,12 @@ impl LedgerRows {
         step: u64,
     ) -> Result<Self> {
         let ledger = Some(Ledger::reopen(&directory.ledger(), columns, step)?);
-        Ok(Self { ledger, shape: report::ShapeSums::default() })
+        Ok(Self { ledger, shape: ledger_row::ShapeSums::default() })
     }
 
     /// On a rank that leaves it to the first one to write rows, and has its share in making them.
     pub(super) fn elsewhere() -> Self {
-        Self { ledger: None, shape: report::ShapeSums::default() }
+        Self { ledger: None, shape: ledger_row::ShapeSums::default() }
     }
 }
 
@@ -76,7 +76,7 @@ impl Observer for LedgerRows {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.new {
             let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
-            let row = report::row(at, info, &mut self.shape)?;
+            let row = ledger_row::row(at, info, &mut self.shape)?;
             if let Some(ledger) = &mut self.ledger {
                 ledger.append(&row)?;
             }
@@ -92,7 +92,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// None where there is no space: the solution is then the ledger.
+    /// None for a well-mixed system: the solution is then the ledger.
     pub(super) fn create(
         directory: &ResultDirectory,
         model: &Model,
@@ -112,7 +112,7 @@ impl Frames {
     }
 
     /// Continues after those at `times` with `digests`; later ones are dropped.
-    /// Goes on after frames of these times; those that other ranks had are not looked for.
+    /// Continues after frames of these times; those that other ranks had are not searched for.
     pub(super) fn after(self, times: &[f64], digests: &[u64], looked_for: bool) -> Result<Self> {
         if !looked_for {
             let series = self.series.after_those_of_others(times.to_vec(), digests.to_vec());

@@ -4,7 +4,6 @@ use std::cell::LazyCell;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::beginning::Beginning;
 use super::binding;
 use super::built::Built;
 use super::invariants::Invariants;
@@ -12,7 +11,8 @@ use super::laws::Laws;
 use super::processor::Processor;
 use super::ranks::Spread;
 use super::simulation::Simulation;
-use super::{Error, Fields, Result, laws, notes, planar, scale_checks, start};
+use super::snapshot::Snapshot;
+use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
 use crate::effects::{Elasticity, Field, ReadSurface};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
@@ -128,7 +128,7 @@ fn on(
         scale_checks::check(scene, &sheet, &material.largest())?;
         scale_checks::check(scene, &sheet, &material.smallest())?;
     }
-    notes::on_scene(scene, &sheet, material.as_ref(), &mut notes);
+    lints::on_scene(scene, &sheet, material.as_ref(), &mut notes);
     let laws = laws::load_with(scene, search, own, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
@@ -141,8 +141,10 @@ fn on(
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
     stepper.state = match &of {
-        None => start::state(scene, &sheet, &model)?,
-        Some((whole, part)) => super::ranks::restricted(part, start::state(scene, whole, &model)?),
+        None => initial_state::state(scene, &sheet, &model)?,
+        Some((whole, part)) => {
+            super::ranks::restricted(part, initial_state::state(scene, whole, &model)?)
+        }
     };
     let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
@@ -161,7 +163,7 @@ fn on(
         processor: Processor::default(),
     };
     if let Some(path) = &scene.time.span.from {
-        Beginning::take(path, scene, &mut simulation)?;
+        Snapshot::take(path, scene, &mut simulation)?;
     }
     // A start that no sheet can have is refused; later a run would end with it.
     simulation.evaluate().length_factor()?;
@@ -245,11 +247,11 @@ fn note_mechanics(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Resu
     if mechanics.is_planar() {
         planar::note_forces(&mut potential, notes);
     }
-    notes::on_rest_shape(scene, &mut potential, notes);
+    lints::on_rest_shape(scene, &mut potential, notes);
     let tolerance = scene.equilibrium.tolerance();
-    notes::on_loads(&mut potential, tolerance, scene.time.span.until.get(), notes);
+    lints::on_loads(&mut potential, tolerance, scene.time.span.until.get(), notes);
     if scene.time.policy.storage().mechanics > 0.0 {
-        notes::on_drag(scene, model.drag(), notes);
+        lints::on_drag(scene, model.drag(), notes);
     }
     Ok(())
 }
@@ -306,7 +308,7 @@ pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet
         SheetSource::Point { .. } => {
             Sheet::new(vec![Vec3::zeros()], Vec::new()).map_err(|e| refuse("shape", &e))
         }
-        SheetSource::Generated(shape) => start::generated(scene, shape),
+        SheetSource::Generated(shape) => initial_state::generated(scene, shape),
     }
 }
 

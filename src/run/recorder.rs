@@ -13,7 +13,7 @@ use super::session::Session;
 use super::stability_monitor::StabilityMonitor;
 use super::summary::{Ending, Summary};
 use super::warnings::Warnings;
-use super::{Error, Result, Simulation, report};
+use super::{Error, Result, Simulation, ledger_row};
 use crate::Stepper;
 use crate::output::ProgressLine;
 use crate::solve::StepReport;
@@ -42,7 +42,7 @@ impl Outputs {
         let model = simulation.model();
         let mut frames = Frames::create(directory, model, &simulation.fields, &scene.output)?;
         let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
-        let columns = report::columns(model, monitored, &laws);
+        let columns = ledger_row::columns(model, monitored, &laws);
         let first = model.sheet().reduction().is_first();
         let ledger = match from {
             _ if !first => LedgerRows::elsewhere(),

@@ -24,13 +24,13 @@ pub struct Resumed {
     pub scene: Scene,
     /// Where it is.
     pub simulation: Simulation,
-    /// From where it goes on.
+    /// The checkpoint it continues from.
     pub checkpoint: Checkpoint,
     /// What a person should know: checkpoints that could not be used.
     pub notes: Vec<String>,
 }
 
-/// Makes the run in `directory` ready to go on from its last usable checkpoint, to the time `until` if that
+/// Sets up the run in `directory` to continue from its last usable checkpoint, to the time `until` if that
 /// is given; plugins are looked for as `search` says. Nothing is changed yet.
 ///
 /// # Errors
@@ -57,7 +57,7 @@ pub fn resume_on(
     let path = ResultDirectory::resolved_in(root);
     if !path.is_file() {
         return refuse(
-            "there is no run in it (no resolved.toml); a sweep or an accuracy study goes on with the command \
+            "it holds no run (no resolved.toml); a sweep or an accuracy study continues with the command \
              that began it"
                 .into(),
         );
@@ -94,7 +94,7 @@ pub fn resume_on(
     }
     if restore(&checkpoint, whole, &mut simulation).is_err() {
         return refuse(
-            "its checkpoint does not fit its scene: it was written by another build of the program; go on \
+            "its checkpoint does not fit its scene: it was written by another build of the program; resume \
              with that, or begin again"
                 .into(),
         );

@@ -13,7 +13,7 @@ use super::resume::Resumed;
 use super::session::Session;
 pub(crate) use super::summary::end;
 pub use super::summary::{Ending, Failure, Summary, with_status};
-use super::{Error, Result, Simulation, laws, notes, provenance, stability_monitor};
+use super::{Error, Result, Simulation, laws, lints, provenance, stability_monitor};
 use crate::num::Short;
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
@@ -77,7 +77,7 @@ pub fn recorded(
 ) -> Result<Summary> {
     with_status(directory, || {
         provenance::record(scene, state, simulation, directory)?;
-        // In the middle of a run there is no start to try them out at.
+        // In the middle of a run they cannot be tried out at the initial state.
         if scene.time.span.from.is_none() {
             simulation.faults = laws::try_out(&mut simulation.evaluate())?;
         }
@@ -177,7 +177,7 @@ fn start(
         return Ok(first);
     }
     if !simulation.at_rest
-        && let Some(note) = notes::on_start(
+        && let Some(note) = lints::on_start(
             session.scene,
             simulation.sheet(),
             &start.x,
@@ -186,7 +186,7 @@ fn start(
     {
         session.progress.message(&note);
     }
-    if let Some(note) = notes::on_explicit_step(session.scene, simulation)? {
+    if let Some(note) = lints::on_explicit_step(session.scene, simulation)? {
         session.progress.message(&note);
     }
     if simulation.sheet().reduction().distribution().is_some() {

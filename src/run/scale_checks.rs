@@ -93,7 +93,7 @@ pub(super) fn check_transport(
     sheet: &Sheet,
 ) -> Result<(), ProblemError> {
     let rate = transport.spectral_bound(&transport.at(sheet, sheet.rest()));
-    // No number is no rate below the bound either.
+    // NaN does not count as a rate below the bound either.
     if rate <= LARGEST {
         return Ok(());
     }

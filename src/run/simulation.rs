@@ -7,7 +7,7 @@ use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
 use super::ranks::Spread;
-use super::{Error, Fields, Result, prepare, report};
+use super::{Error, Fields, Result, ledger_row, prepare};
 use crate::Stepper;
 use crate::kinetics::{Kinetics, Search};
 use crate::model::{Evaluation, Model, State};
@@ -274,6 +274,6 @@ impl Simulation {
     /// # Errors
     /// If a law fails.
     pub fn ledger_row(&mut self, report: &StepReport) -> Result<Vec<(String, f64)>> {
-        report::titled_row(self, report)
+        ledger_row::titled_row(self, report)
     }
 }

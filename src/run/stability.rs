@@ -25,7 +25,7 @@ pub struct StabilityReport {
 }
 
 impl StabilityReport {
-    /// Evaluates the state of `simulation` as it is, with the `count` smallest eigenvalues.
+    /// Evaluates the current state of `simulation`, with the `count` smallest eigenvalues.
     ///
     /// # Errors
     /// If the plugin fails, or the Hessian cannot be factorised, or the sheet has no energy.

@@ -1,5 +1,5 @@
-//! The watch on stability during a run: counts the directions that lower the energy at every accepted
-//! state, reports every change between none and some, and leaves saddles if the scene says so.
+//! Stability monitor of a run: counts the negative-curvature modes at every accepted
+//! state, reports every change between none and some, and leaves saddles if the scene requests it.
 //!
 //! What is seen are saddles on which a relaxation comes to rest: perfectly flat or symmetric ones. A
 //! sheet with an imperfection grows past its buckling point along a smooth branch of stable shapes,
@@ -293,7 +293,7 @@ pub(super) fn warn_of_flat_start(
     let mechanics = simulation.model().mechanics().clone();
     let x: &[Vec3] = &simulation.stepper.state.x;
     let flat = x.iter().all(|v| v.z == x[0].z);
-    // With all z fixed there is no way out of the plane to warn of.
+    // With all z fixed the sheet cannot leave the plane: no warning.
     let fixed = mechanics.pins().iter().all(|p| p[2]);
     if !flat || fixed || mechanics.is_empty() || x.len() > CHECKED {
         return Ok(());
@@ -304,7 +304,7 @@ pub(super) fn warn_of_flat_start(
     let inertia = Stability::new(&mechanics).and_then(|mut s| s.inertia(potential, x));
     progress.message(&match inertia {
         Ok(Inertia { negative: 0, .. }) => {
-            "the initial shape is perfectly flat, and stable as it is; under \
+            "the initial shape is perfectly flat, and stable; under \
              compression it would stay flat on a saddle (list [stability] to have it reported, \
              sheet.imperfection or sheet.bump to leave the plane)"
                 .into()

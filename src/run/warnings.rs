@@ -89,7 +89,7 @@ struct Shrinking {
     longest: f64,
     /// Reported down to here.
     told: f64,
-    /// Of the tries that were rejected since the longest one, and the last of their reasons.
+    /// Of the attempts rejected since the longest one, and the last of their reasons.
     rejected: Causes,
     reason: Option<String>,
 }
@@ -111,7 +111,7 @@ impl Shrinking {
         self.told = report.step;
         let Self { longest, rejected, reason, .. } = self;
         let mut text = format!(
-            "time {time}: steps have shrunk by a factor of {:.0e}, from {longest:.1e} to {:.1e}; tries were rejected for: \
+            "time {time}: steps have shrunk by a factor of {:.0e}, from {longest:.1e} to {:.1e}; attempts were rejected for: \
              {rejected}",
             *longest / report.step,
             report.step

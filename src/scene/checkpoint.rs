@@ -1,4 +1,4 @@
-//! `[checkpoint]`: when a run writes down all that it takes to go on.
+//! `[checkpoint]`: when a run writes all state that a resumed run needs.
 
 use serde::{Deserialize, Serialize};
 

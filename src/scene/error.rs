@@ -9,7 +9,7 @@ use super::excerpt::Excerpt;
 use crate::document::Index;
 use crate::document::{Explanation, Problem};
 
-/// So many problems of one scene are reported in full, each with its lines; nobody reads more, and all
+/// So many problems of one scene are reported in full, each with its lines; more would not be read, and all
 /// of a file of nothing else would take hours.
 const MOST: usize = 20;
 
@@ -175,7 +175,7 @@ fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
     let before = &text.as_bytes()[..byte.min(text.len())];
     let line = before.iter().filter(|b| **b == b'\n').count() + 1;
     let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-    // Bytes that go on a character begin with the bits 10.
+    // Continuation bytes of a character begin with the bits 10.
     let column = before[start..].iter().filter(|b| **b & 0xc0 != 0x80).count() + 1;
     (line, column)
 }

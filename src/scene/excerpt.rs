@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-/// Longest line that is shown as a whole, bytes. Nobody reads a longer one, and far out in one that has
+/// Longest line that is shown as a whole, bytes. A longer one is unreadable, and far out in one that has
 /// more than 65535 columns nothing can be pointed to.
 const LONGEST: usize = 1000;
 /// So much of a longer one is shown on either side, bytes.

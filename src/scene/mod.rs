@@ -88,7 +88,7 @@ pub struct Scene {
     pub invariants: Option<InvariantsSpec>,
     /// What is written.
     pub output: OutputSpec,
-    /// When it can be continued, if the scene says so.
+    /// Times of checkpoints, where the scene sets them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<CheckpointSpec>,
     #[serde(skip)]

@@ -6,7 +6,7 @@ use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 
 /// Applies the override number `source` (from 1) to `root`.
 ///
-/// The value is read as TOML; what is no TOML and has no quotes or brackets is taken as text, so
+/// The value is read as TOML; a value that is not TOML and has no quotes or brackets is taken as text, so
 /// `time.policy=quasi-static` needs no quotes. A list element is named by its number (`effect[1]`
 /// or `effect.1`) or, for tables with a kind, by that (`effect.bending`). Tables on the way are
 /// made where they are missing.

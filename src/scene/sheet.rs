@@ -43,7 +43,7 @@ pub enum SheetSource {
     },
     /// No sheet: one point without shape or space.
     Point {
-        /// Says so.
+        /// Accepts the value.
         shape: Point,
     },
     /// A mesh made by this crate.

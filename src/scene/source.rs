@@ -14,7 +14,7 @@ use crate::document::{Index, Node, Place, Problem};
 const LARGEST: u64 = 1 << 24;
 
 /// Reads the file of a scene. What is not a plain file is not even opened: a pipe would wait for
-/// somebody to write, and some devices never end.
+/// a writer, and some devices never end.
 pub(super) fn read(path: &Path) -> Result<String, SceneError> {
     let unreadable = |error| SceneError::unreadable(path, &error);
     let refuse = |message: &str| Err(unreadable(std::io::Error::other(message.to_owned())));

@@ -6,7 +6,7 @@ use crate::num::checked::{AtLeast, Positive};
 
 /// The table `[stability]`; without it nothing is watched and nothing is paid.
 ///
-/// After every accepted step the directions that lower the energy are counted by one sparse
+/// After every accepted step the negative-curvature modes are counted by one sparse
 /// factorisation, which costs about as much as one factorisation of the relaxation. Modes are only
 /// computed at events.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

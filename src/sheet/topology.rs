@@ -274,7 +274,7 @@ impl Sheet {
         &self.reduction
     }
 
-    /// The same to be shared, by whoever keeps them.
+    /// The same, shared.
     #[must_use]
     pub fn shared_rest(&self) -> &Arc<Vec<Vec3>> {
         &self.rest

@@ -20,7 +20,7 @@ pub(crate) fn refuse<T>(root: &Path, message: impl Into<String>) -> Result<T> {
     Err(OutputError::Directory { path: root.to_owned(), message: message.into() }.into())
 }
 
-/// Names of what is in the directory `root`, sorted; none where there is no such directory.
+/// Names of the entries of the directory `root`, sorted; none if it does not exist.
 pub(crate) fn names(root: &Path) -> Result<Vec<String>> {
     if fs::symlink_metadata(root).is_err() {
         return Ok(Vec::new());

@@ -28,7 +28,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 
-/// Reads the JSON file `path` that a `writer` wrote; none where there is no such file.
+/// Reads the JSON file `path` that a `writer` wrote; none if it does not exist.
 fn read_document<T: DeserializeOwned>(path: &Path, writer: &str) -> Result<Option<T>> {
     let text = match fs::read_to_string(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),

@@ -194,7 +194,7 @@ pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
             zeros: Vec::new(),
         })
     };
-    // The time reached is no result.
+    // The time reached does not count as a result.
     let panels = COLUMNS[1..].iter().filter_map(panel).collect();
     plot.figure("all members", panels)
 }
@@ -236,7 +236,7 @@ const BAR: usize = 6;
 const MOST_PIXELS: usize = 30_000;
 
 /// Pictures of `members`, coloured by the first species, all on one scale and seen from one place; `None`
-/// where there is no sheet to be seen.
+/// without a sheet.
 ///
 /// # Errors
 /// If a picture cannot be drawn.

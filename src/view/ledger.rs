@@ -26,7 +26,7 @@ pub(super) struct Columns {
     block: usize,
 }
 
-/// Reads the ledger of the run in `root`: every k-th row and the last one. None where there is no ledger or no row.
+/// Reads the ledger of the run in `root`: every k-th row and the last one. None without a ledger or a row.
 ///
 /// # Errors
 /// A row that is none, with its line; an unfinished last row, as a killed run leaves, is dropped.

@@ -89,7 +89,7 @@ pub fn frames(root: &std::path::Path) -> Result<Vec<(f64, std::path::PathBuf)>> 
     sheet::index(root)
 }
 
-/// Reads the text file `path`; none where there is no such file.
+/// Reads the text file `path`; none if it does not exist.
 fn text_of(path: &Path) -> Result<Option<String>> {
     match std::fs::read_to_string(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),

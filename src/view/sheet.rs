@@ -70,7 +70,7 @@ pub(super) struct FrameBlock {
     ranges: Vec<[f64; 2]>,
 }
 
-/// The frames of the index of the run in `root`: times and paths; none where there is no index.
+/// The frames of the index of the run in `root`: times and paths; none without an index.
 ///
 /// # Errors
 /// An entry without a time or a file, or with a file outside of the directory.

@@ -67,7 +67,7 @@ pub(crate) struct Spec {
 #[derive(Debug)]
 pub(crate) enum Node {
     Group(BTreeMap<String, Node>, Vec<(String, Attribute)>),
-    /// A data set that stays as it is: extent and bytes.
+    /// A contiguous data set of fixed extent: extent and bytes.
     Static(Kind, u64, Vec<u8>),
     /// The growing data set of this number, with attributes; further names of it have none.
     Growing(usize, Vec<(String, Attribute)>),

@@ -96,7 +96,7 @@ pub(crate) fn dataset(
     compressed: bool,
 ) -> Vec<Message> {
     let size = u8::try_from(kind.size()).unwrap_or(8);
-    // Space is found as it is needed, the fill value is written if there is one.
+    // Space is allocated incrementally, a fill value is written if set.
     let mut filling = vec![2, 3, 2, 1, size, 0, 0, 0];
     filling.extend(&fill.to_le_bytes()[..kind.size()]);
     let mut place = vec![3];

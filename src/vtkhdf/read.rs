@@ -197,11 +197,12 @@ impl<R: Read + Seek> Reader<R> {
     pub(crate) fn members(&mut self, group: u64) -> Result<Vec<(String, u64)>, String> {
         let messages = self.messages(group)?;
         let table = messages.iter().find(|(kind, _)| *kind == 0x11);
-        let (_, table) = table.ok_or_else(|| format!("the object at byte {group} is no group"))?;
+        let (_, table) =
+            table.ok_or_else(|| format!("the object at byte {group} is not a group"))?;
         let (tree, heap) = (u64_at(table, 0)?, u64_at(table, 8)?);
         let head = self.bytes(heap, 32)?;
         if !head.starts_with(b"HEAP") {
-            return Err(format!("there is no heap of names at byte {heap}"));
+            return Err(format!("no heap of names at byte {heap}"));
         }
         let names = self.bytes(u64_at(&head, 24)?, u64_at(&head, 8)?)?;
         let mut found = Vec::new();
@@ -233,7 +234,7 @@ impl<R: Read + Seek> Reader<R> {
             return Ok(());
         }
         if !head.starts_with(b"TREE\0") || depth > DEEPEST {
-            return Err(format!("there is no table of names at byte {node}"));
+            return Err(format!("no table of names at byte {node}"));
         }
         let entries = self.bytes(node + 24, 16 * count + 8)?;
         for k in 0..usize::try_from(count).unwrap_or(0) {
@@ -262,8 +263,9 @@ impl<R: Read + Seek> Reader<R> {
         let of = |kind: u16| {
             messages.iter().find(|(other, _)| *other == kind).map(|(_, data)| &data[..])
         };
-        let missing =
-            |what: &str| format!("the object at byte {address} has no {what}: it is no data set");
+        let missing = |what: &str| {
+            format!("the object at byte {address} has no {what}: it is not a data set")
+        };
         let space = of(0x01).ok_or_else(|| missing("extent"))?;
         let rank = usize::from(*space.get(1).ok_or_else(short)?);
         let start = if space.first() == Some(&1) { 8 } else { 4 };
@@ -360,7 +362,7 @@ impl<R: Read + Seek> Reader<R> {
         let rank = wanted.set.extents.len();
         let head = self.bytes(node, 8)?;
         if !head.starts_with(b"TREE\x01") || depth > DEEPEST {
-            return Err(format!("there is no index of chunks at byte {node}"));
+            return Err(format!("no index of chunks at byte {node}"));
         }
         let (level, count) = (head[5], usize::from(u16_at(&head, 6)?));
         let step = 8 + 8 * (rank + 1) + 8;

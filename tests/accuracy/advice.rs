@@ -43,7 +43,7 @@ fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
     assert!(out.status.success(), "{}", text(&out.stderr));
     let said = text(&out.stdout);
     assert!(said.contains("Other random numbers change the energy by"), "{said}");
-    assert!(said.contains("not worth paying for"), "{said}");
+    assert!(said.contains("below the seed-to-seed spread"), "{said}");
     let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
     assert!(page.contains("Spread over 3 seeds"), "{page}");
 }

@@ -36,13 +36,13 @@ fn runs_whose_files_are_damaged_are_made_again() {
     fs::write(point.join("states.bin"), &states[..states.len() - 8]).unwrap();
     let timing = members.join("run=monolithic,-BDF,-1e-1/timing.json");
     fs::write(&timing, "{").unwrap();
-    // Gathered alone it says so, and fails.
+    // Gathered alone it reports that, and fails.
     let out = rumple(folder.path(), &["accuracy", "out"]);
     let said = text(&out.stderr);
     assert!(!out.status.success() && said.contains("3 damaged"), "{said}");
     let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
     assert!(!page.contains("is 0 away"), "{page}");
-    assert!(page.contains("states.bin is missing or cut short"), "{page}");
+    assert!(page.contains("states.bin is missing or truncated"), "{page}");
     let out = again(folder.path(), &arguments);
     let said = text(&out.stderr);
     assert!(out.status.success(), "{said}");

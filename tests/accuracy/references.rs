@@ -141,7 +141,7 @@ fn references_on_a_saddle_are_flagged_as_unreliable() {
     assert!(text(&out.stdout).contains(unstable), "{}", text(&out.stdout));
     let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
     assert!(page.contains("From t = 0.0"), "{page}");
-    // One that is told to leave saddles does.
+    // One set to leave saddles does.
     let left = format!("{SADDLE}\n[stability]\nperturb = 0.01\n");
     let (_folder, out) = study(&left, &arguments.concat());
     assert!(out.status.success(), "{}", text(&out.stderr));

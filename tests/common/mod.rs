@@ -11,7 +11,7 @@ use rumple::{Simulation, Vec3};
 
 use crate::plugins::build;
 
-/// A scene from its text and overrides, made ready with the shipped plugins.
+/// A scene from its text and overrides, set up with the shipped plugins.
 pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Simulation) {
     let keys: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
     let scene = Scene::parse(text, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));

@@ -40,7 +40,7 @@ fn the_end_of_a_steady_state_is_not_blamed_on_a_tried_state() {
         let before = simulation.state().clone();
         let error = loop {
             match simulation.step(12.0) {
-                Ok(_) => assert!(simulation.state().step < 1000, "{method} goes on"),
+                Ok(_) => assert!(simulation.state().step < 1000, "{method} does not stop"),
                 Err(error) => break error.to_string(),
             }
         };

@@ -1,4 +1,4 @@
-//! What diffsol does not do by itself, and would harm if nobody did.
+//! Hazards of diffsol that the integrators guard against.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

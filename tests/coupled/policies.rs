@@ -185,7 +185,7 @@ fn senseless_pairings_are_refused_with_the_reason() {
     assert!(refusal("chemistry-fast", "explicit").contains("the chemistry has none"));
 }
 
-/// The paper's bounded relaxation: so many steps of descent and no more, and that is no failure.
+/// The paper's bounded relaxation: a bounded number of descent steps, which does not count as a failure.
 #[test]
 fn a_bounded_relaxation_stops_short_of_rest() {
     let run = |steps: usize| {

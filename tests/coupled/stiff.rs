@@ -89,7 +89,7 @@ fn oregonator() {
     check(&text(360.0), &[1.000814870318523, 1228.178521549917, 132.0554942846706]);
 }
 
-/// A step may end within round-off of an output time; the run goes on from there.
+/// A step may end within round-off of an output time; the run continues from there.
 #[test]
 fn a_run_goes_on_after_every_output_time() {
     let text = point("robertson", "y1 = 1.0", 10.0);

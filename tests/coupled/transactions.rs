@@ -33,7 +33,7 @@ const CASES: [&[&str]; 11] = [
     &["time.policy=\"quasi-static\"", "equilibrium.preconditioner=\"multigrid\""],
     &["time.policy=\"simultaneous\"", "time.integrator=\"staggered\""],
     &["time.policy=\"simultaneous\"", "equilibrium.preconditioner=\"multigrid\""],
-    // A law that is looked at after every step, and holds.
+    // An invariant that is checked after every step, and holds.
     &["time.policy=\"simultaneous\"", "invariants.gauss-bonnet=1e-6"],
     &["time.policy=\"simultaneous\"", "time.integrator={ kind = \"explicit\", step = 1e-6 }"],
     &[

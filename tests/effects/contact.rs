@@ -84,7 +84,7 @@ fn contact_changes_no_bit_where_nothing_is_near() {
     let without = at_end(&scene(""));
     assert_eq!(with.state().x, without.state().x);
     let highest = with.state().x.iter().map(|x| x.z).fold(0.0, f64::max);
-    assert!(highest > 0.7, "{highest}: the sheet hardly moves");
+    assert!(highest > 0.7, "{highest}: the sheet has not been lifted");
 }
 
 /// A sheet that is pressed on a plane floats where the barrier carries the load: p = κ [(1 - u)²/u - 2 (1 - u) ln u].

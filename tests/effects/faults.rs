@@ -66,7 +66,7 @@ fn what_contradicts_itself_is_refused_at_its_key() {
             Err(error) => panic!("{effects}: {error}"),
         }
     }
-    // The same twice is no contradiction.
+    // The same twice does not contradict.
     assert!(made(STRIP, &format!("{}, {}", pin("[0, 0, 1]"), pin("[0, 0, 1]"))).is_ok());
 }
 

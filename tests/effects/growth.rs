@@ -44,7 +44,7 @@ fn directed(along: Option<&str>, across: Option<&str>, components: [&str; 3]) ->
     }
 }
 
-/// What does not change with time is not evaluated again, whoever asks; its product with what does is
+/// What does not change with time is not evaluated again by any caller; its product with what does is
 /// that of the formulas.
 #[test]
 fn a_formula_without_the_time_is_evaluated_once() {
@@ -128,7 +128,7 @@ fn growth_that_is_not_whole_is_refused_at_its_key() {
     }
 }
 
-/// What an effect of one's own brings is asked for at every time, and refused where it does not fit.
+/// The growth of a user-defined effect is evaluated at every time, and refused where it does not fit.
 #[test]
 fn growth_can_be_a_function() {
     let sheet = std::sync::Arc::new(lattice(4, 3));

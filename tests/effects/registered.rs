@@ -13,7 +13,7 @@ use rumple::sheet::{Shape, Sheet, generate};
 
 use crate::common::irregular;
 
-/// A table of an effect, on a closed sheet or an open one, and what it is invariant under: translation,
+/// A table of an effect, on a closed sheet or an open one, and its invariances: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
 const SAMPLES: [(&str, &str, bool, [bool; 3]); 55] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),

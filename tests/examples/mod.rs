@@ -110,7 +110,7 @@ fn its_parameters_are_checked_where_they_are_written() {
     }
 }
 
-/// The guide shows the example as it is, and both promise that it is short.
+/// The guide shows the example verbatim, and both state that it is short.
 #[test]
 fn the_guide_shows_the_example() {
     let guide = include_str!("../../docs/book/manual/effects.md");

@@ -18,7 +18,7 @@ fn reader(name: &str) -> &'static Reader {
     named(name).unwrap_or_else(|| panic!("no reader {name}"))
 }
 
-/// Makes what a reader makes once, which is no part of reading, and writes its valid inputs.
+/// One-time set-up of a reader, excluded from its cost; writes its valid inputs.
 ///
 /// # Panics
 /// Where they cannot be written.
@@ -32,7 +32,7 @@ pub fn prepare(name: &str) {
     }
 }
 
-/// Reads an input as it is, and with right checksums where there are any.
+/// Reads an input unchanged, and with corrected checksums where it has any.
 ///
 /// # Panics
 /// Where the reader does, or takes more memory than it may.

@@ -1,4 +1,4 @@
-//! Limits of the readers, each with the error that says so.
+//! Limits of the readers, each with its error.
 
 use std::fmt::Write as _;
 

@@ -31,7 +31,7 @@ fn no_input_makes_a_reader_panic_or_greedy() {
     let (mut accepted, mut refused) = (0, 0);
     for reader in &ALL {
         let seeds = (reader.seeds)();
-        // What it makes once is no part of reading.
+        // One-time set-up is excluded.
         let valid = seeds.iter().filter(|seed| (reader.read)(seed)).count();
         assert!(valid > 0, "{} accepts none of its valid inputs", reader.name);
         for (path, input) in reader.corpus() {

@@ -202,7 +202,7 @@ fn pressure_on_an_open_sheet_has_an_energy_where_the_boundary_is_fixed() {
     check_derivatives(&mut mechanics(&sheet, FollowerPressure::new(&sheet, -1.3), sliding), &x);
 }
 
-/// With a free boundary there is no energy; the force is p ∫ n dA and the Hessian the symmetric part.
+/// With a free boundary no energy exists; the force is p ∫ n dA and the Hessian the symmetric part.
 #[test]
 fn pressure_with_a_free_boundary_has_the_symmetric_part() {
     let sheet = Arc::new(irregular(5, 4, 0.2));

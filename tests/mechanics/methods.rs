@@ -83,7 +83,7 @@ fn they_reach_the_minimum_of_lbfgs() {
     for (name, done, x) in &results[1..] {
         let energy = results[0].1.energy;
         assert!((done.energy / energy - 1.0).abs() < 1e-9, "{name} {} {energy}", done.energy);
-        // Motions in the plane are free: compare what they leave as it is.
+        // Motions in the plane are free: compare quantities invariant under them.
         let apart = x.iter().zip(&results[0].2).map(|(a, b)| (a.z - b.z).abs());
         let apart = apart.fold(0.0, f64::max);
         assert!(apart < 1e-4, "{name} {apart}");

@@ -137,7 +137,7 @@ fn a_triangle_driven_flat_is_named_or_fixed() {
     assert!(done.collapsed > 0 && done.residual <= 1e-6, "{done:?}");
 }
 
-/// Close to buckling and close to rest every step is level to round-off, and the slope hardly
+/// Close to buckling and close to rest every step is level to round-off, and the slope barely
 /// falls: neither may stop the relaxation.
 #[test]
 fn round_off_near_buckling_does_not_stop_a_relaxation() {

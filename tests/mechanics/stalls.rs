@@ -132,7 +132,7 @@ fn a_relaxation_without_end_says_what_to_try() {
     assert!(keys.iter().all(|key| error.contains(key)), "{error}");
 }
 
-/// With one pair of memory and a factor that is never renewed L-BFGS gets nowhere, which is noticed
+/// With one pair of memory and a factor that is never renewed L-BFGS stagnates, which is detected
 /// after 300 iterations here: Newton's method takes over.
 #[test]
 fn newton_takes_over_where_the_default_gets_nowhere() {
@@ -164,7 +164,7 @@ fn newton_takes_over_where_the_default_gets_nowhere() {
     println!("{:?}", relax(1e-9, 100_000).unwrap());
 }
 
-/// Without an interior vertex there is no mean curvature: a chain of rigid triangles that swings down through a
+/// Without an interior vertex the mean curvature is undefined: a chain of rigid triangles that swings down through a
 /// quarter of a turn. The energy falls slowly, and all of the time.
 #[test]
 fn a_strip_without_interior_vertices_hangs_down() {

@@ -63,7 +63,7 @@ fn a_device_is_written_to_and_not_replaced() {
     assert!(fs::metadata(&path).unwrap().file_type().is_char_device());
 }
 
-/// A directory in the place of a file refuses the rename, whoever runs the test.
+/// A directory in the place of a file refuses the rename for any user, root included.
 #[test]
 fn a_series_survives_a_frame_that_cannot_be_written() {
     let folder = tempfile::tempdir().unwrap();

@@ -86,7 +86,7 @@ pub fn with(text: &str, planar: bool, overrides: &[&str]) -> Simulation {
     prepare(&text, overrides).1
 }
 
-/// Goes on to `until`.
+/// Steps to `until`.
 pub fn run(simulation: &mut Simulation, until: f64) {
     simulation.prepare().unwrap_or_else(|e| panic!("{e}"));
     while simulation.state().time < until {

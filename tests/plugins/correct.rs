@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use rumple::kinetics::examine::{self, Verdict};
+use rumple::kinetics::validation::{self, Verdict};
 use rumple::kinetics::{Kinetics, formula};
 use rumple::scene::Scene;
 
@@ -22,10 +22,17 @@ fn law(rate: &str) -> formula::FormulaKinetics {
 
 fn nothing_wrong(kinetics: &dyn Kinetics, seed: u64, what: &str) -> Vec<String> {
     let mut reported = Vec::new();
-    examine::validate(kinetics, &[], None, seed, &mut |_| (), &mut |found| match found.verdict {
-        Verdict::Fault(text) => panic!("{what}, seed {seed}, {}: {text}", found.check),
-        Verdict::Good(text) | Verdict::Skipped(text) => reported.push(text),
-    });
+    validation::validate(
+        kinetics,
+        &[],
+        None,
+        seed,
+        &mut |_| (),
+        &mut |found| match found.verdict {
+            Verdict::Fault(text) => panic!("{what}, seed {seed}, {}: {text}", found.check),
+            Verdict::Good(text) | Verdict::Skipped(text) => reported.push(text),
+        },
+    );
     reported
 }
 

@@ -72,7 +72,7 @@ fn faulty_tables_and_descriptors_are_refused() {
         ("nan", &["DEFAULT=NAN"], "parameter `k`: default is NaN"),
         ("bounds", &["UPPER=-1.0"], "valid range is 0 to -1"),
         ("default_of", &["DEFAULT_OF=\"j\""], "defaults to `j`, which is not an earlier parameter"),
-        ("signal", &["SIGNAL=\"shear\""], "there is no signal `shear`; there are mean_curvature"),
+        ("signal", &["SIGNAL=\"shear\""], "no signal `shear`; expected one of mean_curvature"),
         ("nothing", &["CAPABILITIES=0"], "do not include rates"),
         ("unknown", &["CAPABILITIES=1|((uint64_t)1<<40)"], "cannot do"),
         ("claims", &["CAPABILITIES=3"], "function `rate_partials`: is null"),

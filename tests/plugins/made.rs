@@ -1,4 +1,4 @@
-//! `plugin new`: what it writes builds as it is, passes `validate`, and runs.
+//! `plugin new`: what it writes builds unchanged, passes `validate`, and runs.
 
 use std::fs;
 use std::path::Path;

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use rumple::Simulation;
-use rumple::kinetics::examine::{self, Verdict};
+use rumple::kinetics::validation::{self, Verdict};
 use rumple::kinetics::{Kinetics, Search, formula};
 use rumple::scene::Scene;
 
@@ -208,7 +208,7 @@ fn a_small_kink_is_no_wrong_derivative() {
     let law = formula::FormulaKinetics::new(&scene.kinetics[0].law().unwrap()).unwrap();
     assert!(law.descriptor().capabilities.rate_partials);
     let mut verdicts = Vec::new();
-    examine::validate(&law, &[], None, 7, &mut |_| (), &mut |found| verdicts.push(found));
+    validation::validate(&law, &[], None, 7, &mut |_| (), &mut |found| verdicts.push(found));
     let wrong = verdicts.iter().find(|found| matches!(found.verdict, Verdict::Fault(_)));
     assert_eq!(wrong, None);
 }

@@ -60,7 +60,7 @@ fn an_unknown_name_lists_what_there_is_and_where() {
     let missing = place.path().join("missing");
     let search = Search::in_directories(vec![missing.clone(), place.path().to_owned()]);
     let text = search.resolve("curvature-fedback", Path::new("/")).unwrap_err().to_string();
-    assert!(text.contains("there is no plugin `curvature-fedback`"), "{text}");
+    assert!(text.contains("no plugin `curvature-fedback`"), "{text}");
     assert!(text.contains("did you mean `curvature-feedback`?"), "{text}");
     assert!(text.contains("found: curvature-feedback, tension-feedback\n"), "{text}");
     assert!(text.contains(&missing.display().to_string()), "{text}");

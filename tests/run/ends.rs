@@ -118,7 +118,7 @@ fn an_interrupted_comparison_says_so() {
     assert_eq!(status(&member().unwrap())["status"], "interrupted");
 }
 
-/// y' = y² ends at t = 1: one member steps over that, the other dies there. A death is no success.
+/// y' = y² ends at t = 1: one member steps over that, the other dies there. A crash does not count as a success.
 #[test]
 fn a_comparison_with_a_member_that_died_is_no_success() {
     let scene = r#"

@@ -58,7 +58,7 @@ fn reason(message: &str) -> &str {
     line.unwrap_or_else(|| panic!("no reason in {message}"))
 }
 
-/// The same without values, which differ in the last digits where a library begins anew.
+/// The same without values, which differ in the last digits where a library restarts.
 fn roughly(message: &str) -> &str {
     reason(message).split(" (").next().unwrap_or_default()
 }

@@ -25,7 +25,7 @@ const UNTOLD: StepRule =
 
 /// The steps of a step control to [`UNTIL`]: they begin at `first`, grow by `growth` at most to what `allowed`
 /// says of the time, more or less, end at the multiples of `every`, and cost `cost`, more or less. Where one is
-/// rejected it is made again at half the length.
+/// rejected it is repeated at half the length.
 fn steps(
     rule: StepRule,
     (first, growth): (f64, f64),
@@ -57,7 +57,7 @@ fn steps(
     all
 }
 
-/// What is told during a run of these steps: time and seconds so far, and seconds left; and the total.
+/// Forecasts during a run of these steps: time and seconds so far, and seconds left; and the total.
 fn told(rule: StepRule, every: f64, steps: &[Taken]) -> (Vec<(f64, f64, Range)>, f64) {
     let total: f64 = steps.iter().map(|step| step.seconds).sum();
     let (mut spent, mut all) = (0.0, Vec::new());
@@ -70,7 +70,7 @@ fn told(rule: StepRule, every: f64, steps: &[Taken]) -> (Vec<(f64, f64, Range)>,
     (all, total)
 }
 
-/// Whatever is told is right within a factor of 4, and of 2 after a tenth of the way; something is told
+/// Every forecast is right within a factor of 4, and of 2 after a tenth of the way; the first is shown
 /// before three tenths of it.
 fn right(rule: StepRule, every: f64, steps: &[Taken], what: &str) {
     let (all, total) = told(rule, every, steps);
@@ -83,7 +83,7 @@ fn right(rule: StepRule, every: f64, steps: &[Taken], what: &str) {
         );
         assert!(left.least <= left.likely && left.likely <= left.most, "{what}: {left:?}");
     }
-    let first = all.first().unwrap_or_else(|| panic!("{what}: nothing is told in {total} s"));
+    let first = all.first().unwrap_or_else(|| panic!("{what}: no forecast in {total} s"));
     assert!(first.0 < 0.3 * UNTIL, "{what}: first told at time {} of {UNTIL}", first.0);
 }
 
@@ -129,7 +129,7 @@ fn short_runs_whose_steps_grow_are_not_announced_to_be_long() {
     }
 }
 
-/// Where steps become ever shorter, as before a singular point, there is no end in sight.
+/// Where steps become ever shorter, as before a singularity, no end is forecast.
 #[test]
 fn nothing_is_told_while_steps_shrink_to_nothing() {
     let mut forecast = Forecast::new(UNTOLD, way(UNTIL), 0.0);

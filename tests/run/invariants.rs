@@ -283,7 +283,7 @@ fn a_law_that_makes_what_should_stay_is_caught() {
             "the total was",
         ],
     );
-    // From the beginning it is no law of this scene; nor is a total that turns into another.
+    // It does not hold in this scene from the beginning; nor is a total that turns into another.
     let keys = ["kinetics.rates.a=\"b - a + 0.01\"", "kinetics.rates.b=\"a - b\""];
     for (laws, keys) in
         [("totals = { \"a + b\" = 1e-9 }", keys), ("totals = { a = true }", [planted, keys[1]])]
@@ -297,7 +297,7 @@ fn a_law_that_makes_what_should_stay_is_caught() {
     let keys = ["kinetics.rates.a=\"2*b - 2*a\"", "kinetics.rates.b=\"a - b\""];
     kept(FREE, "totals = { \"a + 2 b\" = 1e-9 }", &keys);
     let said = refused(2, FREE, "totals = { \"a + d\" = true }", &[]);
-    assert_says(&said, &["`d` is no species", "a, b"]);
+    assert_says(&said, &["`d` is neither a species nor a number", "a, b"]);
     let said =
         refused(2, FREE, "totals = { \"a + b\" = true }", &["kinetics.measure=\"concentration\""]);
     assert_says(&said, &["nothing dilutes it", "measure = \"amount\""]);

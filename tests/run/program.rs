@@ -307,7 +307,7 @@ fn a_point_has_a_ledger_and_no_frames() {
     assert!(check.status.success(), "{}", text(&check.stderr));
 }
 
-/// A run goes on from a frame of another: the same positions and species, relaxed as every start is.
+/// A run starts from a frame of another: the same positions and species, relaxed as every start is.
 #[test]
 fn a_run_starts_from_a_state() {
     let folder = folder(SMALL);

@@ -239,7 +239,7 @@ fn what_cannot_go_on_says_why_and_what_can() {
         fs::write(path, text.replace(from, to)).unwrap();
     };
     refused("nowhere", "no such directory");
-    refused(".", "there is no run in it");
+    refused(".", "it holds no run");
     refused("whole", "`--until T` lets it go further");
 
     let scene = other("scene");

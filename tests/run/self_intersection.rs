@@ -1,4 +1,4 @@
-//! A sheet that passes through itself is told at the end of a run, whether or not the scene asks.
+//! Self-intersection is reported at the end of a run, whether or not the scene asks for it.
 
 use std::fs;
 use std::path::Path;
@@ -41,7 +41,7 @@ fn a_run_tells_that_the_sheet_passes_through_itself() {
     assert_eq!(status["crossings"], 0, "{status}");
     assert!(!(said + &errors).contains("passes through itself"));
 
-    // Nor of shapes that do not move, which are not looked at.
+    // Nor of shapes that do not move, which are not checked.
     let directory =
         folder("sheet.shape = \"point\"\ntime.until = 1.0\nkinetics.rates.c = \"-c\"\n");
     let (said, _, status) = ran(directory.path(), 0, &[]);

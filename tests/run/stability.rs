@@ -189,7 +189,7 @@ fn a_saddle_that_is_not_flat_needs_no_perturbation() {
     }
 }
 
-/// A shape that moves under drag is looked at as it is: nothing is relaxed on the way.
+/// A shape that moves under drag is evaluated without relaxation.
 #[test]
 fn a_moving_shape_is_displaced_and_never_relaxed() {
     let scene = GROWING

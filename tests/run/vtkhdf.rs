@@ -118,7 +118,7 @@ fn a_killed_run_leaves_a_whole_file_and_goes_on_with_the_same_bytes() {
             let frame = read::surface(format!("{}#{k}", file.display())).unwrap();
             assert_eq!(frame.time, Some(times[k]));
         }
-        // The next part goes on from a checkpoint, up to 25 frames before.
+        // The next part continues from a checkpoint, up to 25 frames before.
         before = times.len().saturating_sub(26);
         first = false;
     }

@@ -98,7 +98,7 @@ fn explicit_steps_of_a_shape_are_an_evaluation_each() {
     assert_eq!((work.energies, work.gradients), (0, 0), "{work:?}");
 }
 
-/// What looks at a state between steps is counted, but not as that of steps.
+/// Evaluations of observers are counted, but not as work of steps.
 #[test]
 fn looking_costs_steps_nothing() {
     let (_, mut simulation) = prepare(&[]);

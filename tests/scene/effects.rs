@@ -116,7 +116,7 @@ fn regions_that_choose_nothing_or_make_no_sense() {
     wrong(&load(region), region, "effect[1].where: no vertex is chosen by this load", empty);
     let region = "{ vertices = [0, 4000] }";
     let n = build("kind = \"bending\"").unwrap().sheet().vertex_count();
-    let message = format!("effect[1].where: there is no vertex 4000: the sheet has {n}");
+    let message = format!("effect[1].where: vertex 4000 does not exist: the sheet has {n}");
     wrong(&load(region), region, &message, "vertices are numbered from 0");
     let region = "{ half-space = { normal = [0, 0, 0] } }";
     let message = "effect[1].where: the normal must be a nonzero vector";

@@ -119,7 +119,7 @@ fn wrong_fields_are_refused_at_their_key() {
         (
             "thickness = { default = 1.0, regions = [{ where = { vertices = [99] }, value = 2.0 }] }"
                 .into(),
-            "regions[0].where: there is no vertex 99",
+            "regions[0].where: vertex 99 does not exist",
             "vertices are numbered from 0",
         ),
         (

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Kills a sweep again and again at random instants, goes on each time, and compares the end with a sweep
+# Kills a sweep again and again at random instants, resumes it each time, and compares the end with a sweep
 # that was left alone: kill_sweep.sh [KILLS]
 #
 # Every third kill is of the sweep (signal 9), of one of its members (signal 9), or asks the sweep to end

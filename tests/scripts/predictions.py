@@ -5,7 +5,7 @@
 
 Scenes that would take longer than about a minute on one core are cut short in time, by the times in CUT. For
 each: what `rumple explain` says in its three seconds, what the run said first and after which part of its time,
-both relative to what was true. Times are processor times, which other programs on the machine hardly change. The
+both relative to what was true. Times are processor times, which are nearly independent of other programs. The
 plugins are looked for beside the program. Prints a table in Markdown, and the median and the worst ratio.
 """
 

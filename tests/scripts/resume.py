@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs that are continued against runs that were left alone, byte by byte.
 
-    resume.py every [NAME]         goes on from every checkpoint of every case (or of those with NAME in it)
+    resume.py every [NAME]         continues from every checkpoint of every case (or of those with NAME in it)
     resume.py kill KILLS [SEED]    kills runs of all cases in turn at random instants: so many that meet a run at work,
                                    with signal 9, and half as many with a signal that asks
     resume.py writing KILLS        kills runs of three cases while they write a checkpoint
@@ -164,7 +164,7 @@ def compare(whole, other, what):
     return not wrong
 
 
-def anew(title):
+def restart_interval(title):
     """Where a new start is a part of what is computed: the time between two, with some steps."""
     return "0.02" if title.startswith("monolithic") else "0.003" if "explicit tsit45" in title else None
 
@@ -175,7 +175,7 @@ def every(name):
         if name not in title:
             continue
         scene = WORK / "scene.toml"
-        often = anew(title) or "1e-9"
+        often = restart_interval(title) or "1e-9"
         scene.write_text(text + f"\n[checkpoint]\nevery = {often}\nkeep = 100000\n")
         whole = WORK / "whole"
         shutil.rmtree(whole, ignore_errors=True)
@@ -244,7 +244,7 @@ def threads(name):
             continue
         for model, scene_text in models(finer(text)):
             what = f"{title}, {model}"
-            often = anew(title) or "1e-9"
+            often = restart_interval(title) or "1e-9"
             scene = WORK / "scene.toml"
             scene.write_text(scene_text + f"\n[checkpoint]\nevery = {float(often) / 5}\nkeep = 100000\n"
                              + "[invariants]\nenergy = true\ngauss-bonnet = true\ncrossings = true\n")
@@ -325,13 +325,13 @@ def half_written(directory):
 
 
 def onwards(scene, other):
-    """How a run that was killed goes on."""
+    """How a run that was killed is resumed."""
     begun = any((other / "checkpoints").glob("checkpoint_*.bin"))
     return ["resume", other] if begun else ["run", scene, "--out", other, "--force"]
 
 
 def ends_the_same(scene, other, whole, title):
-    """Goes on to the end; whether all is as in the run that was left alone."""
+    """Continues to the end; whether all is as in the run that was left alone."""
     out = rumple(*onwards(scene, other))
     if out.returncode and "the run is complete" not in out.stderr:
         print(f"REFUSED {title}: {out.stderr.strip()[:400]}", flush=True)
@@ -349,7 +349,7 @@ def kill(kills, seed):
                 break
             scene = WORK / "scene.toml"
             # The clock asks for checkpoints now and then; that must not change a bit.
-            every = f"every = {anew(title)}" if anew(title) else ""
+            every = f"every = {restart_interval(title)}" if restart_interval(title) else ""
             scene.write_text(text + f"\n[checkpoint]\nwall = 0.02\n{every}\n")
             directory, seconds = whole.of(title, scene)
             other = WORK / "other"

@@ -39,7 +39,7 @@ chmod 755 "$home"
 (umask 077 && head -c 1024 /dev/urandom >"$home/munge.key")
 host=$(hostname -s)
 memory=$(awk '/^MemTotal:/ { print int($2 / 1024 * 0.9) }' /proc/meminfo)
-# A port that nobody listens on.
+# A port without a listener.
 free_port() {
     local port
     while :; do

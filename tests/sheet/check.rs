@@ -153,7 +153,7 @@ fn a_closed_mesh_that_faces_inwards_is_turned_over_with_a_note() {
         assert!((b - a).cross(&(c - a)).dot(&(a - shift)) > 0.0);
     }
 
-    // With a hole there is no inside, and the file decides.
+    // With a hole the inside is undefined, and the file decides.
     inwards.triangles.pop();
     let (open, findings) = inwards.clone().into_sheet().unwrap();
     assert!(findings.is_empty(), "{findings:?}");

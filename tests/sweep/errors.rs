@@ -79,7 +79,7 @@ fn a_parameter_that_nothing_reads_is_neither_swept_over_nor_set() {
         }
         assert!(!folder.path().join("out").exists(), "{change}");
     }
-    // One that is read by way of a `let` may be set; in a scene that nobody varies it is a note.
+    // One that is read by way of a `let` may be set; in a scene without overrides it is a note.
     let scene = text_law.replace("sqrt(kappa)", "sqrt(kappa) + 0*nowhere");
     let folder_of = |scene: &str| folder(scene);
     let check = |scene: &str, extra: &[&str]| {

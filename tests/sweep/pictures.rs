@@ -209,7 +209,7 @@ fn measures_are_drawn_against_a_key_with_a_curve_for_every_other_value() {
     assert_eq!(drawn.names, ["D = 0", "D = 5"]);
     let titles: Vec<&str> = drawn.panels.iter().map(|p| p.title.as_str()).collect();
     assert!(titles.contains(&"spots") && titles.contains(&"separation d [length]"), "{titles:?}");
-    assert!(!titles.contains(&"nearest centres [length]"), "nobody has any: {titles:?}");
+    assert!(!titles.contains(&"nearest centres [length]"), "no member has any: {titles:?}");
     let spots = drawn.panels.iter().find(|p| p.title == "spots").unwrap();
     assert_eq!(spots.logarithmic, (true, false));
     // A curve through the means over seeds, and a mark for every seed.

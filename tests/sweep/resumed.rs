@@ -92,7 +92,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     assert!(!members.join("thickness=0.9").exists());
     fs::write(&scene, slow()).unwrap();
 
-    // The same again goes on, with one more value.
+    // The same command continues, with one more value.
     let mut args = ARGS;
     args[5] = "material.thickness=0.5..0.9:5,2";
     let out = rumple(folder.path(), &args);
@@ -144,7 +144,7 @@ fn a_sweep_that_is_interrupted_ends_its_members() {
             fs::read_to_string(members.join("thickness=0.5/measures.csv"))
                 .is_ok_and(|text| text.lines().count() > 2)
         });
-        // To the sweep alone: its members are told by it.
+        // To the sweep alone, which forwards it to its members.
         let id = child.id().to_string();
         assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(code));

@@ -71,7 +71,7 @@ fn slurm(program: &str, args: &[&str]) -> String {
     text(&out.stdout)
 }
 
-/// A sweep with a member that fails goes through an array job, is cancelled in the middle, goes on as
+/// A sweep with a member that fails goes through an array job, is cancelled in the middle, continues as
 /// another job, and gathers the same numbers as here.
 #[test]
 #[ignore = "needs Slurm: run under tests/scripts/slurm.sh; tests/run.sh does"]
@@ -89,7 +89,7 @@ fn real_slurm_runs_a_sweep_that_is_cancelled_and_goes_on() {
     wait_until("the second task", || {
         status_of(&member("1")) == "complete" && has_rows(&member("2"), 2)
     });
-    // While it is queued nobody else begins.
+    // While it is queued no other sweep begins.
     let again = submit();
     assert_eq!(again.status.code(), Some(2), "{}", text(&again.stderr));
     assert!(text(&again.stderr).contains(&format!("job {job}")), "{}", text(&again.stderr));

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! s is the ramp, A⁰_i the rest area of vertex i. Where the sheet is inside the ball by δ ≪ R, it is
-//! pushed out along the radius with the pressure k δ: k is force/length³. There is no friction.
+//! pushed out along the radius with the pressure k δ: k is force/length³. Frictionless.
 
 use rumple::effects::prelude::*;
 use serde::{Deserialize, Serialize};

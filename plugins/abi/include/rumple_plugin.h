@@ -44,7 +44,7 @@ typedef struct {
   RumpleStr name;
   // Unit of the value, in words of the plugin; `1` for none.
   RumpleStr unit;
-  // One sentence on what it is.
+  // Description in one sentence.
   RumpleStr doc;
   // Magnitude that matters, > 0: scale of absolute tolerances and difference steps.
   double typical;
@@ -64,7 +64,7 @@ typedef struct {
   RumpleStr name;
   // Unit, in words; `1` for none.
   RumpleStr unit;
-  // One sentence on what it is.
+  // Description in one sentence.
   RumpleStr doc;
   // Value where a scene gives none (and `default_of` is empty).
   double default_;
@@ -276,13 +276,13 @@ typedef struct {
   RumpleGetExtension get_extension;
 } RumplePluginTable;
 
-// One quantity to look at.
+// An observable.
 typedef struct {
   // Name in scenes and results; same rule as for species.
   RumpleStr name;
   // Unit, in words; `1` for none.
   RumpleStr unit;
-  // One sentence on what it is.
+  // Description in one sentence.
   RumpleStr doc;
 } RumpleObservable;
 

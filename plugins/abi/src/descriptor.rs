@@ -41,7 +41,7 @@ pub struct Species {
     pub name: Str,
     /// Unit of the value, in words of the plugin; `1` for none.
     pub unit: Str,
-    /// One sentence on what it is.
+    /// Description in one sentence.
     pub doc: Str,
     /// Magnitude that matters, > 0: scale of absolute tolerances and difference steps.
     pub typical: f64,
@@ -104,7 +104,7 @@ pub struct Parameter {
     pub name: Str,
     /// Unit, in words; `1` for none.
     pub unit: Str,
-    /// One sentence on what it is.
+    /// Description in one sentence.
     pub doc: Str,
     /// Value where a scene gives none (and `default_of` is empty).
     pub default: f64,

@@ -4,8 +4,8 @@
 //! [`ENTRY_SYMBOL`]. The table is data, not code: the engine reads magic, version and size before
 //! it calls anything. Growth without breakage:
 //!
-//! * fields are only ever added at the end of a structure, with a new [`ABI_MINOR`]; whoever reads
-//!   a structure looks at its size (or the stride of its array) first, and takes what is missing
+//! * fields are only ever added at the end of a structure, with a new [`ABI_MINOR`]; the reader of
+//!   a structure checks its size (or the stride of its array) first, and takes what is missing
 //!   as zero;
 //! * a change that old readers cannot live with raises [`ABI_MAJOR`], which must agree exactly;
 //! * whole new abilities are asked for by name with `get_extension`.

@@ -12,7 +12,7 @@ use crate::descriptor::Str;
 /// The id to give to [`GetExtension`](crate::GetExtension); it answers with an [`Observables`].
 pub const OBSERVABLES: &str = "rumple.observables/1";
 
-/// One quantity to look at.
+/// An observable.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Observable {
@@ -20,7 +20,7 @@ pub struct Observable {
     pub name: Str,
     /// Unit, in words; `1` for none.
     pub unit: Str,
-    /// One sentence on what it is.
+    /// Description in one sentence.
     pub doc: Str,
 }
 

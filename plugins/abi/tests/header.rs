@@ -1,6 +1,6 @@
 //! The committed C header is what the source says.
 //!
-//! To write it anew: `RUMPLE_WRITE_HEADER=1 cargo test -p rumple-plugin-abi --test header`.
+//! To regenerate it: `RUMPLE_WRITE_HEADER=1 cargo test -p rumple-plugin-abi --test header`.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn the_committed_header_is_generated_from_the_source() {
     let differs = committed.lines().zip(fresh.lines()).position(|(a, b)| a != b);
     assert!(
         committed == fresh,
-        "include/rumple_plugin.h differs from the source from line {} on: write it anew by \
+        "include/rumple_plugin.h differs from the source from line {} on: regenerate it by \
          RUMPLE_WRITE_HEADER=1 cargo test -p rumple-plugin-abi --test header",
         differs.map_or_else(|| committed.lines().count(), |line| line + 1)
     );

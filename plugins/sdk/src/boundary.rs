@@ -81,7 +81,7 @@ pub(crate) unsafe extern "C" fn destroy<M: Model>(instance: *mut c_void) {
         drop(unsafe { Box::from_raw(instance.cast::<M>()) });
         Ok(())
     };
-    // SAFETY: no report. A panic while dropping has nobody to tell; it ends here.
+    // SAFETY: no report. A panic while dropping cannot be reported; it ends here.
     let _ = unsafe { guarded(std::ptr::null_mut(), body) };
 }
 
@@ -117,7 +117,7 @@ pub(crate) unsafe extern "C" fn rate_partials<M: Model>(
         // SAFETY: as above.
         unsafe { call.with_partials(partials)? };
         // As few passes as possible, and none wider than it must be: the cost of a pass grows
-        // with its width, and each pass evaluates the law anew.
+        // with its width, and each pass evaluates the law again.
         match M::RATE_SIZE.inputs {
             1 => differentiate_rates::<M, 1>(&mut call, at),
             2 => differentiate_rates::<M, 2>(&mut call, at),
@@ -304,7 +304,7 @@ impl<'a, M: Model> Call<'a, M> {
     ) -> Result<Self, Failure> {
         // SAFETY: the caller's promise; models are `Sync` and only ever shared.
         let model = unsafe { instance.cast::<M>().as_ref() };
-        let model = model.ok_or_else(|| Failure::fatal("there is no instance"))?;
+        let model = model.ok_or_else(|| Failure::fatal("the instance is null"))?;
         let (species, parameters) = (M::SPECIES.len(), M::PARAMETERS.len());
         // SAFETY: the caller's promise.
         unsafe {

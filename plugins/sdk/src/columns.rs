@@ -31,7 +31,7 @@ impl<'a> Inputs<'a> {
         signals: usize,
         parameters: usize,
     ) -> Result<Self, Failure> {
-        // An engine of minor version 0 has a shorter batch: look at nothing beyond its size.
+        // An engine of minor version 0 has a shorter batch: fields beyond its size are not read.
         // SAFETY: null or valid by the caller's promise; the size comes first.
         let Some(size) = (unsafe { batch.cast::<usize>().as_ref() }) else {
             return Err(Failure::fatal("the engine gave no batch"));
@@ -153,7 +153,7 @@ pub(crate) type Slot = MaybeUninit<f64>;
 pub(crate) struct Target(ColumnMut);
 
 impl Target {
-    /// For results that nobody wants.
+    /// A sink for results that were not requested.
     pub(crate) const NOWHERE: Self = Self(ColumnMut { data: ptr::null_mut(), stride: 0 });
 
     /// Whether the values of successive points lie side by side.
@@ -164,7 +164,7 @@ impl Target {
     /// The points from one on as they lie in memory, if they lie side by side.
     ///
     /// # Safety
-    /// The column is writable at these points, and nobody else touches them for `'a`.
+    /// The column is writable at these points, and not accessed otherwise during `'a`.
     pub(crate) unsafe fn direct<'a>(self, first: usize, count: usize) -> Option<&'a mut [Slot]> {
         self.side_by_side().then(|| {
             // SAFETY: the caller's promise.
@@ -175,7 +175,7 @@ impl Target {
     /// Writes values from a point on, if the points do not lie side by side.
     ///
     /// # Safety
-    /// The column is writable at these points, nobody else touches them, and the values are
+    /// The column is writable at these points, not accessed otherwise, and the values are
     /// initialised.
     pub(crate) unsafe fn scatter(self, first: usize, values: &[Slot]) {
         let ColumnMut { data, stride } = self.0;

@@ -76,7 +76,7 @@ fn panic_message(payload: Box<dyn Any + Send>) -> String {
         .map(|text| (*text).to_owned())
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "no message".to_owned());
-    // Dropping a payload may panic again, and there is no one left to catch it.
+    // Dropping a payload may panic again, outside of any `catch_unwind`.
     std::mem::forget(payload);
     match PANIC_PLACE.take() {
         Some(place) => format!("panicked at {place}: {text}"),

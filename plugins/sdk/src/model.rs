@@ -1,5 +1,5 @@
 //! What an author writes: [`parameters!`](crate::parameters), a [`Model`], a [`LengthFactor`] if
-//! chemistry changes lengths, [`Observables`] if there is more to look at.
+//! chemistry changes lengths, [`Observables`] for derived quantities.
 
 use crate::{Observable, Parameter, Scalar, Signal, Species};
 
@@ -111,7 +111,7 @@ pub trait Parametric: Sized + Send + Sync + 'static {
     /// The parameters.
     const PARAMETERS: &'static [Parameter];
 
-    /// The law with these parameters. Called anew for every stretch of points with other values
+    /// The law with these parameters. Called for every range of points with other values
     /// where a scene gives parameters that differ from place to place.
     ///
     /// # Errors
@@ -121,7 +121,7 @@ pub trait Parametric: Sized + Send + Sync + 'static {
 
 /// A struct with one `f64` a parameter, known to scenes under the field's name.
 ///
-/// Every line is `name: default, "unit", "what it is";`, with any of the bounds of [`Parameter`]
+/// Every line is `name: default, "unit", "description";`, with any of the bounds of [`Parameter`]
 /// behind: `at_least(0.0)`, `above(0.0)`, `at_most(1.0)`, `below(1.0)`, `default_of("other")`.
 ///
 /// ```
@@ -195,7 +195,7 @@ pub trait LengthFactor: Model {
     fn length_factor<S: Scalar>(&self, species: &[S]) -> Result<S, Failure>;
 }
 
-/// Quantities to look at besides the species: a scene lists them in `output.fields`.
+/// Observables, derived quantities beside the species: a scene lists them in `output.fields`.
 pub trait Observables: Model {
     /// Which; names are not those of species or signals.
     const OBSERVABLES: &'static [Observable];
@@ -203,6 +203,6 @@ pub trait Observables: Model {
     /// Writes each of them at one point.
     ///
     /// # Errors
-    /// If there is no value.
+    /// The quantity has no value.
     fn observe(&self, at: &Point<'_, f64>, out: &mut [f64]) -> Result<(), Failure>;
 }

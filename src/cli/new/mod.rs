@@ -59,7 +59,7 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
     let mut text = String::new();
     if args.schema {
         let path = path.with_file_name(SCHEMA);
-        // An older one of the same program is no loss.
+        // An older one of the same program may be replaced.
         ResultFile::new(&path, true, &Inputs::default())?.write(schema::write)?;
         // Read by taplo and the editors that use it.
         text = format!("#:schema ./{SCHEMA}\n");

@@ -18,7 +18,7 @@ ASSOCIATION = @ASSOCIATION@
 RANGE = @RANGE@
 LOW_CORNER = @LOW@
 HIGH_CORNER = @HIGH@
-# Along which the sheet is looked at, and what is up in the picture.
+# View direction, and the up vector of the picture.
 DIRECTION = @DIRECTION@
 UP = @UP@
 

@@ -8,8 +8,8 @@ use clap::Args;
 
 use super::{Found, LawArgs};
 use crate::Result;
-use crate::kinetics::examine::Samples;
 use crate::kinetics::field::{self, Columns};
+use crate::kinetics::validation::Samples;
 use crate::kinetics::{Kinetics, KineticsError};
 
 /// Arguments of `plugin bench`.

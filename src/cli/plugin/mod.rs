@@ -26,7 +26,7 @@ pub(super) struct PluginArgs {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Write a plugin that builds and runs as it is: a crate, or a C file with its header.
+    /// Write a plugin that builds and runs unchanged: a crate, or a C file with its header.
     New(new::NewArgs),
     /// List the available plugins.
     List(SearchArgs),

@@ -172,7 +172,7 @@ fn sdk(args: &NewArgs) -> Result<String> {
     let folder = args.sdk.clone().unwrap_or_else(|| PathBuf::from(SDK));
     if !folder.join("Cargo.toml").is_file() {
         return Err(refuse(format!(
-            "there is no SDK at {}; expected the folder plugins/sdk of the source of rumple: give \
+            "no SDK at {}; expected the folder plugins/sdk of the source of rumple: give \
              it by --sdk",
             folder.display()
         )));

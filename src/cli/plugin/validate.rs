@@ -13,7 +13,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{Found, LawArgs};
-use crate::kinetics::examine::{self, Finding, Made, Make, Verdict};
+use crate::kinetics::validation::{self, Finding, Made, Make, Verdict};
 use crate::kinetics::{Kinetics, check_global_state};
 use crate::{Error, Result};
 
@@ -93,7 +93,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
         }
         emit(&Message::Begin(AFRESH.to_owned()));
         // A law that fails was found by the other checks.
-        if let Ok(rates) = examine::rates_in_order(&*law, &fields, seed, args.backwards) {
+        if let Ok(rates) = validation::rates_in_order(&*law, &fields, seed, args.backwards) {
             emit(&Message::Rates(rates));
         }
         Ok(())
@@ -121,7 +121,7 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
         if read.is_empty() { "nothing".to_owned() } else { read.join(", ") }
     );
     emit(&Message::Good(LOADING.to_owned(), text));
-    examine::validate(
+    validation::validate(
         law,
         fields,
         make,
@@ -138,8 +138,7 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
     );
 }
 
-/// Begins to try the law in a process of its own, and to listen to it; what is not for us comes as it
-/// is.
+/// Starts the checks of the law in a child process and reads its reports; lines that are not reports are passed on.
 fn begin(
     args: &ValidateArgs,
     seed: u64,
@@ -189,6 +188,22 @@ fn afresh(args: &ValidateArgs, seed: u64, limit: Duration) -> Result<Option<Vec<
     Ok(rates)
 }
 
+/// Compares rates with those of a process that calls the points in the opposite order, where it got so far.
+fn same_afresh(here: &[u64], there: Option<Vec<u64>>) -> (&'static str, String) {
+    let Some(there) = there else { return ("-", "not reached".to_owned()) };
+    if there == here {
+        return ("ok", "points called in the opposite order".to_owned());
+    }
+    let differ = here.iter().zip(&there).position(|(a, b)| a != b).unwrap_or(0);
+    let [one, other] = [here[differ], there[differ]].map(f64::from_bits);
+    let text = format!(
+        "rates gives {one} after other calls and {other} in a process that calls the points in the \
+         opposite order: a law must not keep internal state"
+    );
+    ("FAULT", text)
+}
+
+/// Runs the checks in a child process and prints what they find.
 fn parent(args: &ValidateArgs) -> Result<()> {
     let seed = args.seed;
     let limit = Duration::try_from_secs_f64(args.time_limit).unwrap_or(Duration::from_secs(20));
@@ -214,21 +229,10 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             Ok(Ok(Message::Good(check, text))) => report("ok", &check, &text),
             Ok(Ok(Message::Skipped(check, text))) => report("-", &check, &text),
             Ok(Ok(Message::Fault(check, text))) => report("FAULT", &check, &text),
-            Ok(Ok(Message::Rates(here))) => match afresh(args, seed, limit)? {
-                Some(there) if there == here => {
-                    report("ok", AFRESH, "points called in the opposite order");
-                }
-                Some(there) => {
-                    let differ = here.iter().zip(&there).position(|(a, b)| a != b).unwrap_or(0);
-                    let [one, other] = [here[differ], there[differ]].map(f64::from_bits);
-                    let text = format!(
-                        "rates gives {one} after other calls and {other} in a process that calls \
-                         the points in the opposite order: a law must not keep internal state"
-                    );
-                    report("FAULT", AFRESH, &text);
-                }
-                None => report("-", AFRESH, "not reached"),
-            },
+            Ok(Ok(Message::Rates(here))) => {
+                let (verdict, text) = same_afresh(&here, afresh(args, seed, limit)?);
+                report(verdict, AFRESH, &text);
+            }
             Ok(Ok(Message::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}
             Ok(Err(line)) => say!("  it prints: {line}"),

@@ -33,7 +33,7 @@ Values of --over:
   time.policy=quasi-static,simultaneous names; items of a list may be ranges
 Several --over give every combination of their values.
 
-The same command again goes on where it was stopped: members that are complete are not run again. An
+The same command again continues an interrupted sweep: members that are complete are not run again. An
 earlier sweep in DIR that had another scene is refused. Exit code 1 if members failed.";
 
 #[derive(Debug, Subcommand)]

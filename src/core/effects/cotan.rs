@@ -251,17 +251,9 @@ impl Transport for Cotan {
             let by_area = e.map(|e| 0.5 * normal.cross(&e));
             for k in 0..3 {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                // cot θ_k = -e_i·e_j/2A drives the flow between the ends of the opposite edge.
-                let cot = -e[i].dot(&e[j]) / double;
+                // cot θ_k drives the flow between the ends of the opposite edge.
                 let flow = 0.5 * factor * (density(v[j]) - density(v[i]));
-                for m in 0..3 {
-                    let by_dot = match (m + 3 - k) % 3 {
-                        // e_i = x_k - x_j, e_j = x_i - x_k.
-                        0 => e[j] - e[i],
-                        1 => e[i],
-                        _ => -e[j],
-                    };
-                    let by = -by_dot / double - (2.0 * cot / double) * by_area[m];
+                for (m, by) in cotangent_slopes(&e, double, &by_area, k).into_iter().enumerate() {
                     emit(v[i], v[m], (flow / per(v[i])) * by);
                     emit(v[j], v[m], (-flow / per(v[j])) * by);
                 }
@@ -286,4 +278,20 @@ impl Transport for Cotan {
             }
         }
     }
+}
+
+/// Derivatives of cot θ_k = -e_i·e_j/2A by the corners of a triangle with the edges `e`, the area `double`/2 and the
+/// derivatives `by_area` of the area.
+fn cotangent_slopes(e: &[Vec3; 3], double: f64, by_area: &[Vec3; 3], k: usize) -> [Vec3; 3] {
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    let cot = -e[i].dot(&e[j]) / double;
+    std::array::from_fn(|m| {
+        let by_dot = match (m + 3 - k) % 3 {
+            // e_i = x_k - x_j, e_j = x_i - x_k.
+            0 => e[j] - e[i],
+            1 => e[i],
+            _ => -e[j],
+        };
+        -by_dot / double - (2.0 * cot / double) * by_area[m]
+    })
 }

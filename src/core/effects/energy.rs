@@ -154,7 +154,7 @@ pub trait Energy: Send + Sync + 'static {
         0.0
     }
 
-    /// Largest force on a vertex that is given from outside, as it is on the sheet at rest; 0 if
+    /// Largest external force on a vertex in the reference configuration; 0 if
     /// none is.
     fn applied_force(&self) -> f64 {
         0.0

@@ -13,7 +13,7 @@
 //!
 //! which are the lengths of the metric `g_∥² a⊗a + g_⊥² (1 - a⊗a)`: triangles read it exactly, bonds as far as
 //! their lengths tell. Several such effects, and the length factors of laws, multiply. Like those
-//! of laws it is no force: stretching and the strains that laws read see the lengths, the rest positions
+//! of laws it exerts no force: stretching and the strains that laws read see the lengths, the rest positions
 //! stay. With `measure = "amount"` growth dilutes species and conserves their totals.
 //!
 //! Reference: multiplicative growth, e.g. Rodriguez, Hoger & McCulloch, J. Biomech. 27 (1994) 455,

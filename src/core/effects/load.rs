@@ -89,6 +89,55 @@ impl EffectSpec for Load {
 
 crate::register_kind!(dyn EffectSpec, "load", Load);
 
+/// Force on every vertex of a load on the `chosen` ones, and the number of vertices, edges or triangles that carry it.
+fn spread(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> (Vec<Vec3>, usize) {
+    let inside = |v: &u32| chosen[*v as usize];
+    let vector = |f: [Finite; 3]| Vec3::from(f.map(Finite::get));
+    let mut on = vec![Vec3::zeros(); sheet.vertex_count()];
+    let mut carriers = 0;
+    match force {
+        LoadForce::Total(f) | LoadForce::PerVertex(f) => {
+            carriers = chosen.iter().filter(|c| **c).count();
+            let all = sheet.reduction();
+            let count = all.sum(chosen.len(), |i| if chosen[i] { 1.0 } else { 0.0 });
+            let share = match force {
+                LoadForce::Total(_) => vector(f) / count.max(1.0),
+                _ => vector(f),
+            };
+            for (on, _) in on.iter_mut().zip(chosen).filter(|(_, chosen)| **chosen) {
+                *on = share;
+            }
+        }
+        LoadForce::PerLength(f) => {
+            let boundary = sheet.edges().iter().filter(|edge| edge.is_boundary());
+            for Edge { vertices, .. } in boundary.filter(|edge| edge.vertices.iter().all(inside)) {
+                let [a, b] = vertices.map(|v| v as usize);
+                let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
+                on[a] += half * vector(f);
+                on[b] += half * vector(f);
+                carriers += 1;
+            }
+        }
+        LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => {
+            for triangle in sheet.triangles().iter().filter(|t| t.iter().all(inside)) {
+                let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
+                // N = 2 A n.
+                let cross = (b - a).cross(&(c - a));
+                let sixth = match force {
+                    LoadForce::AlongNormal(p) => p.get() * cross,
+                    LoadForce::PerArea(f) => cross.norm() * vector(f),
+                    _ => Vec3::zeros(),
+                };
+                for v in triangle {
+                    on[*v as usize] += sixth / 6.0;
+                }
+                carriers += 1;
+            }
+        }
+    }
+    (on, carriers)
+}
+
 /// Fixed forces on the vertices of one sheet.
 #[derive(Debug)]
 pub struct DeadLoad {
@@ -103,52 +152,7 @@ impl DeadLoad {
     /// A force per length where no boundary edge, or per area where no triangle, lies between chosen
     /// vertices.
     pub fn new(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> Result<Self, EffectError> {
-        let inside = |v: &u32| chosen[*v as usize];
-        let vector = |f: [Finite; 3]| Vec3::from(f.map(Finite::get));
-        let mut on = vec![Vec3::zeros(); sheet.vertex_count()];
-        let mut carriers = 0;
-        match force {
-            LoadForce::Total(f) | LoadForce::PerVertex(f) => {
-                carriers = chosen.iter().filter(|c| **c).count();
-                let all = sheet.reduction();
-                let count = all.sum(chosen.len(), |i| if chosen[i] { 1.0 } else { 0.0 });
-                let share = match force {
-                    LoadForce::Total(_) => vector(f) / count.max(1.0),
-                    _ => vector(f),
-                };
-                for (on, _) in on.iter_mut().zip(chosen).filter(|(_, chosen)| **chosen) {
-                    *on = share;
-                }
-            }
-            LoadForce::PerLength(f) => {
-                let boundary = sheet.edges().iter().filter(|edge| edge.is_boundary());
-                for Edge { vertices, .. } in
-                    boundary.filter(|edge| edge.vertices.iter().all(inside))
-                {
-                    let [a, b] = vertices.map(|v| v as usize);
-                    let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
-                    on[a] += half * vector(f);
-                    on[b] += half * vector(f);
-                    carriers += 1;
-                }
-            }
-            LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => {
-                for triangle in sheet.triangles().iter().filter(|t| t.iter().all(inside)) {
-                    let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
-                    // N = 2 A n.
-                    let cross = (b - a).cross(&(c - a));
-                    let sixth = match force {
-                        LoadForce::AlongNormal(p) => p.get() * cross,
-                        LoadForce::PerArea(f) => cross.norm() * vector(f),
-                        _ => Vec3::zeros(),
-                    };
-                    for v in triangle {
-                        on[*v as usize] += sixth / 6.0;
-                    }
-                    carriers += 1;
-                }
-            }
-        }
+        let (on, carriers) = spread(sheet, chosen, force);
         if sheet.reduction().any(carriers > 0) {
             return Ok(Self { force: on, factor: Factor::default() });
         }

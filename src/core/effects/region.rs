@@ -182,7 +182,7 @@ impl Region {
         match self {
             Self::Vertices(list) => match list.iter().find(|v| **v as usize >= n) {
                 Some(v) => Err((
-                    format!("there is no vertex {v}: the sheet has {n}"),
+                    format!("vertex {v} does not exist: the sheet has {n}"),
                     "vertices are numbered from 0",
                 )),
                 None => Ok(()),

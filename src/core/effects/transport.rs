@@ -8,7 +8,7 @@ use crate::sheet::Sheet;
 /// Transport of one species c by another one or itself: `dc/dt = … + L b + s`, with the matrix L and the sources s of
 /// a shape, and b the species that it reads.
 ///
-/// It is immutable; what it is on a given shape is an [`Transport::Operator`] of its own.
+/// It is immutable; its discretisation on a given shape is a [`Transport::Operator`].
 pub trait Transport: Send + Sync + 'static {
     /// The transport on one shape, and the memory for it.
     type Operator: Default + Send + Sync + 'static;

@@ -114,7 +114,7 @@ impl EffectSpec for Volume {
             return refuse(
                 "ramp",
                 "the target volume is not above 0 at time 0",
-                "the ramp multiplies the target: 1 leaves it as it is",
+                "the ramp multiplies the target: 1 leaves it unchanged",
             );
         }
         let stiffness = self.stiffness.map(Positive::get);

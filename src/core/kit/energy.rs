@@ -41,10 +41,8 @@ pub(super) fn of_energy(
     let scale = there.abs().max(largest(&there_force) * edge).max(f64::MIN_POSITIVE);
     report.zero_at_rest &= energy.abs() <= ROUND_OFF * scale
         && (constraint || largest(&force) * edge <= ROUND_OFF * scale);
-    let shifted: Vec<Vec3> = x.iter().map(|x| x + edge * Vec3::new(0.3, -0.2, 0.5)).collect();
-    let turn = Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7));
-    let turned: Vec<Vec3> = x.iter().map(|x| turn * x).collect();
     let same = |other: f64| (other - there).abs() <= ROUND_OFF * scale;
+    let [shifted, turned] = rigid_motions(&x, edge);
     report.translation_invariant &= same(potential.energy(&shifted));
     report.rotation_invariant &= same(potential.energy(&turned));
 
@@ -55,16 +53,7 @@ pub(super) fn of_energy(
         if flat && !leaves_plane {
             stays_in_plane(&mut potential, (&x, plane, time), &mut fault);
         }
-        let (energy, gradient) = energy_and_gradient(&mut potential, &x);
-        let alone = potential.energy(&x);
-        if !(energy.is_finite() && alone.is_finite()) {
-            fault(format!(
-                "the energy is not finite: {energy}, without the gradient {alone} (time {time})"
-            ));
-        }
-        if !finite(&gradient) {
-            fault(format!("the gradient is not finite (time {time})"));
-        }
+        let gradient = finite_gradient(&mut potential, (&x, time), &mut fault);
         let mut matrix = BlockMatrix::zeros(potential.pattern(&x));
         if let Err(error) = potential.hessian(&x, HessianPart::Full, &mut matrix) {
             fault(error.to_string());
@@ -85,6 +74,32 @@ pub(super) fn of_energy(
         }
     }
     Ok(())
+}
+
+/// A shape translated, and rotated about the origin.
+fn rigid_motions(x: &[Vec3], edge: f64) -> [Vec<Vec3>; 2] {
+    let turn = Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7));
+    let shift = edge * Vec3::new(0.3, -0.2, 0.5);
+    [x.iter().map(|x| x + shift).collect(), x.iter().map(|x| turn * x).collect()]
+}
+
+/// The gradient; energy, with it and without, and gradient must be finite.
+fn finite_gradient(
+    potential: &mut Potential,
+    (x, time): (&[Vec3], f64),
+    fault: &mut impl FnMut(String),
+) -> Vec<Vec3> {
+    let (energy, gradient) = energy_and_gradient(potential, x);
+    let alone = potential.energy(x);
+    if !(energy.is_finite() && alone.is_finite()) {
+        fault(format!(
+            "the energy is not finite: {energy}, without the gradient {alone} (time {time})"
+        ));
+    }
+    if !finite(&gradient) {
+        fault(format!("the gradient is not finite (time {time})"));
+    }
+    gradient
 }
 
 /// Whether an energy that declares no force out of the plane has none.

@@ -246,7 +246,7 @@ fn is_nothing(built: &Effect) -> bool {
 const UNDECLARED: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
      Needs::out_of_plane";
 
-/// A crumpled shape of the sheet, and where the random numbers go on.
+/// A crumpled shape of the sheet, and the generator in its state after it.
 fn crumpled(sheet: &Sheet, edge: f64) -> (Vec<Vec3>, ChaCha8Rng) {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let crumple = random_vectors(&mut random, sheet.vertex_count());

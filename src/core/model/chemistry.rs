@@ -28,7 +28,7 @@ pub use surface::Surface;
 use surface::distinct_operators;
 
 type Few<T> = SmallVec<[T; 4]>;
-/// At so few points a law takes hardly longer than to time it.
+/// Below so many points an evaluation costs no more than the clock.
 const FEW_POINTS: usize = 8;
 
 /// Kinetics on a sheet, with the transport of its species.

@@ -10,7 +10,7 @@
 //! says how hard a relaxation is driven there: [`STIFFER`] times what the sheet at rest resists with
 //! along ∂g.
 //!
-//! At a shape that somebody asks about, λ is what leaves the smallest force,
+//! At a given shape λ minimises the residual force,
 //! `min_λ |∂U - Σ λ_k ∂g_k|`, fixed directions left out: nothing is remembered from an earlier shape.
 //! Reference: Nocedal & Wright, Numerical Optimization (2006), section 17.3.
 

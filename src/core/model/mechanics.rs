@@ -37,7 +37,7 @@ pub struct Mechanics {
     not_finite: NotFinite,
 }
 
-/// Energies that were no numbers, in tries that were given up.
+/// Energies that were no numbers, in rejected step attempts.
 #[derive(Debug, Default)]
 struct NotFinite {
     count: AtomicU64,

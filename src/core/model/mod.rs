@@ -215,7 +215,7 @@ impl Model {
         &self.drag
     }
 
-    /// How many values of laws and effects were not finite numbers, in tries that were given up.
+    /// How many values of laws and effects were not finite numbers, in rejected step attempts.
     #[must_use]
     pub fn not_finite(&self) -> u64 {
         let of_laws = self.chemistry.as_ref().map_or(0, |chemistry| chemistry.flagged().count());

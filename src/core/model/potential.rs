@@ -133,7 +133,7 @@ impl Potential {
     }
 
     /// Adds the pull towards an earlier shape to U from now on, in place of the one before; conditions
-    /// leave it as it is.
+    /// leave it unchanged.
     pub fn set_anchor(&mut self, anchor: Option<Anchor>) {
         self.anchor = anchor;
     }

@@ -16,7 +16,7 @@ use crate::sheet::Sheet;
 pub struct Positions(Arc<Vec<Vec3>>);
 
 impl Positions {
-    /// Takes over those of `from`: into the memory that is there, or by sharing where there is none of one's own.
+    /// Copies those of `from` into the allocated memory, or shares them where none is allocated.
     fn take(&mut self, from: &Self) {
         if Arc::ptr_eq(&self.0, &from.0) {
             return;

@@ -52,7 +52,7 @@ impl Flagged {
         self.count.load(Ordering::Relaxed)
     }
 
-    /// The first result that was not a usable number. Where the run goes on it was in a try that has
+    /// The first result that was not a usable number. Where the run continues it was in a step attempt that has
     /// been given up.
     #[must_use]
     pub fn bad(&self) -> Option<&BadValue> {

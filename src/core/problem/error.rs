@@ -41,7 +41,7 @@ impl fmt::Display for Part {
     }
 }
 
-/// Why a [`Problem`](super::Problem) cannot be solved as it is.
+/// Validation error of a [`Problem`](super::Problem).
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{part}: {message}{}", help.as_ref().map(|help| format!(" ({help})")).unwrap_or_default())]
 pub struct ProblemError {

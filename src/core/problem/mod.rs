@@ -100,7 +100,7 @@ impl<T: ?Sized> Deref for Given<'_, T> {
     }
 }
 
-/// Called with the number of an effect, its settings, what it is bound to and what it brings, once it is bound.
+/// Called once an effect is bound, with its number, its settings, the sheet it is bound to and its contributions.
 pub type OnEffect<'a> =
     dyn FnMut(usize, &dyn EffectSpec, &EffectContext<'_>, &Effect) -> Result<(), ProblemError> + 'a;
 

@@ -41,7 +41,7 @@ pub(super) struct Linear {
 }
 
 /// Room that the library for matrix products reserves for itself, once a thread.
-pub const RESERVED: &str = "room for matrix products, reserved and hardly used";
+pub const RESERVED: &str = "room for matrix products, reserved and mostly unused";
 
 impl Linear {
     pub(super) fn of(tally: &Tally) -> Self {

@@ -145,7 +145,7 @@ pub enum SolveError {
         "triangle {triangle} (vertices {vertices:?}) collapses: after {iterations} iterations its \
          area is nearly zero, and no step lowers the energy further (largest force \
          {residual:.3e}); its optimal lengths are {optimal:.3?}. Use equilibrium.method = \"lbfgs\" if it is another, a finer mesh or a smoother \
-         length factor, or go on with equilibrium.collapse = \"hold\", which fixes its vertices, or \
+         length factor, or continue with equilibrium.collapse = \"hold\", which fixes its vertices, or \
          \"turn\", which lets it turn over"
     )]
     Collapsed {
@@ -165,7 +165,7 @@ pub enum SolveError {
     Pairing(String),
     /// The error estimate asks for ever smaller steps.
     #[error(
-        "the error of the coupling needs steps below {step:.1e} at time {time}: a law or the shape jumps or runs away \
+        "the error of the coupling needs steps below {step:.1e} at time {time}: a law or the shape jumps or blows up \
          there, or the tolerance asks for more than round-off leaves; try a looser time.integrator.rtol, or a law that is \
          smooth and bounded"
     )]
@@ -209,7 +209,7 @@ pub enum SolveError {
         steps: [u64; 2],
         /// The number of the unknown whose rate jumps …
         unknown: usize,
-        /// … and what it is.
+        /// … and its description.
         what: String,
         /// Its rate before and after.
         rates: [f64; 2],

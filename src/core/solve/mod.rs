@@ -11,11 +11,11 @@ pub mod diagnosis;
 pub mod equilibrium;
 mod error;
 pub mod explicit;
+mod incremental_potential;
 mod internal;
 pub mod linear_solvers;
 mod low_rank;
 pub mod monolithic;
-mod motion;
 mod path;
 pub mod rejections;
 mod route;
@@ -210,7 +210,7 @@ pub trait Integrator: Send {
         None
     }
 
-    /// Forgets what cannot be stored, and goes on from any state as one does that is newly made.
+    /// Clears the history that cannot be stored: the next step restarts from any state like a new integrator's.
     fn renew(&mut self) {}
 
     /// What later steps depend on besides the state: all of it where [`Self::is_storable`].
@@ -295,11 +295,11 @@ pub struct StepReport {
     pub rejected: Causes,
     /// Values of laws and effects in the step that were not finite numbers; likewise.
     pub not_finite: u64,
-    /// Why the last try before came to no result, if it did not.
+    /// Why the previous attempt was rejected, if it was.
     pub reason: Option<String>,
     /// Where the relaxations of the step led.
     pub relaxation: Relaxation,
-    /// All work of the step, rejected tries included; integrators leave it to the caller of the step.
+    /// All work of the step, rejected attempts included; integrators leave it to the caller of the step.
     pub work: Work,
 }
 

@@ -3,7 +3,7 @@
 //! Works under every policy: they differ in M alone. Rows without storage make it a semi-explicit
 //! differential-algebraic system of index 1 as long as their block of ∂F/∂y is regular. At a
 //! buckling point under the quasi-static policy it is not: Newton's method then fails, and the
-//! integrator stops with the reason; the staggered integrator goes on there, as does a small drag
+//! integrator stops with the reason; the staggered integrator passes it, as does a small drag
 //! with `simultaneous`.
 
 mod spec;
@@ -204,7 +204,7 @@ impl Monolithic {
         let Some(Running { integration, layout, at }) = &mut self.running else {
             return Err(SolveError::NotFinite);
         };
-        // It is the state, and goes on to be the next one.
+        // The accepted state is the start of the next step.
         let mut next = at.take().unwrap_or_else(|| state.clone());
         let tolerance = (self.rtol, self.atol);
         let model = Arc::clone(&workspace.model);
@@ -245,7 +245,7 @@ fn explained(error: SolveError, model: &Model, (part, time): (Part, f64)) -> Sol
         "the steady state that the chemistry is in ends near time {time} (a fold), and no step however short leads on to \
          another one"
     );
-    let advice = "time.integrator = \"staggered\", which goes on with the steady state that the chemistry then runs into";
+    let advice = "time.integrator = \"staggered\", which continues with the steady state that the chemistry then reaches";
     let (reason, advice) = (Reason::Chemistry, advice.to_owned());
     let diagnosis = Box::new(Diagnosis { reason, text, advice });
     SolveError::Diagnosed { diagnosis, error: Box::new(error) }

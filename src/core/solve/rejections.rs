@@ -1,6 +1,6 @@
 //! Rejected step attempts: why, how often, and the last of them.
 //!
-//! A step that is rejected is tried again, shorter. Nothing of the try is left but this: how many tries
+//! A step that is rejected is tried again, shorter. Nothing of the attempt is left but this: how many attempts
 //! every cause has cost, which is work that a run counts, and the last few, to find out why
 //! a run failed.
 
@@ -11,7 +11,7 @@ use super::SolveError;
 use super::diagnosis::Reason;
 use crate::model::{ModelError, State};
 
-/// Why a try came to no result.
+/// Cause of a rejected step attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
     /// Its error estimate is above the tolerance.
@@ -66,7 +66,7 @@ impl Cause {
 }
 
 impl SolveError {
-    /// What it is counted as where a try ends with it.
+    /// Counter of the step attempts rejected for it.
     #[must_use]
     pub fn cause(&self) -> Cause {
         match self {
@@ -99,9 +99,9 @@ impl SolveError {
     }
 }
 
-/// A try that came to no result.
+/// A rejected step attempt.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Try {
+pub struct Rejection {
     /// Number of the step that was tried.
     pub step: u64,
     /// Where it was to begin.
@@ -110,16 +110,16 @@ pub struct Try {
     pub length: f64,
     /// Its error estimate in units of the tolerance; NaN without one.
     pub error: f64,
-    /// Why it came to no result.
+    /// Why it was rejected.
     pub cause: Cause,
     /// The same in words; empty where the cause says it all.
     pub message: String,
 }
 
-/// Tries that are remembered.
+/// Rejections that are kept.
 const LAST: usize = 50;
 
-impl Try {
+impl Rejection {
     /// At a step of this length from `state`.
     pub(super) fn of(state: &State, length: f64, cause: Cause) -> Self {
         let (step, time) = (state.step + 1, state.time);
@@ -161,16 +161,16 @@ impl fmt::Display for Causes {
     }
 }
 
-/// The last tries that came to no result, and how many there were of each kind.
+/// The latest rejected step attempts, and the number of each cause.
 #[derive(Debug, Clone, Default)]
-pub struct Tries {
-    last: VecDeque<Try>,
+pub struct Rejections {
+    last: VecDeque<Rejection>,
     causes: Causes,
 }
 
-impl Tries {
+impl Rejections {
     /// Adds one, and forgets the oldest.
-    pub(super) fn note(&mut self, new: Try) {
+    pub(super) fn note(&mut self, new: Rejection) {
         let at = Cause::ALL.iter().position(|cause| *cause == new.cause);
         if let Some(count) = at.and_then(|at| self.causes.0.get_mut(at)) {
             *count += 1;
@@ -188,7 +188,7 @@ impl Tries {
     }
 
     /// The last ones, in their order.
-    pub fn last(&self) -> impl DoubleEndedIterator<Item = &Try> {
+    pub fn last(&self) -> impl DoubleEndedIterator<Item = &Rejection> {
         self.last.iter()
     }
 }

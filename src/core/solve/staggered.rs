@@ -55,11 +55,11 @@ use serde::{Deserialize, Serialize};
 
 use super::chemistry::{ChemistryMethod, ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
+use super::incremental_potential::{Motion, MotionMethod, Stepping};
 use super::internal::InternalSteps;
 use super::monolithic::Monolithic;
-use super::motion::{Motion, MotionMethod, Stepping};
 use super::path::{self, EquilibriumPath, release};
-use super::rejections::{Cause, Try};
+use super::rejections::{Cause, Rejection};
 use super::route::Route;
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
@@ -89,7 +89,7 @@ const SHORTEST: f64 = 1e-7;
 /// has sub-steps of its own.
 const WITHOUT_REST: usize = 3;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
-/// and typical magnitude. A step that leaves it further is too long, and no error estimate says so.
+/// and typical magnitude. A step that leaves it further is too long, and no error estimate detects it.
 const EULER_SLACK: f64 = 1e-2;
 /// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`USUAL`].
 const INNER: f64 = 0.02;
@@ -101,7 +101,7 @@ const LOOSEST_INNER: f64 = 0.2;
 const FINEST_INNER: f64 = 1e-13;
 
 /// Steps after which a run rebuilds integrators of diffsol, to be continued from there. They restart in
-/// every step as it is; what is lost is the analysis of their matrices.
+/// every step anyway; what is lost is the analysis of their matrices.
 const RENEWED_AFTER: u64 = 100;
 
 /// The staggered integrator.
@@ -310,6 +310,7 @@ impl Staggered {
         Ok(StepReport { step, relaxation, ..StepReport::default() })
     }
 
+    /// Heun's method under error control: attempts shorter steps until one is accepted.
     fn heun(
         &mut self,
         workspace: &mut Workspace,
@@ -339,16 +340,11 @@ impl Staggered {
                     report.step = step;
                     report.error = error;
                     report.allowed = Some(step * SAFETY / error.sqrt());
-                    self.error = error;
-                    let limit = if first { GROWTH } else { 1.0 };
-                    let factor = (SAFETY / error.sqrt()).min(limit);
-                    // A step cut short by an output time says nothing against longer ones.
-                    let longer = (step * factor).max(if factor >= 1.0 { proposed } else { 0.0 });
-                    self.step = Some(longer);
+                    self.propose(step, proposed, error, first);
                     return Ok(report);
                 }
                 Ok((_, error)) => {
-                    let new = Try { error, ..Try::of(state, step, Cause::Error) };
+                    let new = Rejection { error, ..Rejection::of(state, step, Cause::Error) };
                     workspace.reject(new);
                     let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
                     tried = step * factor;
@@ -356,7 +352,8 @@ impl Staggered {
                 Err(error) if error.is_recoverable() => {
                     let message = error.to_string();
                     report.reason = Some(message.clone());
-                    workspace.reject(Try { message, ..Try::of(state, step, error.cause()) });
+                    workspace
+                        .reject(Rejection { message, ..Rejection::of(state, step, error.cause()) });
                     tried = step / (GROWTH * GROWTH);
                     if error.is_without_rest() || matches!(error, SolveError::InsideOut) {
                         let (latest, count) = self.without_rest;
@@ -374,6 +371,16 @@ impl Staggered {
                 return Err(SolveError::StepTooSmall { time: state.time, step: tried });
             }
         }
+    }
+
+    /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a
+    /// first attempt may be followed by a longer step.
+    fn propose(&mut self, step: f64, proposed: f64, error: f64, first: bool) {
+        self.error = error;
+        let limit = if first { GROWTH } else { 1.0 };
+        let factor = (SAFETY / error.sqrt()).min(limit);
+        // A step cut short by an output time does not limit the next one.
+        self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
     }
 
     /// A first step from the rates: small against the time in which the fastest species changes by its typical
@@ -441,7 +448,7 @@ impl Staggered {
         Ok((next, error))
     }
 
-    /// The same of the shape, where it has storage: there it may move while the species hardly do.
+    /// The same of the shape, where it has storage: there it may move while the species are nearly steady.
     fn shape_error(&self, workspace: &Workspace, state: &State, a: &State, b: &State) -> f64 {
         if self.policy.mechanics == 0.0 {
             return 0.0;

@@ -12,7 +12,7 @@ pub(super) use search::{Held, Search};
 
 use super::diagnosis::Diagnosis;
 use super::equilibrium::{self, Equilibrium};
-use super::rejections::{Cause, Tries, Try};
+use super::rejections::{Cause, Rejection, Rejections};
 use super::stability::Stability;
 use super::{Result, SolveError};
 use crate::Vec3;
@@ -63,7 +63,7 @@ impl Control {
         Self { reduction: reduction.clone(), ..self }
     }
 
-    /// Whether to go on.
+    /// Whether to continue.
     ///
     /// # Errors
     /// [`SolveError::Interrupted`].
@@ -95,7 +95,7 @@ pub struct Workspace {
     pub control: Control,
     memory: Memory,
     relaxer: Option<Relaxer>,
-    tries: Tries,
+    rejections: Rejections,
     stuck: Option<State>,
     stability: Option<Stability>,
     path_observer: Option<Box<dyn PathObserver>>,
@@ -111,7 +111,7 @@ impl Workspace {
             control,
             memory,
             relaxer,
-            tries: Tries::default(),
+            rejections: Rejections::default(),
             stuck: None,
             stability: None,
             path_observer: None,
@@ -119,22 +119,22 @@ impl Workspace {
         }
     }
 
-    /// The last tries that came to no result.
+    /// The latest rejected step attempts.
     #[must_use]
-    pub fn tries(&self) -> &Tries {
-        &self.tries
+    pub fn rejections(&self) -> &Rejections {
+        &self.rejections
     }
 
-    /// Counts a try that came to no result.
-    pub fn reject(&mut self, rejected: Try) {
+    /// Counts a rejected step attempt.
+    pub fn reject(&mut self, rejected: Rejection) {
         self.model.tally().count(|work| work.rejected += 1);
-        self.tries.note(rejected);
+        self.rejections.note(rejected);
     }
 
     /// The same of those of a library at a step from `state`.
     pub(super) fn reject_all(&mut self, state: &State, rejected: Rejected) {
         let mut reject = |cause, message| {
-            self.reject(Try { message, ..Try::of(state, f64::NAN, cause) });
+            self.reject(Rejection { message, ..Rejection::of(state, f64::NAN, cause) });
         };
         (0..rejected.error).for_each(|_| reject(Cause::Error, String::new()));
         (0..rejected.newton).for_each(|_| reject(Cause::Solver, String::new()));

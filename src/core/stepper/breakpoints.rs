@@ -196,10 +196,8 @@ fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option
     let chosen: Vec<usize> = (0..points).map(|k| k * batch.count / points).collect();
     let count = chosen.len() * times.len();
     let spread = |column: &Column<'_>| -> Vec<f64> {
-        chosen
-            .iter()
-            .flat_map(|point| std::iter::repeat_n(column.at(*point), times.len()))
-            .collect()
+        let values = chosen.iter().map(|point| column.at(*point));
+        values.flat_map(|value| std::iter::repeat_n(value, times.len())).collect()
     };
     let time = descriptor
         .signals
@@ -239,7 +237,7 @@ fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option
             parameters: &columns(&parameters),
         };
         let mut rates = vec![vec![0.0; count]; descriptor.species.len()];
-        let mut out: Vec<&mut [f64]> = rates.iter_mut().map(Vec::as_mut_slice).collect();
+        let mut out: Vec<_> = rates.iter_mut().map(Vec::as_mut_slice).collect();
         match field::rates(kinetics, &part, &mut out) {
             Ok(_) => all.extend(
                 rates.iter().flat_map(|column| column.chunks(times.len()).map(<[f64]>::to_vec)),

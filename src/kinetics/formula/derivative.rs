@@ -31,7 +31,9 @@ impl Graph {
         if a.is_some() && da == zero && db == zero {
             return zero;
         }
-        let times = |graph: &mut Self, factor: Id| graph.add(Op::Multiply(factor, da));
+        if let Some(factor) = self.slope_factor(op, id) {
+            return self.add(Op::Multiply(factor, da));
+        }
         match op {
             Op::Input(k) => self.constant(if k == input { 1.0 } else { 0.0 }),
             Op::Constant(_) | Op::Step(_) | Op::Sign(_) => zero,
@@ -47,19 +49,13 @@ impl Graph {
                 let top = self.add(Op::Subtract(da, q));
                 self.add(Op::Divide(top, b))
             }
-            Op::PowerI(a, n) => {
-                let power = self.add(Op::PowerI(a, n - 1));
-                let n = self.constant(f64::from(n));
-                let factor = self.add(Op::Multiply(n, power));
-                times(self, factor)
-            }
             Op::Power(a, b) => {
                 // b a^{b-1} da + a^b ln(a) db; the second only where the exponent moves.
                 let one = self.constant(1.0);
                 let less = self.add(Op::Subtract(b, one));
                 let power = self.add(Op::Power(a, less));
                 let factor = self.add(Op::Multiply(b, power));
-                let first = times(self, factor);
+                let first = self.add(Op::Multiply(factor, da));
                 if db == zero {
                     return first;
                 }
@@ -69,45 +65,53 @@ impl Graph {
                 self.add(Op::Add(first, second))
             }
             Op::Negative(_) => self.add(Op::Negative(da)),
-            Op::Exp(_) => times(self, id),
             Op::Log(a) => self.add(Op::Divide(da, a)),
             Op::Sqrt(_) => {
                 let half = self.constant(0.5);
                 let top = self.add(Op::Multiply(half, da));
                 self.add(Op::Divide(top, id))
             }
+            Op::Min(a, b) => self.chosen(b, a, (da, db)),
+            Op::Max(a, b) => self.chosen(a, b, (da, db)),
+            Op::PowerI(..)
+            | Op::Exp(_)
+            | Op::Tanh(_)
+            | Op::Sin(_)
+            | Op::Cos(_)
+            | Op::Abs(_)
+            | Op::Pos(_)
+            | Op::Logistic(_) => zero,
+        }
+    }
+
+    /// The derivative of a function of one argument by it, of the node `id`; none for other operations.
+    fn slope_factor(&mut self, op: Op, id: Id) -> Option<Id> {
+        Some(match op {
+            Op::PowerI(a, n) => {
+                let power = self.add(Op::PowerI(a, n - 1));
+                let n = self.constant(f64::from(n));
+                self.add(Op::Multiply(n, power))
+            }
+            Op::Exp(_) => id,
             Op::Tanh(_) => {
                 let one = self.constant(1.0);
                 let square = self.add(Op::Multiply(id, id));
-                let factor = self.add(Op::Subtract(one, square));
-                times(self, factor)
+                self.add(Op::Subtract(one, square))
             }
-            Op::Sin(a) => {
-                let factor = self.add(Op::Cos(a));
-                times(self, factor)
-            }
+            Op::Sin(a) => self.add(Op::Cos(a)),
             Op::Cos(a) => {
                 let sine = self.add(Op::Sin(a));
-                let factor = self.add(Op::Negative(sine));
-                times(self, factor)
+                self.add(Op::Negative(sine))
             }
-            Op::Abs(a) => {
-                let factor = self.add(Op::Sign(a));
-                times(self, factor)
-            }
-            Op::Pos(a) => {
-                let factor = self.add(Op::Step(a));
-                times(self, factor)
-            }
+            Op::Abs(a) => self.add(Op::Sign(a)),
+            Op::Pos(a) => self.add(Op::Step(a)),
             Op::Logistic(_) => {
                 let one = self.constant(1.0);
                 let rest = self.add(Op::Subtract(one, id));
-                let factor = self.add(Op::Multiply(id, rest));
-                times(self, factor)
+                self.add(Op::Multiply(id, rest))
             }
-            Op::Min(a, b) => self.chosen(b, a, (da, db)),
-            Op::Max(a, b) => self.chosen(a, b, (da, db)),
-        }
+            _ => return None,
+        })
     }
 
     /// `db` where the `p > q` fails to hold against it, else `da`: slopes of min and max.

@@ -1,6 +1,6 @@
 //! Interval extensions of operations: bounds of their values while their operands vary.
 //!
-//! Bounds are not rounded outwards: whoever asks whether 0 lies in an interval allows for round-off
+//! Bounds are not rounded outwards: the test whether 0 lies in an interval allows for round-off
 //! ([`Interval::may_vanish`]).
 //!
 //! Reference: R. E. Moore, R. B. Kearfott & M. J. Cloud, Introduction to Interval Analysis (SIAM 2009),

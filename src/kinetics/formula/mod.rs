@@ -277,13 +277,11 @@ impl FormulaKinetics {
             }
         }
         let factor = factor.map(|id| {
-            let mut wanted = vec![id];
-            for s in 0..species {
-                wanted.push(graph.slope(id, rumple_numerics::num::index(s)).map_err(too_large)?);
-            }
-            Ok((id, wanted))
+            let slopes = (0..species).map(|s| graph.slope(id, rumple_numerics::num::index(s)));
+            let wanted: Result<Vec<Id>, TooLarge> = std::iter::once(Ok(id)).chain(slopes).collect();
+            wanted.map(|wanted| (id, wanted))
         });
-        let factor = factor.transpose()?;
+        let factor = factor.transpose().map_err(too_large)?;
         let kinks = Kinks::of_rates(&mut graph, rates, species);
         graph.complete();
         let program = |outputs: &[Id], numbers: &Numbers| {
@@ -299,25 +297,7 @@ impl FormulaKinetics {
             length_factor_partials: factor.is_some(),
             parameter_fields: true,
         };
-        let descriptor = Descriptor {
-            id: format!("{FORMULA}{}", law.name),
-            name: law.name.clone(),
-            version: String::new(),
-            author: String::new(),
-            licence: String::new(),
-            doc: law
-                .rates
-                .iter()
-                .map(|r| format!("d{}/dt = {}", r.name, r.text))
-                .collect::<Vec<_>>()
-                .join("; "),
-            species: law.species.clone(),
-            parameters: law.parameters.clone(),
-            signals,
-            observables: law.observables.iter().map(|(o, _)| o.clone()).collect(),
-            observed,
-            capabilities,
-        };
+        let descriptor = Descriptor { signals, observed, capabilities, ..described(law) };
         Ok(Self {
             descriptor,
             parameters: law.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect(),
@@ -472,5 +452,24 @@ impl Kinetics for FormulaKinetics {
     fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
         self.observables.run(&self.inputs(batch), batch.count, values);
         Ok(None)
+    }
+}
+
+/// Names, texts, species, parameters and observables of a law; what it reads and can do is left empty.
+fn described(law: &Law) -> Descriptor {
+    let rates = law.rates.iter().map(|r| format!("d{}/dt = {}", r.name, r.text));
+    Descriptor {
+        id: format!("{FORMULA}{}", law.name),
+        name: law.name.clone(),
+        version: String::new(),
+        author: String::new(),
+        licence: String::new(),
+        doc: rates.collect::<Vec<_>>().join("; "),
+        species: law.species.clone(),
+        parameters: law.parameters.clone(),
+        signals: Vec::new(),
+        observables: law.observables.iter().map(|(o, _)| o.clone()).collect(),
+        observed: Vec::new(),
+        capabilities: Capabilities::default(),
     }
 }

@@ -15,8 +15,8 @@ mod columns;
 mod grown;
 mod law;
 mod memory;
+mod reply;
 mod serve;
-mod told;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ use crate::parameters;
 use crate::search::no_file;
 use child::Process;
 pub use law::IsolatedKinetics;
-use told::About;
+use reply::About;
 
 /// First argument of a program that is to serve a plugin.
 const WORD: &str = "isolated-plugin";

@@ -51,7 +51,7 @@ impl IsolatedLibrary {
         Err(unknown())
     }
 
-    /// Nobody can ask.
+    /// Never: isolation is not available here.
     #[must_use]
     pub fn descriptor(&self) -> &crate::Descriptor {
         match *self {}

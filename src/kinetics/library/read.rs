@@ -57,6 +57,26 @@ pub(super) unsafe fn table(
     }
 }
 
+/// The capabilities that a plugin declares, rates included.
+fn capabilities(given: abi::Capabilities) -> Result<Capabilities, Problem> {
+    let problem = |problem: &str| ("capabilities".to_owned(), problem.to_owned());
+    if !given.contains(abi::Capabilities::RATES) {
+        return Err(problem("do not include rates"));
+    }
+    if given.0 >> 32 != 0 {
+        return Err(problem(
+            "include something that this version of the engine cannot do (spontaneous curvature, \
+             state of instances, or newer)",
+        ));
+    }
+    Ok(Capabilities {
+        rate_partials: given.contains(abi::Capabilities::RATE_PARTIALS),
+        length_factor: given.contains(abi::Capabilities::LENGTH_FACTOR),
+        length_factor_partials: given.contains(abi::Capabilities::LENGTH_FACTOR_PARTIALS),
+        parameter_fields: given.contains(abi::Capabilities::PARAMETER_FIELDS),
+    })
+}
+
 /// Copies the descriptor and checks it.
 ///
 /// # Safety
@@ -76,17 +96,7 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
     // SAFETY: as promised for all texts of the descriptor.
     let text = |place: &str, raw| unsafe { text(place, raw) };
 
-    let given = raw.capabilities;
-    if !given.contains(abi::Capabilities::RATES) {
-        return Err(problem("capabilities", "do not include rates"));
-    }
-    if given.0 >> 32 != 0 {
-        return Err(problem(
-            "capabilities",
-            "include something that this version of the engine cannot do (spontaneous curvature, \
-             state of instances, or newer)",
-        ));
-    }
+    let capabilities = capabilities(raw.capabilities)?;
     // SAFETY: as promised for all arrays of the descriptor.
     let (species, parameters, signals) = unsafe {
         (
@@ -126,12 +136,7 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
                 Ok(SignalRead { signal: signal_read, typical: signal.typical })
             })
             .collect::<Result<_, Problem>>()?,
-        capabilities: Capabilities {
-            rate_partials: given.contains(abi::Capabilities::RATE_PARTIALS),
-            length_factor: given.contains(abi::Capabilities::LENGTH_FACTOR),
-            length_factor_partials: given.contains(abi::Capabilities::LENGTH_FACTOR_PARTIALS),
-            parameter_fields: given.contains(abi::Capabilities::PARAMETER_FIELDS),
-        },
+        capabilities,
         observables: Vec::new(),
         observed: Vec::new(),
     };

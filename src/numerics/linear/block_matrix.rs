@@ -94,7 +94,7 @@ pub struct RowMut<'a> {
 }
 
 impl RowMut<'_> {
-    /// Adds `block` at column `j`. A column outside the pattern has no place: the matrix then says so,
+    /// Adds `block` at column `j`. A column outside the pattern has no place and is reported
     /// by [`BlockMatrix::outside`].
     #[inline]
     pub fn add(&mut self, j: usize, block: &Block) {

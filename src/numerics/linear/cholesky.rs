@@ -141,7 +141,7 @@ impl FrugalCholesky {
     /// then on always.
     ///
     /// # Errors
-    /// [`NotPositive`] as [`BlockCholesky::factorise`], or if there is no memory for the larger
+    /// [`NotPositive`] as [`BlockCholesky::factorise`], or out of memory for the larger
     /// factor.
     pub fn factorise(&mut self, matrix: &BlockMatrix, insist: bool) -> Result<(), NotPositive> {
         if let Some(double) = &mut self.double {

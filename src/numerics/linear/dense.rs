@@ -37,7 +37,9 @@ impl SmallLu {
     /// # Errors
     /// [`LinearError`] if the matrix is singular.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
-        let Some(factor) = &self.0 else { return Err(LinearError::new("there is no factor")) };
+        let Some(factor) = &self.0 else {
+            return Err(LinearError::new("the matrix is not factorised"));
+        };
         let n = x.len();
         let solved = factor.solve_mut(&mut DVectorViewMut::from_slice(x, n));
         if solved && x.iter().all(|v| v.is_finite()) {

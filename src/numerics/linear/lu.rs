@@ -73,7 +73,7 @@ impl SparseLu {
     /// [`LinearError`] if the solution is not finite: the matrix is singular.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
         if !self.ready {
-            return Err(LinearError::new("there is no factor"));
+            return Err(LinearError::new("the matrix is not factorised"));
         }
         let Self { symbolic, numeric, memory, .. } = self;
         // The numeric part belongs to the symbolic one: both are made here.

@@ -88,7 +88,7 @@ impl<const N: usize, const M: usize> Level<N, M> {
         parallel::fill(&mut self.inverse, |i| {
             let mut block = matrix.diagonal(i);
             if planar {
-                // What is no unknown has no force either.
+                // The force on a fixed component is zero.
                 block[(2, 2)] = 1.0;
             }
             let cholesky = nalgebra::Cholesky::new(block);
@@ -241,7 +241,7 @@ impl<const N: usize, const M: usize> Hierarchy<N, M> {
         let mut levels: Vec<Level<N, M>> = Vec::new();
         while levels.is_empty() || pattern.rows() > coarsest {
             let level = Level::new(&pattern);
-            // Parts too small to be made coarser would go on for ever.
+            // Parts too small to be coarsened would be repeated without end.
             if 3 * level.coarse.pattern().rows() > 2 * pattern.rows() {
                 break;
             }

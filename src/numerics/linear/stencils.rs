@@ -154,8 +154,8 @@ impl Sink<'_> {
 impl Stencils {
     /// Looks up the places of `elements`, each a list of vertices in ascending order.
     ///
-    /// A pair that is not in the pattern has no place; every matrix assembled with these stencils
-    /// then says so: [`BlockMatrix::outside`].
+    /// A pair that is not in the pattern has no place and is reported by every matrix
+    /// assembled with these stencils: [`BlockMatrix::outside`].
     #[must_use]
     pub fn new<I: AsRef<[u32]>>(
         pattern: &Arc<BlockPattern>,

@@ -159,7 +159,7 @@ impl Supernodes {
                 end - begin + known
             };
             match runs.last_mut() {
-                // None goes on from the parent's own unknowns to others: they are kept apart.
+                // None continues from the parent's own unknowns to others: these stay separate.
                 Some(last)
                     if (last.place + last.count) as usize == place && place != end - begin =>
                 {

@@ -129,7 +129,7 @@ impl Equations {
         self.init().call(0.0)
     }
 
-    /// Every later integrator begins where it is told to.
+    /// Every later integrator begins at a given state.
     pub(super) fn forget_start(&self) {
         *self.start.lock().unwrap_or_else(PoisonError::into_inner) = Vec::new();
     }

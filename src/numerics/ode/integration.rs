@@ -1,6 +1,6 @@
-//! An integration that owns its problem and lives as long as it is useful.
+//! An integration that owns its problem and is reused from step to step.
 //!
-//! diffsol's steppers borrow their problem; here the two are kept together, so that whoever integrates
+//! diffsol's steppers borrow their problem; here the two are kept together, so that a caller
 //! keeps one value. Started again elsewhere it keeps the pattern of ∂F/∂y and the analyses of the
 //! linear solver.
 

@@ -129,7 +129,7 @@ impl OdeError {
     }
 }
 
-/// Tries of a step that came to no result.
+/// Counts of rejected step attempts.
 #[derive(Debug, Default)]
 pub struct Rejected {
     /// How many by the error estimate.

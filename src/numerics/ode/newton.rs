@@ -18,7 +18,7 @@ use crate::tally::{Meter, Tally};
 /// analysis serve again, the numbers are new.
 pub(super) type Spare = Arc<Mutex<Option<Factor>>>;
 
-/// So few unknowns are solved for in hardly more time than to time it.
+/// Below so many unknowns a solve costs no more than the clock.
 const FEW: usize = 24;
 
 /// A linear solver for diffsol that returns errors.
@@ -107,7 +107,7 @@ impl LinearSolver<Combination> for NewtonSolver {
         } else {
             Err(OdeError::NotFinite)
         };
-        // The solution says what went wrong; there is no other way to tell.
+        // The failure is signalled through the solution, diffsol's only channel.
         self.factor = RefCell::new(Some(factor));
     }
 
@@ -120,7 +120,7 @@ impl LinearSolver<Combination> for NewtonSolver {
                 factor.solve(x, &self.tally).map_err(|error| LaError::Other(error.to_string()))
             }
             Some(Err(error)) => Err(LaError::Other(error.to_string())),
-            None => Err(LaError::Other("there is no factor".into())),
+            None => Err(LaError::Other("the matrix is not factorised".into())),
         }
     }
 

@@ -9,7 +9,7 @@ macro_rules! work {
     ($($(#[doc = $what:literal])+ $name:ident,)+) => {
         /// Counts of work: they add up, and the difference of two readings is what was done between them.
         ///
-        /// Whoever does a piece of work adds to [`Tally::count`](super::Tally::count). An evaluation of forces or
+        /// Each piece of work adds to [`Tally::count`](super::Tally::count). An evaluation of forces or
         /// of rates is one of `energies`, `gradients` and `right_hand_sides`; of all else what a piece is made of
         /// is counted as well: one iteration of L-BFGS is also a solution. The names of the fields are those of
         /// every table and file.

@@ -19,46 +19,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         add(&listed(&others), why);
     }
     if model.moves() {
-        let systems = !scene.equilibrium.linear(model.mechanics(), false).is_empty();
-        let rings = model.mechanics().terms().iter().map(|t| t.coupling().rings).max();
-        if systems && rings == Some(1) {
-            let why = "because no effect couples neighbours of neighbours, as bending does";
-            add("no second ring in the matrix", why);
-        }
-        if systems && rings == Some(0) {
-            add("no pairs of vertices in the matrix", "because no effect couples vertices");
-        }
-        let constrained = model.mechanics().is_constrained();
-        if systems && !constrained && energies(simulation, |c| c.low_rank).is_empty() {
-            add("no low-rank correction", "because no effect couples all vertices");
-        }
-        if energies(simulation, |c| c.pairs).is_empty() && systems {
-            let why = "because no effect couples pairs that depend on the shape";
-            add("the matrix keeps one pattern, analysed once", why);
-        }
-        if energies(simulation, |c| c.limits_steps).is_empty() {
-            add(
-                "no step limits except that triangles keep their orientation",
-                "because no effect sets any",
-            );
-        }
-        let grows = model.chemistry().is_some_and(|c| c.descriptor().capabilities.length_factor);
-        let flows = model.internal().iter().any(|term| term.multiplies_lengths());
-        if !grows && !flows && model.growth_names().next().is_none() {
-            let why =
-                "because no law gives a length factor and no effect grows: they are evaluated once";
-            add("optimal lengths stay those at rest", why);
-        }
-        if !model.mechanics().depends_on_time() {
-            add("no energy depends on time", "because no effect declares that: no ramp is listed");
-        }
-        match &scene.stability {
-            None => add("no stability analysis", "because [stability] is absent"),
-            Some(spec) if !spec.watch => {
-                add("no stability analysis", "because stability.watch is false");
-            }
-            Some(_) => {}
-        }
+        mechanics(scene, simulation, &mut add);
     } else {
         let why = "because no effect has an energy";
         add("no relaxation, no Hessian, no factor, no stability analysis", why);
@@ -76,4 +37,49 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
     }
     lines
+}
+
+/// Absent parts of the mechanics of a sheet that moves.
+fn mechanics(scene: &Scene, simulation: &Simulation, add: &mut impl FnMut(&str, &str)) {
+    let model = simulation.model();
+    let systems = !scene.equilibrium.linear(model.mechanics(), false).is_empty();
+    let rings = model.mechanics().terms().iter().map(|t| t.coupling().rings).max();
+    if systems && rings == Some(1) {
+        let why = "because no effect couples neighbours of neighbours, as bending does";
+        add("no second ring in the matrix", why);
+    }
+    if systems && rings == Some(0) {
+        add("no pairs of vertices in the matrix", "because no effect couples vertices");
+    }
+    let constrained = model.mechanics().is_constrained();
+    if systems && !constrained && energies(simulation, |c| c.low_rank).is_empty() {
+        add("no low-rank correction", "because no effect couples all vertices");
+    }
+    if energies(simulation, |c| c.pairs).is_empty() && systems {
+        let why = "because no effect couples pairs that depend on the shape";
+        add("the matrix keeps one pattern, analysed once", why);
+    }
+    if energies(simulation, |c| c.limits_steps).is_empty() {
+        add(
+            "no step limits except that triangles keep their orientation",
+            "because no effect sets any",
+        );
+    }
+    let grows = model.chemistry().is_some_and(|c| c.descriptor().capabilities.length_factor);
+    let flows = model.internal().iter().any(|term| term.multiplies_lengths());
+    if !grows && !flows && model.growth_names().next().is_none() {
+        let why =
+            "because no law gives a length factor and no effect grows: they are evaluated once";
+        add("optimal lengths stay those at rest", why);
+    }
+    if !model.mechanics().depends_on_time() {
+        add("no energy depends on time", "because no effect declares that: no ramp is listed");
+    }
+    match &scene.stability {
+        None => add("no stability analysis", "because [stability] is absent"),
+        Some(spec) if !spec.watch => {
+            add("no stability analysis", "because stability.watch is false");
+        }
+        Some(_) => {}
+    }
 }

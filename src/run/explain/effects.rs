@@ -1,7 +1,7 @@
 //! Unknowns, effects, laws and signals.
 
 use super::{Line, listed, place, verb};
-use crate::effects::Coupling;
+use crate::effects::{Coupling, EnergyTerm};
 use crate::run::Simulation;
 use crate::run::built::Brought;
 use crate::scene::Scene;
@@ -58,7 +58,7 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
     } else {
         let why = "because no effect has an energy: nothing relaxes it, and no geometry changes";
-        lines.push(Line::new("no positions: the shape stays as it is", why));
+        lines.push(Line::new("no positions: the shape is fixed", why));
     }
     match model.chemistry() {
         Some(chemistry) => {
@@ -109,6 +109,18 @@ fn coupled(coupling: Coupling) -> String {
     all.join(", ")
 }
 
+/// What the energy `name` couples, and its largest applied force.
+fn energy(term: &EnergyTerm, name: &str) -> String {
+    let timed = if term.depends_on_time() { ", depends on time" } else { "" };
+    let applied = term.applied_force();
+    let load = if applied > 0.0 {
+        format!(", applies up to {applied:.3e} to a vertex at rest")
+    } else {
+        String::new()
+    };
+    format!("energy `{name}`: {}{timed}{load}", coupled(term.coupling()))
+}
+
 pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let model = simulation.model();
     let mut terms = model.mechanics().terms().iter().zip(model.mechanics().names());
@@ -124,14 +136,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     {
         let mut parts = Vec::new();
         for (term, name) in terms.by_ref().take(brought.energies) {
-            let timed = if term.depends_on_time() { ", depends on time" } else { "" };
-            let applied = term.applied_force();
-            let load = if applied > 0.0 {
-                format!(", applies up to {applied:.3e} to a vertex at rest")
-            } else {
-                String::new()
-            };
-            parts.push(format!("energy `{name}`: {}{timed}{load}", coupled(term.coupling())));
+            parts.push(energy(term, name));
         }
         if brought.pins[0] > 0 {
             let [directions, vertices] = brought.pins;
@@ -165,14 +170,14 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
                 brought.held
             ));
         }
-        for term in internal.by_ref().take(brought.internal) {
-            parts.push(format!(
-                "internal variables `{}`: one per {}, integrated with the shape{}",
-                term.name(),
-                term.place().noun(),
-                if term.multiplies_lengths() { "; they multiply optimal lengths" } else { "" }
-            ));
-        }
+        parts.extend(internal.by_ref().take(brought.internal).map(|term| {
+            let lengths =
+                if term.multiplies_lengths() { "; they multiply optimal lengths" } else { "" };
+            let (name, noun) = (term.name(), term.place().noun());
+            format!(
+                "internal variables `{name}`: one per {noun}, integrated with the shape{lengths}"
+            )
+        }));
         if parts.is_empty() {
             parts.push("has no effect here: no energy, no fixed direction, no transport".into());
         }

@@ -58,10 +58,12 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     lines
 }
 
+/// The method of relaxation, its linear systems, and what effects add to them.
 fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     let (model, method) = (simulation.model(), &scene.equilibrium);
     let mechanics = model.mechanics();
-    let when = match model.storage().mechanics > 0.0 {
+    let moving = model.storage().mechanics > 0.0;
+    let when = match moving {
         true => "the start is relaxed, later shapes move under drag",
         false => "the start is relaxed, and every later shape that the integrator asks for",
     };
@@ -73,19 +75,36 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
         )
         .at(scene, "equilibrium"),
     );
-    let moving = model.storage().mechanics > 0.0;
     let linear = method.linear(mechanics, moving);
     if linear.is_empty() {
         let what = "no linear systems";
         lines.push(Line::new(what, "because the method takes forces alone: no Hessian, no factor"));
         return;
     }
+    lines.push(matrix(simulation));
+    lines.extend(linear.into_iter().map(|text| match text.split_once(", as ") {
+        Some((what, why)) => Line::new(what, format!("because {why}")),
+        None => Line::new(text, String::new()),
+    }));
+    lines.extend(corrections(simulation));
+    if let Some(stability) = scene.stability.as_ref().filter(|s| s.watch) {
+        let what = format!(
+            "stability analysis of every accepted shape: inertia by one LDLᵀ factor; modes at events: {}",
+            stability.modes.get()
+        );
+        lines.push(Line::new(what, "because [stability] is listed").at(scene, "stability"));
+    }
+}
+
+/// Size and sparsity of the Hessian, with the effects that determine its pattern.
+fn matrix(simulation: &Simulation) -> Line {
+    let mechanics = simulation.model().mechanics();
     let pattern = mechanics.pattern();
     let (rows, axes) = (pattern.rows(), pattern.axes());
     let blocks: usize = (0..rows).map(|i| pattern.row(i).len()).sum();
     let rings = mechanics.terms().iter().map(|term| term.coupling().rings).max().unwrap_or(0);
     let reaching = energies(simulation, |c| c.rings == rings);
-    lines.push(Line::new(
+    Line::new(
         format!(
             "matrix of {rows} × {rows} blocks {axes} × {axes}, {blocks} of them stored, {:.1} a row",
             real(blocks) / real(rows.max(1))
@@ -101,51 +120,45 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
                 rings => format!("vertices up to {rings} edges apart"),
             }
         ),
-    ));
-    lines.extend(linear.into_iter().map(|text| match text.split_once(", as ") {
-        Some((what, why)) => Line::new(what, format!("because {why}")),
-        None => Line::new(text, String::new()),
-    }));
-    let all = energies(simulation, |c| c.low_rank);
-    if !all.is_empty() {
-        let verb = verb(&all, "couples", "couple");
-        lines.push(Line::new(
+    )
+}
+
+/// Additions to the sparse factor and to the line search: the effects concerned, verbs for one and for several, and
+/// their object.
+fn corrections(simulation: &Simulation) -> impl Iterator<Item = Line> {
+    let kept = simulation.model().mechanics().constraint_names().map(str::to_owned).collect();
+    let all: [(&str, Vec<String>, [&str; 2], &str); 4] = [
+        (
             "Woodbury correction of every solution with the factor",
-            format!("because {} {verb} all vertices", listed(&all)),
-        ));
-    }
-    let kept: Vec<String> = mechanics.constraint_names().map(str::to_owned).collect();
-    if !kept.is_empty() {
-        let verb = verb(&kept, "is a constraint", "are constraints");
-        lines.push(Line::new(
+            energies(simulation, |c| c.low_rank),
+            ["couples", "couple"],
+            " all vertices",
+        ),
+        (
             "augmented Lagrangian: relaxations until every constraint is below 1e-9; Woodbury correction of every \
              solution with the factor",
-            format!("because {} {verb}", listed(&kept)),
-        ));
-    }
-    let pairs = energies(simulation, |c| c.pairs);
-    if !pairs.is_empty() {
-        let verb = verb(&pairs, "couples", "couple");
-        lines.push(Line::new(
-            "pattern and its analysis made anew where pairs have changed",
-            format!("because {} {verb} pairs that depend on the shape", listed(&pairs)),
-        ));
-    }
-    let limiting = energies(simulation, |c| c.limits_steps);
-    if !limiting.is_empty() {
-        let verb = verb(&limiting, "limits", "limit");
-        lines.push(Line::new(
+            kept,
+            ["is a constraint", "are constraints"],
+            "",
+        ),
+        (
+            "pattern analysed again where pairs have changed",
+            energies(simulation, |c| c.pairs),
+            ["couples", "couple"],
+            " pairs that depend on the shape",
+        ),
+        (
             "every step is shortened until it is allowed",
-            format!("because {} {verb} steps", listed(&limiting)),
-        ));
-    }
-    if let Some(stability) = scene.stability.as_ref().filter(|s| s.watch) {
-        let what = format!(
-            "stability analysis of every accepted shape: inertia by one LDLᵀ factor; modes at events: {}",
-            stability.modes.get()
-        );
-        lines.push(Line::new(what, "because [stability] is listed").at(scene, "stability"));
-    }
+            energies(simulation, |c| c.limits_steps),
+            ["limits", "limit"],
+            " steps",
+        ),
+    ];
+    let present = all.into_iter().filter(|(_, names, ..)| !names.is_empty());
+    present.map(|(what, names, [one, several], object)| {
+        let verb = verb(&names, one, several);
+        Line::new(what, format!("because {} {verb}{object}", listed(&names)))
+    })
 }
 
 pub(super) fn output(scene: &Scene, simulation: &Simulation) -> Vec<Line> {

@@ -7,7 +7,7 @@ use crate::num::real;
 use crate::run::{Error, Simulation};
 use crate::solve::SolveError;
 
-/// What is to blame for a failure, as far as it is known.
+/// Cause of a failure, where it is known.
 #[derive(Debug, Default)]
 pub(super) struct Blame {
     /// A law, an effect or a species, in words.

@@ -3,7 +3,7 @@
 //! | file | what is in it |
 //! | --- | --- |
 //! | `report.md` | what failed, where, the terms there, what to try, the commands to look and to replay |
-//! | `ledger.csv` | the last rows of the ledger, and the tries that were rejected between them |
+//! | `ledger.csv` | the last rows of the ledger, and the rejected step attempts between them |
 //! | `state.vtu` | the last good state, the force of every effect, the rate of every species, the way to the shape where a relaxation stuck |
 //! | `replay.toml`, `start.bin` | a scene that begins where the step that failed begins |
 //!

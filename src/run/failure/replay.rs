@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::model::State;
-use crate::run::beginning::Beginning;
+use crate::run::snapshot::Snapshot;
 use crate::run::{Result, Simulation};
 use crate::scene::Scene;
 
@@ -17,7 +17,7 @@ pub(super) fn write(
 ) -> Result<String> {
     let resolved = with_plugins(&scene.resolved()?, simulation.plugins());
     let at = from.map_or((simulation.state(), true), |state| (state, false));
-    Beginning::write(start, &resolved, simulation, at)?;
+    Snapshot::write(start, &resolved, simulation, at)?;
     let name = start.file_name().unwrap_or_default().to_string_lossy();
     let mut table: toml::Table = resolved.parse().unwrap_or_default();
     if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {

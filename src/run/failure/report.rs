@@ -154,19 +154,19 @@ fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     text.push('\n');
 }
 
-/// Why the last tries were rejected.
+/// Causes of the last rejected step attempts.
 fn rejected(text: &mut String, simulation: &Simulation) {
-    let tries: Vec<_> = simulation.stepper.workspace.tries().last().collect();
-    let Some(last) = tries.last() else { return };
-    let _ = writeln!(text, "## Tries that were rejected, the last {}\n", tries.len());
-    head(text, &["cause", "tries"]);
+    let rejected: Vec<_> = simulation.stepper.workspace.rejections().last().collect();
+    let Some(last) = rejected.last() else { return };
+    let _ = writeln!(text, "## Rejected step attempts, the last {}\n", rejected.len());
+    head(text, &["cause", "attempts"]);
     for cause in Cause::ALL {
-        let count = tries.iter().filter(|t| t.cause == cause).count();
+        let count = rejected.iter().filter(|t| t.cause == cause).count();
         if count > 0 {
             row(text, &[cause.name().to_owned(), count.to_string()]);
         }
     }
-    let of_last = tries.iter().filter(|t| t.step == last.step);
+    let of_last = rejected.iter().filter(|t| t.step == last.step);
     let (shortest, longest) = of_last.fold((f64::INFINITY, 0.0f64), |(least, most), t| {
         (least.min(t.length), most.max(t.length))
     });
@@ -175,14 +175,15 @@ fn rejected(text: &mut String, simulation: &Simulation) {
         text.push('\n');
         return;
     }
-    let lengths = match (shortest < longest, tries.iter().filter(|t| t.step == last.step).count()) {
-        (true, _) => format!("lengths from {longest:.3e} down to {shortest:.3e}"),
-        (false, 1) => format!("the length {longest:.3e}"),
-        (false, count) => format!("the length {longest:.3e}, {count} times"),
-    };
+    let lengths =
+        match (shortest < longest, rejected.iter().filter(|t| t.step == last.step).count()) {
+            (true, _) => format!("lengths from {longest:.3e} down to {shortest:.3e}"),
+            (false, 1) => format!("the length {longest:.3e}"),
+            (false, count) => format!("the length {longest:.3e}, {count} times"),
+        };
     let _ = writeln!(
         text,
-        "\nStep {} was tried with {lengths}; ledger.csv lists the tries.\n",
+        "\nStep {} was tried with {lengths}; ledger.csv lists the attempts.\n",
         last.step
     );
 }

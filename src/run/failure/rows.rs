@@ -1,17 +1,17 @@
-//! The last rows of the ledger, with the tries that were rejected between them.
+//! The last rows of the ledger, with the rejected step attempts between them.
 
 use std::fs;
 use std::path::Path;
 
 use crate::run::{Error, Simulation};
-use crate::solve::rejections::Try;
+use crate::solve::rejections::Rejection;
 
 /// Rows that are shown.
 const LAST: usize = 50;
 /// What is added to the columns of the ledger.
 const ADDED: &str = "rejected because,message";
 
-/// The table: rows as in the ledger at `path`; those of tries have their step, where they began, their length and
+/// The table: rows as in the ledger at `path`; those of rejected attempts have their step, where they began, their length and
 /// error estimate, the cause and its words. The last one is what the run ended with.
 pub(super) fn last(path: &Path, simulation: &Simulation, error: &Error) -> String {
     let text = fs::read_to_string(path).unwrap_or_default();
@@ -21,11 +21,11 @@ pub(super) fn last(path: &Path, simulation: &Simulation, error: &Error) -> Strin
     let rows = &rows[rows.len().saturating_sub(LAST)..];
     let number = |row: &str| row.split(',').next().and_then(|step| step.parse::<u64>().ok());
     let first = rows.first().and_then(|row| number(row)).unwrap_or(0);
-    let mut tries =
-        simulation.stepper.workspace.tries().last().filter(|t| t.step > first).peekable();
+    let mut attempts =
+        simulation.stepper.workspace.rejections().last().filter(|t| t.step > first).peekable();
     let mut table = format!("{header},{ADDED}\n");
     let mut add = |table: &mut String, until: Option<u64>| {
-        while let Some(rejected) = tries.next_if(|t| until.is_none_or(|until| t.step <= until)) {
+        while let Some(rejected) = attempts.next_if(|t| until.is_none_or(|until| t.step <= until)) {
             *table += &row_of(rejected, columns);
         }
     };
@@ -42,8 +42,8 @@ pub(super) fn last(path: &Path, simulation: &Simulation, error: &Error) -> Strin
 }
 
 /// The row of a try, in a table with so many columns besides.
-fn row_of(rejected: &Try, columns: usize) -> String {
-    let Try { step, time, length, error, cause, message } = rejected;
+fn row_of(rejected: &Rejection, columns: usize) -> String {
+    let Rejection { step, time, length, error, cause, message } = rejected;
     let error = if error.is_nan() { String::new() } else { error.to_string() };
     let blank = ",".repeat(columns.saturating_sub(3));
     format!("{step},{time},{length},{error}{blank}{},{}\n", cause.name(), quoted(message))

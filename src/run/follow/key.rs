@@ -76,7 +76,7 @@ impl Key {
     }
 }
 
-/// Whether a path goes on to a part of what is before.
+/// Whether a path continues into a part of its prefix.
 fn is_inside(rest: &str) -> bool {
     rest.starts_with(['.', '['])
 }

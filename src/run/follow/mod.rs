@@ -86,7 +86,7 @@ impl Request {
     }
 }
 
-/// What is told while branches are followed.
+/// Message of a continuation in progress.
 #[derive(Debug, Clone, Copy)]
 pub enum News<'a> {
     /// A fold or a bifurcation.
@@ -234,7 +234,7 @@ impl Follow {
         Settings { first_step, longest_step, length, tolerance, ..usual }
     }
 
-    /// Follows the branches and writes them into `directory`; `listener` is told how far it is.
+    /// Follows the branches and writes them into `directory`; `listener` gets the progress.
     ///
     /// # Errors
     /// A start or a branch without equilibrium, an interruption, files that cannot be written.
@@ -327,13 +327,13 @@ impl Walk<'_> {
         let at = six_digits(last);
         let text = if !self.branch.has_ended() {
             format!(
-                "branch {number}: stops at {along} = {at} after {steps} steps; --steps lets it go on"
+                "branch {number}: stops at {along} = {at} after {steps} steps; --steps lets it continue"
             )
         } else if last == *to {
             format!("branch {number}: reaches {along} = {at}")
         } else {
             format!(
-                "branch {number}: leaves the range at {along} = {at}, and not at {to}; --within lets it go on"
+                "branch {number}: leaves the range at {along} = {at}, and not at {to}; --within lets it continue"
             )
         };
         (self.listener)(News::Event(&text));

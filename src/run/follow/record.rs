@@ -1,6 +1,6 @@
 //! What is written of branches: a table, frames and a diagram.
 //!
-//! Table and diagram are written anew with every step, each as a whole: a command that is killed leaves files that open.
+//! Table and diagram are rewritten as a whole at every step: a command that is killed leaves files that open.
 
 use super::diagram;
 use super::family::SceneFamily;

@@ -6,7 +6,7 @@
 //!
 //! with h₀ the mean length (geometric) of the later half of the steps and c₀ their mean cost at it. One step
 //! on which a sheet snaps may cost as much as all others: none counts for more than [`MOST`] medians. The
-//! power is that of a regression over the latest steps, drawn to [`USUAL`] where their lengths hardly differ.
+//! power is that of a regression over the latest steps, drawn to [`USUAL`] where their lengths are nearly equal.
 
 use super::Taken;
 use crate::num::real;

@@ -39,7 +39,7 @@ const SINCE: f64 = 0.25;
 const BEHIND: f64 = 0.1;
 /// What may be assumed gives wholes that differ by this factor at most.
 const WIDEST: f64 = 4.0;
-/// Shares of how lengths have gone with time, and costs with lengths, that are assumed to go on.
+/// Shares of how lengths have gone with time, and costs with lengths, that are assumed to persist.
 const LIKELY: (f64, f64) = (0.75, 1.0);
 /// Steps that grow by more than this share of what they may, on a logarithmic scale, are still growing.
 const GROWING: f64 = 0.7;
@@ -61,7 +61,7 @@ pub struct Way {
     pub every: f64,
     /// It ends after so many steps.
     pub max_steps: Option<u64>,
-    /// It may end sooner, at a time that nobody knows.
+    /// It may end sooner, at an unknown time.
     pub may_end_sooner: bool,
 }
 
@@ -87,11 +87,11 @@ pub struct Taken {
     pub time: f64,
     /// Its length.
     pub length: f64,
-    /// The length that its error estimate allows, if that is told.
+    /// The length that its error estimate allows, where known.
     pub allowed: Option<f64>,
     /// Whether it ends where the run wants a state, and might be longer otherwise.
     pub cut: bool,
-    /// What it has cost, rejected tries and output included, s.
+    /// What it has cost, rejected attempts and output included, s.
     pub seconds: f64,
 }
 
@@ -158,7 +158,7 @@ impl Forecast {
         Self { rule, way, steps, count: 0, start, spent: start, made, left: None }
     }
 
-    /// Records a step, and forecasts anew.
+    /// Records a step and updates the forecast.
     pub fn step(&mut self, taken: Taken) {
         self.count += 1;
         self.spent += taken.seconds;

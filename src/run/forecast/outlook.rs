@@ -34,7 +34,7 @@ impl Clock {
     }
 }
 
-/// Forecasts a run in processor time, which other programs on the machine hardly change, and tells it in wall
+/// Forecasts a run in processor time, which is nearly independent of other programs, and converts it to wall
 /// time, at the ratio so far.
 pub(in crate::run) struct Outlook {
     rule: StepRule,

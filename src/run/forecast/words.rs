@@ -76,7 +76,7 @@ fn unit_of(seconds: f64) -> usize {
 fn in_units(seconds: f64, unit: usize) -> (f64, &'static str) {
     let (name, size) = UNITS[unit];
     let value = two_figures(seconds / size);
-    // Tenths of a second matter to nobody who waits.
+    // Tenths of a second are below the accuracy of a forecast.
     let value = if unit == 0 && value >= 1.0 { value.round() } else { value };
     (value, name)
 }

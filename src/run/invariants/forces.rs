@@ -16,7 +16,7 @@ use crate::run::Result;
 use crate::scene::Scene;
 use crate::solve::Workspace;
 
-/// Larger than that at the start is no round-off.
+/// Bound of round-off at the start.
 const BALANCED: f64 = 1e-8;
 
 /// The law; it remembers nothing.

@@ -13,7 +13,7 @@ use crate::model::State;
 use crate::record::{Malformed, Record};
 use crate::run::{Error, Result};
 use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
-use crate::solve::rejections::{Cause, Try};
+use crate::solve::rejections::{Cause, Rejection};
 use crate::solve::{StepReport, Workspace, end_of_step};
 
 /// A step that breaks a law is tried again this much shorter,
@@ -257,7 +257,7 @@ impl Invariants {
         stepper.workspace.roll_back();
         stepper.workspace.mark();
         put_back(memory, stepper);
-        stepper.workspace.reject(Try {
+        stepper.workspace.reject(Rejection {
             step: before.step + 1,
             time: before.time,
             length: report.step,

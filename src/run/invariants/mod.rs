@@ -48,7 +48,7 @@ pub(super) struct Said {
     row: Vec<f64>,
     /// What the limit is for: 0 where the law holds.
     value: f64,
-    /// Where and by what it is broken, in words; asked for beyond the limit only.
+    /// Place and cause of a violation, as text; called beyond the limit only.
     place: String,
     /// What it remembers of the run if the step is accepted.
     memory: Vec<f64>,

@@ -20,7 +20,7 @@ use crate::scene::{Scene, path_to};
 use crate::sheet::Sheet;
 use crate::solve::Workspace;
 
-/// Larger than that is no round-off.
+/// Bound of round-off.
 const CONSERVED: f64 = 1e-8;
 
 /// The law of one total. It remembers the total at the start and the largest sum of sizes.
@@ -92,7 +92,7 @@ impl Total {
             Some(point) if made(point).abs() > CONSERVED * scale => {
                 let message = format!(
                     "the laws make `{}` at a rate of {:.2e} at {} {point}, at the start of the run: this \
-                     total does not stay as it is",
+                     total is not conserved",
                     self.name,
                     made(point),
                     chemistry.location().noun()
@@ -135,7 +135,7 @@ fn parsed(
             (Some(index), Ok(weight)) if weight > 0.0 => all.push((index, weight)),
             _ => {
                 let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
-                let message = format!("`{term}` is no species, and no number with a species");
+                let message = format!("`{term}` is neither a species nor a number times a species");
                 let help = format!(
                     "species: {}; a total is as \"{}\" or \"a + 2 b\"",
                     names.join(", "),
@@ -148,7 +148,7 @@ fn parsed(
     Ok(all)
 }
 
-/// Areas that go with the points of `location` in the shape `x`; 1 where there is no space.
+/// Areas that go with the points of `location` in the shape `x`; 1 for a well-mixed system.
 fn shares(sheet: &Sheet, location: Location, x: &[Vec3]) -> Vec<f64> {
     let area = |t: &[u32; 3]| Face::of(&t.map(|v| x[v as usize])).area;
     let areas: Vec<f64> = sheet.triangles().iter().map(area).collect();
@@ -243,7 +243,7 @@ impl Law for Total {
     }
 
     fn advice(&self) -> &'static str {
-        "a law makes or destroys some of it, or values have been cut off at the end of their range: look at the \
+        "a law makes or destroys some of it, or values have been clipped at the end of their range: check the \
          rates and at species.NAME.lower; where it is the integrator's error, try a smaller time.integrator.rtol"
     }
 

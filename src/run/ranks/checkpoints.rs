@@ -13,7 +13,7 @@ use crate::model::State;
 use crate::output::{ResultDirectory, checkpoint};
 use crate::reduction::Communicator;
 
-/// A checkpoint to go on from; where it is of another number of ranks, the state of the whole sheet beside it.
+/// A checkpoint to continue from; where it is of another number of ranks, the state of the whole sheet beside it.
 pub(crate) struct Usable {
     pub(crate) checkpoint: Checkpoint,
     pub(crate) whole: Option<State>,

@@ -162,10 +162,6 @@ impl Torus {
 }
 
 impl Domain for Torus {
-    fn fixed(&self) -> &[Vec3] {
-        &[]
-    }
-
     fn edge(&self) -> f64 {
         self.edge
     }
@@ -244,10 +240,6 @@ impl Ellipsoid {
 }
 
 impl Domain for Ellipsoid {
-    fn fixed(&self) -> &[Vec3] {
-        &[]
-    }
-
     fn edge(&self) -> f64 {
         self.edge
     }

@@ -10,7 +10,9 @@ use rumple_numerics::num::index;
 /// The first vertices are fixed ones: those of the boundary, then others that the shape needs.
 pub(super) trait Domain {
     /// Vertices that do not move: first all of the boundary, then any others.
-    fn fixed(&self) -> &[Vec3];
+    fn fixed(&self) -> &[Vec3] {
+        &[]
+    }
     /// How many of the fixed vertices lie on the boundary.
     fn fixed_boundary(&self) -> usize {
         self.fixed().len()

@@ -33,10 +33,6 @@ impl Ball {
 }
 
 impl Domain for Ball {
-    fn fixed(&self) -> &[Vec3] {
-        &[]
-    }
-
     fn edge(&self) -> f64 {
         self.edge
     }

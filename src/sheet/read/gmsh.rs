@@ -89,7 +89,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
 fn head(stream: &mut Stream) -> Result<Version, String> {
     if stream.word("$MeshFormat")? != "$MeshFormat" {
         return Err(stream.fault(
-            "expected \"$MeshFormat\": this is no MSH file of version 2 or 4 (version 1 begins with $NOD)",
+            "expected \"$MeshFormat\": this is not an MSH file of version 2 or 4 (version 1 begins with $NOD)",
         ));
     }
     let number = stream.word("the version")?.to_owned();

@@ -118,7 +118,7 @@ fn content(path: &Path, length: u64, text: Text) -> Result<Vec<u8>, String> {
     if empty_head || (!end.is_empty() && end.iter().all(|byte| *byte == 0)) {
         let place = if empty_head { "begins" } else { "ends" };
         return Err(format!(
-            "{place} with zero bytes, as a file that was never written to its end: this is no mesh file"
+            "{place} with zero bytes, as an incomplete file: this is not a mesh file"
         ));
     }
     file.read_to_end(&mut bytes).map_err(unread)?;

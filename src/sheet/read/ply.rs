@@ -68,6 +68,19 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     Ok(surface)
 }
 
+/// The coding of this name.
+fn coding_of(name: &str) -> Result<Coding, String> {
+    match name {
+        "ascii" => Ok(Coding::Text),
+        "binary_little_endian" => Ok(Coding::Little),
+        "binary_big_endian" => Ok(Coding::Big),
+        _ => Err(format!(
+            "format \"{}\"; ascii, binary_little_endian and binary_big_endian are known",
+            shown(name)
+        )),
+    }
+}
+
 /// Reads the head, which is text.
 fn head<'a>(stream: &mut Stream<'a>) -> Result<(Coding, Vec<Element<'a>>), String> {
     if stream.line() != Some(b"ply") {
@@ -87,21 +100,15 @@ fn head<'a>(stream: &mut Stream<'a>) -> Result<(Coding, Vec<Element<'a>>), Strin
             [] | ["comment" | "obj_info", ..] => {}
             ["end_header"] => break,
             ["format", name, _] => {
-                coding = Some(match name {
-                    "ascii" => Coding::Text,
-                    "binary_little_endian" => Coding::Little,
-                    "binary_big_endian" => Coding::Big,
-                    _ => {
-                        return Err(stream.fault(format!(
-                            "format \"{}\"; ascii, binary_little_endian and binary_big_endian are known",
-                            shown(name)
-                        )));
-                    }
-                });
+                coding = Some(coding_of(name).map_err(|why| stream.fault(why))?);
             }
             ["element", name, count] => {
                 let count = count.parse().map_err(|_| {
-                    stream.fault(format!("\"{}\" is no count of \"{}\"", shown(count), shown(name)))
+                    stream.fault(format!(
+                        "\"{}\" is not a count of \"{}\"",
+                        shown(count),
+                        shown(name)
+                    ))
                 })?;
                 elements.push(Element { name, count, properties: Vec::new() });
             }

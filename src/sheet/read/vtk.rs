@@ -79,12 +79,7 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
                         arrays.push(Raw { section, tag: tag.clone(), text: &[] });
                     }
                     "AppendedData" => {
-                        let rest = scanner.rest();
-                        let start = rest.iter().position(|&b| b == b'_').ok_or_else(|| {
-                            format!("line {}: no underscore begins the appended data", tag.line)
-                        })?;
-                        let base64 = tag.get("encoding") != Some("raw");
-                        appended = Some((&rest[start + 1..], base64));
+                        appended = Some(appended_data(scanner.rest(), &tag)?);
                     }
                     _ => {}
                 }
@@ -127,6 +122,14 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
         }
         Err(_) => Err(format!("has {count} pieces; exactly one is read (merge the blocks first)")),
     }
+}
+
+/// The appended data, after the underscore in `rest`, and whether they are coded in base 64.
+fn appended_data<'a>(rest: &'a [u8], tag: &Tag<'_>) -> Result<(&'a [u8], bool), String> {
+    let start = rest.iter().position(|&b| b == b'_');
+    let start = start
+        .ok_or_else(|| format!("line {}: no underscore begins the appended data", tag.line))?;
+    Ok((&rest[start + 1..], tag.get("encoding") != Some("raw")))
 }
 
 /// The attributes of `<VTKFile>`.

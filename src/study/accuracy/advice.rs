@@ -37,12 +37,12 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         let why =
             case.lost.first().map_or(String::new(), |(name, why)| format!(" ({name}: {why})"));
         return format!(
-            "No reference has come to its end{why}, so errors are not known: go on with the study, give \
+            "No reference is complete{why}, so errors are not known: continue the study, give \
              --reference another integrator, or a longer --limit with --retry-failed."
         );
     };
     if reference.still {
-        return "Nothing changes in this scene, neither species nor shape: there is no error to measure."
+        return "Nothing changes in this scene, neither species nor shape: no error can be measured."
             .to_owned();
     }
     let quantity = subject(study, case);
@@ -54,7 +54,7 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
     let mut text = match spread {
         None => format!("For {wanted}"),
         Some(spread) => format!(
-            "Other random numbers change the {name} by {spread}: a smaller error is not worth paying for. For \
+            "Other random numbers change the {name} by {spread}: a smaller error is below the seed-to-seed spread. For \
              {spread} in place of the {wanted} that are wanted",
             spread = percent(spread)
         ),
@@ -79,32 +79,41 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
                 "no run has one: nothing there is to be measured (no spot, no buckling).".to_owned()
             }
         },
-        Some(&&(point, error, seconds)) => {
-            let what = |(point, error, seconds): (&Point, f64, f64)| {
-                format!("{}, {} (error {}", described(study, point), time(seconds), percent(error))
-            };
-            let others = fields.into_iter().filter(|q| *q != quantity);
-            let others = others.filter_map(|q| Some((q, point.error(q)?)));
-            let others: String = others
-                .map(|(q, error)| format!("; error of the {} {}", q.name(), percent(error)))
-                .collect();
-            let next = match good.iter().find(|(other, ..)| other.curve != point.curve) {
-                Some(&&next) => {
-                    let longer = longer(point, next.0, next.2 / seconds);
-                    format!("; next best {}; {longer}).", what(next))
-                }
-                None if study.curves.len() == 1 => ".".to_owned(),
-                None => "; no other integrator is as accurate at these tolerances.".to_owned(),
-            };
-            let neighbours = neighbours(study, case, point, quantity);
-            what((point, error, seconds)) + &neighbours + &others + ")" + &next
-        }
+        Some(best) => recommended(study, case, quantity, best, &good),
     };
     text += &trust(study, case, quantity, &ranked);
     if let Some((point, ..)) = good.first() {
         text += &format!(" To run it: {}.", point.settings);
     }
     text
+}
+
+/// The cheapest run that is accurate enough, with its errors, its neighbours and the next best among `good`.
+fn recommended(
+    study: &Study,
+    case: &Case,
+    quantity: Quantity,
+    &&(point, error, seconds): &&(&Point, f64, f64),
+    good: &[&(&Point, f64, f64)],
+) -> String {
+    let what = |(point, error, seconds): (&Point, f64, f64)| {
+        format!("{}, {} (error {}", described(study, point), time(seconds), percent(error))
+    };
+    let others = Quantity::FIELDS.into_iter().filter(|q| *q != quantity);
+    let others = others.filter_map(|q| Some((q, point.error(q)?)));
+    let others: String = others
+        .map(|(q, error)| format!("; error of the {} {}", q.name(), percent(error)))
+        .collect();
+    let next = match good.iter().find(|(other, ..)| other.curve != point.curve) {
+        Some(&&next) => {
+            let longer = longer(point, next.0, next.2 / seconds);
+            format!("; next best {}; {longer}).", what(next))
+        }
+        None if study.curves.len() == 1 => ".".to_owned(),
+        None => "; no other integrator is as accurate at these tolerances.".to_owned(),
+    };
+    let neighbours = neighbours(study, case, point, quantity);
+    what((point, error, seconds)) + &neighbours + &others + ")" + &next
 }
 
 /// Describes the uncertainty of the references.

@@ -51,7 +51,7 @@ pub(super) struct Point {
     pub(super) force: Option<f64>,
     /// Results of the run.
     pub(super) found: Found,
-    /// Its errors; none if it did not complete or there is no reference.
+    /// Its errors; none if it did not complete or without a reference.
     pub(super) errors: Option<Errors>,
 }
 
@@ -150,6 +150,23 @@ impl Case {
         }
         self.points.push(point);
     }
+
+    /// Chooses the reference among the complete ones; notes those that failed.
+    fn find_reference(&mut self, plan: &Plan, root: &Path, runs: &[(usize, &Role, usize)]) {
+        let mut candidates: Vec<Candidate> = Vec::new();
+        for (_, role, number) in runs {
+            let Role::Reference { name, method } = role else { continue };
+            let run = Run::read(plan, root, *number);
+            match run.found.status {
+                MemberStatus::Complete => candidates.push((name.clone(), method.clone(), run)),
+                MemberStatus::NotBegun => {}
+                status => self.lost.push((name.clone(), format!("{status}: {}", run.found.reason))),
+            }
+        }
+        if let Some(norm) = &self.norm {
+            self.reference = choose(norm, (plan, root), candidates, &mut self.lost);
+        }
+    }
 }
 
 /// Everything that is known of the runs in `root`, case by case.
@@ -176,19 +193,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: &[usize]) -> Case {
     });
     let name = plan.label(at, |k| k != 0);
     let mut case = Case { name, at: at.to_vec(), norm: model, ..Case::default() };
-    let mut candidates: Vec<Candidate> = Vec::new();
-    for (_, role, number) in &runs {
-        let Role::Reference { name, method } = role else { continue };
-        let run = Run::read(plan, root, *number);
-        match run.found.status {
-            MemberStatus::Complete => candidates.push((name.clone(), method.clone(), run)),
-            MemberStatus::NotBegun => {}
-            status => case.lost.push((name.clone(), format!("{status}: {}", run.found.reason))),
-        }
-    }
-    if let Some(norm) = &case.norm {
-        case.reference = choose(norm, (plan, root), candidates, &mut case.lost);
-    }
+    case.find_reference(plan, root, &runs);
     let like = study.runs.iter().find_map(|role| match role {
         Role::Seed { like, .. } => Some(*like),
         _ => None,

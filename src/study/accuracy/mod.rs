@@ -137,8 +137,8 @@ impl Study {
     /// [`Error::Incomplete`] if a run was killed or is damaged, or if errors are not known.
     pub fn standing(&self, plan: &Plan, found: &[Found]) -> Result<String> {
         for (status, what) in [
-            (MemberStatus::Killed, "ended without a word"),
-            (MemberStatus::Damaged, "damaged, and to be made again by the whole command"),
+            (MemberStatus::Killed, "ended without a status"),
+            (MemberStatus::Damaged, "damaged, to be rerun by the whole command"),
         ] {
             let such = || found.iter().filter(|f| f.status == status);
             if let Some(Found { name, reason, .. }) = such().next() {
@@ -300,7 +300,7 @@ fn unfinished(plan: &Plan, root: &Path) -> Option<String> {
     (open > 0).then(|| {
         format!(
             "Incomplete: {open} of {all} runs are still to be made. What follows is of those that there are, and \
-             may change; the same command goes on."
+             may change; the same command continues."
         )
     })
 }

@@ -31,7 +31,7 @@ const OF_CASE: [CasePlot; 5] = [
         "work-precision",
         "What accuracy costs: error against processor time of the steps, and beside it against work that \
          does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed or diverged, at the time they took. \
-         Dashed: how far the references are apart (nothing below it means anything), and the error that is \
+         Dashed: the reference uncertainty (noise floor), and the target error \
          wanted. Triangles at the lower edge: errors of 0. Runs without factorisations are not in the last column. Later lines are \
          thinner, so that those below show.",
         work_precision,
@@ -85,7 +85,7 @@ pub(super) fn figures(
             add(Some(number), name, caption, figure(study, case));
         }
     }
-    let caption = "How far the references of policies are apart, the largest along time. A slope of 1: the \
+    let caption = "Distance between the references of policies, the largest along time. A slope of 1: the \
                    error of leaving a rate out goes with the ratio of the two. Left out: distances below three \
                    times those of the references that confirm them.";
     add(None, "cases-policies".to_owned(), caption.to_owned(), policies.figure());

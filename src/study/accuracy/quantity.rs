@@ -55,7 +55,10 @@ impl Quantity {
         serde_json::from_value(serde_json::Value::from(name)).map_err(|_| {
             let names = Self::ALL.map(|q| serde_json::to_value(q).unwrap_or_default());
             let names: Vec<&str> = names.iter().filter_map(serde_json::Value::as_str).collect();
-            Error::Refused(format!("{name:?} is no quantity; expected one of {}", names.join(", ")))
+            Error::Refused(format!(
+                "{name:?} is not a quantity; expected one of {}",
+                names.join(", ")
+            ))
         })
     }
 

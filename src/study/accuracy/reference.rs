@@ -1,8 +1,8 @@
 //! References of a case: the choice of one, how well another confirms it, and what it can be used for.
 //!
 //! Two integrators may agree on a saddle that any imperfection would leave: monolithic ones follow a branch beyond the
-//! point where it loses its stability. References of sheets in equilibrium therefore watch the directions that
-//! lower the energy (`[stability]`), and `events.csv` says from when on there are some.
+//! point where it loses its stability. References of sheets in equilibrium therefore monitor the negative-curvature
+//! modes (`[stability]`), and `events.csv` says from when on there are some.
 
 use std::fs;
 use std::path::Path;

@@ -11,7 +11,7 @@ use crate::study::draw::table::{csv_table, number, work_cells, work_titles};
 use crate::study::plan::{Axis, Plan};
 use crate::study::run::Timing;
 
-/// A row for every run that is compared: what it is, how it ended, its errors, what it took.
+/// A row for every run that is compared: method, status, errors, cost.
 pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
     let head = ["case", "integrator", "tolerance", "force tolerance", "status"].map(str::to_owned);
     let errors = Quantity::ALL.map(|q| format!("error of the {}", q.name()));
@@ -79,7 +79,7 @@ pub(super) fn blocks(
         let rows = mesh(cases, k, axis);
         blocks.extend(rows.into_iter().flat_map(|rows| section(2, "The mesh", text, rows)));
     }
-    let text = "How far the references of policies are apart, the largest along time, against the ratio of the rates \
+    let text = "Distance between the references of policies, the largest along time, against the ratio of the rates \
                 of chemistry and shape at the start, and beside that how far those references are from the ones that \
                 confirm them: smaller distances are not known. With a slope of 1 a policy errs by what it leaves out.";
     blocks.extend(policies.table().into_iter().flat_map(|rows| section(2, "Policies", text, rows)));
@@ -145,7 +145,7 @@ fn known(case: &Case) -> Vec<String> {
     items.extend(case.lost.iter().map(|(name, why)| format!("Reference {name}: {why}.")));
     if case.seeds > 0 {
         items.push(format!(
-            "Spread over {} seeds (half of the range): {}. An error below it is not worth paying for.",
+            "Spread over {} seeds (half of the range): {}. A smaller error is not meaningful.",
             case.seeds + 1,
             shares(&|q| case.spread_of(q))
         ));
@@ -158,7 +158,7 @@ fn known(case: &Case) -> Vec<String> {
     items
 }
 
-/// Fewest steps of a run with error control, if output times bound them: hardly more than one to each.
+/// Fewest steps of a run with error control, if output times bound them: few more than one to each.
 fn bound_by_output(case: &Case, outputs: usize) -> Option<u64> {
     // What has diverged says nothing of steps.
     let near = |p: &&Point| p.error(Quantity::Species).is_some_and(|error| error < 0.5);

@@ -83,7 +83,7 @@ fn cost(members: &[Member], reference: &Ran) -> Vec<Curve> {
 }
 
 /// Pictures of `members` side by side, a row each, coloured by the first species on one scale, at
-/// up to five of the output times; `None` where there is no sheet to be seen.
+/// up to five of the output times; `None` without a sheet.
 ///
 /// # Errors
 /// If a picture cannot be drawn.

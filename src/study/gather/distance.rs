@@ -17,7 +17,7 @@ const ROUND_OFF: f64 = 1e-13;
 pub struct Difference {
     /// Of the difference.
     pub distance: f64,
-    /// Of what it is compared with, or the least that counts if that is smaller.
+    /// Scale: the norm of the reference, at least the smallest that counts.
     pub size: f64,
 }
 

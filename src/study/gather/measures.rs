@@ -36,7 +36,7 @@ pub struct Measures {
     pub deflection: f64,
     /// Connected regions where the first species is above the level.
     pub spots: usize,
-    /// The separation d of spots; none where there is no spot.
+    /// The separation d of spots; none without spots.
     pub separation: Option<f64>,
     /// Mean distance of a spot's centre from the nearest other; none for fewer than two.
     pub nearest: Option<f64>,

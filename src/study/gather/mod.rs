@@ -27,7 +27,7 @@ pub enum MemberStatus {
     Failed,
     /// Its process ended without a status.
     Killed,
-    /// It completed, and a file of its results is missing or cut short since: it is to be made again.
+    /// Complete, with a file of its results missing or truncated since: to be rerun.
     Damaged,
     /// It was asked to end before.
     Interrupted,
@@ -70,7 +70,7 @@ pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
         RunStatus::Running => MemberStatus::Killed,
         RunStatus::Complete => match damaged_file(plan, directory) {
             Some(file) => {
-                let reason = format!("{file} is missing or cut short: it is to be made again");
+                let reason = format!("{file} is missing or truncated: the member has to be rerun");
                 return (MemberStatus::Damaged, reason);
             }
             None => MemberStatus::Complete,
@@ -216,7 +216,7 @@ fn read_measures(directory: &Path) -> Vec<Measures> {
     rows.iter().filter_map(|row| Measures::from_row(row)).collect()
 }
 
-/// The numbers of every complete row below the head of a CSV file; none where there is no such file.
+/// The numbers of every complete row below the head of a CSV file; none if the file does not exist.
 fn read_rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).unwrap_or_default();
     let rows = text.split_inclusive('\n').skip(1).filter(|row| row.ends_with('\n'));

@@ -55,7 +55,7 @@ impl StateFile {
     }
 }
 
-/// The states in a file, as far as they are complete; none where there is no such file.
+/// The complete states in a file; none if it does not exist.
 #[must_use]
 pub fn read(path: &Path) -> Vec<State> {
     let bytes = fs::read(path).unwrap_or_default();

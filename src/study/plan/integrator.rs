@@ -26,7 +26,7 @@ impl Choice {
     /// The integrator `text`, a name or a table that `option` gives, of the scene file `scene` with `set`.
     ///
     /// # Errors
-    /// The scene is not valid, or there is no such integrator.
+    /// The scene is not valid, or the integrator does not exist.
     pub fn read(scene: &Path, set: &[String], text: &str, option: &'static str) -> Result<Self> {
         let table = table_of(text);
         let scene = Scene::varied_by(scene, set, &[key(&table)], option)?;

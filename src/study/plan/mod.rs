@@ -132,7 +132,7 @@ impl Plan {
         self.axes.iter().zip(at).flat_map(|(axis, k)| axis.overrides(*k)).collect()
     }
 
-    /// Which value of every axis member `number` has; empty if there is no such member.
+    /// Which value of every axis member `number` has; empty if the member does not exist.
     fn at(&self, number: usize) -> &[usize] {
         self.members.get(number).map_or(&[], |point| &point.at)
     }
@@ -248,7 +248,7 @@ impl Plan {
         Ok(fingerprint(&text))
     }
 
-    /// Reads that of the sweep in `root`; none where there is no sweep.
+    /// Reads that of the sweep in `root`; none without a sweep.
     ///
     /// # Errors
     /// If its file cannot be read.
@@ -259,7 +259,7 @@ impl Plan {
     /// Reads that of the sweep in `root`.
     ///
     /// # Errors
-    /// If there is no sweep, or its file cannot be read.
+    /// The directory holds no sweep, or its file cannot be read.
     pub fn of(root: &Path) -> Result<Self> {
         Self::read(root)?.ok_or_else(|| {
             let (path, file) = (root.display(), Self::FILE);

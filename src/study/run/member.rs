@@ -21,7 +21,7 @@ pub fn member(root: &Path, number: usize, leash: bool) -> Result<()> {
     let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     let interrupt = Interrupt::install()?;
     if leash {
-        // Whoever started this member holds the other end: before it is closed comes the number of a signal,
+        // The parent process holds the other end: before it is closed comes the number of a signal,
         // or nothing from one that was killed.
         thread::spawn(move || {
             let said = io::read_to_string(io::stdin()).unwrap_or_default();

@@ -207,7 +207,7 @@ impl Pool<'_> {
         let (program, arguments) = self
             .command
             .split_first()
-            .ok_or_else(|| Error::Refused("there is no command that runs a member".to_owned()))?;
+            .ok_or_else(|| Error::Refused("the command that runs a member is empty".to_owned()))?;
         let mut child = Command::new(program)
             .args(arguments)
             .arg(self.root)

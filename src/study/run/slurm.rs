@@ -150,7 +150,7 @@ fn ranges(members: &[usize]) -> String {
 fn text(path: &Path) -> Result<String> {
     let text = path.to_str().filter(|text| !text.contains(['\n', '\r']));
     text.map(str::to_owned).ok_or_else(|| {
-        let what = "has a line end in it, or is no text; a job script cannot name it";
+        let what = "has a line break in it, or is not UTF-8; a job script cannot name it";
         Error::Refused(format!("{}: {what}", path.display()))
     })
 }

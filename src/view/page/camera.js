@@ -1,4 +1,4 @@
-// The camera that all pictures share: it looks at the centre of each sheet, with z upwards.
+// The camera that all pictures share: it is centred on each sheet, with z upwards.
 
 const FIELD_OF_VIEW = 0.55;
 /** Azimuth and elevation, and how near. */

@@ -74,7 +74,7 @@ function plot(name, logarithmic) {
   return figure;
 }
 
-/** Draws all curves anew. */
+/** Redraws all curves. */
 function drawCurves() {
   const names = columns();
   const logarithmic = element("logarithmic").checked;

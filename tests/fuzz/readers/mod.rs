@@ -1,4 +1,4 @@
-//! Everything of Rumple that reads what somebody else may have written, each with valid inputs and the memory
+//! All readers of untrusted input, each with valid inputs and the memory
 //! that it may take; and mutations of those inputs.
 //!
 //! One list for all who try them: `05_fuzz` and the suite.
@@ -22,7 +22,7 @@ pub use formulas::LAW;
 
 /// A reader of the program.
 pub struct Reader {
-    /// What it is called.
+    /// Name.
     pub name: &'static str,
     /// What it may take.
     pub bound: Bound,

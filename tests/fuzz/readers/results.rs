@@ -78,7 +78,7 @@ pub const PROVENANCE: Reader = Reader {
         let directory = directory.unwrap_or_else(|error| panic!("{error}"));
         write(directory.provenance(), bytes);
         let done = Provenance::resumed(&directory, 1.0, 3);
-        // Whether what was there is still there: an unreadable record is begun anew.
+        // Whether what was there is still there: an unreadable record is replaced.
         let now = fs::read_to_string(directory.provenance()).unwrap_or_default();
         done.is_ok() && now.contains("version")
     },

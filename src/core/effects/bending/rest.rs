@@ -57,12 +57,6 @@ impl RestShape {
         Self { positions: Some(positions.to_vec()), ..Self::default() }
     }
 
-    /// The same with the spontaneous curvature C₀ of every vertex, 1/length.
-    #[must_use]
-    pub fn with_spontaneous(self, curvature: Vec<f64>) -> Self {
-        Self { spontaneous: Some(curvature), ..self }
-    }
-
     /// The one that a scene gives; `None` if it is flat.
     pub(super) fn read(
         rest: &Rest,

@@ -114,6 +114,29 @@ impl Sums {
     }
 }
 
+/// The second derivatives of the energy and those of the reactions, in parts that are filled in parallel.
+fn parts_of_rows<'a>(
+    at: &'a Values<'_>,
+    hessian: &'a BlockMatrix,
+    places: &'a [[Option<usize>; 3]],
+) -> Vec<Box<Part<'a>>> {
+    let mut parts: Vec<Box<Part<'a>>> = Vec::new();
+    parts.extend(in_parts(hessian.pattern().rows()).map(|vertices| {
+        Box::new(move |entries: &mut Entries<'_>| {
+            second_derivatives(places, hessian, vertices.clone(), entries);
+        }) as Box<Part<'a>>
+    }));
+    if let Some((chemistry, partials)) = &at.chemistry {
+        let (layout, inputs) = (at.layout, (chemistry.descriptor().inputs(), chemistry.held()));
+        parts.extend(in_parts(layout.points()).map(|points| {
+            Box::new(move |entries: &mut Entries<'_>| {
+                reactions(layout, partials, inputs, points.clone(), entries);
+            }) as Box<Part<'a>>
+        }));
+    }
+    parts
+}
+
 impl Jacobian {
     /// Evaluates it at a state.
     pub(super) fn fill(
@@ -148,25 +171,10 @@ impl Jacobian {
         }
         let n = layout.unknowns();
         let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
-        let mut parts: Vec<Box<Part<'_>>> = Vec::new();
-        if let Some(hessian) = at.hessian {
-            let places = &places;
-            parts.extend(in_parts(hessian.pattern().rows()).map(|vertices| {
-                Box::new(move |entries: &mut Entries<'_>| {
-                    second_derivatives(places, hessian, vertices.clone(), entries);
-                }) as Box<Part<'_>>
-            }));
-        }
         // Without a Hessian they are few, and lists in parts cost memory.
         let apart = at.hessian.is_some();
-        if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| apart) {
-            let inputs = (chemistry.descriptor().inputs(), chemistry.held());
-            parts.extend(in_parts(layout.points()).map(|points| {
-                Box::new(move |entries: &mut Entries<'_>| {
-                    reactions(layout, partials, inputs, points.clone(), entries);
-                }) as Box<Part<'_>>
-            }));
-        }
+        let parts = at.hessian.map(|hessian| parts_of_rows(&at, hessian, &places));
+        let parts = parts.unwrap_or_default();
         let parts: Vec<&Part<'_>> = parts.iter().map(|part| &**part).collect();
         let others = |entries: &mut Entries<'_>| {
             if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| !apart) {

@@ -197,7 +197,7 @@ impl Coupled {
         Ok(())
     }
 
-    /// Why there is no value where `error` says so: species far out of their range, where they are.
+    /// Explains `error` by species far outside their valid range, with their places.
     #[must_use]
     pub fn blamed(&self, error: ModelError) -> ModelError {
         let (mut species, time) = (self.state.species.clone(), self.state.time);

@@ -31,7 +31,7 @@ const SAFETY: f64 = 0.8;
 const MOST_STEPS: usize = 100_000;
 /// Steps of an interval from which on rejections are inspected, and the share of them at which rates are taken
 /// to jump without end: one for so many accepted. A law that switches sides all the time needs some ten
-/// thousand steps in `models/hard/cases.toml`, with as many rejections, and goes on.
+/// thousand steps in `models/hard/cases.toml`, with as many rejections, and continues.
 const MANY: u64 = 30_000;
 const CHATTERS: u64 = 2;
 /// A step below this share of the interval gives up.
@@ -96,19 +96,14 @@ impl Chebyshev {
         bound: f64,
         mut rate: impl FnMut(f64, &[f64], &mut [f64]) -> Result<()>,
     ) -> Result<()> {
-        let n = y.len();
-        for array in [&mut self.f0, &mut self.f, &mut self.y0, &mut self.y1, &mut self.y2] {
-            array.resize(n, 0.0);
-        }
+        self.resize(y.len());
         if until <= from {
             return Ok(());
         }
         if !bound.is_finite() {
             return Err(SolveError::SpectralBound { time: from });
         }
-        // Nor may a step be lost in the rounding of the time.
-        let rounding = 4.0 * f64::EPSILON * from.abs().max(until.abs());
-        let shortest = (SHORTEST_STEP * (until - from)).max(rounding);
+        let shortest = shortest_step(from, until);
         let bound = MARGIN * bound;
         let stable = stable_interval(MOST_STAGES);
         let mut t = from;
@@ -128,13 +123,9 @@ impl Chebyshev {
             let end = if last { until } else { t + step };
             let h = end - t;
             self.y0.copy_from_slice(y);
-            let mut cause = None;
-            let error = match self.stages(t, h, h * bound, &mut rate) {
-                Ok(()) => self.error(h, tolerance),
-                Err(e) if e.is_recoverable() => {
-                    cause = Some(e);
-                    f64::INFINITY
-                }
+            let (error, cause) = match self.stages(t, h, h * bound, &mut rate) {
+                Ok(()) => (self.error(h, tolerance), None),
+                Err(e) if e.is_recoverable() => (f64::INFINITY, Some(e)),
                 Err(e) => return Err(e),
             };
             if error <= 1.0 {
@@ -148,15 +139,20 @@ impl Chebyshev {
                 step = h * (SAFETY / error.cbrt()).clamp(0.5, 4.0);
             } else {
                 self.work.rejected_substeps += 1;
-                let finite = error.is_finite();
-                step = h * if finite { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 };
+                step = h * shortening(error);
                 if step.is_nan() || step < shortest {
-                    let too_small = SolveError::StepTooSmall { time: t, step };
-                    return Err(cause.unwrap_or(too_small));
+                    return Err(cause.unwrap_or(SolveError::StepTooSmall { time: t, step }));
                 }
             }
         }
         Err(SolveError::TooManySteps { time: t, steps: MOST_STEPS })
+    }
+
+    /// Gives all arrays `n` entries.
+    fn resize(&mut self, n: usize) {
+        for array in [&mut self.f0, &mut self.f, &mut self.y0, &mut self.y1, &mut self.y2] {
+            array.resize(n, 0.0);
+        }
     }
 
     /// All stages of one step from `y0` with `f0`: leaves the result in `y2`, its rate in `f`.
@@ -247,4 +243,15 @@ impl Chebyshev {
 /// Largest `ρ Δt` for which `stages` are stable.
 fn stable_interval(stages: f64) -> f64 {
     2.0 / 3.0 * (stages * stages - 1.0) * (1.0 - 2.0 * DAMPING / 15.0)
+}
+
+/// The shortest step, so that none is lost in the rounding of the time either.
+fn shortest_step(from: f64, until: f64) -> f64 {
+    let rounding = 4.0 * f64::EPSILON * from.abs().max(until.abs());
+    (SHORTEST_STEP * (until - from)).max(rounding)
+}
+
+/// Factor of the length of a step after one rejected with this error.
+fn shortening(error: f64) -> f64 {
+    if error.is_finite() { (SAFETY / error.cbrt()).clamp(0.1, SAFETY) } else { 0.25 }
 }

@@ -61,41 +61,64 @@ pub(super) fn polynomial_forcing(
     for m in 1..=LARGEST {
         let mut next = vec![0.0; n + TERMS];
         whole(&basis[m - 1], &mut next);
-        for _ in 0..2 {
-            for (i, v) in basis.iter().enumerate() {
-                let by = dot(v, &next);
-                hessenberg[(i, m - 1)] += by;
-                for (next, v) in next.iter_mut().zip(v) {
-                    *next -= by * v;
-                }
-            }
-        }
-        let left = norm(&next);
-        hessenberg[(m, m - 1)] = left;
+        let left = orthogonalise(&mut next, &basis, &mut hessenberg, m - 1);
         let breakdown = left <= 1e-14 * hessenberg.column(m - 1).norm();
         if m % STRIDE == 0 || m == LARGEST || breakdown {
-            // One column more gives the action of φ_1, whose last entry is the error estimate.
-            let mut small = DMatrix::<f64>::zeros(m + 1, m + 1);
-            small.view_mut((0, 0), (m, m)).copy_from(&hessenberg.view((0, 0), (m, m)));
-            small[(0, m)] = 1.0;
-            let exponential = small.exp();
+            let exponential = augmented_exponential(&hessenberg, m);
             let error = size * left * exponential[(m - 1, m)].abs();
             if !error.is_finite() {
                 return None;
             }
             if breakdown || error <= scale {
-                let mut u = vec![0.0; n];
-                for (j, v) in basis.iter().enumerate() {
-                    let by = size * exponential[(j, 0)];
-                    for (u, v) in u.iter_mut().zip(v) {
-                        *u += by * v;
-                    }
-                }
-                return Some(u);
+                let by = |j: usize| size * exponential[(j, 0)];
+                return Some(combination(&basis, by, n));
             }
         }
         next.iter_mut().for_each(|next| *next /= left);
         basis.push(next);
     }
     None
+}
+
+/// The exponential of the leading m × m part of `hessenberg` with one column more, which gives the action of φ_1; its
+/// last entry is the error estimate.
+fn augmented_exponential(hessenberg: &DMatrix<f64>, m: usize) -> DMatrix<f64> {
+    let mut small = DMatrix::<f64>::zeros(m + 1, m + 1);
+    small.view_mut((0, 0), (m, m)).copy_from(&hessenberg.view((0, 0), (m, m)));
+    small[(0, m)] = 1.0;
+    small.exp()
+}
+
+/// Makes `next` orthogonal to `basis` by Gram-Schmidt, twice; its components and the norm of the rest, which is
+/// returned, go to a column of `hessenberg`.
+fn orthogonalise(
+    next: &mut [f64],
+    basis: &[Vec<f64>],
+    hessenberg: &mut DMatrix<f64>,
+    column: usize,
+) -> f64 {
+    for _ in 0..2 {
+        for (i, v) in basis.iter().enumerate() {
+            let by = dot(v, next);
+            hessenberg[(i, column)] += by;
+            for (next, v) in next.iter_mut().zip(v) {
+                *next -= by * v;
+            }
+        }
+    }
+    let left = norm(next);
+    hessenberg[(column + 1, column)] = left;
+    left
+}
+
+/// The first `n` entries of the sum of `basis` with the weights `by`.
+fn combination(basis: &[Vec<f64>], by: impl Fn(usize) -> f64, n: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; n];
+    for (j, v) in basis.iter().enumerate() {
+        let by = by(j);
+        for (sum, v) in sum.iter_mut().zip(v) {
+            *sum += by * v;
+        }
+    }
+    sum
 }

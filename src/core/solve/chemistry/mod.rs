@@ -4,7 +4,7 @@
 //! dc/dt = D Δ c + R(c, s(t)),     Δ of a shape that does not move, s on a straight line in time
 //! ```
 //!
-//! | method | what it is | for |
+//! | method | scheme | for |
 //! | --- | --- | --- |
 //! | `euler` | one explicit step; with moving signals Heun's, of second order | the paper's update |
 //! | `chebyshev` | stabilised explicit, of second order, under error control | diffusion, mild kinetics |
@@ -73,7 +73,7 @@ impl ChemistryMethod {
     }
 
     /// The power of the tolerance of a step with which the error of an integration falls: `p/(p+1)`
-    /// of a method of order p whose error test sees its own error h^(p+1), 1 of one that goes on
+    /// of a method of order p whose error test sees its own error h^(p+1), 1 of one that continues
     /// with a better solution than the one it tests.
     pub(super) fn power(self) -> f64 {
         match self {

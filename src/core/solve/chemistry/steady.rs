@@ -21,7 +21,7 @@ const ERROR: f64 = 0.05;
 /// of δ. Where a disturbance grows faster than 1/Δτ, as beyond a fold, the linear system turns the direction of the step
 /// round, against F: without the test steps go back and forth there without end.
 const ALONG: f64 = 0.5;
-/// Steps after which there is no steady state to be found.
+/// Steps after which the search for a steady state is abandoned.
 const MOST: usize = 5000;
 /// The same of a steady state near by, which takes some twenty.
 const MOST_NEAR: usize = 200;
@@ -86,12 +86,7 @@ impl SteadyChemistry {
                 return Ok(());
             }
             control.check()?;
-            control.report(|| {
-                format!(
-                    "relaxing the chemistry to steady state, step {step} of at most {most}; it still \
-                     changes by {speed:.1e} of its size per unit of time"
-                )
-            });
+            control.report(|| relaxing(step, most, speed));
             let jacobian = coupled.jacobian(state.time, &y)?;
             let fastest = jacobian.largest();
             let newton = match &mut *newton {
@@ -115,9 +110,7 @@ impl SteadyChemistry {
             let Trial { y: tried, rate: after, largest, error } =
                 at.trial(coupled, &change, inverse_step, &typical)?;
             if !(error <= 4.0 * ERROR && largest.is_finite()) {
-                let shorter =
-                    if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 };
-                inverse_step = shorter * inverse_step.max(1e-9 * first);
+                inverse_step = shortening(error) * inverse_step.max(1e-9 * first);
                 continue;
             }
             (y, rate) = (tried, after);
@@ -131,18 +124,40 @@ impl SteadyChemistry {
             }
             let long = inverse_step < 1e-3 * first || LONG * inverse_step < fastest;
             if largest < STILL && long {
-                let mut next = state.clone();
-                let time = state.time;
-                coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
-                model.keep_in_range(&mut next.species, time, (rtol, atol))?;
-                *state = next;
-                return Ok(());
+                return accept(state, (coupled, model), &y, (rtol, atol));
             }
             let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
             inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
         }
         Err(SolveError::NotSteady { time: state.time, rate: speed })
     }
+}
+
+/// Progress message of a search.
+fn relaxing(step: usize, most: usize, speed: f64) -> String {
+    format!(
+        "relaxing the chemistry to steady state, step {step} of at most {most}; it still changes by {speed:.1e} of its \
+         size per unit of time"
+    )
+}
+
+/// Divisor of the step after one rejected with this error.
+fn shortening(error: f64) -> f64 {
+    if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 }
+}
+
+/// Puts the steady state `y` into `state`, brought into the valid ranges within the tolerances.
+fn accept(
+    state: &mut State,
+    (coupled, model): (&Coupled, &Model),
+    y: &[f64],
+    tolerances: (f64, f64),
+) -> Result<()> {
+    let mut next = state.clone();
+    coupled.layout().unpack(model.mechanics(), state.time, y, &mut next);
+    model.keep_in_range(&mut next.species, state.time, tolerances)?;
+    *state = next;
+    Ok(())
 }
 
 /// The largest rate, each relative to its value, or to its typical one where that is 0.

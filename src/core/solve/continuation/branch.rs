@@ -32,7 +32,7 @@ impl<F: Family> Continuation<F> {
     /// Begins at the equilibrium of `parameter` near `x`, towards larger λ or smaller ones, as `forward` says.
     ///
     /// # Errors
-    /// [`SolveError::Continuation`] if there is no equilibrium near; effects that a branch cannot have; those of the family.
+    /// [`SolveError::Continuation`] if no equilibrium is near; effects that a branch cannot have; those of the family.
     pub fn new(
         mut family: F,
         (x, parameter): (Vec<Vec3>, f64),

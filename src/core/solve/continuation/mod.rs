@@ -136,7 +136,7 @@ pub fn check(mechanics: &Mechanics) -> Result<(), SolveError> {
         Err(SolveError::NotFollowed { effect, why })
     };
     if let Some(name) = mechanics.constraint_names().next() {
-        return refuse(name, "it is a constraint, whose multiplier is no unknown of a branch");
+        return refuse(name, "it is a constraint, whose multiplier is not an unknown of a branch");
     }
     let pairs = |term: &EnergyTerm| {
         term.coupling().pairs || term.coupling().limits_steps || term.is_contact()

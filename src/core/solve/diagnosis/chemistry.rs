@@ -55,7 +55,7 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
     Ok(Some(Diagnosis {
         reason: Reason::Chemistry,
         text: format!(
-            "species `{}` runs away: at {} {point} it is {c:.3e} and grows ever faster, without bound near time {:.6}, \
+            "species `{}` blows up in finite time: at {} {point} it is {c:.3e} and its growth accelerates, with a singularity near time {:.6}, \
              from where on its equation has no solution",
             species[s].name,
             chemistry.location().noun(),

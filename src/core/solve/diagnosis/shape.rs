@@ -99,7 +99,7 @@ pub fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<D
         reason: Reason::Load,
         text: format!(
             "the effect {name} pushes or turns the sheet as a whole, by a force of ({}, {}, {}) in sum, and nothing \
-             holds it: there is no equilibrium",
+             holds it: no equilibrium exists",
             Short(sum.x),
             Short(sum.y),
             Short(sum.z)
@@ -187,7 +187,7 @@ pub fn unbounded(workspace: &mut Workspace, state: &State) -> Result<Option<Diag
         reason: Reason::Load,
         text: format!(
             "at time {} the effect {name} has stretched edges to {most:.1} times their optimal length: beyond a limit load \
-             there is no equilibrium, and a motion under drag, without inertia, blows up in finite time",
+             no equilibrium exists, and a motion under drag, without inertia, blows up in finite time",
             Short(state.time)
         ),
         advice: format!(

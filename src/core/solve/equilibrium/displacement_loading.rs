@@ -3,7 +3,7 @@
 //! A vertex that moves by an edge at once may turn its triangles inside out, and no way downhill turns them
 //! back. So prescribed positions are gone to along straight lines, as far at once as no triangle loses more of its
 //! area than a step of the method may take, and where that is not all the way the sheet is relaxed roughly, which
-//! spreads the displacement, before it goes on.
+//! spreads the displacement, before the next increment.
 
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;

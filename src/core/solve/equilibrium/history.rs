@@ -103,7 +103,7 @@ impl History {
         }
     }
 
-    /// The reverse of [`Self::flatten`]; z stays what it is where vertices move in a plane.
+    /// The reverse of [`Self::flatten`]; z is unchanged on a planar sheet.
     fn unflatten(&self, numbers: &[f64], out: &mut [Vec3]) {
         if self.planar {
             let (vertices, _) = numbers.as_chunks::<2>();

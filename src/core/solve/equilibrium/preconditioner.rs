@@ -33,7 +33,7 @@ pub enum Preconditioner {
     /// Its 3 × 3 blocks on the diagonal, every vertex for itself.
     Blocks,
     /// Not at all: one number for every unknown, learnt from steps. Short waves are relaxed first, as drag
-    /// does, and long ones hardly where tolerances are loose: the paper's scheme.
+    /// does, and long ones little where tolerances are loose: the paper's scheme.
     None,
     /// The factor up to 50 000 vertices, multigrid beyond; under drag multigrid beyond 1000.
     #[default]
@@ -82,7 +82,7 @@ impl Preconditioner {
         pattern: &Arc<BlockPattern>,
     ) -> Result<Box<dyn LinearSolver>, LinearError> {
         let missing =
-            || LinearError::new(format!("`{}` is no registered linear solver", self.name()));
+            || LinearError::new(format!("`{}` is not a registered linear solver", self.name()));
         let LinearSolverKind { analyse, .. } =
             linear_solvers::find(self.name()).ok_or_else(missing)?;
         analyse(pattern)
@@ -98,7 +98,7 @@ impl Preconditioner {
         }
     }
 
-    /// What it is on a sheet of that many vertices, which moves under drag or not, and why, in words.
+    /// The choice on a sheet of that many vertices, with or without drag, and its reason.
     pub(super) fn chosen(
         self,
         precision: FactorPrecision,
@@ -107,7 +107,7 @@ impl Preconditioner {
     ) -> Vec<String> {
         let why = |auto: String| match self {
             Self::Auto => auto,
-            _ => "equilibrium.preconditioner says so".to_owned(),
+            _ => "equilibrium.preconditioner selects it".to_owned(),
         };
         let mut all = self.of_one(precision, vertices, false, &why);
         if moving && self.on(vertices, true) != self.on(vertices, false) {
@@ -153,7 +153,7 @@ impl Preconditioner {
         let because = match precision {
             FactorPrecision::Auto if double => format!("up to {SMALL} vertices it costs little"),
             FactorPrecision::Auto => format!("the sheet has more than {SMALL} vertices"),
-            _ => "equilibrium.precision says so".to_owned(),
+            _ => "equilibrium.precision selects it".to_owned(),
         };
         vec![
             format!(
@@ -163,7 +163,7 @@ impl Preconditioner {
         ]
     }
 
-    /// What it is on a sheet of that many vertices, which moves under drag or is to come to rest.
+    /// The choice on a sheet of that many vertices, with or without drag.
     pub(super) fn on(self, vertices: usize, moving: bool) -> Self {
         let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
         match self {

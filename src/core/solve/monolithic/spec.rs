@@ -129,7 +129,7 @@ impl IntegratorSpec for MonolithicSpec {
 /// proportionality; Shampine, Numerical Solution of Ordinary Differential Equations (1994), chapter 7).
 fn local_share(method: ImplicitMethod, rtol: f64) -> f64 {
     let order = match method {
-        // Orders change, so that the error goes nearly with the tolerance as it is.
+        // Orders change, so that the error is nearly proportional to the tolerance itself.
         ImplicitMethod::Bdf => return 1.0,
         ImplicitMethod::TrBdf2 => 2.0,
         ImplicitMethod::Esdirk34 => 3.0,

@@ -9,7 +9,7 @@
 //! Along a branch the two brackets cancel up to the third order, however stiff the load; in a jump neither does. Positions
 //! that are prescribed and constraints do work that this does not see: there the share that the viscosity dissipates
 //! tells, next to nothing along a branch and all in a jump. A minimisation without viscosity at fixed conditions that
-//! follows sub-steps makes up for what these lag behind, which is no more than the viscosity can hold back; one that
+//! follows sub-steps makes up for what these lag behind, at most what the viscosity can hold back; one that
 //! loses far more has jumped. What a jump releases is what its sub-steps and the minimisation lose.
 
 use super::super::route::Route;
@@ -25,7 +25,7 @@ const NET: f64 = 0.2;
 const SHARE: f64 = 0.3;
 /// And without viscosity it loses so many times what that would dissipate.
 const BEYOND: f64 = 30.0;
-/// What moves no vertex further, in mean edges, is no jump.
+/// Displacement of every vertex, in mean edges, up to which a change is not a jump.
 const STILL: f64 = 0.1;
 
 /// The jumps of a step.

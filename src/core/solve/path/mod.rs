@@ -36,7 +36,7 @@ pub(super) use release::release;
 use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
-use super::motion::{Motion, Stepping};
+use super::incremental_potential::{Motion, Stepping};
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::Vec3;
@@ -266,7 +266,7 @@ fn correct(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> R
 
 /// Brings the shape of `state` to rest at the end of `route`, after sub-steps with `jumps` whose viscosity was `drag` times
 /// that of the scene. `None` where no equilibrium is near although there was no jump, and the last sub-step may be
-/// rejected: shorter ones tell whether the branch ends there.
+/// rejected: shorter ones decide whether the branch ends there.
 fn come_to_rest(
     workspace: &mut Workspace,
     route: &Route<'_>,

@@ -10,7 +10,7 @@
 //! that direction.
 
 use super::super::equilibrium::{Relaxation, is_flat};
-use super::super::motion::Motion;
+use super::super::incremental_potential::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
 use super::super::{Result, SolveError, Workspace, diagnosis};

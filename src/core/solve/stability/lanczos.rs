@@ -9,7 +9,7 @@
 //! eigenvalue (a round sheet has pairs), so what was found is locked and the iteration repeated in its
 //! complement, until a repetition finds nothing smaller than the largest that is wanted.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -132,12 +132,38 @@ pub(super) fn smallest(
 struct Cycle {
     /// The leading pairs that converged, ascending.
     pairs: Vec<Pair>,
-    /// Where to go on if none did.
+    /// Where to continue if none did.
     best: Option<Vec<Vec3>>,
     /// Nothing is left outside of `pairs`.
     exhausted: bool,
 }
 
+/// Eigenpairs of the tridiagonal matrix with the diagonal `alpha` and the off-diagonals `beta`, and their order by
+/// falling eigenvalue.
+fn ritz(alpha: &[f64], beta: &[f64]) -> (SymmetricEigen<f64, Dyn>, Vec<usize>) {
+    let m = alpha.len();
+    let eigen = SymmetricEigen::new(DMatrix::from_fn(m, m, |a, b| match a.abs_diff(b) {
+        0 => alpha[a],
+        1 => beta[a.min(b)],
+        _ => 0.0,
+    }));
+    let mut order: Vec<usize> = (0..m).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    (eigen, order)
+}
+
+/// The linear combination of the Lanczos vectors `basis` with the weights `share`.
+fn combination(basis: &[Vec<Vec3>], share: impl Fn(usize) -> f64) -> Vec<Vec3> {
+    let mut sum = vec![Vec3::zeros(); basis.first().map_or(0, Vec::len)];
+    for (j, v) in basis.iter().enumerate() {
+        let share = share(j);
+        parallel::update(&mut sum, |i, s| *s += share * v[i]);
+    }
+    sum
+}
+
+/// Extends a Krylov space from `first`, orthogonal to `locked`, until its `wanted` leading pairs have converged, it is
+/// exhausted, or full.
 fn cycle(
     pencil: &mut Pencil<'_, '_>,
     locked: &[&Vec<Vec3>],
@@ -168,29 +194,16 @@ fn cycle(
         let exhausted = !(length > EXHAUSTED * size);
         let full = m >= LONGEST.max(2 * wanted);
         if exhausted || full || m.is_multiple_of(LOOK) {
-            let eigen = SymmetricEigen::new(DMatrix::from_fn(m, m, |a, b| match a.abs_diff(b) {
-                0 => alpha[a],
-                1 => beta[a.min(b)],
-                _ => 0.0,
-            }));
-            let mut order: Vec<usize> = (0..m).collect();
-            order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-            let converged = order
-                .iter()
-                .take_while(|&&k| {
-                    let theta = eigen.eigenvalues[k];
-                    let left = length * eigen.eigenvectors[(m - 1, k)].abs();
-                    theta > 0.0 && (exhausted || left <= TOLERANCE * theta)
-                })
-                .take(wanted)
-                .count();
+            let (eigen, order) = ritz(&alpha, &beta);
+            let is_converged = |k: &&usize| {
+                let theta = eigen.eigenvalues[**k];
+                let left = length * eigen.eigenvectors[(m - 1, **k)].abs();
+                theta > 0.0 && (exhausted || left <= TOLERANCE * theta)
+            };
+            let converged = order.iter().take_while(is_converged).take(wanted).count();
             if converged == wanted || exhausted || full {
                 let vector = |k: usize| {
-                    let mut sum = vec![Vec3::zeros(); w.len()];
-                    for (j, v) in basis.iter().enumerate() {
-                        let share = eigen.eigenvectors[(j, k)];
-                        parallel::update(&mut sum, |i, s| *s += share * v[i]);
-                    }
+                    let mut sum = combination(&basis, |j| eigen.eigenvectors[(j, k)]);
                     pencil.clean(&mut sum, locked.iter().copied());
                     pencil.normalise(&mut sum);
                     sum

@@ -55,7 +55,7 @@ const LOWER: f64 = 10.0;
 /// Signs of the eigenvalues at a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertia {
-    /// Directions that lower the energy: eigenvalues below `-resolution`.
+    /// Number of negative-curvature modes: eigenvalues below `-resolution`.
     pub negative: usize,
     /// Rigid motions that nothing hinders: zero modes.
     pub rigid: usize,
@@ -152,7 +152,7 @@ impl Stability {
         &self.mass
     }
 
-    /// Counts the directions that lower the energy at `x`, by one factorisation.
+    /// Counts the negative-curvature modes at `x`, by one factorisation.
     ///
     /// # Errors
     /// [`SolveError::Linear`] if H is not finite or its factor not sound.

@@ -6,8 +6,8 @@ use super::{ERROR_POWER, FIRST_ERROR, GROWTH, Staggered, USUAL};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
+use crate::solve::incremental_potential::{Motion, MotionMethod};
 use crate::solve::internal::InternalSteps;
-use crate::solve::motion::{Motion, MotionMethod};
 use crate::solve::path::EquilibriumPath;
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
 

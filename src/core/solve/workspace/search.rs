@@ -172,13 +172,16 @@ impl Workspace {
         }
         let moved = potential.reduction().distance(&start, &x) / edge;
         state.x = x.into();
-        let quiet =
-            |error: &SolveError| matches!(error, SolveError::Interrupted | SolveError::Departed);
-        if done.as_ref().is_err_and(|error| !quiet(error)) {
+        if done.as_ref().is_err_and(is_failure) {
             *stuck = Some(state.clone());
         }
         Ok((done?, moved))
     }
+}
+
+/// Whether a relaxation failed, rather than was interrupted or left its trust region.
+fn is_failure(error: &SolveError) -> bool {
+    !matches!(error, SolveError::Interrupted | SolveError::Departed)
 }
 
 /// How far a relaxation is, in words.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use super::super::signal_meaning;
 use super::memory::{ANSWERED, ASKED, CALLS, IDLE, LOCATIONS, Lane, Memory};
-use super::told::Told;
+use super::reply::Reply;
 use super::{Isolation, WORD};
 use crate::KineticsError;
 use crate::descriptor::{Descriptor, Location};
@@ -33,7 +33,7 @@ pub(super) struct Process {
     /// Number of calls under way.
     under_way: AtomicUsize,
     lanes: Vec<Mutex<Lane>>,
-    /// Why there is no child any more.
+    /// Why the child has ended.
     end: OnceLock<String>,
 }
 
@@ -164,10 +164,10 @@ impl Process {
         self.ask(&lane, &asked)?;
         let answer = lane.read().map_err(|e| self.no_room(&e))?;
         drop(lane);
-        match serde_json::from_str::<Result<String, Told>>(&answer) {
+        match serde_json::from_str::<Result<String, Reply>>(&answer) {
             Ok(Ok(text)) => Ok(text),
             Ok(Err(told)) => match (told, descriptor) {
-                (Told::Other(text), _) => Err(KineticsError::Isolated(text)),
+                (Reply::Other(text), _) => Err(KineticsError::Isolated(text)),
                 (told, Some(descriptor)) => {
                     told.outcome(descriptor, None).and_then(|_| Err(self.nonsense(call)))
                 }

@@ -2,7 +2,7 @@
 //!
 //! First a word for each input, 1 where it varies and 0 where one value serves all points; then the
 //! inputs, then the outputs. Each begins on a line of the cache of its own, and behind every output
-//! is a line that nobody may write to.
+//! is a guard line, to which no write is permitted.
 
 use smallvec::SmallVec;
 
@@ -54,7 +54,7 @@ impl Lane {
     /// Numbers of the data.
     ///
     /// # Safety
-    /// There is [room](Lane::room) for them, the offset is that of a word, and nobody writes to them meanwhile.
+    /// They fit into the [room](Lane::room), the offset is that of a word, and no write is concurrent.
     pub(super) unsafe fn values(&self, (offset, values): (usize, usize)) -> &[f64] {
         // SAFETY: as promised; the data begin on a page boundary.
         unsafe { std::slice::from_raw_parts(self.data().add(offset).cast(), values) }

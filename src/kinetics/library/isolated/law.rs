@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use super::IsolatedLibrary;
 use super::child::Asked;
 use super::columns::Columns;
-use super::told::{Told, Wanted};
+use super::reply::{Reply, Wanted};
 use crate::descriptor::{Capabilities, Descriptor};
 use crate::library::instance::keep_destroy_error;
 use crate::library::shape::{Shape, check};
@@ -15,7 +15,7 @@ use crate::{Batch, Kinetics, KineticsError, Outcome};
 /// The law of a plugin in a process of its own.
 #[derive(Debug)]
 pub struct IsolatedKinetics {
-    apart: Arc<IsolatedLibrary>,
+    library: Arc<IsolatedLibrary>,
     takes_fields: bool,
     parameters: Vec<f64>,
     /// Its number in the child.
@@ -25,7 +25,7 @@ pub struct IsolatedKinetics {
 impl Drop for IsolatedKinetics {
     fn drop(&mut self) {
         let outcome =
-            self.apart.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
+            self.library.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
         if let Err(error) = outcome {
             keep_destroy_error(error);
         }
@@ -35,17 +35,17 @@ impl Drop for IsolatedKinetics {
 impl IsolatedKinetics {
     /// An instance with all its parameters; with or without parameters as columns.
     pub(super) fn new(
-        apart: &Arc<IsolatedLibrary>,
+        library: &Arc<IsolatedLibrary>,
         parameters: Vec<f64>,
         takes_fields: bool,
     ) -> Result<Self, KineticsError> {
-        let process = &apart.process;
+        let process = &library.process;
         let bits = parameters.iter().map(|p| p.to_bits()).collect();
         let wanted = Wanted { parameters: bits, takes_fields };
         let text = serde_json::to_string(&wanted).map_err(|_| process.nonsense("create"))?;
-        let answer = process.ask_in_words("create", 0, &text, Some(apart.descriptor()))?;
+        let answer = process.ask_in_words("create", 0, &text, Some(library.descriptor()))?;
         let number = answer.parse().map_err(|_| process.nonsense("create"))?;
-        Ok(Self { apart: Arc::clone(apart), takes_fields, parameters, number })
+        Ok(Self { library: Arc::clone(library), takes_fields, parameters, number })
     }
 
     fn given(&self) -> Capabilities {
@@ -71,11 +71,11 @@ impl IsolatedKinetics {
         ];
         let inputs = || batch.inputs().chain(batch.parameters);
         let vary: Vec<bool> = inputs().map(|column| column.parts().1 > 0).collect();
-        let too_many = || self.apart.process.no_room(&std::io::ErrorKind::OutOfMemory.into());
+        let too_many = || self.library.process.no_room(&std::io::ErrorKind::OutOfMemory.into());
         let columns = Columns::new(vary.iter().copied(), parts[3] + parts[4], batch.count)
             .ok_or_else(too_many)?;
-        let mut lane = self.apart.process.lane();
-        lane.room(columns.bytes).map_err(|error| self.apart.process.no_room(&error))?;
+        let mut lane = self.library.process.lane();
+        lane.room(columns.bytes).map_err(|error| self.library.process.no_room(&error))?;
         for (k, vary) in vary.iter().enumerate() {
             // SAFETY: within the room just made; it is our turn, and the lane is locked.
             unsafe { lane.data().cast::<u64>().add(k).write(u64::from(*vary)) };
@@ -95,14 +95,14 @@ impl IsolatedKinetics {
         head.text.store(0, Ordering::Relaxed);
         let (location, first, count) = (batch.location, batch.first, batch.count);
         let asked = Asked { call, location, first, count, law: self.number };
-        self.apart.process.ask(&lane, &asked)?;
+        self.library.process.ask(&lane, &asked)?;
         let mut warning = None;
         if lane.head().text.load(Ordering::Relaxed) > 0 {
             let text = lane
                 .read_behind(columns.bytes)
-                .map_err(|error| self.apart.process.no_room(&error))?;
-            let told: Told =
-                serde_json::from_str(&text).map_err(|_| self.apart.process.nonsense(call))?;
+                .map_err(|error| self.library.process.no_room(&error))?;
+            let told: Reply =
+                serde_json::from_str(&text).map_err(|_| self.library.process.nonsense(call))?;
             warning = told.outcome(self.descriptor(), Some(batch))?;
         }
         let out = values.iter_mut().map(|c| &mut **c).chain(partials.iter_mut().map(|c| &mut **c));
@@ -120,7 +120,7 @@ impl IsolatedKinetics {
 
 impl Kinetics for IsolatedKinetics {
     fn descriptor(&self) -> &Descriptor {
-        self.apart.descriptor()
+        self.library.descriptor()
     }
 
     fn parameters(&self) -> &[f64] {
@@ -168,12 +168,12 @@ impl Kinetics for IsolatedKinetics {
         if !self.takes_fields {
             return Ok(None);
         }
-        let twin = Self::new(&self.apart, self.parameters.clone(), false)?;
+        let twin = Self::new(&self.library, self.parameters.clone(), false)?;
         Ok(Some(Box::new(twin)))
     }
 
     fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
-        if !self.apart.about.observes {
+        if !self.library.about.observes {
             return Ok(None);
         }
         let signals = self.descriptor().signal_columns();

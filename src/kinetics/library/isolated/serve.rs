@@ -14,7 +14,7 @@ use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::columns::Columns;
 use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, CALLS, LOCATIONS, Lane, Memory};
-use super::told::{About, Told, Wanted};
+use super::reply::{About, Reply, Wanted};
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::{Kinetics, KineticsError, Outcome};
 
@@ -103,7 +103,7 @@ fn stay(line: RawFd) -> ! {
             unsafe { libc::kill(0, libc::SIGKILL) };
         }
         if poll.revents & libc::POLLNVAL != 0 {
-            // A plugin has closed it; the call under way says so.
+            // A plugin has closed it; the call under way reports that.
             thread::sleep(Duration::from_millis(100));
             leave();
         }
@@ -123,22 +123,23 @@ impl Served {
         let call = CALLS.get(asked).copied().unwrap_or_default();
         match call {
             "loading" | "create" | "destroy" => {
-                let answer = lane.read().map_err(|e| Told::Other(e.to_string())).and_then(|text| {
-                    let done = match call {
-                        "loading" => self.load(&text),
-                        "create" => self.create(&text),
-                        _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
-                    };
-                    done.map_err(Told::of_error)
-                });
+                let answer =
+                    lane.read().map_err(|e| Reply::Other(e.to_string())).and_then(|text| {
+                        let done = match call {
+                            "loading" => self.load(&text),
+                            "create" => self.create(&text),
+                            _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
+                        };
+                        done.map_err(Reply::of_error)
+                    });
                 let text = serde_json::to_string(&answer).unwrap_or_default();
                 // Without room the parent finds what it has written, and that makes no sense.
                 let _ = lane.write(&text);
             }
             _ => {
                 let (told, behind) = match self.evaluate(lane, call) {
-                    Ok((outcome, behind)) => (Told::of(outcome), behind),
-                    Err(text) => (Some(Told::Other(text)), 0),
+                    Ok((outcome, behind)) => (Reply::of(outcome), behind),
+                    Err(text) => (Some(Reply::Other(text)), 0),
                 };
                 lane.head().text.store(0, Ordering::Relaxed);
                 if let Some(told) = told {
@@ -235,18 +236,10 @@ impl Served {
             parameters: &all[species + signals..],
         };
         let (out_values, out_partials) = out.split_at_mut(values);
-        let outcome = match (call, &mut *out_values) {
-            ("rates", rates) => law.rates(&batch, rates),
-            ("rate_partials", rates) => law.rate_partials(&batch, rates, out_partials),
-            ("length_factor", [factor]) => law.length_factor(&batch, factor),
-            ("length_factor_partials", [factor]) => {
-                law.length_factor_partials(&batch, factor, out_partials)
-            }
-            ("observe", values) => law.observe(&batch, values),
-            _ => return Err(nonsense()),
-        };
+        let outcome = dispatch(&*law, call, &batch, out_values, out_partials);
+        let outcome = outcome.ok_or_else(nonsense)?;
         for k in 0..columns.outputs.len() {
-            // SAFETY: as above; there is no other reference to these.
+            // SAFETY: as above; no other reference to these exists.
             let behind = unsafe { lane.values(columns.behind(k)) };
             if outcome.is_ok() && behind.iter().any(|value| value.to_bits() != UNTOUCHED) {
                 let (output, law) = (k + 1, law.descriptor().title());
@@ -260,4 +253,22 @@ impl Served {
         }
         Ok((outcome, columns.bytes))
     }
+}
+
+/// Makes the call of this name; none if the outputs are not those of one.
+fn dispatch(
+    law: &dyn Kinetics,
+    call: &str,
+    batch: &Batch<'_>,
+    values: &mut [&mut [f64]],
+    partials: &mut [&mut [f64]],
+) -> Option<Outcome> {
+    Some(match (call, values) {
+        ("rates", rates) => law.rates(batch, rates),
+        ("rate_partials", rates) => law.rate_partials(batch, rates, partials),
+        ("length_factor", [factor]) => law.length_factor(batch, factor),
+        ("length_factor_partials", [factor]) => law.length_factor_partials(batch, factor, partials),
+        ("observe", values) => law.observe(batch, values),
+        _ => return None,
+    })
 }

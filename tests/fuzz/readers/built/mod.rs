@@ -1,6 +1,6 @@
-//! Scenes that are built: right in most keys, wrong in one or two, read, made ready and stepped.
+//! Scenes that are built: right in most keys, wrong in one or two, read, set up and stepped.
 //!
-//! The input chooses, byte by byte, what is listed and which keys get values that nobody should give. So
+//! The input chooses, byte by byte, what is listed and which keys get invalid values. So
 //! whatever makes bytes makes scenes: mutations, proptest, and a fuzzer that sees which code they reach.
 
 mod scene;
@@ -28,7 +28,7 @@ pub const BUILT: Reader = Reader {
     repair: None,
 };
 
-/// So often a run may ask whether it is to go on: then it is told to stop.
+/// Polls of the interrupt after which a run is interrupted.
 const PATIENCE: usize = 300;
 
 /// Choices, a byte each; when all have been used, always the first.

@@ -1,4 +1,4 @@
-//! What nobody should write into a scene.
+//! Invalid values of a scene.
 
 use super::{Choices, Table};
 

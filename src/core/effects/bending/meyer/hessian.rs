@@ -85,7 +85,7 @@ impl Local {
     }
 }
 
-/// A vertex and its neighbours, ascending; none on the boundary, where there is no outer part.
+/// A vertex and its neighbours, ascending; none on the boundary, where no outer part exists.
 pub(super) fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
     vertices.clear();
     if !sheet.boundary()[i] {

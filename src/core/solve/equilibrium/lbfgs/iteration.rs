@@ -109,7 +109,7 @@ impl Iterate {
 }
 
 impl Lbfgs {
-    /// Iterates from `x` until it is at rest, or gets nowhere over so many iterations as `patience` has.
+    /// Iterates from `x` until it is in equilibrium, or stagnates over as many iterations as `patience` has.
     ///
     /// # Errors
     /// As for [`Equilibrium::relax`](super::super::Equilibrium::relax).
@@ -141,7 +141,7 @@ impl Lbfgs {
                 if self.may_hand_over() {
                     return Ok((at.done, Outcome::Poor));
                 }
-                // Around the kink of a flat triangle an iteration goes on without coming to rest.
+                // Around the kink of a flat triangle an iteration does not converge.
                 if self.collapses(potential, x, &mut at)? {
                     continue;
                 }
@@ -259,7 +259,7 @@ impl Lbfgs {
         reduction.dot(&at.gradient, &at.d)
     }
 
-    /// The energy at the end of the longest step up to `length` that lowers it enough; none if there is no such step.
+    /// The energy at the end of the longest step up to `length` that satisfies the sufficient-decrease condition; none if no such step exists.
     fn search_line(
         &mut self,
         potential: &mut Potential,

@@ -2,7 +2,7 @@
 
 use super::super::Relaxation;
 
-/// Iterations after which progress is judged. Relaxations that come to an end, through buckling too, make
+/// Iterations after which progress is judged. Relaxations that converge, through buckling too, make
 /// some 100 to 400 altogether.
 const PATIENCE: usize = 150;
 /// Steps of Newton's method when it takes over.
@@ -29,7 +29,7 @@ pub(super) enum Outcome {
     AtRest,
     /// No step lowers the energy.
     NoStep,
-    /// It goes on without getting anywhere.
+    /// Stagnation.
     Poor,
 }
 

@@ -1,6 +1,6 @@
 //! What L-BFGS keeps from one relaxation to the next, as it was where a step began: a step that fails leaves it so.
 //!
-//! The matrix is copied only where a new one is about to take its place; its factor is made again where a
+//! The matrix is copied only where a new one is about to take its place; its factor is recomputed where a
 //! step has failed, as from a checkpoint.
 
 use super::Lbfgs;

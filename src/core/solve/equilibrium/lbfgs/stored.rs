@@ -1,6 +1,6 @@
 //! What L-BFGS keeps from one relaxation to the next, in a checkpoint.
 //!
-//! Of the factor the matrix is written that it was made of, and it is made again: the same bits. The
+//! Of the factor its matrix is written, and refactorised when read: the same bits. The
 //! memory of steps restarts with every relaxation.
 
 use std::borrow::Cow;

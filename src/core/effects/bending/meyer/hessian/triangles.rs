@@ -45,6 +45,53 @@ impl Elements for Inner<'_> {
 /// The pairs of corners, in the order of [`Inner::blocks`].
 const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 2), (0, 0), (1, 1), (2, 2)];
 
+/// Columns of ∂n/∂x_m and ∂Q/∂x_m of the corner m, with the edge e opposite of it and h, the difference of the
+/// derivatives at the other corners.
+#[inline(always)]
+fn by_corner<S: Simd>(
+    simd: S,
+    (n, inverse): (Lanes3<S::Lanes>, S::Lanes),
+    (e, h): (Lanes3<S::Lanes>, Lanes3<S::Lanes>),
+    (v, w, slope): (Lanes3<S::Lanes>, Lanes3<S::Lanes>, S::Lanes),
+) -> (Columns<S::Lanes>, Columns<S::Lanes>) {
+    let growth = n.cross(e).array();
+    let lift = n.cross(h).array();
+    let across = e.cross_columns(simd);
+    let sheared = h.cross_columns(simd);
+    let zero = [Lanes3 { x: inverse, y: inverse, z: inverse }; 3];
+    let (mut turn, mut change) = (zero, zero);
+    for axis in 0..3 {
+        let dn = (across[axis] - n.scale(growth[axis])).scale(inverse);
+        let by_v = dn.dot(v) - lift[axis];
+        let parts = n.scale(by_v) + w.scale(growth[axis]) + sheared[axis];
+        turn[axis] = dn;
+        change[axis] = dn.scale(slope) - parts.scale(inverse);
+    }
+    (turn, change)
+}
+
+/// Adds the derivatives of the angle terms γ e by the edges, `∂(γ e)/∂e = γ (1 - 2 e eᵀ/|e|²)`, to the blocks of the
+/// corner pairs (0, 1), (0, 2) and (1, 2).
+#[inline(always)]
+fn add_by_edges<S: Simd>(
+    simd: S,
+    n: Lanes3<S::Lanes>,
+    e: &[Lanes3<S::Lanes>; 3],
+    gamma: &[S::Lanes; 3],
+    blocks: [&mut Columns<S::Lanes>; 3],
+) {
+    let across = n.cross_columns(simd);
+    for (block, k) in blocks.into_iter().zip([2, 1, 0]) {
+        let double = simd.splat(2.0) / e[k].dot(e[k]);
+        let tilt = n.cross(e[k]).scale(double);
+        let along = e[k].array();
+        for axis in 0..3 {
+            let column = across[axis] - tilt.scale(along[axis]);
+            block[axis] = block[axis] + column.scale(gamma[k]);
+        }
+    }
+}
+
 impl Inner<'_> {
     #[inline(always)]
     fn blocks<S: Simd>(
@@ -74,22 +121,10 @@ impl Inner<'_> {
         let slope = by_area - along * inverse;
         // Columns of ∂n/∂x_m = P [e_m]×/2A and of ∂Q/∂x_m, for m = 1 and 2; those of all three
         // corners add up to nothing. 2A grows by (n × e_m)·δ, and P [a]× = [a]× - n (n × a)ᵀ.
+        let [(turn_b, change_b), (turn_c, change_c)] =
+            [1, 2].map(|m| by_corner(simd, (n, inverse), (e[m], h[m]), (v, w, slope)));
+        let (turn, change) = ([turn_b, turn_c], [change_b, change_c]);
         let zero = [Lanes3 { x: inverse, y: inverse, z: inverse }; 3];
-        let (mut turn, mut change) = ([zero; 2], [zero; 2]);
-        for m in 0..2 {
-            let edge = e[m + 1];
-            let growth = n.cross(edge).array();
-            let lift = n.cross(h[m + 1]).array();
-            let across = edge.cross_columns(simd);
-            let sheared = h[m + 1].cross_columns(simd);
-            for axis in 0..3 {
-                let dn = (across[axis] - n.scale(growth[axis])).scale(inverse);
-                let by_v = dn.dot(v) - lift[axis];
-                let parts = n.scale(by_v) + w.scale(growth[axis]) + sheared[axis];
-                turn[m][axis] = dn;
-                change[m][axis] = dn.scale(slope) - parts.scale(inverse);
-            }
-        }
         let mut turned = h;
         let mut gamma = None;
         if has_angles(at, &vertex) {
@@ -112,17 +147,8 @@ impl Inner<'_> {
             bc[axis] = bc[axis] - across[axis];
         }
         if let Some(gamma) = gamma {
-            // … and with the edges: ∂(γ e)/∂e = γ (1 - 2 e eᵀ/|e|²).
-            let across = n.cross_columns(simd);
-            for (block, k) in [(&mut ab, 2), (&mut ac, 1), (&mut bc, 0)] {
-                let double = simd.splat(2.0) / e[k].dot(e[k]);
-                let tilt = n.cross(e[k]).scale(double);
-                let along = e[k].array();
-                for axis in 0..3 {
-                    let column = across[axis] - tilt.scale(along[axis]);
-                    block[axis] = block[axis] + column.scale(gamma[k]);
-                }
-            }
+            // … and with the edges.
+            add_by_edges(simd, n, &e, &gamma, [&mut ab, &mut ac, &mut bc]);
         }
         // Moving the triangle as a whole changes no force.
         let [ba, ca, cb] = [transposed(ab), transposed(ac), transposed(bc)];

@@ -88,7 +88,7 @@ impl Compared {
     ) {
         for (point, &given) in given.iter().enumerate() {
             let (scale, slopes) = (scale(point), sides.map(|side| Slopes(side[point])));
-            // An output that is no number has no derivative.
+            // A non-finite output has no derivative.
             if !scale.is_finite() {
                 continue;
             }

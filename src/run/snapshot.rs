@@ -1,5 +1,5 @@
-//! A run that begins in the middle of another, as `time.from` of its scene says: where a step is about to
-//! be made, with all that the solvers knew there.
+//! Snapshot from which a run starts in the middle of another (`time.from` of its scene), taken before a
+//! step, with the state of the solvers.
 //!
 //! ```text
 //! scene      of the run that it was taken from, with all defaults
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The scene may have been changed since, to find out what helps. Solvers then restart; in the same scene
-//! they go on with the same bits.
+//! they continue with the same bits.
 
 use std::path::Path;
 
@@ -22,16 +22,16 @@ use crate::output::checkpoint;
 use crate::record::Record;
 use crate::scene::Scene;
 
-/// Where a run begins.
+/// Snapshot of a run before a step.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Beginning {
+pub(super) struct Snapshot {
     scene: String,
     at_rest: bool,
     state: State,
     solvers: Option<SolverMemory>,
 }
 
-impl Beginning {
+impl Snapshot {
     /// Puts `simulation`, newly made from `scene`, there.
     ///
     /// # Errors
@@ -94,8 +94,8 @@ impl Beginning {
         // Those that have relaxed a start in vain are not as they began.
         let solvers = at_rest && simulation.stepper.integrator.is_storable();
         let solvers = solvers.then(|| SolverMemory::of(simulation));
-        let beginning = Self { scene: scene.to_owned(), at_rest, state: state.clone(), solvers };
-        Ok(checkpoint::write(path, &Record::of(&beginning))?)
+        let snapshot = Self { scene: scene.to_owned(), at_rest, state: state.clone(), solvers };
+        Ok(checkpoint::write(path, &Record::of(&snapshot))?)
     }
 }
 

@@ -143,7 +143,7 @@ pub(super) fn on_loads(
 
 /// Inspects what pins leave free.
 fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
-    // In a plane z is no unknown.
+    // On a planar sheet z is not a degree of freedom.
     let axes = if mechanics.is_planar() { 2 } else { 3 };
     let all = mechanics.pins().iter().all(|fixed| fixed[..axes].iter().all(|fixed| *fixed));
     if all && !mechanics.has_prescribed() {

@@ -55,7 +55,7 @@ pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
         sheet::generate_graph(size, &|points| formula.at(points, 0.0), vertices, seed)
     } else {
         let shape = shape(spec).ok_or_else(|| {
-            scene.error_at("sheet.shape", "there is no generator of this shape", None)
+            scene.error_at("sheet.shape", "no generator of this shape is registered", None)
         })?;
         sheet::generate(&shape, vertices, seed)
     };

@@ -1,4 +1,4 @@
-//! A directory while a run writes to it: nobody else does, and how it ends is recorded.
+//! Lock of a result directory: one writer at a time, and a record of how the run ends.
 //!
 //! ```text
 //! DIR/.lock        locked by the process that writes; the system frees it, however that ends
@@ -23,13 +23,13 @@ use rumple_numerics::tally::{Spent, Work};
 /// How a run stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunStatus {
-    /// It goes on.
+    /// In progress.
     Running,
     /// It completed.
     Complete,
     /// The user ended it.
     Interrupted,
-    /// It could not go on.
+    /// It stopped with an error.
     Failed,
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for RunStatus {
 pub struct Reached {
     /// The time reached.
     pub time: f64,
-    /// What relaxing the start and all steps have cost, without making ready and output.
+    /// Processor seconds of the initial relaxation and all steps, excluding setup and output.
     #[serde(flatten)]
     pub spent: Spent,
     /// Of these the start.
@@ -123,7 +123,7 @@ pub struct Took {
 pub struct Claim {
     root: PathBuf,
     status: OnceLock<Arc<Status>>,
-    /// Locked as long as it is open; none where the file system has no locks.
+    /// Locked until it is closed; none where the file system has no locks.
     _lock: Option<File>,
 }
 
@@ -170,7 +170,7 @@ impl Claim {
         file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
 
-    /// Says that the run goes on.
+    /// Records that the run is in progress.
     ///
     /// # Errors
     /// [`OutputError::Write`] if the status cannot be written.
@@ -196,7 +196,7 @@ impl Claim {
         }
     }
 
-    /// Says how the run ended and why; the first who says so is believed.
+    /// Records how the run ended and why; the first record stands.
     ///
     /// # Errors
     /// [`OutputError::Write`] if the status cannot be written.
@@ -212,7 +212,7 @@ impl Claim {
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        // Whoever left without a word has reported the reason.
+        // A caller that ends without a record has reported the reason.
         let _ = self.end(RunStatus::Failed, "it was given up");
     }
 }
@@ -271,7 +271,7 @@ struct Status {
     path: PathBuf,
     started: String,
     reached: Mutex<Reached>,
-    /// Whether the run goes on.
+    /// Whether the run is in progress.
     open: AtomicBool,
 }
 
@@ -301,13 +301,13 @@ impl Status {
     /// The same without waiting for the disk.
     fn write_at_once(&self, standing: RunStatus, reason: &str) {
         let part = atomic::part_of(&self.path);
-        // Who ends the program has nobody to tell of a failure.
+        // The program is ending: a failure cannot be reported.
         let _ = fs::write(&part, self.text(standing, reason))
             .and_then(|()| fs::rename(&part, &self.path));
     }
 }
 
-/// Says how all runs of this process end that still go on: for those who end the program at once.
+/// Records the end of all runs of this process that are in progress: for an immediate exit of the program.
 pub fn end_all(standing: RunStatus, reason: &str) {
     for status in ALL.lock().unwrap_or_else(PoisonError::into_inner).iter() {
         if status.open.swap(false, Ordering::AcqRel) {

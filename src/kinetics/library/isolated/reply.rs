@@ -24,7 +24,7 @@ pub(super) struct About {
 
 /// How a call ended that did not end well.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Told {
+pub(super) enum Reply {
     /// With results all the same.
     Unreliable { message: String, point: Option<usize> },
     /// A shorter step may help.
@@ -41,7 +41,7 @@ pub(super) enum Told {
     Other(String),
 }
 
-impl Told {
+impl Reply {
     /// Of an outcome; `None` where all is well.
     pub(super) fn of(outcome: Outcome) -> Option<Self> {
         match outcome {

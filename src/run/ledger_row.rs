@@ -9,6 +9,7 @@ use crate::kinetics::Location;
 use crate::model::{Evaluation, Model};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
+use crate::reduction::Reduction;
 use crate::solve::StepReport;
 use crate::solve::rejections::Cause;
 use crate::tally::Work;
@@ -149,6 +150,22 @@ impl ShapeSums {
     }
 }
 
+/// The integral of `c`, over the areas `share` of its points, and its least and largest value.
+fn amount_and_range(c: &[f64], share: &[f64], reduction: &Reduction) -> [f64; 3] {
+    let of = |k: usize| [c[k] * share[k], c[k], c[k]];
+    let both = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1].min(b[1]), a[2].max(b[2])];
+    let owned = reduction.owned(c.len());
+    let block = |b: usize| {
+        let points = b * BLOCK..((b + 1) * BLOCK).min(owned);
+        points.map(of).fold(EMPTY, both)
+    };
+    let here = parallel::reduce(owned.div_ceil(BLOCK), &block, &both);
+    let [total, least, largest] = here.unwrap_or(EMPTY);
+    let mut total = [total];
+    reduction.total(&mut total);
+    [total[0], -reduction.larger(-least), reduction.larger(largest)]
+}
+
 /// The row of a state after the step that `info` describes; `shape` is what the last row has said of the shape.
 ///
 /// # Errors
@@ -192,21 +209,8 @@ pub(super) fn row(
     row.extend(negative);
     shape.update(model, &state.x);
     if model.chemistry().is_some() {
-        let (share, reduction) = (&shape.area, model.sheet().reduction());
-        for c in &state.species {
-            let of = |k: usize| [c[k] * share[k], c[k], c[k]];
-            let both = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1].min(b[1]), a[2].max(b[2])];
-            let owned = reduction.owned(c.len());
-            let block = |b: usize| {
-                let points = b * BLOCK..((b + 1) * BLOCK).min(owned);
-                points.map(of).fold(EMPTY, both)
-            };
-            let here = parallel::reduce(owned.div_ceil(BLOCK), &block, &both);
-            let [total, least, largest] = here.unwrap_or(EMPTY);
-            let mut total = [total];
-            reduction.total(&mut total);
-            row.extend([total[0], -reduction.larger(-least), reduction.larger(largest)]);
-        }
+        let of = |c: &Vec<f64>| amount_and_range(c, &shape.area, model.sheet().reduction());
+        row.extend(state.species.iter().flat_map(of));
     }
     row.extend(laws);
     row.push(shape.least_quality);
