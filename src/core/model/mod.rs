@@ -42,7 +42,7 @@ pub use parameters::ParameterFields;
 pub use policy::{Policy, Storage};
 pub use potential::Potential;
 pub use proximal_term::Anchor;
-pub use rigid::{Motion, free_motions, minimal_pins};
+pub use rigid::{Motion, align, free_motions, minimal_pins, move_rigidly};
 pub use signals::{Signals, TensionReading};
 pub use state::{Positions, State};
 pub use time_course::TimeCourse;

@@ -138,6 +138,11 @@ impl Potential {
         self.anchor = anchor;
     }
 
+    /// Takes the pull towards an earlier shape away.
+    pub fn take_anchor(&mut self) -> Option<Anchor> {
+        self.anchor.take()
+    }
+
     /// Adds dead forces on the vertices to what acts from now on, in place of those before.
     pub fn set_hold(&mut self, force: Option<Vec<Vec3>>) {
         self.hold = force;

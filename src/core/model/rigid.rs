@@ -8,7 +8,7 @@
 //! infinitesimal: a flat sheet fixed out of its plane along its boundary slides and turns in it, three
 //! motions. Whether an energy changes along such a motion is for others to say.
 
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Rotation3, SymmetricEigen, Vector6};
 
 use crate::Vec3;
 use crate::effects::Pins;
@@ -20,6 +20,10 @@ use crate::reduction::Reduction;
 const FREE: f64 = 1e-13;
 /// Smallest square of a component that can stand for a motion.
 const SMALL: f64 = 1e-12;
+/// A motion below this share of R is round-off.
+const ROUND_OFF: f64 = 1e-14;
+/// Most iterations; each leaves some |u|/R of the distance.
+const MOST: usize = 20;
 
 /// A rigid motion.
 #[derive(Debug, Clone)]
@@ -41,9 +45,7 @@ pub fn free_motions(
     let inner = |a: &[Vec3], b: &[Vec3]| reduction.sum(a.len(), |i| mass(i) * a[i].dot(&b[i]));
     let count = reduction.count(x.len()).max(1.0);
     let own = reduction.owned(x.len());
-    let mut centre: Vec3 = x[..own].iter().sum();
-    reduction.total(centre.as_mut_slice());
-    centre /= count;
+    let centre = mean(x, reduction);
     let mut square = [x[..own].iter().map(|x| (x - centre).norm_squared()).sum::<f64>()];
     reduction.total(&mut square);
     let radius = (square[0] / count).sqrt();
@@ -89,6 +91,55 @@ pub fn free_motions(
         }
     }
     (all, radius)
+}
+
+/// The mean position.
+fn mean(x: &[Vec3], reduction: &Reduction) -> Vec3 {
+    let mut centre: Vec3 = x[..reduction.owned(x.len())].iter().sum();
+    reduction.total(centre.as_mut_slice());
+    centre / reduction.count(x.len()).max(1.0)
+}
+
+/// Moves `x` rigidly by `parameters` (t, ω): turned by the angle |ω|/`radius` about its mean position, then shifted by t.
+pub fn move_rigidly(
+    x: &mut [Vec3],
+    parameters: &Vector6<f64>,
+    radius: f64,
+    reduction: &Reduction,
+) {
+    let centre = mean(x, reduction);
+    let shift: Vec3 = parameters.fixed_rows::<3>(0).into();
+    let turn: Vec3 = parameters.fixed_rows::<3>(3).into();
+    let rotation = Rotation3::new(turn / radius);
+    parallel::update(x, |_, x| *x = centre + shift + rotation * (*x - centre));
+}
+
+/// Moves `x` rigidly, as far as `pins` let it, to where it has the least distance from `about`, `Σ u·W u` with
+/// `u = x - about`: there `Σ v·W u = 0` for every free motion v. By the method of Gauss and Newton.
+pub fn align(
+    x: &mut [Vec3],
+    about: &[Vec3],
+    weights: impl Fn(usize, Vec3) -> Vec3 + Sync,
+    pins: &Pins,
+    reduction: &Reduction,
+) {
+    for _ in 0..MOST {
+        let (motions, radius) = free_motions(x, pins, reduction, |_| 1.0);
+        let count = motions.len();
+        let shape = |m: usize| motions[m].shape.as_slice();
+        let inner = |v: &[Vec3], of: &(dyn Fn(usize) -> Vec3 + Sync)| {
+            reduction.sum(v.len(), |i| v[i].dot(&weights(i, of(i))))
+        };
+        let along = DVector::from_fn(count, |m, _| inner(shape(m), &|i| x[i] - about[i]));
+        let gram = DMatrix::from_fn(count, count, |m, n| inner(shape(m), &|i| shape(n)[i]));
+        let Some(share) = gram.cholesky().map(|factor| factor.solve(&along)) else { return };
+        let step: Vector6<f64> =
+            motions.iter().zip(share.iter()).map(|(motion, share)| -*share * motion.parameters).sum();
+        if !(step.norm() > ROUND_OFF * radius) {
+            return;
+        }
+        move_rigidly(x, &step, radius, reduction);
+    }
 }
 
 /// As many (vertex, axis) pairs as there are `motions`: fixed there, a sheet has none of them left.

@@ -1,5 +1,6 @@
 //! What solvers work with: the model, memory to evaluate it, and how a shape is relaxed.
 
+mod floating;
 mod path_observer;
 mod saddle;
 mod search;
@@ -98,6 +99,7 @@ pub struct Workspace {
     stuck: Option<State>,
     stability: Option<Stability>,
     path_observer: Option<Box<dyn PathObserver>>,
+    floating: floating::Floating,
 }
 
 impl Workspace {
@@ -113,6 +115,7 @@ impl Workspace {
             stuck: None,
             stability: None,
             path_observer: None,
+            floating: floating::Floating::default(),
         }
     }
 
@@ -197,6 +200,7 @@ impl Workspace {
 
     /// A step begins.
     pub fn mark(&mut self) {
+        self.floating.forget();
         if let Some(relaxer) = &mut self.relaxer {
             relaxer.equilibrium.mark();
         }

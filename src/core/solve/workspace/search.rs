@@ -115,7 +115,7 @@ impl Workspace {
         state: &mut State,
         search: Search,
     ) -> Result<(Relaxation, f64)> {
-        let Self { model, control, memory, relaxer, stuck, .. } = self;
+        let Self { model, control, memory, relaxer, stuck, floating, .. } = self;
         if model.is_chemistry_alone() {
             return Ok((Relaxation::default(), 0.0));
         }
@@ -132,6 +132,7 @@ impl Workspace {
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok((Relaxation::default(), 0.0)) };
         let mut tolerance = relaxer.tolerance * looser;
+        let is_held = held.is_some();
         if let Some(held) = held {
             held.act_on(potential);
         }
@@ -161,8 +162,14 @@ impl Workspace {
             Ok(done)
         };
         let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
-        potential.set_anchor(None);
+        let anchor = potential.take_anchor();
         potential.set_hold(None);
+        if done.is_ok() && !is_held {
+            let (about, weights) = anchor.map_or((None, None), |a| (Some(a.x), Some(a.weights)));
+            let about = about.as_deref().unwrap_or(&start);
+            let by = (model.drag(), relaxer.tolerance);
+            floating.settle(potential, (&mut x, about), weights, by);
+        }
         let moved = potential.reduction().distance(&start, &x) / edge;
         state.x = x.into();
         let quiet =

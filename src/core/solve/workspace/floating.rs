@@ -1,0 +1,94 @@
+//! Where a sheet that floats comes to lie.
+//!
+//! Rigid motions that neither pins nor effects hinder change no energy, so that a minimum has none of its own: forces
+//! below the tolerance would let the sheet drift. Under a viscosity W a minimiser about a has no net motion,
+//!
+//! ```text
+//! Σ_i v_i · W_i (x_i - a_i) = 0             for every free rigid motion v
+//! ```
+//!
+//! nor does the limit of vanishing drag. A shape that a minimisation has found is moved rigidly to where this holds.
+
+use nalgebra::Vector6;
+
+use super::super::Result;
+use super::Workspace;
+use crate::Vec3;
+use crate::model::{Drag, Potential, State, Weights, align, free_motions, move_rigidly};
+
+/// A motion is free if the forces after a rigid displacement do no more work along it than this share of the tolerance at
+/// every vertex.
+const FREE: f64 = 1e-3;
+/// That displacement along every motion, in mean edges: what is at rest where it is, on a foundation say, is not free.
+const DISPLACEMENT: f64 = 0.1;
+
+/// Whether the sheet floats in this step, once that is known.
+#[derive(Default)]
+pub(super) struct Floating(Option<bool>);
+
+impl Floating {
+    /// A step begins.
+    pub(super) fn forget(&mut self) {
+        self.0 = None;
+    }
+
+    /// Moves `x`, a minimum of `potential` without a viscosity, rigidly to where it has no net motion from `about` under
+    /// `weights`, or the `drag` of the scene; nothing unless the sheet floats.
+    pub(super) fn settle(
+        &mut self,
+        potential: &mut Potential,
+        (x, about): (&mut [Vec3], &[Vec3]),
+        weights: Option<Weights>,
+        (drag, tolerance): (&Drag, f64),
+    ) {
+        if *self.0.get_or_insert_with(|| floats(potential, x, tolerance)) {
+            let weights = weights.unwrap_or_else(|| drag.weights(potential.sheet(), about, 1.0));
+            let apply = |i: usize, v| weights.apply(i, v);
+            align(x, about, apply, potential.pins(), potential.reduction());
+        }
+    }
+}
+
+impl Workspace {
+    /// Moves the shape of `state`, a minimum, rigidly to where it has no net motion from `about`; nothing unless the sheet
+    /// floats.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(in crate::solve) fn settle(&mut self, state: &mut State, about: &[Vec3]) -> Result<()> {
+        let tolerance = self.force_tolerance();
+        let Self { model, memory, floating, .. } = self;
+        let mut x = state.x.to_vec();
+        let mut at = model.at(state, memory);
+        floating.settle(at.potential()?, (&mut x, about), None, (model.drag(), tolerance));
+        state.x = x.into();
+        Ok(())
+    }
+}
+
+/// Whether the sheet can be moved rigidly, as pins let it, from `x` without forces above the `tolerance`.
+fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
+    let reduction = potential.reduction().clone();
+    let edge = potential.metric().mean_edge();
+    let (motions, radius) = free_motions(x, potential.pins(), &reduction, |_| 1.0);
+    // Pins that let a motion begin may hinder it further on.
+    if motions.is_empty() || potential.mechanics().has_prescribed() {
+        return false;
+    }
+    let mut parameters: Vector6<f64> = motions.iter().map(|motion| motion.parameters).sum();
+    parameters *= DISPLACEMENT * edge / parameters.norm();
+    let mut moved = x.to_vec();
+    move_rigidly(&mut moved, &parameters, radius, &reduction);
+    let (motions, _) = free_motions(&moved, potential.pins(), &reduction, |_| 1.0);
+    let held = (0..x.len()).any(|i| {
+        let (pin, d) = (potential.pins()[i], moved[i] - x[i]);
+        (0..3).any(|a| pin[a] && d[a].abs() > 1e-12 * radius)
+    });
+    if reduction.any(held) {
+        return false;
+    }
+    let mut gradient = vec![Vec3::zeros(); x.len()];
+    potential.energy_gradient(&moved, &mut gradient);
+    let limit = FREE * tolerance * potential.force_scale() * reduction.count(x.len()).sqrt();
+    motions.iter().all(|motion| reduction.dot(&motion.shape, &gradient).abs() <= limit)
+}
