@@ -172,7 +172,7 @@ def test_a_parsed_scene_and_a_law_in_python_run(tmp_path):
 
 def test_a_run_with_a_law_in_python_goes_on_with_the_same_law(program, tmp_path):
     kinetics = {"plugin": laws.GROWING, "initial": {"c": 0.1}}
-    scene = rumple.scene(**COMMON, kinetics=kinetics, time={"until": 0.5})
+    scene = rumple.scene(**COMMON, kinetics=kinetics, time={"until": 1.0})
 
     def observe(state):
         if state.steps == 3:
