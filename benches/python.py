@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """What a step costs from Python besides the engine's work, and what a law in Python costs.
 
-Steps: the same by the program and by the module. Laws: Model I on 20 000 triangles as a plugin, as text and in NumPy; the
+Steps: the same by the program and by the module. Overhead: Model I on 20 000 vertices, processor seconds of the steps after the first
+equilibrium on one thread, in turn, and the ratios of each round. Laws: Model I on 20 000 triangles as a plugin, as text and in NumPy; the
 time that `costs.json` has for the law, and that of whole steps.
 
-usage: benches/python.py steps|laws [PROGRAM]    (with the module installed; the program without output but the ledger)
+usage: benches/python.py steps|overhead|laws [PROGRAM]    (with the module installed; the program without output but the ledger)
 """
 
 import json
@@ -82,6 +83,45 @@ def steps():
                 print(f"{vertices} vertices, {name}: {steps}")
 
 
+OVERHEAD = {"sheet.vertices": 20_000, "time.until": 0.03, "output.report": False, "output.every": 0.03}
+ROUNDS = 5
+
+
+def overhead():
+    """Prints the processor seconds of the steps from Python over those of the program."""
+    scene, plugins = MODELS / "small.toml", [Path(PROGRAM).parent]
+    sets = [word for key, value in OVERHEAD.items() for word in ("--set", f"{key}={toml(value)}")]
+
+    def program():
+        with tempfile.TemporaryDirectory() as folder:
+            command = [PROGRAM, "run", scene, "--out", Path(folder) / "out", "--quiet", "--threads", "1", *sets]
+            subprocess.run(command, check=True, capture_output=True)
+            status = json.loads((Path(folder) / "out/status.json").read_text())
+            return status["cpu_seconds"] - status["start"]["cpu_seconds"]
+
+    def module(observe):
+        sim = rumple.Simulation(rumple.load(scene, OVERHEAD), plugins=plugins)
+        sim.prepare()
+        start = time.process_time()
+        if observe:
+            sim.run(observe=lambda sim, step: sim.species["c"].max() < 0 or sim.positions.size == 0)
+        else:
+            for _ in sim:
+                pass
+        return time.process_time() - start
+
+    found = [(program(), module(False), module(True)) for _ in range(ROUNDS)]
+    for name, column in [("for step in sim", 1), ("run(observe=…) that copies state", 2)]:
+        ratios = [row[column] / row[0] for row in found]
+        print(f"{name}: {statistics.median(ratios):.3f} of the program, rounds {[f'{r:.3f}' for r in ratios]}")
+    print(f"program: {statistics.median(row[0] for row in found):.2f} s, {[f'{row[0]:.2f}' for row in found]}")
+
+
+def toml(value):
+    """A value after --set."""
+    return str(value).lower()
+
+
 def length_factor(at):
     mean = at.lambda_min + (at.lambda_max - at.lambda_min) / (1 + numpy.exp(at.b * (at.c - at.c_star)))
     return at.lambda_max / mean
@@ -144,4 +184,4 @@ def law_cost(scene, law, state):
 
 
 if __name__ == "__main__":
-    {"steps": steps, "laws": laws}[sys.argv[1]]()
+    {"steps": steps, "overhead": overhead, "laws": laws}[sys.argv[1]]()

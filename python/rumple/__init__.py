@@ -8,7 +8,7 @@
         print(step.time, step.iterations, sim.energies())
 
 `Simulation` steps a scene and is asked for positions, species, energies and fields; `Law` is a law written in
-Python. `run` writes a result directory, `resume` continues it, `read` opens it. `sweep`, `accuracy` and `compare` make
+Python; `scene` makes a scene of keyword arguments. `run` writes a result directory, `resume` continues it, `read` opens it. `sweep`, `accuracy` and `compare` make
 many runs of a scene and return tables. Everything that can go wrong is an `Error`.
 """
 
@@ -32,6 +32,7 @@ from ._rumple import (
 )
 from .results import Frame, Frames, Results, read
 from .runs import resume, run
+from .scenes import scene
 from .studies import accuracy, compare, sweep
 
 __all__ = [
@@ -55,6 +56,7 @@ __all__ = [
     "read",
     "resume",
     "run",
+    "scene",
     "sweep",
 ]
 

@@ -22,7 +22,7 @@ class Error(Exception):
 
 @final
 class Scene:
-    """A checked scene; made by `load` and `parse`."""
+    """A checked scene; made by `load`, `parse` and `rumple.scene`."""
 
     @property
     def name(self) -> str:
@@ -30,17 +30,41 @@ class Scene:
     @property
     def until(self) -> float:
         """Time of the last state."""
+    @property
+    def path(self) -> Optional[Path]:
+        """Path of its file; None of a scene that was parsed."""
+    @property
+    def law(self) -> Optional[Law]:
+        """The law in Python that goes with it."""
+    def with_law(self, law: Optional[Law]) -> Scene:
+        """The scene with another law in Python."""
+    def varied(self, overrides: _Overrides) -> Scene:
+        """The scene with more overrides."""
     def resolved(self) -> str:
         """The scene as TOML with every default written out."""
+    def _parsed(self) -> tuple[Optional[str], list[str]]: ...
+    def _files(self) -> list[str]: ...
 
-def load(path: _Path, overrides: Optional[_Overrides] = None) -> Scene:
+def load(
+    path: _Path, overrides: Optional[_Overrides] = None, *, law: Optional[Law] = None
+) -> Scene:
     """Reads and checks the scene file at `path`, after the overrides.
 
-    Overrides are a dict of key paths and values, `{"sheet.vertices": 5000}`, or a list of texts as after `--set`.
+    Overrides are a dict of key paths and values, `{"sheet.vertices": 5000}`, or a list of texts as after `--set`. `law` is
+    a law in Python: that of the table that names it as its plugin, or one more.
     """
 
-def parse(text: str, overrides: Optional[_Overrides] = None, name: str = "scene") -> Scene:
+def parse(
+    text: str,
+    overrides: Optional[_Overrides] = None,
+    name: str = "scene",
+    *,
+    law: Optional[Law] = None,
+) -> Scene:
     """Checks the scene `text`, after the overrides; `name` stands for its file in messages."""
+
+def tables_as_toml(tables: dict[str, Any]) -> str:
+    """Tables of a scene as its text."""
 
 def read_surface(
     path: _Path,
@@ -68,6 +92,7 @@ def resume(
     directory: _Path,
     until: Optional[float],
     observe: Optional[Callable[[State], Any]],
+    law: Optional[Law],
     plugins: Sequence[_Path],
 ) -> Path:
     """Continues the run in a directory; the directory."""
@@ -94,7 +119,7 @@ def compare(
 ) -> list[str]:
     """Runs a scene under several policies and integrators; what the program prints."""
 
-def member(root: _Path, number: int) -> None:
+def member(root: _Path, number: int, law: Optional[Law]) -> None:
     """Runs one member of a study in this process, which was started for it."""
 
 @final
@@ -268,10 +293,13 @@ class Law:
         location: str = "vertex",
         name: Optional[str] = None,
     ) -> Law:
-        """`species` and `signals` are names, or a dict of names and typical magnitudes.
+        """`species` and `signals` are names, or a dict of names and typical magnitudes; `name` is by default that of `rates`.
 
         What a species has besides is given by a dict with `typical`, `lower`, `upper` and `unit`.
         """
+    @property
+    def name(self) -> str:
+        """The name that scenes call it by."""
     @property
     def species(self) -> list[str]:
         """Names of the species."""

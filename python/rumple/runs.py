@@ -33,7 +33,7 @@ def run(
     Without `out` the directory is named after the scene and the time. One that is not empty is refused, unless `force`
     replaces the results of an earlier run in it. `observe(state)` is called with a `State` after every accepted step;
     a true result ends the run there. `state` is a file, such as a frame, whose positions and species the run starts from, as by
-    `--from`. `law` is added to the laws of the scene; such a run cannot be resumed.
+    `--from`. `law` is one in Python, by default that of the scene.
 
     Ctrl-C, and an exception in `observe`, end the run after writing what `resume` needs. Raises `Error`.
     """
@@ -45,11 +45,13 @@ def resume(
     until: float | None = None,
     *,
     observe: Callable[[State], Any] | None = None,
+    law: Law | None = None,
     plugins: Sequence[str | os.PathLike[str]] = (),
 ) -> Results:
     """Continues the run in `directory` from its last checkpoint, as `rumple resume` does.
 
     With `until` it continues to that time instead of the one in the scene. The results are those of a run that was not
-    interrupted. `observe(state)` is called as by `run`.
+    interrupted. `observe(state)` is called as by `run`. A run with a law in Python needs that law again: one with another
+    code or other parameters is refused.
     """
-    return read(_rumple.resume(directory, until, observe, list(plugins)))
+    return read(_rumple.resume(directory, until, observe, law, list(plugins)))

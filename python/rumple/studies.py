@@ -7,6 +7,7 @@ DataFrames of pandas, which has to be installed.
 from __future__ import annotations
 
 import os
+import pickle
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -15,12 +16,49 @@ from types import SimpleNamespace
 from typing import Any
 
 from . import _rumple
-from ._rumple import Error, Scene
+from ._rumple import Error, Law, Scene, load
 from .runs import checked
 
 __all__ = ["accuracy", "compare", "sweep"]
 
 MEMBER = [sys.executable, "-m", "rumple._member"]
+
+
+def _pickled(law: Any) -> bytes:
+    """A law for other processes, with the path of modules; functions of a notebook or a script by cloudpickle."""
+    what = f"the law {law.name!r} cannot be given to the processes of a study"
+    helps = "pip install cloudpickle, or define its functions in a module"
+    try:
+        import cloudpickle
+    except ImportError:
+        cloudpickle = pickle
+        (rates, *_), settings = law.__getnewargs_ex__()
+        # Pickle keeps names, and in another process this module is another one.
+        if any(getattr(one, "__module__", "") == "__main__" for one in (rates, settings["length_factor"])):
+            raise Error(f"{what}: {helps}") from None
+    try:
+        return pickle.dumps((sys.path, bytes(cloudpickle.dumps(law))))
+    except Exception as error:
+        more = f"; {helps}" if cloudpickle is pickle else ""
+        raise Error(f"{what}: {type(error).__name__}: {error}{more}") from error
+
+
+def _saved(scene: Scene, root: Path, force: bool) -> Scene:
+    """The scene from a file: one of text is written beside the directory of its study."""
+    text, overrides = scene._parsed()
+    if text is None:
+        return scene
+    if scene._files():
+        raise Error(
+            f"the scene {scene.name!r} is no file and names files ({', '.join(scene._files())}), which a study looks up from "
+            "its scene: save it and use rumple.load"
+        )
+    path = root.with_name(root.name + ".toml")
+    if not force and path.is_file() and path.read_text(encoding="utf-8") != text:
+        raise Error(f"{path} is another scene than {scene.name!r}: choose another out, or give force=True")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return load(path, overrides, law=scene.law)
 
 
 def _pandas() -> Any:
@@ -32,15 +70,26 @@ def _pandas() -> Any:
 
 
 def _table(
-    name: str, out: Any, settings: dict[str, Any], study: Callable[[Any], Any]
+    name: str,
+    scene: Scene | str | os.PathLike[str],
+    out: Any,
+    settings: dict[str, Any],
+    study: Callable[[Scene, Any], Any],
 ) -> tuple[Any, Any]:
     """The table `name` of a study in the directory `out`, or in one that is removed again; what `study` returns."""
     pandas = _pandas()
     with tempfile.TemporaryDirectory(prefix="rumple-") as folder:
         root = Path(folder, "study") if out is None else Path(out)
-        usual = {"jobs": 1, "threads": 1, "retry_failed": False, "member": MEMBER}
+        given, law = checked(scene), settings.pop("law")
+        given = given if law is None else given.with_law(law)
+        kept = Path(folder, "law.pickle") if given.law is not None else None
+        if kept is not None:
+            kept.write_bytes(_pickled(given.law))
+        member = [*MEMBER, "" if kept is None else str(kept)]
+        usual = {"jobs": 1, "threads": 1, "retry_failed": False, "member": member}
         settings["plugins"] = list(settings["plugins"])
-        said = study(SimpleNamespace(out=root, **{**usual, **settings}))
+        given = _saved(given, root, settings["force"])
+        said = study(given, SimpleNamespace(out=root, **{**usual, **settings}))
         table = pandas.read_csv(root / name)
     table.attrs["directory"] = None if out is None else str(root.absolute())
     return table, said
@@ -57,6 +106,7 @@ def sweep(
     force: bool = False,
     retry_failed: bool = False,
     threads: int = 1,
+    law: Law | None = None,
     plugins: Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene over all combinations of values of its keys, as `rumple sweep` does; a row a member.
@@ -66,20 +116,20 @@ def sweep(
 
     The DataFrame has the keys, `status`, measures of the last state, time and work. Members that fail have the status
     `failed` and a `reason`. The results of all members stay in the directory `out`, where the same call continues; without
-    it they are removed. The scene has to come from a file, and cannot have a law in Python.
+    it they are removed; a scene that does not come from a file is written beside it, as `out` with the ending .toml. `law` is a
+    law in Python, by default that of the scene; `over` has its parameters where the scene names it as a plugin.
     """
-    scene = checked(scene)
     settings = {
         "force": force,
         "jobs": jobs,
         "retry_failed": retry_failed,
         "threads": threads,
+        "law": law,
         "plugins": plugins,
     }
     over = None if over is None else dict(over)
-    return _table(
-        "sweep.csv", out, settings, lambda how: _rumple.sweep(scene, over, seeds, level, how)
-    )[0]
+    study = lambda scene, how: _rumple.sweep(scene, over, seeds, level, how)
+    return _table("sweep.csv", scene, out, settings, study)[0]
 
 
 def accuracy(
@@ -100,6 +150,7 @@ def accuracy(
     jobs: int = 1,
     force: bool = False,
     retry_failed: bool = False,
+    law: Law | None = None,
     plugins: Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene by several integrators at several tolerances against references, as `rumple accuracy` does.
@@ -108,7 +159,6 @@ def accuracy(
     `attrs["advice"]` says what reaches the error `want` of the quantity `of` at the least cost. `limit` is the wall time
     of a run in seconds. Report and plots stay in the directory `out`; without it they are removed.
     """
-    scene = checked(scene)
     asked = SimpleNamespace(
         integrators=list(integrators),
         tolerances=None if tolerances is None else [float(value) for value in tolerances],
@@ -120,11 +170,10 @@ def accuracy(
         want=want,
         of=of,
     )
-    settings = {"force": force, "jobs": jobs, "retry_failed": retry_failed, "plugins": plugins}
+    settings = {"force": force, "jobs": jobs, "retry_failed": retry_failed, "law": law, "plugins": plugins}
     over = None if over is None else dict(over)
-    table, advice = _table(
-        "accuracy.csv", out, settings, lambda how: _rumple.accuracy(scene, over, level, asked, how)
-    )
+    study = lambda scene, how: _rumple.accuracy(scene, over, level, asked, how)
+    table, advice = _table("accuracy.csv", scene, out, settings, study)
     table.attrs["advice"] = advice
     return table
 
@@ -136,6 +185,7 @@ def compare(
     integrators: Sequence[str] = (),
     out: str | os.PathLike[str] | None = None,
     force: bool = False,
+    law: Law | None = None,
     plugins: Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene under several policies and integrators from the same start, as `rumple compare` does.
@@ -143,13 +193,8 @@ def compare(
     The DataFrame has a row for every output time of every member: distances from the first member, measures, and in the
     last row of a member its work. `attrs["report"]` has the lines that the program prints: time scales and a table.
     """
-    scene = checked(scene)
-    settings = {"force": force, "plugins": plugins}
-    table, report = _table(
-        "compare.csv",
-        out,
-        settings,
-        lambda how: _rumple.compare(scene, list(policies), list(integrators), how),
-    )
+    settings = {"force": force, "law": law, "plugins": plugins}
+    study = lambda scene, how: _rumple.compare(scene, list(policies), list(integrators), how)
+    table, report = _table("compare.csv", scene, out, settings, study)
     table.attrs["report"] = "\n".join(report)
     return table

@@ -5,19 +5,29 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArrayLike1};
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use rumple::kinetics::{
     self as engine, Capabilities, Column, Descriptor, Kinetics, KineticsError, Location, Outcome,
-    Parameter, Signal, SignalRead, descriptor,
+    OwnLaw, Parameter, Signal, SignalRead, Template, descriptor,
 };
+use rumple::output::provenance::fingerprint;
 
 use crate::engine::Slot;
 
 /// A law: a function that gives the rates of species from columns of species, signals and parameters.
 #[pyclass(module = "rumple", frozen)]
 pub(crate) struct Law {
-    descriptor: Descriptor,
-    values: Vec<f64>,
+    descriptor: Arc<Descriptor>,
+    functions: Arc<Functions>,
+    /// Hash of descriptor and code.
+    digest: String,
+    /// What it was made from, for pickle.
+    made_from: (Py<PyTuple>, Py<PyDict>),
+}
+
+/// The functions of a law.
+#[derive(Debug)]
+struct Functions {
     rates: Py<PyAny>,
     length_factor: Option<Py<PyAny>>,
 }
@@ -69,6 +79,15 @@ impl Law {
         location: &str,
         name: Option<String>,
     ) -> PyResult<Self> {
+        let keywords = [
+            ("signals", signals.cloned()),
+            ("parameters", parameters.map(|parameters| parameters.as_any().clone())),
+            ("length_factor", length_factor.as_ref().map(|function| function.bind(py).clone())),
+            ("location", Some(PyString::new(py, location).into_any())),
+            ("name", name.as_ref().map(|name| PyString::new(py, name).into_any())),
+        ];
+        let positional = (rates.bind(py), species).into_pyobject(py)?.unbind();
+        let made_from = (positional, keywords.into_py_dict(py)?.unbind());
         let location = location_of(location)?;
         let called = || rates.bind(py).getattr("__name__")?.extract::<String>();
         let name = name.or_else(|| called().ok()).unwrap_or_else(|| "law".to_owned());
@@ -100,8 +119,21 @@ impl Law {
         if descriptor.species.is_empty() {
             return Err(PyValueError::new_err("a law has at least one species"));
         }
-        let values = parameters.into_iter().map(|(_, value)| value).collect();
-        Ok(Self { descriptor, values, rates, length_factor })
+        let functions: Vec<&Py<PyAny>> = [&rates].into_iter().chain(&length_factor).collect();
+        let code = py.import("rumple._law")?.call_method1("code", (functions,))?;
+        let digest = fingerprint(&format!("{descriptor:?}\n{}", code.extract::<String>()?));
+        let functions = Arc::new(Functions { rates, length_factor });
+        Ok(Self { descriptor: Arc::new(descriptor), functions, digest, made_from })
+    }
+
+    fn __getnewargs_ex__(&self, py: Python<'_>) -> (Py<PyTuple>, Py<PyDict>) {
+        (self.made_from.0.clone_ref(py), self.made_from.1.clone_ref(py))
+    }
+
+    /// The name that scenes call it by.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.descriptor.name
     }
 
     /// Names of the species.
@@ -205,25 +237,51 @@ fn signals_of(signals: &Bound<'_, PyAny>) -> PyResult<Vec<SignalRead>> {
 }
 
 impl Law {
-    /// The law for one simulation, which finds exceptions of the functions in `raised`.
-    pub(crate) fn kinetics(&self, py: Python<'_>, raised: &Slot) -> PythonKinetics {
-        PythonKinetics {
-            descriptor: Arc::new(self.descriptor.clone()),
-            values: self.values.clone(),
-            rates: self.rates.clone_ref(py),
-            length_factor: self.length_factor.as_ref().map(|function| function.clone_ref(py)),
+    /// The law for the engine, which leaves exceptions of the functions in `raised`.
+    pub(crate) fn own(&self, raised: &Slot) -> OwnLaw {
+        OwnLaw::new(Arc::new(PythonLaw {
+            descriptor: Arc::clone(&self.descriptor),
+            functions: Arc::clone(&self.functions),
+            digest: self.digest.clone(),
             raised: raised.clone(),
-        }
+        }))
+    }
+}
+
+/// Of what laws of functions in Python are made.
+#[derive(Debug)]
+struct PythonLaw {
+    descriptor: Arc<Descriptor>,
+    functions: Arc<Functions>,
+    digest: String,
+    raised: Slot,
+}
+
+impl Template for PythonLaw {
+    fn descriptor(&self) -> &Descriptor {
+        &self.descriptor
+    }
+
+    fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    fn with(&self, values: Vec<f64>) -> Arc<dyn Kinetics> {
+        Arc::new(PythonKinetics {
+            descriptor: Arc::clone(&self.descriptor),
+            values,
+            functions: Arc::clone(&self.functions),
+            raised: self.raised.clone(),
+        })
     }
 }
 
 /// A law of functions in Python.
 #[derive(Debug)]
-pub(crate) struct PythonKinetics {
+struct PythonKinetics {
     descriptor: Arc<Descriptor>,
     values: Vec<f64>,
-    rates: Py<PyAny>,
-    length_factor: Option<Py<PyAny>>,
+    functions: Arc<Functions>,
     raised: Slot,
 }
 
@@ -238,7 +296,7 @@ impl Kinetics for PythonKinetics {
 
     fn rates(&self, batch: &engine::Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
         self.call("rates", |py| {
-            let given = self.rates.bind(py).call1((self.inputs(py, batch)?,))?;
+            let given = self.functions.rates.bind(py).call1((self.inputs(py, batch)?,))?;
             let given = given.cast::<PyDict>().map_err(|_| {
                 PyTypeError::new_err("the function of the rates must return a dict by species")
             })?;
@@ -260,7 +318,7 @@ impl Kinetics for PythonKinetics {
     }
 
     fn length_factor(&self, batch: &engine::Batch<'_>, factor: &mut [f64]) -> Outcome {
-        let Some(function) = &self.length_factor else {
+        let Some(function) = &self.functions.length_factor else {
             factor.fill(1.0);
             return Ok(None);
         };

@@ -37,7 +37,7 @@ pub(crate) fn axes(over: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
 }
 
 /// A value as TOML has it.
-fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
+pub(crate) fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     if value.is_instance_of::<PyBool>() {
         return Ok(value.extract::<bool>()?.into());
     }

@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::kinetics::{Kinetics, Search};
+use rumple::kinetics::Search;
 use rumple::model::Evaluation;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::run::{Ending, continued, recorded};
@@ -188,18 +188,14 @@ pub(crate) fn run(
     plugins: Vec<PathBuf>,
 ) -> PyResult<PathBuf> {
     let attended = Attended::new(observe);
-    let law = law.map(|law| law.kinetics(py, &attended.pending.law));
+    let law = scene.own(law, &attended.pending.law);
     let scene = Arc::clone(&scene.checked);
     attended.run(py, move |interrupt, others, reached| {
         let stem = Path::new(scene.name());
         let default = || ResultDirectory::default_path(stem, SystemTime::now());
         let root = full(&out.unwrap_or_else(default))?;
-        let search = Search::from_environment(&plugins);
-        let law = law.map(|law| -> Arc<dyn Kinetics> { Arc::new(law) });
-        let mut simulation = match law {
-            None => rumple::Simulation::new(&scene, &search)?,
-            Some(law) => rumple::Simulation::with_law(&scene, &search, law)?,
-        };
+        let search = Search::from_environment(&plugins).with_law(law);
+        let mut simulation = rumple::Simulation::new(&scene, &search)?;
         let mut inputs = provenance::inputs(&scene, simulation.plugins());
         let state = state.map(|path| full(&path)).transpose()?;
         if let Some(path) = &state {
@@ -219,22 +215,25 @@ pub(crate) fn run(
 
 /// Continues the run in a directory; the directory.
 #[pyfunction]
-#[pyo3(signature = (directory, until, observe, plugins))]
+#[pyo3(signature = (directory, until, observe, law, plugins))]
 pub(crate) fn resume(
     py: Python<'_>,
     directory: PathBuf,
     until: Option<f64>,
     observe: Option<Py<PyAny>>,
+    law: Option<&Law>,
     plugins: Vec<PathBuf>,
 ) -> PyResult<PathBuf> {
-    Attended::new(observe).run(py, move |interrupt, others, reached| {
+    let attended = Attended::new(observe);
+    let law = law.map(|law| law.own(&attended.pending.law));
+    attended.run(py, move |interrupt, others, reached| {
         let root = full(&directory)?;
         if !root.is_dir() {
             let text = format!("{}: no such directory", root.display());
             return Err(rumple::Error::Refused(text));
         }
         let directory = ResultDirectory::reopen(&root)?;
-        let search = Search::from_environment(&plugins);
+        let search = Search::from_environment(&plugins).with_law(law);
         let mut resumed = resumption::resume(&directory, until, &search)?;
         (reached.root, reached.report) = (root, resumed.scene.output.report);
         reached.notes = resumed.notes.clone();

@@ -4,7 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rumple::kinetics::OwnLaw;
 
+use crate::engine::{Error, Slot};
+use crate::law::Law;
 use crate::{engine, overrides};
 
 /// A checked scene.
@@ -13,6 +17,9 @@ pub(crate) struct Scene {
     pub(crate) checked: Arc<rumple::scene::Scene>,
     /// The overrides that it was read with.
     pub(crate) set: Vec<String>,
+    /// The text that it was parsed from; none of a file.
+    text: Option<String>,
+    law: Option<Py<Law>>,
 }
 
 impl Scene {
@@ -22,11 +29,15 @@ impl Scene {
         match file.as_os_str().is_empty() {
             false => Ok(file),
             true => Err(rumple::Error::Refused(format!(
-                "the scene {:?} was parsed from text, and a study reads a file: save the text and use \
-                 rumple.load",
+                "the scene {:?} was parsed from text, and a study reads a file",
                 self.checked.name()
             ))),
         }
+    }
+
+    /// The law in Python that goes with it, `law` if that is given, which leaves its exceptions in `raised`.
+    pub(crate) fn own(&self, law: Option<&Law>, raised: &Slot) -> Option<OwnLaw> {
+        law.or(self.law.as_ref().map(Py::get)).map(|law| law.own(raised))
     }
 }
 
@@ -36,6 +47,46 @@ impl Scene {
     #[getter]
     fn name(&self) -> &str {
         self.checked.name()
+    }
+
+    /// Path of its file; None of a scene that was parsed.
+    #[getter]
+    fn path(&self) -> Option<&Path> {
+        Some(self.checked.file()).filter(|file| !file.as_os_str().is_empty())
+    }
+
+    /// The law in Python that goes with it.
+    #[getter]
+    fn law(&self, py: Python<'_>) -> Option<Py<Law>> {
+        self.law.as_ref().map(|law| law.clone_ref(py))
+    }
+
+    /// The scene with another law in Python.
+    fn with_law(&self, py: Python<'_>, law: Option<Py<Law>>) -> Self {
+        let Self { checked, set, text, .. } = self.copy(py);
+        Self { checked, set, text, law }
+    }
+
+    /// The scene with more overrides.
+    fn varied(&self, py: Python<'_>, overrides: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let set = [self.set.clone(), overrides::texts(Some(overrides))?].concat();
+        let checked = engine::call(py, || {
+            Ok(Arc::new(match &self.text {
+                None => rumple::scene::Scene::load(self.checked.file(), &set)?,
+                Some(text) => rumple::scene::Scene::parse(text, self.checked.name(), &set)?,
+            }))
+        })?;
+        Ok(Self { checked, set, ..self.copy(py) })
+    }
+
+    /// Text and overrides of a scene that was parsed.
+    fn _parsed(&self) -> (Option<&str>, Vec<String>) {
+        (self.text.as_deref(), self.set.clone())
+    }
+
+    /// Key paths of the files that it names.
+    fn _files(&self) -> Vec<String> {
+        self.checked.files().into_iter().map(|(key, _)| key).collect()
     }
 
     /// Time of the last state.
@@ -54,29 +105,49 @@ impl Scene {
     }
 }
 
+impl Scene {
+    fn copy(&self, py: Python<'_>) -> Self {
+        Self {
+            checked: Arc::clone(&self.checked),
+            set: self.set.clone(),
+            text: self.text.clone(),
+            law: self.law(py),
+        }
+    }
+}
+
+/// Tables of a scene as TOML.
+#[pyfunction]
+pub(crate) fn tables_as_toml(tables: &Bound<'_, PyDict>) -> PyResult<String> {
+    let table = overrides::toml_of(tables)?;
+    toml::to_string(&table).map_err(|error| Error::new_err(error.to_string()))
+}
+
 /// Reads and checks the scene file at `path`, after the overrides.
 #[pyfunction]
-#[pyo3(signature = (path, overrides = None))]
+#[pyo3(signature = (path, overrides = None, *, law = None))]
 pub(crate) fn load(
     py: Python<'_>,
     path: PathBuf,
     overrides: Option<&Bound<'_, PyAny>>,
+    law: Option<Py<Law>>,
 ) -> PyResult<Scene> {
     let texts = overrides::texts(overrides)?;
     let scene = engine::call(py, || Ok(rumple::scene::Scene::load(&path, &texts)?))?;
-    Ok(Scene { checked: Arc::new(scene), set: texts })
+    Ok(Scene { checked: Arc::new(scene), set: texts, text: None, law })
 }
 
 /// Checks the scene `text`, after the overrides.
 #[pyfunction]
-#[pyo3(signature = (text, overrides = None, name = "scene"))]
+#[pyo3(signature = (text, overrides = None, name = "scene", *, law = None))]
 pub(crate) fn parse(
     py: Python<'_>,
     text: &str,
     overrides: Option<&Bound<'_, PyAny>>,
     name: &str,
+    law: Option<Py<Law>>,
 ) -> PyResult<Scene> {
     let texts = overrides::texts(overrides)?;
     let scene = engine::call(py, || Ok(rumple::scene::Scene::parse(text, name, &texts)?))?;
-    Ok(Scene { checked: Arc::new(scene), set: texts })
+    Ok(Scene { checked: Arc::new(scene), set: texts, text: Some(text.to_owned()), law })
 }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use rumple::Vec3;
 use rumple::geometry;
-use rumple::kinetics::{Kinetics, Search};
+use rumple::kinetics::Search;
 use rumple::run::schedule::OutputSchedule;
 use rumple::run::{StopRules, inspect};
 use rumple::sheet::Surface;
@@ -85,17 +85,11 @@ impl Simulation {
         plugins: Vec<PathBuf>,
     ) -> PyResult<Self> {
         let pending = Pending::default();
-        let law = law.map(|law| law.kinetics(py, &pending.law));
+        let law = scene.own(law, &pending.law);
         let (scene, control) = (Arc::clone(&scene.checked), pending.control());
         let made = pending.call(py, &mut false, move || {
-            let search = Search::from_environment(&plugins);
-            let mut engine = match law {
-                None => rumple::Simulation::new(&scene, &search)?,
-                Some(law) => {
-                    let law: Arc<dyn Kinetics> = Arc::new(law);
-                    rumple::Simulation::with_law(&scene, &search, law)?
-                }
-            };
+            let search = Search::from_environment(&plugins).with_law(law);
+            let mut engine = rumple::Simulation::new(&scene, &search)?;
             engine.set_control(control);
             let (schedule, rules) = (OutputSchedule::of(&scene), StopRules::of(&scene));
             let until = scene.time.span.until.get();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::kinetics::Search;
+use rumple::kinetics::{OwnLaw, Search};
 use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress};
 use rumple::run::Error;
@@ -18,9 +18,10 @@ use rumple::study::{run, sweep as table};
 use rumple::view;
 
 use crate::engine::Pending;
+use crate::law::Law;
+use crate::overrides;
 use crate::run::full;
 use crate::scene::Scene;
-use crate::{engine, overrides};
 
 /// What all studies have.
 #[derive(FromPyObject)]
@@ -43,7 +44,8 @@ pub(crate) struct How {
 
 impl How {
     /// Gives `plan` what members have.
-    fn give(&self, plan: &mut Plan) -> rumple::Result<()> {
+    fn give(&self, plan: &mut Plan, law: Option<OwnLaw>) -> rumple::Result<()> {
+        plan.law = law;
         counted(&[("jobs", self.jobs), ("threads", self.threads.into())])?;
         let search = Search::from_environment(&self.plugins);
         plan.threads = self.threads;
@@ -111,8 +113,9 @@ pub(crate) fn sweep(
     how: How,
 ) -> PyResult<()> {
     let over = overrides::axes(over)?;
-    let interrupt = Interrupt::of_one_run();
-    Pending::default().attend(py, interrupt, || {
+    let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
+    let law = scene.own(None, &pending.law);
+    pending.attend(py, interrupt, || {
         let (file, set) = (scene.file()?, &scene.set);
         let mut axes = axes(&over)?;
         if let Some(count) = seeds {
@@ -122,7 +125,7 @@ pub(crate) fn sweep(
         }
         let mut plan = Plan::new(file, set, axes)?;
         plan.level = level;
-        how.give(&mut plan)?;
+        how.give(&mut plan, law.clone())?;
         let collect = |plan: &Plan, root: &Path| {
             let members = gather(plan, root, true);
             table::write(plan, &members, root)?;
@@ -190,15 +193,16 @@ pub(crate) fn accuracy(
     how: How,
 ) -> PyResult<String> {
     let over = overrides::axes(over)?;
-    let interrupt = Interrupt::of_one_run();
-    Pending::default().attend(py, interrupt, || {
+    let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
+    let law = scene.own(None, &pending.law);
+    pending.attend(py, interrupt, || {
         let (file, set) = (scene.file()?, &scene.set);
         let (others, options) = (axes(&over)?, asked.options()?);
-        let search = Search::from_environment(&how.plugins);
+        let search = Search::from_environment(&how.plugins).with_law(law.clone());
         options.check(file, set, &others, &search)?;
         let (study, mut plan) = Study::plan(file, set, others, &search, &options)?;
         (plan.level, plan.repeats) = (level, asked.repeats);
-        how.give(&mut plan)?;
+        how.give(&mut plan, law.clone())?;
         let collect = |plan: &Plan, root: &Path| {
             let found = gather(plan, root, false);
             table::write_tables(plan, &found, root)?;
@@ -207,7 +211,8 @@ pub(crate) fn accuracy(
         };
         how.on("accuracy", plan, interrupt, &|root| study.write(root), &collect)?;
         let root = full(&how.out)?;
-        Ok(study.gather(&Plan::of(&root)?, &root).advice())
+        let plan = Plan { law, ..Plan::of(&root)? };
+        Ok(study.gather(&plan, &root).advice())
     })
 }
 
@@ -221,10 +226,11 @@ pub(crate) fn compare(
     integrators: Vec<String>,
     how: How,
 ) -> PyResult<Vec<String>> {
-    let interrupt = Interrupt::of_one_run();
-    Pending::default().attend(py, interrupt, || {
+    let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
+    let law = scene.own(None, &pending.law);
+    pending.attend(py, interrupt, || {
         let root = full(&how.out)?;
-        let search = Search::from_environment(&how.plugins);
+        let search = Search::from_environment(&how.plugins).with_law(law.clone());
         let comparison = Comparison {
             scene: scene.file()?,
             set: &scene.set,
@@ -253,6 +259,13 @@ pub(crate) fn compare(
 
 /// Runs one member of a study in this process, which was started for it.
 #[pyfunction]
-pub(crate) fn member(py: Python<'_>, root: PathBuf, number: usize) -> PyResult<()> {
-    engine::call(py, || run::member(&full(&root)?, number, true))
+pub(crate) fn member(
+    py: Python<'_>,
+    root: PathBuf,
+    number: usize,
+    law: Option<&Law>,
+) -> PyResult<()> {
+    let pending = Pending::default();
+    let law = law.map(|law| law.own(&pending.law));
+    pending.call(py, &mut false, || run::member(&full(&root)?, number, law, true))
 }

@@ -8,8 +8,9 @@ import os
 import numpy
 import pytest
 
+import laws
 import rumple
-from conftest import DOME
+from conftest import COMMON, DOME
 
 
 def without_kinetics():
@@ -111,3 +112,38 @@ def test_a_slow_law_is_interrupted():
     finally:
         timer.cancel()
         signal.signal(signal.SIGINT, before)
+
+
+def test_a_table_gives_a_law_parameters_and_a_start():
+    kinetics = {"plugin": laws.GROWING, "parameters": {"k": 0.0}, "initial": {"c": 1.0}}
+    scene = rumple.scene(**COMMON, kinetics=kinetics, time={"until": 0.5})
+    assert scene.law is laws.GROWING and 'plugin = "growing"' in scene.resolved()
+    sim = rumple.Simulation(scene)
+    assert (sim.species["c"] == 1.0).all()
+    sim.run()
+    # Nothing but decay.
+    assert numpy.allclose(sim.species["c"], numpy.exp(-0.5), rtol=2e-3)
+    scene = scene.varied({"kinetics.parameters.k": 5.0})
+    assert rumple.Simulation(scene).run(until=0.1) and scene.law is laws.GROWING
+    with pytest.raises(rumple.Error, match=r"kinetics.parameters.q.*no parameter"):
+        rumple.Simulation(scene.varied({"kinetics.parameters.q": 5.0}))
+    with pytest.raises(rumple.Error, match="growing"):
+        rumple.Simulation(scene.with_law(None))
+    with pytest.raises(rumple.Error, match="one law in Python"):
+        rumple.scene(**COMMON, kinetics=[laws.GROWING, laws.SHRINKING])
+
+
+def test_the_code_of_a_law_is_told_apart():
+    from rumple._law import code
+
+    def made(factor, constant=1):
+        return lambda at: {"c": factor * at.c + constant * laws.factor(at)}
+
+    assert code([made(1)]) == code([made(1)])
+    others = [made(2), made(1, 2), lambda at: {"c": at.c}, made(numpy.arange(3.0)), made(laws.growing)]
+    assert len({code([law]) for law in [made(1), *others]}) == 6
+    assert code([made(numpy.arange(3.0))]) != code([made(numpy.arange(3))])
+    import pickle
+
+    again = pickle.loads(pickle.dumps(laws.GROWING))
+    assert repr(again) == repr(laws.GROWING) and again.species == ["c"]

@@ -9,8 +9,9 @@ import time
 import numpy
 import pytest
 
+import laws
 import rumple
-from conftest import DOME, HERE
+from conftest import COMMON, DOME, HERE
 from test_law import LAW, without_kinetics
 
 WALL = "wall time [s]"
@@ -157,7 +158,7 @@ def test_a_parsed_scene_and_a_law_in_python_run(tmp_path):
     # Its directory does not have the law.
     with pytest.raises(ZeroDivisionError):
         rumple.run(without_kinetics(), tmp_path / "ended", law=LAW, observe=ends)
-    with pytest.raises(rumple.Error, match="there are no kinetics"):
+    with pytest.raises(rumple.Error, match="the law `growing` is a function"):
         rumple.resume(tmp_path / "ended")
 
     def fails(at):
@@ -167,6 +168,27 @@ def test_a_parsed_scene_and_a_law_in_python_run(tmp_path):
     with pytest.raises(rumple.Error) as raised:
         rumple.run(without_kinetics(), tmp_path / "failed", law=law)
     assert isinstance(raised.value.__cause__, ValueError)
+
+
+def test_a_run_with_a_law_in_python_goes_on_with_the_same_law(program, tmp_path):
+    kinetics = {"plugin": laws.GROWING, "initial": {"c": 0.1}}
+    scene = rumple.scene(**COMMON, kinetics=kinetics, time={"until": 1.0})
+
+    def observe(state):
+        if state.steps == 3:
+            raise ZeroDivisionError("on purpose")
+
+    with pytest.raises(ZeroDivisionError):
+        rumple.run(scene, tmp_path / "a", observe=observe)
+    with pytest.raises(rumple.Error, match="(?s)law `growing` is a function.*law=growing"):
+        rumple.resume(tmp_path / "a")
+    refused = subprocess.run([program, "resume", tmp_path / "a"], capture_output=True, text=True)
+    assert refused.returncode == 2 and "law `growing` is a function" in refused.stderr
+    with pytest.raises(rumple.Error, match="the law growing has changed"):
+        rumple.resume(tmp_path / "a", law=laws.SHRINKING)
+    rumple.resume(tmp_path / "a", law=laws.GROWING)
+    rumple.run(scene, tmp_path / "b")
+    same_files(tmp_path / "a", tmp_path / "b")
 
 
 def test_errors_have_file_line_and_key(tmp_path):

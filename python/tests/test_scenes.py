@@ -4,7 +4,7 @@ import numpy
 import pytest
 
 import rumple
-from conftest import DOME
+from conftest import COMMON, DOME
 from test_law import without_kinetics
 
 
@@ -43,3 +43,21 @@ def test_species_on_faces():
 def test_names_that_clash_are_refused():
     with pytest.raises(rumple.Error, match="belongs to an earlier law"):
         rumple.Simulation(rumple.load(DOME), law=rumple.Law(lambda at: {"c": 0}, "c"))
+
+
+def test_keyword_arguments_are_the_tables_of_a_scene():
+    kinetics = {"rates": {"c": "area_strain - c"}, "length_factor": "1 + 0.1*c"}
+    sheet = {**COMMON["sheet"], "vertices": numpy.int64(300)}
+    scene = rumple.scene(**{**COMMON, "sheet": sheet}, kinetics=kinetics, time={"until": 1.0})
+    assert scene.resolved() == rumple.load(DOME).resolved()
+    assert scene.path is None and rumple.load(DOME).path == DOME
+    assert scene.varied({"time.until": 2.0}).varied({"sheet.radius": 5.0}).until == 2.0
+    with pytest.raises(rumple.Error, match=r"(?s)dome:\d+.*vertices.*\"many\""):
+        rumple.scene(name="dome", **{**COMMON, "sheet": {**sheet, "vertices": "many"}})
+    with pytest.raises(rumple.Error, match="(?s)sheat.*did you mean sheet"):
+        rumple.scene(sheat=sheet)
+    for kinetics in [lambda at: {}, {"plugin": lambda at: {}}]:
+        with pytest.raises(TypeError, match="make one of it by @rumple.law"):
+            rumple.scene(**COMMON, kinetics=kinetics)
+    with pytest.raises(TypeError, match="no values of type function"):
+        rumple.scene(sheet={"shape": lambda: "disc"})

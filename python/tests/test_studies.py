@@ -6,11 +6,14 @@ import subprocess
 import sys
 import threading
 import time
+import types
 
+import numpy
 import pytest
 
+import laws
 import rumple
-from conftest import DOME
+from conftest import COMMON, DOME
 
 pandas = pytest.importorskip("pandas")
 
@@ -70,9 +73,22 @@ def test_seeds_repeat_members():
             rumple.sweep(rumple.load(DOME, noisy), **{"seeds": 1, wrong: 0})
 
 
-def test_scenes_without_a_file_and_pandas_that_is_missing_are_refused(monkeypatch):
-    with pytest.raises(rumple.Error, match="was parsed from text"):
-        rumple.sweep(rumple.parse(DOME.read_text()), {"material.thickness": [0.5]})
+def test_scenes_of_text_are_written_beside_the_study(tmp_path):
+    scene = rumple.parse(DOME.read_text(), SMALL)
+    out = tmp_path / "thick"
+    table = rumple.sweep(scene, {"material.thickness": [0.5]}, out=out)
+    assert list(table["status"]) == ["complete"]
+    assert (tmp_path / "thick.toml").read_text() == DOME.read_text()
+    rumple.sweep(scene, {"material.thickness": [0.5]}, out=out)
+    with pytest.raises(rumple.Error, match="is another scene"):
+        rumple.sweep(rumple.parse("# other\n" + DOME.read_text()), {"material.thickness": [0.5]}, out=out)
+    files = rumple.parse(DOME.read_text().replace('shape = "disc"', 'file = "x.obj" #').replace("radius", "#")
+                         .replace("vertices = 300", ""))
+    with pytest.raises(rumple.Error, match=r"names files \(sheet.file\)"):
+        rumple.sweep(files, {"material.thickness": [0.5]})
+
+
+def test_pandas_that_is_missing_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(rumple.Error, match="pip install pandas"):
         rumple.sweep(DOME, {"material.thickness": [0.5]})
@@ -136,3 +152,57 @@ def test_comparisons_have_a_member_for_every_policy(tmp_path):
     assert "slowest mode of the shape" in table.attrs["report"]
     with pytest.raises(rumple.Error, match="an earlier comparison"):
         rumple.compare(scene, policies=policies, out=tmp_path / "out")
+
+
+def test_studies_of_a_law_in_python(tmp_path):
+    # Importable, so that plain pickle does.
+    scene = rumple.scene(
+        **{**COMMON, "kinetics": {"plugin": laws.GROWING, "parameters": {"k": 1.0}}},
+        time={"until": 0.5},
+    )
+    over = {"kinetics.parameters.k": [1.0, 2.0]}
+    table = rumple.sweep(scene, over, out=tmp_path / "own", jobs=2)
+    assert list(table["status"]) == ["complete"] * 2
+    text = rumple.load(DOME, SMALL)
+    text = text.varied({"kinetics.rates.c": "k*area_strain - c", "kinetics.parameters": {"k": 1.0}})
+    expected = rumple.sweep(text, over)
+    assert numpy.allclose(table["amplitude [length]"], expected["amplitude [length]"], rtol=1e-6)
+    assert table["amplitude [length]"].is_monotonic_increasing
+    # The same call goes on; another law is another sweep.
+    status = next((tmp_path / "own/members").glob("*/status.json"))
+    before = status.stat().st_mtime_ns
+    rumple.sweep(scene, over, out=tmp_path / "own")
+    assert status.stat().st_mtime_ns == before
+    with pytest.raises(rumple.Error, match="changed"):
+        rumple.sweep(scene, over, out=tmp_path / "own", law=laws.SHRINKING)
+    failing = rumple.sweep(scene, over, law=laws.FAILING)
+    assert list(failing["status"]) == ["failed"] * 2 and "on purpose" in failing["reason"][0]
+    compared = rumple.compare(scene, integrators=["staggered", "monolithic"])
+    assert compared["member"].nunique() == 2 and compared["shape distance"].max() < 0.05
+    errors = rumple.accuracy(
+        scene, integrators=["staggered"], tolerances=[1e-2], seeds=0, repeats=1, of="species"
+    )
+    assert list(errors["status"]) == ["complete"] and errors["error of the species"][0] > 0
+
+
+def test_a_law_that_no_other_process_can_have_is_refused(monkeypatch):
+    held, until = threading.Lock(), {"until": 0.5}
+    law = rumple.Law(lambda at: {"c": -at.c if held else at.c}, "c", name="growing")
+    with pytest.raises(rumple.Error, match="'growing' cannot be given to the processes of a study: "):
+        rumple.sweep(rumple.scene(**COMMON, kinetics=law, time=until), {"material.thickness": [0.5]})
+    # A function of a script, whose names other processes do not have.
+    monkeypatch.setitem(sys.modules, "cloudpickle", None)
+    script = types.FunctionType(laws.growing.__code__, {"__name__": "__main__"})
+    law = rumple.Law(script, "c", signals=["area_strain"], parameters={"k": 1.0}, name="growing")
+    with pytest.raises(rumple.Error, match="pip install cloudpickle, or define its functions in a module"):
+        rumple.sweep(rumple.scene(**COMMON, kinetics=law, time=until), {"material.thickness": [0.5]})
+
+
+def test_a_law_of_a_script_runs_in_other_processes():
+    pytest.importorskip("cloudpickle")
+    constant = 2.0
+    law = rumple.Law(lambda at: {"c": constant - at.c}, "c", name="local")
+    table = rumple.sweep(
+        rumple.scene(**COMMON, kinetics=law, time={"until": 0.5}), {"material.thickness": [0.5]}
+    )
+    assert list(table["status"]) == ["complete"]

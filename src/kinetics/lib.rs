@@ -24,6 +24,7 @@ pub mod formula;
 mod library;
 mod memory;
 mod metadata;
+mod own;
 mod parameters;
 mod plugin;
 pub mod search;
@@ -43,6 +44,7 @@ pub use library::signal_meaning;
 pub use library::{
     Library, PluginKinetics, call_under_way, check_global_state, take_destroy_error,
 };
+pub use own::{OwnLaw, Template};
 pub use plugin::Plugin;
 pub use search::Search;
 pub use signal::Signal;

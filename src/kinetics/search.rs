@@ -4,8 +4,8 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::Isolation;
 use super::error::{KineticsError, nearest};
+use super::{Isolation, OwnLaw};
 
 /// The environment variable with further directories, separated as in `PATH`.
 pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
@@ -14,25 +14,44 @@ pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
 /// those in `lib/rumple/plugins`.
 pub const INSTALLED: &str = "lib/rumple/plugins";
 
-/// The directories in which a plugin is looked up by name, in order; and whether it is to have a process
-/// of its own.
+/// The directories in which a plugin is looked up by name, in order; whether it is to have a process
+/// of its own; and the law that the caller brings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {
     directories: Vec<PathBuf>,
     isolation: Option<Isolation>,
+    own: Option<OwnLaw>,
 }
 
 impl Search {
     /// These directories and no others.
     #[must_use]
     pub fn in_directories(directories: Vec<PathBuf>) -> Self {
-        Self { directories, isolation: None }
+        Self { directories, isolation: None, own: None }
     }
 
     /// With every plugin in a process of its own; or, with `None`, in this one.
     #[must_use]
     pub fn isolated(self, isolation: Option<Isolation>) -> Self {
         Self { isolation, ..self }
+    }
+
+    /// With the law `own`: that of a table which names it as its plugin, or of the scene besides its others.
+    #[must_use]
+    pub fn with_law(self, own: Option<OwnLaw>) -> Self {
+        Self { own, ..self }
+    }
+
+    /// The law that the caller brings.
+    #[must_use]
+    pub fn own(&self) -> Option<&OwnLaw> {
+        self.own.as_ref()
+    }
+
+    /// The same, if `plugin` is its name.
+    #[must_use]
+    pub fn own_named(&self, plugin: &str) -> Option<&OwnLaw> {
+        self.own().filter(|law| law.name() == plugin)
     }
 
     /// How plugins get processes of their own, if they do.
@@ -62,7 +81,7 @@ impl Search {
                 *directory = full;
             }
         }
-        Self { directories, isolation: None }
+        Self { directories, isolation: None, own: None }
     }
 
     /// The directories, in order.
@@ -88,7 +107,9 @@ impl Search {
             .map(|directory| directory.join(&file))
             .find(|path| path.is_file())
             .ok_or_else(|| {
-                let found: Vec<String> = self.list().into_iter().map(|(name, _)| name).collect();
+                let own = self.own().map(|law| law.name().to_owned());
+                let found: Vec<String> =
+                    own.into_iter().chain(self.list().into_iter().map(|(name, _)| name)).collect();
                 KineticsError::NotFound {
                     name: plugin.to_owned(),
                     nearest: nearest(plugin, found.iter().map(String::as_str)),

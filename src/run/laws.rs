@@ -25,30 +25,20 @@ pub struct Laws {
     pub kinetics: Arc<dyn Kinetics>,
     /// Files of the plugins among them.
     pub files: Vec<PathBuf>,
+    /// The law of the caller among them, by its name and its hash.
+    pub own: Option<[String; 2]>,
     /// The parameters of each table of the scene.
     parameters: Vec<Vec<Parameter>>,
 }
 
-/// Loads every law of the scene; `None` if it has none.
+/// Loads every law of the scene; `None` if it has none. A law of the caller that no table names comes last.
 ///
 /// # Errors
 /// A plugin that is not found or refused, a formula or a parameter that is wrong, names that
 /// clash; with the place.
 pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<Option<Laws>> {
-    load_with(scene, search, None, notes)
-}
-
-/// [`load`], with the law `own` after those of the scene.
-///
-/// # Errors
-/// As for [`load`].
-pub(super) fn load_with(
-    scene: &Scene,
-    search: &Search,
-    own: Option<Arc<dyn Kinetics>>,
-    notes: &mut Vec<String>,
-) -> Result<Option<Laws>> {
     let mut members = Vec::new();
+    let mut own = search.own();
     let (mut files, mut parameters) = (Vec::new(), Vec::new());
     for (number, spec) in scene.kinetics.iter().enumerate() {
         let path = scene.kinetics_path(number);
@@ -59,7 +49,8 @@ pub(super) fn load_with(
             }
             None => {
                 let (kinetics, file) = loaded(scene, &path, spec, search)?;
-                (kinetics, Some(file))
+                own = own.filter(|_| file.is_some());
+                (kinetics, file)
             }
         };
         files.extend(file);
@@ -67,11 +58,10 @@ pub(super) fn load_with(
         let (rename, shared) = (spec.rename.clone(), spec.shared.clone());
         members.push(Member { kinetics, rename, shared });
     }
-    members.extend(own.map(|kinetics| Member {
-        kinetics,
-        rename: BTreeMap::new(),
-        shared: Vec::new(),
-    }));
+    if let Some(own) = own {
+        let kinetics = own.instantiate(&BTreeMap::new())?;
+        members.push(Member { kinetics, rename: BTreeMap::new(), shared: Vec::new() });
+    }
     let plain = |member: &Member| member.rename.is_empty() && member.shared.is_empty();
     let kinetics: Arc<dyn Kinetics> = match members.as_slice() {
         [] => return Ok(None),
@@ -89,7 +79,8 @@ pub(super) fn load_with(
     for (number, spec) in scene.kinetics.iter().enumerate() {
         check_names(scene, number, spec, kinetics.descriptor())?;
     }
-    Ok(Some(Laws { kinetics, files, parameters }))
+    let own = search.own().map(|law| [law.name(), law.digest()].map(str::to_owned));
+    Ok(Some(Laws { kinetics, files, own, parameters }))
 }
 
 /// Refuses names that frames use for something else.
@@ -229,13 +220,13 @@ fn unread(
     Ok(())
 }
 
-/// The law of a plugin.
+/// The law of a plugin, with its file; or that of the caller, which has none.
 fn loaded(
     scene: &Scene,
     path: &str,
     spec: &KineticsSpec,
     search: &Search,
-) -> Result<(Arc<dyn Kinetics>, PathBuf)> {
+) -> Result<(Arc<dyn Kinetics>, Option<PathBuf>)> {
     let plugin = spec.plugin.as_deref().unwrap_or_default();
     let blame = |error: KineticsError| {
         let path = match &error {
@@ -247,17 +238,25 @@ fn loaded(
         };
         Error::Scene(scene.error_at(&path, &error.to_string(), None))
     };
+    if let Some(own) = search.own_named(plugin) {
+        let given = uniform(spec, own.descriptor());
+        return Ok((own.instantiate(&given).map_err(blame)?, None));
+    }
     let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
     let plugin = Plugin::load(&file, search).map_err(blame)?;
-    let mut given = BTreeMap::new();
-    for (name, value) in &spec.parameters {
-        let known = plugin.descriptor().parameters.iter().any(|p| p.name == *name);
-        // A field leaves the instance its default; a name that is not known is refused below.
-        if let Some(value) = value.uniform().or((!known).then_some(0.0)) {
-            given.insert(name.clone(), value);
-        }
-    }
-    Ok((plugin.instantiate(&given).map_err(blame)?, file))
+    let given = uniform(spec, plugin.descriptor());
+    Ok((plugin.instantiate(&given).map_err(blame)?, Some(file)))
+}
+
+/// The parameters that are numbers. A field leaves the instance its default; a name that is not known gets a number, and
+/// is refused with it.
+fn uniform(spec: &KineticsSpec, descriptor: &Descriptor) -> BTreeMap<String, f64> {
+    let known = |name: &String| descriptor.parameters.iter().any(|p| p.name == *name);
+    let number = |(name, value): (&String, &ParameterSpec)| {
+        let value = value.uniform().or((!known(name)).then_some(0.0))?;
+        Some((name.clone(), value))
+    };
+    spec.parameters.iter().filter_map(number).collect()
 }
 
 /// The error with its place in the scene.

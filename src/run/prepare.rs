@@ -75,18 +75,14 @@ fn check_point(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
     Ok(())
 }
 
-/// Makes `scene` ready to run, with the law `own` besides those of the scene.
+/// Makes `scene` ready to run.
 ///
 /// # Errors
 /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
-pub(super) fn prepare(
-    scene: &Scene,
-    search: &Search,
-    own: Option<Arc<dyn Kinetics>>,
-) -> Result<Simulation> {
+pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
-    on(scene, search, own, (sheet, None), notes)
+    on(scene, search, (sheet, None), notes)
 }
 
 /// The same over `ranks`: of the sheet this one keeps its part.
@@ -104,14 +100,13 @@ pub(super) fn over(
     let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
     let part = SheetPart::cut(&whole, ranks).map_err(place)?;
     let sheet = Arc::new(part.sheet.clone());
-    on(scene, search, None, (sheet, Some((whole, part))), notes)
+    on(scene, search, (sheet, Some((whole, part))), notes)
 }
 
 /// Makes `scene` ready to run on its sheet, or on a part of the whole.
 fn on(
     scene: &Scene,
     search: &Search,
-    own: Option<Arc<dyn Kinetics>>,
     (sheet, of): (Arc<Sheet>, Option<(Sheet, SheetPart)>),
     mut notes: Vec<String>,
 ) -> Result<Simulation> {
@@ -129,7 +124,7 @@ fn on(
         scale_checks::check(scene, &sheet, &material.smallest())?;
     }
     lints::on_scene(scene, &sheet, material.as_ref(), &mut notes);
-    let laws = laws::load_with(scene, search, own, &mut notes)?;
+    let laws = laws::load(scene, search, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
     if scene.sheet.planar {
@@ -149,10 +144,12 @@ fn on(
     let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     built.end(stepper.model().tally());
+    let (plugins, own) = laws.map(|laws| (laws.files, laws.own)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
         at_rest: false,
-        plugins: laws.map(|laws| laws.files).unwrap_or_default(),
+        plugins,
+        own,
         fields,
         notes,
         faults: Vec::new(),

@@ -9,7 +9,7 @@ use super::processor::Processor;
 use super::ranks::Spread;
 use super::{Error, Fields, Result, ledger_row, prepare};
 use crate::Stepper;
-use crate::kinetics::{Kinetics, Search};
+use crate::kinetics::Search;
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
@@ -45,6 +45,8 @@ pub struct Simulation {
     pub(crate) at_rest: bool,
     /// The files of the plugins.
     pub(crate) plugins: Vec<PathBuf>,
+    /// The law of the caller, by its name and its hash.
+    pub(crate) own: Option<[String; 2]>,
     /// What is written in frames.
     pub(crate) fields: Fields,
     /// What a person should know: odd things about the mesh, the scene or the plugin.
@@ -69,15 +71,7 @@ impl Simulation {
     /// # Errors
     /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
     pub fn new(scene: &Scene, search: &Search) -> Result<Self> {
-        prepare::prepare(scene, search, None)
-    }
-
-    /// The same with one more `law` than those of the scene.
-    ///
-    /// # Errors
-    /// As for [`Simulation::new`], and names that clash.
-    pub fn with_law(scene: &Scene, search: &Search, law: Arc<dyn Kinetics>) -> Result<Self> {
-        prepare::prepare(scene, search, Some(law))
+        prepare::prepare(scene, search)
     }
 
     /// The same over several ranks: each makes the whole sheet, keeps its part, and takes the same steps.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds a relocatable archive and a Debian package, and tests both without source, target directory and environment.
+# Builds a relocatable archive and a Debian package, installs and tests both without source, target directory and environment.
 # usage: package.sh [DIR]; DIR is target/package if not given
 #
 # From the programs in target/release as `cargo build --release` leaves them; debug information is stripped from copies.
@@ -12,6 +12,7 @@ release=${CARGO_TARGET_DIR:-target}/release
 version=$("$release/rumple" --version | cut -d' ' -f2)
 machine=$(uname -m)
 name=rumple-$version-$machine-linux
+author=$(sed -n 's/^authors = \["\(.*\)"\]$/\1/p' Cargo.toml)
 plugins=(brusselator curvature-feedback gray-scott hires oregonator robertson schnakenberg tension-feedback van-der-pol)
 
 size() { du -bc "$@" | tail -1 | cut -f1 | numfmt --to=iec; }
@@ -44,28 +45,84 @@ completion() {
     "$root/bin/rumple" completions "$1" >"$root/share/$2"
 }
 
-# Runs a scene with a plugin by the program below a root, with nothing else.
+# The first minutes with the program below a root, with nothing else: plugins, a run, a second run, a scene of one's own.
 try() {
-    local root=$1 results
+    local root=$1 rumple results
+    rumple=$root/bin/rumple
     results=$(mktemp -d "$scratch/run.XXXX")
     (
         cd "$results"
-        env -i "$root/bin/rumple" plugin list >plugins.txt
+        env -i "$rumple" plugin list >plugins.txt
         for plugin in "${plugins[@]}"; do
             grep -q "$plugin" plugins.txt || { echo "package.sh: $plugin is not found" >&2; exit 1; }
         done
-        env -i "$root/bin/rumple" run "$root/share/rumple/models/model-i/small.toml" --out small --quiet \
-            --set sheet.vertices=400 --set time.until=0.05 --set output.every=0.05 >/dev/null
+        small=("$root/share/rumple/models/model-i/small.toml" --out small --quiet)
+        small+=(--set sheet.vertices=400 --set time.until=0.05 --set output.every=0.05)
+        env -i "$rumple" run "${small[@]}" >/dev/null
         [[ -s small/sheet.pvd && -s small/report.html ]]
         grep -q "$root/lib/rumple/plugins/libcurvature_feedback.so" small/provenance.json
-        env -i "$root/bin/rumple" new mine --from turing >/dev/null
-        env -i "$root/bin/rumple" check mine.toml >/dev/null
+        # Results are not written over unless that is asked for; then they are the same.
+        sha256sum small/frames/* >frames.txt
+        ! env -i "$rumple" run "${small[@]}" >/dev/null 2>again.txt
+        grep -q -- --force again.txt
+        env -i "$rumple" run "${small[@]}" --force >/dev/null
+        sha256sum --quiet -c frames.txt
+        env -i "$rumple" new mine --from turing >/dev/null
+        env -i "$rumple" run mine.toml --out mine --quiet --set sheet.vertices=200 --set time.until=0.1 \
+            --set output.every=0.1 >/dev/null
+        [[ -s mine/report.html ]]
         bash -n "$root/share/bash-completion/completions/rumple"
+        # As a shell does it: `rumple ru<tab>`.
+        bash -c 'source "$1"; COMP_WORDS=(rumple ru); COMP_CWORD=1; _rumple rumple ru rumple; echo "${COMPREPLY[*]}"' \
+            - "$root/share/bash-completion/completions/rumple" | grep -qw run
     )
     gunzip -c "$root/share/man/man1/rumple-run.1.gz" | grep -q '^.SH OPTIONS'
     if command -v man >/dev/null; then
         man --warnings -l "$root/share/man/man1/rumple-run.1.gz" 2>&1 >/dev/null | (! grep .)
+        # Found by its name, as a user looks it up.
+        man -M "$root/share/man" -w rumple-run | grep -q rumple-run.1.gz
     fi
+}
+
+# Installs the package by dpkg into a root of its own, tries it there, and removes it again. The root knows of the packages
+# that it depends on, and of no others.
+installed() {
+    local package=$1 root=$2 admin=$2/var/lib/dpkg as=() dpkg
+    if ((EUID != 0)); then
+        as=(unshare --map-root-user)
+        "${as[@]}" true 2>/dev/null || { echo "left out: installation by dpkg needs root or user namespaces"; return; }
+    fi
+    mkdir -p "$admin/info" "$admin/updates"
+    dpkg-query --status libc6 libgcc-s1 >"$admin/status"
+    touch "$admin"/info/{libc6,libgcc-s1}:"$arch".list
+    dpkg=(env PATH="$PATH:/usr/sbin:/sbin" "${as[@]}" dpkg --root="$root" --log=/dev/null)
+    "${dpkg[@]}" --install "$package" >/dev/null
+    [[ $(dpkg-query --admindir="$admin" --show --showformat='${db:Status-Status}' rumple) == installed ]]
+    try "$root/usr"
+    alone "$root"
+    "${dpkg[@]}" --purge rumple >/dev/null
+    [[ -z $(find "$root/usr" -iname '*rumple*') ]]
+    echo "dpkg           installed, tried, removed"
+}
+
+# Runs the program with the root as all of its file system, to which only the libraries of libc6 and libgcc-s1 are added.
+alone() {
+    local root=$1 library
+    mkdir -p "$root/proc" "$root/dev" "$root/tmp"
+    for library in $(ldd "$root/usr/bin/rumple" "$root"/usr/lib/rumple/plugins/*.so | grep -o '/[^ )]*\.so[^ )]*' | sort -u); do
+        [[ $library == "$root"/* ]] || install -D "$(realpath "$library")" "$root$library"
+    done
+    unshare --map-root-user --mount --pid --fork bash -c '
+        mount -t proc proc "$1/proc" || exit 9
+        chroot "$1" /usr/bin/rumple run /usr/share/rumple/models/model-i/small.toml --out /tmp/small --quiet \
+            --set sheet.vertices=400 --set time.until=0.05 --set output.every=0.05 >/dev/null
+    ' - "$root" 2>"$scratch/alone" || {
+        (($? == 9)) && { echo "left out: a root that is all of the file system: $(head -1 "$scratch/alone")"; return; }
+        cat "$scratch/alone" >&2
+        return 1
+    }
+    [[ -s $root/tmp/small/report.html ]]
+    grep -q '"/usr/lib/rumple/plugins/libcurvature_feedback.so"' "$root/tmp/small/provenance.json"
 }
 
 mkdir -p "$out"
@@ -85,7 +142,7 @@ cat >"$deb/DEBIAN/control" <<CONTROL
 Package: rumple
 Version: $version
 Architecture: $arch
-Maintainer: The Rumple developers <rumple@localhost>
+Maintainer: $author <rumple@users.noreply.github.com>
 Installed-Size: $(du -sk "$deb/usr" | cut -f1)
 Depends: libc6 (>= $libc), libgcc-s1
 Suggests: paraview
@@ -102,11 +159,10 @@ dpkg-deb --root-owner-group --build "$deb" "$package" >/dev/null
 here=$scratch
 mkdir "$here/archive" "$here/installed"
 tar -C "$here/archive" -xf "$out/$name.tar.xz"
-dpkg -x "$package" "$here/installed"
 # Not where they were made: nothing may lead back there.
 rm -rf "${scratch:?}/$name" "$deb"
 try "$here/archive/$name"
-try "$here/installed/usr"
+installed "$package" "$here/installed"
 
 echo "program        $(size "$release/rumple"), stripped $(size "$here/archive/$name/bin/rumple")"
 echo "plugins        $(size "$here/archive/$name"/lib/rumple/plugins/*.so), ${#plugins[@]} of them"

@@ -14,7 +14,7 @@ prepared() {
         && "$clean/bin/pip" install --quiet --disable-pip-version-check numpy pytest
 }
 # What optional parts and their tests need: tables, fits, the tutorial.
-optional=(pandas scipy matplotlib nbclient ipykernel)
+optional=(pandas cloudpickle scipy matplotlib nbclient ipykernel)
 
 if ! prepared; then
     echo "left out: maturin, numpy and pytest cannot be installed"

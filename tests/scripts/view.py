@@ -160,6 +160,21 @@ def probing(page, result):
     print(f"the probe gives the values that VTK reads: {checked} numbers")
 
 
+def reading(page):
+    """What a reader without the manual finds: how to turn the sheet, curves of the sheet, those of the solvers apart."""
+    assert page.locator("#hint").is_visible()
+    titles = page.locator("#curves figcaption").all_inner_texts()
+    assert any(title.startswith("total energy") for title in titles), titles
+    assert "wall time [s]" not in titles and not page.locator("#work-curves").is_visible()
+    page.locator("#work summary").click()
+    work = page.locator("#work-curves figcaption").all_inner_texts()
+    assert "wall time [s]" in work and not set(work) & set(titles), work
+    page.locator("#work summary").click()
+    warnings = page.locator("#warnings li").all_inner_texts()
+    assert len(set(warnings)) == len(warnings), warnings
+    print(f"curves of the sheet: {len(titles)}, of the solvers: {len(work)}")
+
+
 def saving(page, folder):
     """The button saves a PNG."""
     with page.expect_download() as download:
@@ -195,6 +210,7 @@ def main():
         drawing(page, args.pictures)
         playing(page)
         probing(page, args.result)
+        reading(page)
         saving(page, args.pictures)
         page.locator("[data-view=oblique]").click()
         pixels(page)

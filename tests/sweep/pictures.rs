@@ -50,6 +50,7 @@ fn plan(axes: &[&str]) -> Plan {
         repeats: 0,
         files: BTreeMap::new(),
         members,
+        law: None,
     }
 }
 

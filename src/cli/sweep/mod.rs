@@ -120,7 +120,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
             gathered(&Plan::of(&root)?, &root, *quiet, false).map(|_| ())
         }
         (Some(Command::Member { directory, number, leash }), _) => {
-            run::member(&super::absolute(directory)?, *number, *leash)
+            run::member(&super::absolute(directory)?, *number, None, *leash)
         }
         (None, plan) => plan.as_ref().map_or(Ok(()), begin::run),
     }

@@ -15,7 +15,7 @@ pub(super) fn write(
     simulation: &Simulation,
     from: Option<&State>,
 ) -> Result<String> {
-    let resolved = with_plugins(&scene.resolved()?, simulation.plugins());
+    let resolved = with_plugins(&scene.resolved()?, simulation);
     let at = from.map_or((simulation.state(), true), |state| (state, false));
     Snapshot::write(start, &resolved, simulation, at)?;
     let name = start.file_name().unwrap_or_default().to_string_lossy();
@@ -31,15 +31,17 @@ pub(super) fn write(
 }
 
 /// The scene with the files of its plugins in place of their names: where they are looked for may differ.
-fn with_plugins(scene: &str, files: &[std::path::PathBuf]) -> String {
+fn with_plugins(scene: &str, simulation: &Simulation) -> String {
     let Ok(mut table) = scene.parse::<toml::Table>() else { return scene.to_owned() };
     let laws = match table.get_mut("kinetics") {
         Some(toml::Value::Array(all)) => all.iter_mut().collect(),
         Some(one) => vec![one],
         None => Vec::new(),
     };
+    let own = simulation.own.as_ref().map(|[name, _]| name.as_str());
     let named = laws.into_iter().filter_map(|law| law.get_mut("plugin"));
-    for (name, file) in named.zip(files) {
+    let named = named.filter(|name| own.is_none() || name.as_str() != own);
+    for (name, file) in named.zip(simulation.plugins()) {
         *name = file.to_string_lossy().into_owned().into();
     }
     table.to_string()

@@ -20,7 +20,7 @@ pub use self::axis::{Axis, MOST};
 use self::keys::{check_keys, disambiguate_titles};
 pub use self::keys::{seed_axis, seeds};
 use super::{read_document, write_document};
-use crate::kinetics::{Isolation, Search};
+use crate::kinetics::{Isolation, OwnLaw, Search};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
@@ -59,6 +59,9 @@ pub struct Plan {
     pub files: BTreeMap<PathBuf, String>,
     /// The members.
     pub members: Vec<Point>,
+    /// The law that the caller brings: to be given again wherever the plan is read.
+    #[serde(skip)]
+    pub law: Option<OwnLaw>,
 }
 
 /// One member of a study.
@@ -157,7 +160,9 @@ impl Plan {
     pub(crate) fn search(&self) -> Search {
         let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
         let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
-        Search::in_directories(self.plugin_path.clone()).isolated(isolation)
+        Search::in_directories(self.plugin_path.clone())
+            .isolated(isolation)
+            .with_law(self.law.clone())
     }
 
     /// Returns the name of a member: its keys and values.
@@ -236,8 +241,14 @@ impl Plan {
         let mut text = scene.resolved()?;
         let mut files: Vec<PathBuf> = scene.files().iter().map(|f| f.1.to_owned()).collect();
         let home = scene.file().parent().unwrap_or(Path::new("."));
+        let search = self.search();
         for plugin in scene.kinetics.iter().filter_map(|k| k.plugin.as_ref()) {
-            files.push(self.search().resolve(plugin, home)?);
+            if search.own_named(plugin).is_none() {
+                files.push(search.resolve(plugin, home)?);
+            }
+        }
+        if let Some(law) = &self.law {
+            text += &format!("law {} {}\n", law.name(), law.digest());
         }
         for path in files {
             if !known.contains_key(&path) {

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::{io, thread};
 
+use crate::kinetics::OwnLaw;
 use crate::output::{Interrupt, Mode, Progress};
 use crate::run::run::Ending;
 use crate::run::{Error, Result, provenance};
@@ -10,12 +11,12 @@ use crate::solve::SolveError;
 use crate::study::plan::Plan;
 
 /// Runs member `number` of the study in `root` in this process, whose threads and signals it takes. With a `leash` it ends, as
-/// if interrupted, when standard input is closed.
+/// if interrupted, when standard input is closed. `law` is the one that the study was planned with, if there was one.
 ///
 /// # Errors
 /// As [`run`](fn@super::run), and an interruption.
-pub fn member(root: &Path, number: usize, leash: bool) -> Result<()> {
-    let plan = Plan::of(root)?;
+pub fn member(root: &Path, number: usize, law: Option<OwnLaw>, leash: bool) -> Result<()> {
+    let plan = Plan { law, ..Plan::of(root)? };
     let threads = plan.threads.max(1).into();
     // Only fails if a pool exists already, which then serves as well.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();

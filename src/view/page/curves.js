@@ -32,6 +32,14 @@ function columns() {
   }));
 }
 
+// Columns of the computation; all others are of the sheet.
+const COUNTS = new Set([
+  "step size [time]", "error estimate", "substeps", "iterations", "newton iterations", "krylov iterations", "energies", "gradients",
+  "hessians", "jacobians", "right hand sides", "law calls", "law sites", "factorisations", "solves", "force residual",
+  "wall time [s]",
+]);
+const isWork = name => COUNTS.has(name) || name.startsWith("rejected");
+
 const constant = () => [...new Set(ledgers.flatMap(ledger => [...ledger.keys()]))].length - 2 - columns().length;
 
 function curveOf(ledger, name, logarithmic) {
@@ -78,7 +86,10 @@ function plot(name, logarithmic) {
 function drawCurves() {
   const names = columns();
   const logarithmic = element("logarithmic").checked;
-  element("curves").replaceChildren(...names.map(name => plot(name, logarithmic)).filter(Boolean));
+  const plots = all => all.map(name => plot(name, logarithmic)).filter(Boolean);
+  element("curves").replaceChildren(...plots(names.filter(name => !isWork(name))));
+  element("work-curves").replaceChildren(...plots(names.filter(name => isWork(name))));
+  element("work").hidden = !names.some(isWork);
   element("ledger").hidden = names.length === 0;
   const ledger = members.map(member => member.meta.ledger).filter(Boolean);
   const thinned = ledger.filter(l => l.rows < l.of);
@@ -103,7 +114,7 @@ function legendOf(member, i) {
 /** Moves the lines at the time of the frame. */
 function moveNow() {
   const time = times[state.step];
-  document.querySelectorAll("#curves .now").forEach(line => {
+  document.querySelectorAll("#ledger .now").forEach(line => {
     const [early, late] = [Number(line.dataset.early), Number(line.dataset.late)];
     const x = LEFT + ((time - early) / (late - early || 1)) * (WIDTH - LEFT - RIGHT);
     line.setAttribute("x1", x);

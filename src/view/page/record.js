@@ -75,6 +75,14 @@ function recordOf(member) {
   return all;
 }
 
+/** Warnings, each once, with the runs that have it. */
+function warned() {
+  const all = new Map();
+  members.forEach(member => member.meta.warnings.forEach(text => all.set(text, [...(all.get(text) || []), member.name])));
+  const runs = names => (names.length === members.length ? `all ${names.length} runs` : names.join("; "));
+  return [...all].map(([text, names]) => (members.length > 1 ? `${runs(names)}: ${text}` : text));
+}
+
 function showRecord() {
   const record = element("record");
   for (const member of members) {
@@ -86,9 +94,9 @@ function showRecord() {
       record.append(heading, ...recordOf(member));
     }
   }
-  element("warnings").append(...members.flatMap(member => member.meta.warnings.map(text => {
+  element("warnings").append(...warned().map(text => {
     const item = document.createElement("li");
-    item.textContent = members.length > 1 ? `${member.name}: ${text}` : text;
+    item.textContent = text;
     return item;
-  })));
+  }));
 }
