@@ -19,7 +19,7 @@ use super::equilibrium::Relaxation;
 use super::path::release;
 use super::{Control, Integrator, Result, SolveError, StepReport, StepRule, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, Layout, Model, Part, State, TimeCourse};
+use crate::model::{Coupled, Layout, Model, ModelError, Part, State, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 use crate::tally::Meter;
@@ -238,7 +238,12 @@ impl Monolithic {
 /// beyond the end of its steady state.
 fn explained(error: SolveError, model: &Model, (part, time): (Part, f64)) -> SolveError {
     let steady = part == Part::Whole && model.storage().chemistry == 0.0;
-    if !(steady && matches!(error, SolveError::Integrator { .. })) {
+    // A step over the fold ends at no state of the model.
+    let ends = matches!(
+        error,
+        SolveError::Integrator { .. } | SolveError::Model(ModelError::OutOfRange { .. })
+    );
+    if !(steady && ends) {
         return error;
     }
     let text = format!(
