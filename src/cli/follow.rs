@@ -9,8 +9,9 @@ use super::{SceneArgs, warn};
 use crate::output::{Interrupt, ResultDirectory};
 use crate::run::follow::{Follow, Found, Measure, News, Request};
 use crate::run::run::end;
-use crate::run::{Result, provenance};
+use crate::run::{Error, Result, provenance};
 use crate::sheet::read;
+use crate::solve::SolveError;
 
 /// Arguments of `follow`.
 #[derive(Debug, Args)]
@@ -114,7 +115,15 @@ fn run_here(args: &FollowArgs) -> Result<()> {
         done = found;
         format!("{} points on {} branches", done.points, done.branches)
     });
+    let interrupted = matches!(outcome, Err(Error::Solve(SolveError::Interrupted)));
     let ended = end(directory.claim(), outcome);
+    if interrupted && !args.quiet {
+        warn(&format!(
+            "interrupted: the points so far are in {}; --state with the last of their frames, and --from with its number, \
+             follow the rest",
+            directory.branch().display()
+        ));
+    }
     let report = super::view::report(&root, follow.scene.output.report);
     ended?;
     if !args.quiet {

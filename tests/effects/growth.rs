@@ -129,6 +129,21 @@ fn growth_that_is_not_whole_is_refused_at_its_key() {
 }
 
 /// The growth of a user-defined effect is evaluated at every time, and refused where it does not fit.
+/// A number is a formula; branches are followed along numbers alone.
+#[test]
+fn a_length_factor_is_a_number_or_a_formula() {
+    let read = |text: &str| toml::from_str::<Growth>(text);
+    assert_eq!(read("factor = 1.25").unwrap().factor.as_deref(), Some("1.25"));
+    assert_eq!(read("factor = 2").unwrap().factor.as_deref(), Some("2"));
+    assert_eq!(read("factor = \"1 + t\"").unwrap().factor.as_deref(), Some("1 + t"));
+    let directed = read("fibre = [1, 0, 0]\nalong = 1.1").unwrap();
+    assert_eq!((directed.along.as_deref(), directed.across), (Some("1.1"), None));
+    for wrong in ["factor = nan", "factor = true", "factor = [1.0]"] {
+        let error = read(wrong).unwrap_err().to_string();
+        assert!(error.contains("a number or a formula"), "{wrong}: {error}");
+    }
+}
+
 #[test]
 fn growth_can_be_a_function() {
     let sheet = std::sync::Arc::new(lattice(4, 3));

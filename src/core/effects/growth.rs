@@ -20,9 +20,11 @@
 //! doi:10.1016/0021-9290(94)90021-3. Not covered: growth with shear.
 
 use std::borrow::Cow;
+use std::fmt;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Region};
 use crate::Vec3;
@@ -35,14 +37,26 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Growth {
-    /// The length factor in every direction, a formula of `x`, `y`, `z` (rest position) and `t`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The length factor in every direction, a number or a formula of `x`, `y`, `z` (rest position) and `t`.
+    #[serde(
+        default,
+        deserialize_with = "number_or_formula",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub factor: Option<String>,
     /// The length factor along the fibre; 1 without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "number_or_formula",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub along: Option<String>,
     /// The length factor across the fibre; 1 without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "number_or_formula",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub across: Option<String>,
     /// The direction, three numbers or formulas of `x`, `y` and `z`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -87,6 +101,38 @@ impl Growth {
             _ => Ok(()),
         }
     }
+}
+
+/// A formula, or a number, which is one.
+fn number_or_formula<'de, D: Deserializer<'de>>(input: D) -> Result<Option<String>, D::Error> {
+    struct Text;
+    impl Visitor<'_> for Text {
+        type Value = String;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a number or a formula")
+        }
+
+        fn visit_str<E: Error>(self, text: &str) -> Result<String, E> {
+            Ok(text.to_owned())
+        }
+
+        fn visit_f64<E: Error>(self, number: f64) -> Result<String, E> {
+            match number.is_finite() {
+                true => Ok(number.to_string()),
+                false => Err(E::invalid_value(Unexpected::Float(number), &self)),
+            }
+        }
+
+        fn visit_i64<E: Error>(self, number: i64) -> Result<String, E> {
+            Ok(number.to_string())
+        }
+
+        fn visit_u64<E: Error>(self, number: u64) -> Result<String, E> {
+            Ok(number.to_string())
+        }
+    }
+    input.deserialize_any(Text).map(Some)
 }
 
 fn everywhere() -> Region {
