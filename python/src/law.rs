@@ -7,8 +7,8 @@ use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use rumple::kinetics::{
-    self as engine, Capabilities, Column, Descriptor, Kinetics, KineticsError, Location, Outcome,
-    OwnLaw, Parameter, Signal, SignalRead, Template, descriptor,
+    self as engine, Capabilities, Column, Descriptor, HostLaw, Kinetics, KineticsError, Location,
+    Outcome, Parameter, Signal, SignalRead, Template, descriptor,
 };
 use rumple::output::provenance::fingerprint;
 
@@ -238,8 +238,8 @@ fn signals_of(signals: &Bound<'_, PyAny>) -> PyResult<Vec<SignalRead>> {
 
 impl Law {
     /// The law for the engine, which leaves exceptions of the functions in `raised`.
-    pub(crate) fn own(&self, raised: &Slot) -> OwnLaw {
-        OwnLaw::new(Arc::new(PythonLaw {
+    pub(crate) fn host_law(&self, raised: &Slot) -> HostLaw {
+        HostLaw::new(Arc::new(PythonLaw {
             descriptor: Arc::clone(&self.descriptor),
             functions: Arc::clone(&self.functions),
             digest: self.digest.clone(),

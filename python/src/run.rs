@@ -188,7 +188,7 @@ pub(crate) fn run(
     plugins: Vec<PathBuf>,
 ) -> PyResult<PathBuf> {
     let attended = Attended::new(observe);
-    let law = scene.own(law, &attended.pending.law);
+    let law = scene.host_law(law, &attended.pending.law);
     let scene = Arc::clone(&scene.checked);
     attended.run(py, move |interrupt, others, reached| {
         let stem = Path::new(scene.name());
@@ -225,7 +225,7 @@ pub(crate) fn resume(
     plugins: Vec<PathBuf>,
 ) -> PyResult<PathBuf> {
     let attended = Attended::new(observe);
-    let law = law.map(|law| law.own(&attended.pending.law));
+    let law = law.map(|law| law.host_law(&attended.pending.law));
     attended.run(py, move |interrupt, others, reached| {
         let root = full(&directory)?;
         if !root.is_dir() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::kinetics::OwnLaw;
+use rumple::kinetics::HostLaw;
 
 use crate::engine::{Error, Slot};
 use crate::law::Law;
@@ -36,8 +36,8 @@ impl Scene {
     }
 
     /// The law in Python that goes with it, `law` if that is given, which leaves its exceptions in `raised`.
-    pub(crate) fn own(&self, law: Option<&Law>, raised: &Slot) -> Option<OwnLaw> {
-        law.or(self.law.as_ref().map(Py::get)).map(|law| law.own(raised))
+    pub(crate) fn host_law(&self, law: Option<&Law>, raised: &Slot) -> Option<HostLaw> {
+        law.or(self.law.as_ref().map(Py::get)).map(|law| law.host_law(raised))
     }
 }
 

@@ -85,7 +85,7 @@ impl Simulation {
         plugins: Vec<PathBuf>,
     ) -> PyResult<Self> {
         let pending = Pending::default();
-        let law = scene.own(law, &pending.law);
+        let law = scene.host_law(law, &pending.law);
         let (scene, control) = (Arc::clone(&scene.checked), pending.control());
         let made = pending.call(py, &mut false, move || {
             let search = Search::from_environment(&plugins).with_law(law);

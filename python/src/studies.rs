@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::kinetics::{OwnLaw, Search};
+use rumple::kinetics::{HostLaw, Search};
 use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress};
 use rumple::run::Error;
@@ -44,7 +44,7 @@ pub(crate) struct How {
 
 impl How {
     /// Gives `plan` what members have.
-    fn give(&self, plan: &mut Plan, law: Option<OwnLaw>) -> rumple::Result<()> {
+    fn give(&self, plan: &mut Plan, law: Option<HostLaw>) -> rumple::Result<()> {
         plan.law = law;
         counted(&[("jobs", self.jobs), ("threads", self.threads.into())])?;
         let search = Search::from_environment(&self.plugins);
@@ -114,7 +114,7 @@ pub(crate) fn sweep(
 ) -> PyResult<()> {
     let over = overrides::axes(over)?;
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
-    let law = scene.own(None, &pending.law);
+    let law = scene.host_law(None, &pending.law);
     pending.attend(py, interrupt, || {
         let (file, set) = (scene.file()?, &scene.set);
         let mut axes = axes(&over)?;
@@ -194,7 +194,7 @@ pub(crate) fn accuracy(
 ) -> PyResult<String> {
     let over = overrides::axes(over)?;
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
-    let law = scene.own(None, &pending.law);
+    let law = scene.host_law(None, &pending.law);
     pending.attend(py, interrupt, || {
         let (file, set) = (scene.file()?, &scene.set);
         let (others, options) = (axes(&over)?, asked.options()?);
@@ -227,7 +227,7 @@ pub(crate) fn compare(
     how: How,
 ) -> PyResult<Vec<String>> {
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
-    let law = scene.own(None, &pending.law);
+    let law = scene.host_law(None, &pending.law);
     pending.attend(py, interrupt, || {
         let root = full(&how.out)?;
         let search = Search::from_environment(&how.plugins).with_law(law.clone());
@@ -266,6 +266,6 @@ pub(crate) fn member(
     law: Option<&Law>,
 ) -> PyResult<()> {
     let pending = Pending::default();
-    let law = law.map(|law| law.own(&pending.law));
+    let law = law.map(|law| law.host_law(&pending.law));
     pending.call(py, &mut false, || run::member(&full(&root)?, number, law, true))
 }

@@ -168,7 +168,7 @@ def test_studies_of_a_law_in_python(tmp_path):
     expected = rumple.sweep(text, over)
     assert numpy.allclose(table["amplitude [length]"], expected["amplitude [length]"], rtol=1e-6)
     assert table["amplitude [length]"].is_monotonic_increasing
-    # The same call goes on; another law is another sweep.
+    # The same call resumes the sweep; another law is another sweep.
     status = next((tmp_path / "own/members").glob("*/status.json"))
     before = status.stat().st_mtime_ns
     rumple.sweep(scene, over, out=tmp_path / "own")

@@ -104,7 +104,7 @@ fn print_law(simulation: &Simulation) {
     }
     for (parameter, field) in d.parameters.iter().zip(&chemistry.parameters().at_points) {
         if field.len() > 1 {
-            say!("parameter  {} = {}", parameter.name, super::plugin::over_the_sheet(field));
+            say!("parameter  {} = {}", parameter.name, super::plugin::describe_field(field));
         }
     }
     for signal in chemistry.signals().wanted() {

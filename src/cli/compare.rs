@@ -35,10 +35,10 @@ pub(super) struct CompareArgs {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<()> {
-    args.scene.with_threads(|| run_here(args))
+    args.scene.with_threads(|| run_in_pool(args))
 }
 
-fn run_here(args: &CompareArgs) -> Result<()> {
+fn run_in_pool(args: &CompareArgs) -> Result<()> {
     let (_, search) = args.scene.load()?;
     let comparison = Comparison {
         scene: &args.scene.scene,

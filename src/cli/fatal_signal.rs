@@ -16,8 +16,8 @@ const FATAL: [libc::c_int; 5] =
 /// Earlier actions, in the order of [`FATAL`]: the standard library reports stack overflows.
 static EARLIER: [OnceLock<libc::sigaction>; FATAL.len()] = [const { OnceLock::new() }; FATAL.len()];
 
-/// Bytes of a message.
-const LONGEST: usize = 512;
+/// Bytes of a message; a longer one is cut.
+const MESSAGE_CAPACITY: usize = 512;
 
 /// Installs the handler of fatal signals.
 pub(super) fn install() {
@@ -41,16 +41,16 @@ pub(super) fn install() {
 
 /// Formats on the stack: a handler may neither allocate nor lock.
 fn print(signal: libc::c_int, plugin: &str, call: &str) {
-    let mut line = [0_u8; LONGEST];
+    let mut line = [0_u8; MESSAGE_CAPACITY];
     let mut rest = &mut line[..];
-    // A line that is too long is cut.
+    // An error means that the line has been cut.
     let _ = writeln!(
         rest,
-        "\nerror: plugin `{plugin}` crashes in {call}: {} (signal {signal}); with --isolate the run \
-         ends with an error",
+        "\nerror: plugin `{plugin}` crashed in {call}: {} (signal {signal}); run with --isolate to \
+         get an ordinary error instead",
         signal_meaning(signal)
     );
-    let length = LONGEST - rest.len();
+    let length = MESSAGE_CAPACITY - rest.len();
     // SAFETY: as many bytes as were written.
     let _ = unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), length) };
 }

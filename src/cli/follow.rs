@@ -87,10 +87,10 @@ Written are branch.csv (a row for every point: arc length, key, energy, negative
 ones dashed, folds and bifurcations marked. Ctrl-C ends after the step with all files complete. Not followed: scenes with species, contact or constraints.";
 
 pub(super) fn run(args: &FollowArgs) -> Result<()> {
-    args.scene.with_threads(|| run_here(args))
+    args.scene.with_threads(|| run_in_pool(args))
 }
 
-fn run_here(args: &FollowArgs) -> Result<()> {
+fn run_in_pool(args: &FollowArgs) -> Result<()> {
     let (_, search) = args.scene.load()?;
     let stamp = || ResultDirectory::default_path(&args.scene.scene, SystemTime::now());
     let root = super::absolute(&args.out.clone().unwrap_or_else(stamp))?;
@@ -127,8 +127,8 @@ fn run_here(args: &FollowArgs) -> Result<()> {
     let report = super::view::report(&root, follow.scene.output.report);
     ended?;
     if !args.quiet {
-        summary(&done, &directory, follow.scene.output.format);
-        super::run::print_report(report.as_deref());
+        print_summary(&done, &directory, follow.scene.output.format);
+        super::run::print_report_path(report.as_deref());
     }
     Ok(())
 }
@@ -153,13 +153,13 @@ fn request(args: &FollowArgs) -> Request {
     }
 }
 
-/// Prints events, and now and then how far it is.
+/// Prints events, and progress every [`PROGRESS_INTERVAL`].
 fn listener(quiet: bool) -> impl FnMut(News<'_>) {
     let mut last = Instant::now();
     move |news| match news {
         _ if quiet => {}
         News::Event(text) => say!("{text}"),
-        News::Step(text) if last.elapsed() >= PAUSE => {
+        News::Step(text) if last.elapsed() >= PROGRESS_INTERVAL => {
             last = Instant::now();
             warn(text);
         }
@@ -167,10 +167,10 @@ fn listener(quiet: bool) -> impl FnMut(News<'_>) {
     }
 }
 
-/// Between two lines that say how far it is.
-const PAUSE: Duration = Duration::from_secs(5);
+/// Least time between two lines of progress.
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
-fn summary(done: &Found, directory: &ResultDirectory, format: crate::output::Format) {
+fn print_summary(done: &Found, directory: &ResultDirectory, format: crate::output::Format) {
     let plural = |count: usize, one: &str, more: &str| match count {
         1 => format!("1 {one}"),
         count => format!("{count} {more}"),

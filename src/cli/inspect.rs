@@ -50,7 +50,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     if let Some(path) = &args.state {
         inputs.add("the state", path);
     }
-    let [json, vtu] = places(args, &inputs)?;
+    let [json, vtu] = result_files(args, &inputs)?;
     let mut simulation = Simulation::new(&scene, &search)?;
     let read = provenance::inputs(&scene, simulation.plugins());
     for file in [&json, &vtu].into_iter().flatten() {
@@ -126,17 +126,17 @@ fn write_frame(
     Ok(())
 }
 
-/// The files of `--json` and `--vtu`, which must differ.
-fn places(args: &InspectArgs, inputs: &Inputs) -> Result<[Option<ResultFile>; 2]> {
-    let json = place(args.json.as_ref(), args.force, inputs)?;
-    let vtu = place(args.vtu.as_ref(), args.force, inputs)?;
+/// The files that `--json` and `--vtu` name, which must differ.
+fn result_files(args: &InspectArgs, inputs: &Inputs) -> Result<[Option<ResultFile>; 2]> {
+    let json = result_file(args.json.as_ref(), args.force, inputs)?;
+    let vtu = result_file(args.vtu.as_ref(), args.force, inputs)?;
     if json.is_some() && json == vtu {
         return Err(Error::Refused("--json and --vtu name the same file".to_owned()));
     }
     Ok([json, vtu])
 }
 
-/// Where a result goes, if it is asked for.
-fn place(path: Option<&PathBuf>, force: bool, inputs: &Inputs) -> Result<Option<ResultFile>> {
+/// The file that a result goes to, if it is asked for.
+fn result_file(path: Option<&PathBuf>, force: bool, inputs: &Inputs) -> Result<Option<ResultFile>> {
     Ok(path.map(|path| ResultFile::new(path, force, inputs)).transpose()?)
 }

@@ -13,8 +13,8 @@ use crate::run::{Error, Result};
 use crate::sheet::{Array, Surface, read};
 use crate::view;
 
-/// Extent across over the largest one, below which a sheet is viewed from above.
-const FLAT: f64 = 0.02;
+/// Height over the largest horizontal extent, up to which a sheet is viewed from above.
+const FLAT_ASPECT: f64 = 0.02;
 
 /// Arguments of `paraview`.
 #[derive(Debug, Args)]
@@ -119,7 +119,7 @@ impl Seen {
             if series == ResultDirectory::VTKHDF { array.replace('/', " per ") } else { array };
         let [low, high] = self.bounds;
         let extent = [0, 1, 2].map(|k| high[k] - low[k]);
-        let flat = extent[2] <= FLAT * extent[0].max(extent[1]);
+        let flat = extent[2] <= FLAT_ASPECT * extent[0].max(extent[1]);
         let (direction, up) = match flat {
             true => (json!([0.0, 0.0, 1.0]), json!([0.0, 1.0, 0.0])),
             false => (json!([0.0, -0.8, 0.6]), json!([0.0, 0.0, 1.0])),

@@ -43,7 +43,7 @@ pub(super) struct ResumeArgs {
 pub(super) fn run(args: &ResumeArgs) -> Result<()> {
     let ranks = super::ranks::all()?;
     super::set_threads(args.threads.or(ranks.is_some().then_some(1)));
-    rayon::scope(|_| go_on(args, ranks))
+    rayon::scope(|_| run_in_pool(args, ranks))
 }
 
 /// The directory that this rank writes to: that of the run, or one within it.
@@ -55,7 +55,7 @@ fn directory(root: &Path, ranks: Option<&dyn Communicator>) -> Result<ResultDire
     }
 }
 
-fn go_on(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
+fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
     let root = super::absolute(&args.directory)?;
     if !root.is_dir() {
         return Err(Error::Refused(format!("{}: no such directory", root.display())));
@@ -81,7 +81,7 @@ fn go_on(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> 
         notes.iter().for_each(|note| super::warn(note));
     } else {
         run::print_summary(&done, &directory, scene.output.format);
-        run::print_report(report.as_deref());
+        run::print_report_path(report.as_deref());
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),

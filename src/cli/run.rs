@@ -38,16 +38,16 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<()> {
     let ranks = super::ranks::all()?;
-    let Some(ranks) = ranks else { return args.scene.with_threads(|| run_here(args, None)) };
+    let Some(ranks) = ranks else { return args.scene.with_threads(|| run_in_pool(args, None)) };
     // One says what there is to say, and no rank takes the threads of another.
     let quiet = args.quiet || ranks.rank() > 0;
     let threads = args.scene.threads.or(Some(1));
     let args =
         RunArgs { quiet, scene: SceneArgs { threads, ..args.scene.clone() }, ..args.clone() };
-    args.scene.with_threads(|| run_here(&args, Some(ranks)))
+    args.scene.with_threads(|| run_in_pool(&args, Some(ranks)))
 }
 
-fn run_here(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
+fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
     let (scene, search) = args.scene.load()?;
     let root = args
         .out
@@ -73,13 +73,14 @@ fn run_here(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> 
     }
     let interrupt = Interrupt::install()?;
     let directory = directory(&root, args.force, ranks.as_deref())?;
-    let outcome = work(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
+    let outcome =
+        run_with_progress(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
     let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
     let report = super::view::report(&root, scene.output.report && first);
     let done = outcome?;
     if !args.quiet {
         print_summary(&done, &directory, scene.output.format);
-        print_report(report.as_deref());
+        print_report_path(report.as_deref());
     }
     match done.ending {
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
@@ -88,22 +89,26 @@ fn run_here(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> 
 }
 
 /// The directory of this rank: the first one makes it, then the others theirs within it.
-fn directory(root: &Path, force: bool, of: Option<&dyn Communicator>) -> Result<ResultDirectory> {
-    let Some(of) = of else { return Ok(ResultDirectory::prepare(root, force)?) };
-    let first = match of.rank() {
+fn directory(
+    root: &Path,
+    force: bool,
+    ranks: Option<&dyn Communicator>,
+) -> Result<ResultDirectory> {
+    let Some(ranks) = ranks else { return Ok(ResultDirectory::prepare(root, force)?) };
+    let first = match ranks.rank() {
         0 => Some(ResultDirectory::prepare(root, force)).transpose(),
         _ => Ok(None),
     };
-    let first = agreed(Some(of), first.map_err(Error::from))?;
+    let first = agreed(Some(ranks), first.map_err(Error::from))?;
     let own = match first {
         Some(first) => Ok(first),
-        None => ResultDirectory::prepare(&ranks::root(root, of), force),
+        None => ResultDirectory::prepare(&ranks::root(root, ranks), force),
     };
-    agreed(Some(of), own.map_err(Error::from))
+    agreed(Some(ranks), own.map_err(Error::from))
 }
 
-/// The run itself, with its progress.
-fn work(
+/// The run with its progress; `origin` is the scene, and the state that it starts from.
+fn run_with_progress(
     args: &RunArgs,
     origin: (&Scene, Option<&Path>),
     simulation: &mut Simulation,
@@ -120,7 +125,7 @@ fn work(
     outcome
 }
 
-pub(super) fn print_report(report: Option<&Path>) {
+pub(super) fn print_report_path(report: Option<&Path>) {
     if let Some(path) = report {
         say!("{} shows the results in a browser", path.display());
     }

@@ -389,11 +389,11 @@ impl Kinetics for JointKinetics {
         !known.contains(&false)
     }
 
-    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         let mut members = self.members.clone();
         let mut any = false;
         for part in &mut members {
-            if let Some(other) = part.kinetics.by_instances()? {
+            if let Some(other) = part.kinetics.without_parameter_columns()? {
                 (part.kinetics, any) = (Arc::from(other), true);
             }
         }

@@ -21,10 +21,10 @@ mod error;
 mod exact;
 pub mod field;
 pub mod formula;
+mod host_law;
 mod library;
 mod memory;
 mod metadata;
-mod own;
 mod parameters;
 mod plugin;
 pub mod search;
@@ -38,13 +38,13 @@ pub use descriptor::{
     Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
 pub use error::KineticsError;
+pub use host_law::{HostLaw, Template};
 pub use library::isolated::{IsolatedKinetics, IsolatedLibrary, Isolation, serve_if_asked};
 #[cfg(unix)]
 pub use library::signal_meaning;
 pub use library::{
     Library, PluginKinetics, call_under_way, check_global_state, take_destroy_error,
 };
-pub use own::{OwnLaw, Template};
 pub use plugin::Plugin;
 pub use search::Search;
 pub use signal::Signal;
@@ -134,12 +134,12 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         !self.descriptor().signals.iter().any(|read| read.signal == Signal::Time)
     }
 
-    /// The same law, but for parameters that differ from point to point: these are given to instances
-    /// of its own, to compare. Provided: `None`, where they cannot be overlooked.
+    /// The same law without columns of parameters: where parameters differ from point to point, it makes an instance
+    /// for every set of values, to compare with. Provided: `None`, for laws that cannot overlook such columns.
     ///
     /// # Errors
     /// If no instance can be made.
-    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         Ok(None)
     }
 

@@ -9,13 +9,13 @@
 #![allow(unsafe_code)]
 
 mod call;
+mod column_counts;
 mod global_state;
 mod inputs;
 mod instance;
 #[cfg_attr(not(target_os = "linux"), path = "library/not_isolated.rs")]
 pub(super) mod isolated;
 mod read;
-mod shape;
 mod under_way;
 
 use std::collections::BTreeMap;

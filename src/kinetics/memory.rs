@@ -1,7 +1,7 @@
-//! How much memory there is in use.
+//! How much memory this process uses.
 
-/// Private resident bytes of this process, where the system reports them.
-pub(crate) fn own_bytes() -> Option<u64> {
+/// Private resident bytes of this process, where the system reports them, in pages of 4 KiB.
+pub(crate) fn private_resident_bytes() -> Option<u64> {
     const PAGE: u64 = 4096;
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
     let mut pages = text.split_whitespace().skip(1).map(str::parse::<u64>);

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::{KineticsError, nearest};
-use super::{Isolation, OwnLaw};
+use super::{HostLaw, Isolation};
 
 /// The environment variable with further directories, separated as in `PATH`.
 pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
@@ -15,19 +15,19 @@ pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
 pub const INSTALLED: &str = "lib/rumple/plugins";
 
 /// The directories in which a plugin is looked up by name, in order; whether it is to have a process
-/// of its own; and the law that the caller brings.
+/// of its own; and the law of the host program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {
     directories: Vec<PathBuf>,
     isolation: Option<Isolation>,
-    own: Option<OwnLaw>,
+    host_law: Option<HostLaw>,
 }
 
 impl Search {
     /// These directories and no others.
     #[must_use]
     pub fn in_directories(directories: Vec<PathBuf>) -> Self {
-        Self { directories, isolation: None, own: None }
+        Self { directories, isolation: None, host_law: None }
     }
 
     /// With every plugin in a process of its own; or, with `None`, in this one.
@@ -36,22 +36,22 @@ impl Search {
         Self { isolation, ..self }
     }
 
-    /// With the law `own`: that of a table which names it as its plugin, or of the scene besides its others.
+    /// With the law `host_law`: that of a table which names it as its plugin, or of the scene besides its others.
     #[must_use]
-    pub fn with_law(self, own: Option<OwnLaw>) -> Self {
-        Self { own, ..self }
+    pub fn with_law(self, host_law: Option<HostLaw>) -> Self {
+        Self { host_law, ..self }
     }
 
-    /// The law that the caller brings.
+    /// The law of the host program.
     #[must_use]
-    pub fn own(&self) -> Option<&OwnLaw> {
-        self.own.as_ref()
+    pub fn host_law(&self) -> Option<&HostLaw> {
+        self.host_law.as_ref()
     }
 
     /// The same, if `plugin` is its name.
     #[must_use]
-    pub fn own_named(&self, plugin: &str) -> Option<&OwnLaw> {
-        self.own().filter(|law| law.name() == plugin)
+    pub fn host_law_named(&self, plugin: &str) -> Option<&HostLaw> {
+        self.host_law().filter(|law| law.name() == plugin)
     }
 
     /// How plugins get processes of their own, if they do.
@@ -81,7 +81,7 @@ impl Search {
                 *directory = full;
             }
         }
-        Self { directories, isolation: None, own: None }
+        Self { directories, isolation: None, host_law: None }
     }
 
     /// The directories, in order.
@@ -107,7 +107,7 @@ impl Search {
             .map(|directory| directory.join(&file))
             .find(|path| path.is_file())
             .ok_or_else(|| {
-                let own = self.own().map(|law| law.name().to_owned());
+                let own = self.host_law().map(|law| law.name().to_owned());
                 let found: Vec<String> =
                     own.into_iter().chain(self.list().into_iter().map(|(name, _)| name)).collect();
                 KineticsError::NotFound {

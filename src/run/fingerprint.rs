@@ -18,8 +18,8 @@ pub(super) struct MadeFrom {
     files: Vec<[String; 3]>,
 }
 
-/// What a law of the caller is called among files.
-const OWN: &str = "the law";
+/// What the law of the host program is called among files.
+const HOST_LAW: &str = "the law";
 
 /// Keys of a scene that a run may be continued with others of.
 const FREE: [&str; 3] = ["time.until", "time.max_steps", "checkpoint"];
@@ -43,15 +43,15 @@ impl MadeFrom {
             let FileRecord { path, sha256 } = FileRecord::of(path)?;
             files.push([what, path.to_string_lossy().into_owned(), sha256]);
         }
-        if let Some([name, digest]) = &simulation.own {
-            files.push([OWN.to_owned(), name.clone(), digest.clone()]);
+        if let Some([name, digest]) = &simulation.host_law {
+            files.push([HOST_LAW.to_owned(), name.clone(), digest.clone()]);
         }
         Ok(Self { scene: scene.resolved()?, mesh: simulation.mesh(), files })
     }
 
-    /// The name of the law that the caller brought.
-    pub(super) fn own(&self) -> Option<&str> {
-        self.files.iter().find(|[what, ..]| what == OWN).map(|[_, name, _]| name.as_str())
+    /// The name of the law of the host program.
+    pub(super) fn host_law(&self) -> Option<&str> {
+        self.files.iter().find(|[what, ..]| what == HOST_LAW).map(|[_, name, _]| name.as_str())
     }
 
     /// That `now` is the same, as far as it matters from here on.

@@ -25,20 +25,20 @@ pub struct Laws {
     pub kinetics: Arc<dyn Kinetics>,
     /// Files of the plugins among them.
     pub files: Vec<PathBuf>,
-    /// The law of the caller among them, by its name and its hash.
-    pub own: Option<[String; 2]>,
+    /// The law of the host program among them, by its name and its hash.
+    pub host_law: Option<[String; 2]>,
     /// The parameters of each table of the scene.
     parameters: Vec<Vec<Parameter>>,
 }
 
-/// Loads every law of the scene; `None` if it has none. A law of the caller that no table names comes last.
+/// Loads every law of the scene; `None` if it has none. A law of the host program that no table names comes last.
 ///
 /// # Errors
 /// A plugin that is not found or refused, a formula or a parameter that is wrong, names that
 /// clash; with the place.
 pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<Option<Laws>> {
     let mut members = Vec::new();
-    let mut own = search.own();
+    let mut host_law = search.host_law();
     let (mut files, mut parameters) = (Vec::new(), Vec::new());
     for (number, spec) in scene.kinetics.iter().enumerate() {
         let path = scene.kinetics_path(number);
@@ -49,7 +49,7 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
             }
             None => {
                 let (kinetics, file) = loaded(scene, &path, spec, search)?;
-                own = own.filter(|_| file.is_some());
+                host_law = host_law.filter(|_| file.is_some());
                 (kinetics, file)
             }
         };
@@ -58,8 +58,8 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
         let (rename, shared) = (spec.rename.clone(), spec.shared.clone());
         members.push(Member { kinetics, rename, shared });
     }
-    if let Some(own) = own {
-        let kinetics = own.instantiate(&BTreeMap::new())?;
+    if let Some(host_law) = host_law {
+        let kinetics = host_law.instantiate(&BTreeMap::new())?;
         members.push(Member { kinetics, rename: BTreeMap::new(), shared: Vec::new() });
     }
     let plain = |member: &Member| member.rename.is_empty() && member.shared.is_empty();
@@ -68,7 +68,7 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
         [one] if plain(one) => Arc::clone(&one.kinetics),
         _ => {
             let joint = JointKinetics::new(members).map_err(|e| {
-                // The law of the caller has no table.
+                // The law of the host program has no table.
                 let table = scene.kinetics_path(e.member.min(scene.kinetics.len().max(1) - 1));
                 let path = if e.key.is_empty() { table } else { format!("{table}.{}", e.key) };
                 scene.error_at(&path, &e.message, None)
@@ -79,8 +79,8 @@ pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<O
     for (number, spec) in scene.kinetics.iter().enumerate() {
         check_names(scene, number, spec, kinetics.descriptor())?;
     }
-    let own = search.own().map(|law| [law.name(), law.digest()].map(str::to_owned));
-    Ok(Some(Laws { kinetics, files, own, parameters }))
+    let host_law = search.host_law().map(|law| [law.name(), law.digest()].map(str::to_owned));
+    Ok(Some(Laws { kinetics, files, host_law, parameters }))
 }
 
 /// Refuses names that frames use for something else.
@@ -108,11 +108,14 @@ fn check_names(scene: &Scene, number: usize, spec: &KineticsSpec, all: &Descript
     Ok(())
 }
 
-/// The laws of a scene with their parameters over its sheet, and nothing else of it.
+/// The laws of a scene and the values of parameters that vary over its sheet, without the rest of the scene.
 ///
 /// # Errors
 /// As for [`load`] and [`parameter_fields`], and if the scene has no law.
-pub fn over_the_sheet(scene: &Scene, search: &Search) -> Result<(Laws, ParameterFields)> {
+pub fn load_with_parameter_fields(
+    scene: &Scene,
+    search: &Search,
+) -> Result<(Laws, ParameterFields)> {
     let none = || scene.missing_table("kinetics", "this scene has no law");
     let laws = load(scene, search, &mut Vec::new())?.ok_or_else(none)?;
     if !vary(scene) {
@@ -238,9 +241,9 @@ fn loaded(
         };
         Error::Scene(scene.error_at(&path, &error.to_string(), None))
     };
-    if let Some(own) = search.own_named(plugin) {
-        let given = uniform(spec, own.descriptor());
-        return Ok((own.instantiate(&given).map_err(blame)?, None));
+    if let Some(host_law) = search.host_law_named(plugin) {
+        let given = uniform(spec, host_law.descriptor());
+        return Ok((host_law.instantiate(&given).map_err(blame)?, None));
     }
     let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
     let plugin = Plugin::load(&file, search).map_err(blame)?;

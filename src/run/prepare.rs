@@ -144,12 +144,12 @@ fn on(
     let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     built.end(stepper.model().tally());
-    let (plugins, own) = laws.map(|laws| (laws.files, laws.own)).unwrap_or_default();
+    let (plugins, host_law) = laws.map(|laws| (laws.files, laws.host_law)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
         at_rest: false,
         plugins,
-        own,
+        host_law,
         fields,
         notes,
         faults: Vec::new(),

@@ -81,7 +81,7 @@ pub fn resume_on(
         }
     };
     check_end(&checkpoint, scene.time.span.until.get(), until, standing).map_err(refused)?;
-    if let (Some(name), None) = (checkpoint.made_from.own(), search.own()) {
+    if let (Some(name), None) = (checkpoint.made_from.host_law(), search.host_law()) {
         return refuse(format!(
             "the law `{name}` is a function of the program that began the run, which its directory does not have; \
              give it again where the run is resumed, as law={name} in Python"

@@ -45,8 +45,8 @@ pub struct Simulation {
     pub(crate) at_rest: bool,
     /// The files of the plugins.
     pub(crate) plugins: Vec<PathBuf>,
-    /// The law of the caller, by its name and its hash.
-    pub(crate) own: Option<[String; 2]>,
+    /// The law of the host program, by its name and its hash.
+    pub(crate) host_law: Option<[String; 2]>,
     /// What is written in frames.
     pub(crate) fields: Fields,
     /// What a person should know: odd things about the mesh, the scene or the plugin.

@@ -62,12 +62,11 @@ impl StabilityReport {
                     .into()
             }
             (_, 0) => "stable: every direction raises the energy".into(),
-            (_, 1) => "stable, but marginal: every direction raises the energy except 1 free \
-                rigid motion"
-                .into(),
+            (_, 1) => {
+                "stable up to 1 free rigid motion: every other direction raises the energy".into()
+            }
             (_, n) => format!(
-                "stable, but marginal: every direction raises the energy except {n} free rigid \
-                 motions"
+                "stable up to {n} free rigid motions: every other direction raises the energy"
             ),
         }
     }

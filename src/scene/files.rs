@@ -48,7 +48,7 @@ impl Scene {
     }
 
     /// Makes all paths absolute: they count from `folder`.
-    pub(super) fn count_paths_from(&mut self, folder: &Path) {
+    pub(super) fn resolve_paths_against(&mut self, folder: &Path) {
         let place = |path: &mut PathBuf| *path = folder.join(&path);
         if let SheetSource::File { file } = &mut self.sheet.source {
             place(file);
@@ -57,12 +57,12 @@ impl Scene {
             place(file);
         }
         if let Some(material) = &mut self.material {
-            material.young.count_path_from(folder);
-            material.thickness.count_path_from(folder);
-            material.drag.count_path_from(folder);
+            material.young.resolve_path_against(folder);
+            material.thickness.resolve_path_against(folder);
+            material.drag.resolve_path_against(folder);
         }
         for effect in &mut self.effects {
-            effect.count_paths_from(folder);
+            effect.resolve_paths_against(folder);
         }
         for kinetics in &mut self.kinetics {
             for parameter in kinetics.parameters.values_mut() {

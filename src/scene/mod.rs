@@ -132,7 +132,7 @@ impl Scene {
         let mut scene = check(root, origin)?;
         let unreadable = |error| SceneError::unreadable(path, &error);
         let path = std::path::absolute(path).map_err(unreadable)?;
-        scene.count_paths_from(path.parent().unwrap_or(&path));
+        scene.resolve_paths_against(path.parent().unwrap_or(&path));
         scene.file = path;
         Ok(scene)
     }

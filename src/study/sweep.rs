@@ -15,7 +15,7 @@
 use std::iter::once;
 use std::path::Path;
 
-use super::draw::picture::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
+use super::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use super::draw::plot::KeyPlot;
 use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
 use super::gather::{Found, Measures, MemberStatus, Shown, counts};
@@ -58,7 +58,7 @@ pub fn write(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
     for key in drawn_keys(plan) {
         let drawn = figure(plan, members, key);
         if !drawn.panels.is_empty() {
-            files.extend(draw::files(&format!("{PLOT}{}", plan.plot_name(key)), &drawn)?);
+            files.extend(draw::svg_and_png(&format!("{PLOT}{}", plan.plot_name(key)), &drawn)?);
         }
     }
     write_files(root, files)

@@ -29,16 +29,16 @@ const SCRIPT: [&str; 10] = [
 ];
 const GENERATOR: &str = concat!("rumple ", env!("CARGO_PKG_VERSION"));
 
-/// What the script reads.
+/// The data that the script reads, as JSON.
 #[derive(Debug, Serialize)]
-struct About<'a> {
+struct PageData<'a> {
     title: &'a str,
-    members: Vec<Member>,
+    members: Vec<RunData>,
 }
 
-/// One run.
+/// The data of one run.
 #[derive(Debug, Serialize)]
-struct Member {
+struct RunData {
     name: String,
     #[serde(flatten)]
     record: Record,
@@ -54,12 +54,12 @@ pub(super) fn of(root: &Path, found: &Found, options: Options) -> Result<Page> {
     let members = runs.iter().map(|(name, directory)| member(name, directory, found, &mut blocks));
     let members = members.collect::<Result<Vec<_>>>()?;
     let title = runs::name_of(root);
-    let mut about = About { title: &title, members };
+    let mut data = PageData { title: &title, members };
     // Sheets get what the rest leaves.
-    let rest = document(&about, "", blocks.html()).len();
+    let rest = document(&data, "", blocks.html()).len();
     let left = options.bytes.saturating_sub(rest) / runs.len().max(1);
     let mut first = None;
-    for (member, (_, directory)) in about.members.iter_mut().zip(runs) {
+    for (member, (_, directory)) in data.members.iter_mut().zip(runs) {
         match sheet::read(directory, options.frames, left, &mut blocks) {
             Ok(sheet) => member.sheet = sheet,
             Err(error) if found.study => {
@@ -69,25 +69,25 @@ pub(super) fn of(root: &Path, found: &Found, options: Options) -> Result<Page> {
             Err(error) => return Err(error),
         }
     }
-    let sheets: Vec<&Sheet> = about.members.iter().filter_map(|m| m.sheet.as_ref()).collect();
+    let sheets: Vec<&Sheet> = data.members.iter().filter_map(|m| m.sheet.as_ref()).collect();
     if let Some(error) = first.filter(|_| sheets.is_empty()) {
         return Err(error);
     }
     let shown = sheets.iter().map(|sheet| sheet.frames.len()).sum();
     let (runs, of) = (sheets.len(), sheets.iter().map(|sheet| sheet.of).sum());
-    let html = document(&about, &summary(found, &sheets, (shown, of)), blocks.html());
+    let html = document(&data, &summary(found, &sheets, (shown, of)), blocks.html());
     Ok(Page { html, runs, shown, of })
 }
 
 /// Everything of a run but its sheet.
-fn member(name: &str, directory: &Path, found: &Found, blocks: &mut Blocks) -> Result<Member> {
+fn member(name: &str, directory: &Path, found: &Found, blocks: &mut Blocks) -> Result<RunData> {
     let read =
         Record::read(directory).and_then(|record| Ok((record, ledger::read(directory, blocks)?)));
     let (record, ledger) = match read {
         Err(error) if found.study => (Record::unread(&error), None),
         read => read?,
     };
-    Ok(Member { name: name.to_owned(), record, sheet: None, ledger })
+    Ok(RunData { name: name.to_owned(), record, sheet: None, ledger })
 }
 
 /// What is shown of how much.
@@ -107,10 +107,10 @@ fn summary(found: &Found, sheets: &[&Sheet], (shown, of): (usize, usize)) -> Str
 }
 
 /// The HTML.
-fn document(about: &About<'_>, summary: &str, blocks: &str) -> String {
+fn document(data: &PageData<'_>, summary: &str, blocks: &str) -> String {
     // A `<` could end the script element.
-    let json = serde_json::to_string(about).unwrap_or_default().replace('<', "\\u003c");
-    let (title, summary) = (escaped(about.title), escaped(summary));
+    let json = serde_json::to_string(data).unwrap_or_default().replace('<', "\\u003c");
+    let (title, summary) = (escaped(data.title), escaped(summary));
     fill(&[
         ("title", &title),
         ("generator", GENERATOR),

@@ -11,8 +11,8 @@
 //!     PartOffsets, CellOffsets, ConnectivityIdOffsets = 0,   NumberOfParts = 1,   FieldDataSizes/… = 1
 //! ```
 //!
-//! Offsets that are the same for all fields are one data set of many names. A slash separates groups, so that in names it
-//! becomes " per "; the attribute `name` keeps the name.
+//! Fields with equal offsets share one data set, linked under every field's name. HDF5 reserves `/`, so `1/length` is
+//! stored as `1 per length`; the attribute `name` keeps the original.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -27,8 +27,8 @@ use super::object::{Attribute, Kind};
 /// VTK's number of a triangle.
 pub(crate) const TRIANGLE: u8 = 5;
 
-/// Level of deflate: positions keep their full precision, so that higher levels gain little.
-const LEVEL: u32 = 1;
+/// Compression level of deflate: positions keep their full precision, so that higher levels gain little.
+const DEFLATE_LEVEL: u32 = 1;
 
 /// Named numbers on points or cells, entity by entity.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +52,7 @@ pub struct State<'a> {
     pub point: Vec<Field<'a>>,
     /// Fields on cells.
     pub cell: Vec<Field<'a>>,
-    /// Numbers of the whole.
+    /// Scalars of the whole frame, as (name, value): VTK's field data.
     pub numbers: &'a [(String, f64)],
 }
 
@@ -76,19 +76,19 @@ pub struct FrameWriter<D> {
     cells: u64,
 }
 
-/// A name as HDF5 can have it, with what it really is.
-fn link(name: &str) -> (String, Vec<(String, Attribute)>) {
-    // "1/length" is "1 per length"; a name of one dot would be the group itself.
+/// The name of a field as a link of an HDF5 group, and the attribute that keeps the original.
+fn hdf5_name(name: &str) -> (String, Vec<(String, Attribute)>) {
+    // `/` separates groups, and `.` is the group itself.
     let safe = name.replace('/', " per ");
     let safe = if safe.is_empty() || safe == "." { format!("field {safe}") } else { safe };
     (safe, vec![("name".to_owned(), Attribute::Text(name.to_owned()))])
 }
 
-/// Growing data sets with their numbers.
+/// Specifications of the growing data sets, numbered in the order of a frame's rows.
 #[derive(Default)]
-struct Sets(Vec<Spec>);
+struct DataSetSpecs(Vec<Spec>);
 
-impl Sets {
+impl DataSetSpecs {
     fn add(&mut self, kind: Kind, columns: Option<u64>, growth: Growth, compressed: bool) -> usize {
         self.0.push(Spec { kind, columns, growth, compressed });
         self.0.len() - 1
@@ -110,7 +110,7 @@ impl<D: Disk> FrameWriter<D> {
         first: &State<'_>,
         compressed: bool,
     ) -> io::Result<Self> {
-        let mut sets = Sets::default();
+        let mut sets = DataSetSpecs::default();
         let (points, cells) = (topology.points as u64, topology.triangles.len() as u64);
         let mut top = BTreeMap::new();
         let of = |number: usize| Node::Growing(number, Vec::new());
@@ -123,7 +123,7 @@ impl<D: Disk> FrameWriter<D> {
             for field in list {
                 let columns = (field.components > 1).then_some(field.components as u64);
                 let set = sets.add(Kind::F64, columns, Growth::Chunk(rows), compressed);
-                let (name, title) = link(field.name);
+                let (name, title) = hdf5_name(field.name);
                 fields[place].insert(name, Node::Growing(set, title));
                 shape.push((field.name.to_owned(), field.components));
             }
@@ -131,7 +131,7 @@ impl<D: Disk> FrameWriter<D> {
         let mut numbers = BTreeMap::new();
         for (name, _) in first.numbers {
             let set = sets.add(Kind::F64, None, Growth::Number, false);
-            let (name, title) = link(name);
+            let (name, title) = hdf5_name(name);
             numbers.insert(name, Node::Growing(set, title));
         }
         let crowded = fields.iter().chain([&numbers]).any(|group| group.len() > MOST_NAMES);
@@ -139,7 +139,9 @@ impl<D: Disk> FrameWriter<D> {
             || fields[0].len() + fields[1].len() != shape.len()
             || numbers.len() != first.numbers.len()
         {
-            let what = format!("names of fields that are alike, or more than {MOST_NAMES} of them");
+            let what = format!(
+                "two fields get the same HDF5 name, or a group has more than {MOST_NAMES} fields"
+            );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
         let steps = steps(&mut sets, &fields, &numbers);
@@ -200,7 +202,7 @@ impl<D: Disk> FrameWriter<D> {
 
 /// The group `Steps`: times, and where each frame begins. Its data sets follow those of the fields in a frame's rows.
 fn steps(
-    sets: &mut Sets,
+    sets: &mut DataSetSpecs,
     fields: &[BTreeMap<String, Node>; 2],
     numbers: &BTreeMap<String, Node>,
 ) -> Node {
@@ -248,7 +250,7 @@ fn fixed(topology: Topology<'_>) -> [(&'static str, Node); 6] {
     ]
 }
 
-/// The bytes of numbers, those of equal weight together and deflated if `compressed`.
+/// Little-endian bytes; if `compressed`, byte-shuffled and deflated.
 fn encoded(values: &[f64], compressed: bool) -> io::Result<Vec<u8>> {
     if !compressed {
         return Ok(values.iter().flat_map(|x| x.to_le_bytes()).collect());
@@ -257,7 +259,7 @@ fn encoded(values: &[f64], compressed: bool) -> io::Result<Vec<u8>> {
     for byte in 0..8 {
         shuffled.extend(values.iter().map(|x| x.to_le_bytes()[byte]));
     }
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(DEFLATE_LEVEL));
     encoder.write_all(&shuffled)?;
     encoder.finish()
 }

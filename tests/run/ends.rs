@@ -188,7 +188,7 @@ fn a_crash_of_a_plugin_in_the_process_names_plugin_and_call_and_ends_by_the_sign
         let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
         let message = text(&out.stderr);
         assert_eq!(out.status.signal(), Some(signal), "{fault}: {:?} {message}", out.status);
-        for part in ["plugin `planted` crashes in rate", &format!("(signal {signal})")] {
+        for part in ["plugin `planted` crashed in rate", &format!("(signal {signal})")] {
             assert!(message.contains(part), "{fault}: no {part} in {message}");
         }
         // As a run that is killed: the lock is free, and frames are complete.

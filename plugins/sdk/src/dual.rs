@@ -28,14 +28,17 @@ impl<const N: usize> Dual<N> {
         Self { value, derivatives }
     }
 
+    /// A function of one number: its value, and its derivative in a direction by that of the argument.
     #[inline]
-    fn map(self, value: f64, slope: impl Fn(f64) -> f64) -> Self {
-        Self { value, derivatives: self.derivatives.map(slope) }
+    fn unary(self, value: f64, tangent: impl Fn(f64) -> f64) -> Self {
+        Self { value, derivatives: self.derivatives.map(tangent) }
     }
 
+    /// A function of two numbers, likewise.
     #[inline]
-    fn join(self, other: Self, value: f64, slope: impl Fn(f64, f64) -> f64) -> Self {
-        let derivatives = std::array::from_fn(|k| slope(self.derivatives[k], other.derivatives[k]));
+    fn binary(self, other: Self, value: f64, tangent: impl Fn(f64, f64) -> f64) -> Self {
+        let derivatives =
+            std::array::from_fn(|k| tangent(self.derivatives[k], other.derivatives[k]));
         Self { value, derivatives }
     }
 }
@@ -49,7 +52,7 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
         // A choice, not a branch: signs of signals are unpredictable.
-        self.map(value, |d| if slope == 0.0 { 0.0 } else { slope * d })
+        self.unary(value, |d| if slope == 0.0 { 0.0 } else { slope * d })
     }
 }
 
@@ -65,7 +68,7 @@ impl<const N: usize> Neg for Dual<N> {
 
     #[inline]
     fn neg(self) -> Self {
-        self.map(-self.value, |d| -d)
+        self.unary(-self.value, |d| -d)
     }
 }
 
@@ -74,7 +77,7 @@ impl<const N: usize> Add for Dual<N> {
 
     #[inline]
     fn add(self, other: Self) -> Self {
-        self.join(other, self.value + other.value, |a, b| a + b)
+        self.binary(other, self.value + other.value, |a, b| a + b)
     }
 }
 
@@ -83,7 +86,7 @@ impl<const N: usize> Sub for Dual<N> {
 
     #[inline]
     fn sub(self, other: Self) -> Self {
-        self.join(other, self.value - other.value, |a, b| a - b)
+        self.binary(other, self.value - other.value, |a, b| a - b)
     }
 }
 
@@ -93,7 +96,7 @@ impl<const N: usize> Mul for Dual<N> {
     #[inline]
     #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
     fn mul(self, other: Self) -> Self {
-        self.join(other, self.value * other.value, |a, b| a * other.value + self.value * b)
+        self.binary(other, self.value * other.value, |a, b| a * other.value + self.value * b)
     }
 }
 
@@ -104,7 +107,7 @@ impl<const N: usize> Div for Dual<N> {
     fn div(self, other: Self) -> Self {
         let quotient = self.value / other.value;
         let reciprocal = 1.0 / other.value;
-        self.join(other, quotient, |a, b| (a - quotient * b) * reciprocal)
+        self.binary(other, quotient, |a, b| (a - quotient * b) * reciprocal)
     }
 }
 
@@ -131,7 +134,7 @@ impl<const N: usize> Mul<f64> for Dual<N> {
 
     #[inline]
     fn mul(self, other: f64) -> Self {
-        self.map(self.value * other, |d| d * other)
+        self.unary(self.value * other, |d| d * other)
     }
 }
 
@@ -140,6 +143,6 @@ impl<const N: usize> Div<f64> for Dual<N> {
 
     #[inline]
     fn div(self, other: f64) -> Self {
-        self.map(self.value / other, |d| d / other)
+        self.unary(self.value / other, |d| d / other)
     }
 }

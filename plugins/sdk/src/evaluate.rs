@@ -85,13 +85,13 @@ pub(crate) fn run<M: Model, S: Number, L: Law<M, S>>(
     let points = pass.inputs.points;
     let fields = pass.inputs.has_fields();
     let names: Vec<&str> = match fields {
-        true => M::PARAMETERS.iter().map(|p| crate::boundary::text(&p.name)).collect(),
+        true => M::PARAMETERS.iter().map(|p| crate::c_functions::text(&p.name)).collect(),
         false => Vec::new(),
     };
     let mut values = vec![0.0; names.len()];
     let mut unreliable = None;
     with_list(L::SIZE.outputs * (1 + S::WIDTH), Target::NOWHERE, |targets| {
-        aim::<M, S, L>(pass, targets);
+        fill_targets::<M, S, L>(pass, targets);
         let mut from = 0;
         while from < points {
             let own;
@@ -103,7 +103,7 @@ pub(crate) fn run<M: Model, S: Number, L: Law<M, S>>(
             } else {
                 (model, points)
             };
-            stretch::<M, S, L>(here, pass, targets, from..to, &mut unreliable)?;
+            evaluate_range::<M, S, L>(here, pass, targets, from..to, &mut unreliable)?;
             from = to;
         }
         Ok(())
@@ -114,8 +114,8 @@ pub(crate) fn run<M: Model, S: Number, L: Law<M, S>>(
     })
 }
 
-/// Finds where the results of a pass go: for each output its value, then its derivatives.
-fn aim<M, S: Number, L: Law<M, S>>(pass: &Pass<'_, '_>, targets: &mut [Target]) {
+/// Fills in where the results of a pass are written: for each output its value, then its derivatives.
+fn fill_targets<M, S: Number, L: Law<M, S>>(pass: &Pass<'_, '_>, targets: &mut [Target]) {
     let inputs = L::SIZE.inputs;
     for (row, targets) in targets.chunks_exact_mut(1 + S::WIDTH).enumerate() {
         targets[0] = pass.values.target(row);
@@ -134,8 +134,8 @@ fn with_list<T: Copy, R>(length: usize, fill: T, use_it: impl FnOnce(&mut [T]) -
     }
 }
 
-/// The points of a range, block by block.
-fn stretch<M: Model, S: Number, L: Law<M, S>>(
+/// Evaluates the law at the points of a range, block by block.
+fn evaluate_range<M: Model, S: Number, L: Law<M, S>>(
     model: &M,
     pass: &Pass<'_, '_>,
     targets: &[Target],

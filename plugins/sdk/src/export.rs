@@ -9,7 +9,7 @@ use rumple_plugin_abi::{
     GetExtension, MAGIC, Observable, Parameter, PluginTable, Signal, Species, Str,
 };
 
-use crate::boundary;
+use crate::c_functions;
 use crate::{LengthFactor, Model, Observables};
 
 /// The table as a static.
@@ -44,10 +44,10 @@ impl Exported {
             abi_minor: ABI_MINOR,
             size: size_of::<PluginTable>(),
             descriptor,
-            create: Some(boundary::create::<M>),
-            destroy: Some(boundary::destroy::<M>),
-            rates: Some(boundary::rates::<M>),
-            rate_partials: Some(boundary::rate_partials::<M>),
+            create: Some(c_functions::create::<M>),
+            destroy: Some(c_functions::destroy::<M>),
+            rates: Some(c_functions::rates::<M>),
+            rate_partials: Some(c_functions::rate_partials::<M>),
             length_factor: values,
             length_factor_partials: partials,
             get_extension,
@@ -105,8 +105,8 @@ pub struct Probe<M>(PhantomData<M>);
 impl<M: LengthFactor> Probe<M> {
     /// Its C functions.
     pub const LENGTH_FACTOR: Option<LengthFactorCalls> = Some(LengthFactorCalls {
-        values: Some(boundary::length_factor::<M>),
-        partials: Some(boundary::length_factor_partials::<M>),
+        values: Some(c_functions::length_factor::<M>),
+        partials: Some(c_functions::length_factor_partials::<M>),
     });
 }
 
@@ -139,7 +139,7 @@ unsafe extern "C" fn observables<M: Observables>(id: Str) -> *const c_void {
             observables: M::OBSERVABLES.as_ptr(),
             observable_count: M::OBSERVABLES.len(),
             observable_stride: size_of::<Observable>(),
-            observe: Some(boundary::observe::<M>),
+            observe: Some(c_functions::observe::<M>),
         }
     };
     std::ptr::from_ref(table).cast()

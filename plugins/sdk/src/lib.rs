@@ -53,7 +53,7 @@
 //! to the engine as a fatal error; build with the default `panic = "unwind"`.
 
 mod block;
-mod boundary;
+mod c_functions;
 mod columns;
 mod dual;
 mod evaluate;

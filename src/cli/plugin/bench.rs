@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use super::{Found, LawArgs};
+use super::{LawArgs, LawSource};
 use crate::Result;
 use crate::kinetics::field::{self, Columns};
 use crate::kinetics::validation::Samples;
@@ -34,8 +34,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
     let (kinetics, fields): (Arc<dyn Kinetics>, _) = match args.law.find()? {
-        Found::Library(library) => (Arc::new(library.instantiate(&BTreeMap::new())?), Vec::new()),
-        Found::Scene { kinetics, fields } => (kinetics, fields),
+        LawSource::Library(library) => {
+            (Arc::new(library.instantiate(&BTreeMap::new())?), Vec::new())
+        }
+        LawSource::Scene { kinetics, fields } => (kinetics, fields),
     };
     let count = args.points as usize;
     let samples = Samples::new(kinetics.descriptor(), count, 1).with_parameters(&fields, 1);

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{Found, LawArgs};
+use super::{LawArgs, LawSource};
 use crate::Result;
 use crate::kinetics::descriptor::Default;
 use crate::kinetics::{Descriptor, Library, Search, SignalRead};
@@ -37,20 +37,20 @@ pub(super) fn list(search: &Search) -> Result<()> {
 
 pub(super) fn run(args: &DescribeArgs) -> Result<()> {
     match args.law.find()? {
-        Found::Library(library) => {
+        LawSource::Library(library) => {
             say!("file        {}", library.path().display());
             describe(library.descriptor(), &|p| match library.descriptor().parameters[p].default {
                 Default::Value(value) => value.to_string(),
                 Default::SameAs(earlier) => library.descriptor().parameters[earlier].name.clone(),
             });
         }
-        Found::Scene { kinetics, fields } => {
+        LawSource::Scene { kinetics, fields } => {
             describe(
                 kinetics.descriptor(),
                 &|p| match fields.get(p).map_or(&[][..], Vec::as_slice) {
                     [] => kinetics.parameters()[p].to_string(),
                     [one] => one.to_string(),
-                    field => over_the_sheet(field),
+                    field => describe_field(field),
                 },
             );
         }
@@ -59,7 +59,7 @@ pub(super) fn run(args: &DescribeArgs) -> Result<()> {
 }
 
 /// The least and the greatest value of a parameter that differs from place to place.
-pub(in crate::cli) fn over_the_sheet(field: &[f64]) -> String {
+pub(in crate::cli) fn describe_field(field: &[f64]) -> String {
     let least = field.iter().copied().fold(f64::INFINITY, f64::min);
     let most = field.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     format!("{least} to {most} over the sheet")

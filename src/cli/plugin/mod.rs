@@ -15,7 +15,7 @@ use crate::kinetics::{Kinetics, Library, Search};
 use crate::run::laws;
 use crate::scene::Scene;
 
-pub(super) use describe::over_the_sheet;
+pub(super) use describe::describe_field;
 
 /// Arguments of `plugin`.
 #[derive(Debug, Args)]
@@ -62,8 +62,8 @@ struct LawArgs {
     search: SearchArgs,
 }
 
-/// A law that was found: a library, or what a scene makes of libraries and formulas.
-enum Found {
+/// Where a law comes from: a library, or a scene with its plugins and formulas.
+enum LawSource {
     Library(Arc<Library>),
     Scene {
         kinetics: Arc<dyn Kinetics>,
@@ -73,16 +73,16 @@ enum Found {
 }
 
 impl LawArgs {
-    fn find(&self) -> Result<Found> {
+    fn find(&self) -> Result<LawSource> {
         let search = self.search.search();
         let path = Path::new(&self.law);
         if path.extension().is_some_and(|ending| ending == "toml") {
             let scene = Scene::load(path, &[])?;
-            let (laws, fields) = laws::over_the_sheet(&scene, &search)?;
-            return Ok(Found::Scene { kinetics: laws.kinetics, fields: fields.at_points });
+            let (laws, fields) = laws::load_with_parameter_fields(&scene, &search)?;
+            return Ok(LawSource::Scene { kinetics: laws.kinetics, fields: fields.at_points });
         }
         let file = search.resolve(&self.law, Path::new(""))?;
-        Ok(Found::Library(Library::load(&file)?))
+        Ok(LawSource::Library(Library::load(&file)?))
     }
 }
 

@@ -12,7 +12,7 @@ use std::time::Duration;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use super::{Found, LawArgs};
+use super::{LawArgs, LawSource};
 use crate::kinetics::validation::{self, Finding, Made, Make, Verdict};
 use crate::kinetics::{Kinetics, check_global_state};
 use crate::{Error, Result};
@@ -74,8 +74,8 @@ fn child(args: &ValidateArgs) -> Result<()> {
     let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {
         let library = match &found {
-            Found::Library(library) => Some(Arc::clone(library)),
-            Found::Scene { .. } => None,
+            LawSource::Library(library) => Some(Arc::clone(library)),
+            LawSource::Scene { .. } => None,
         };
         let make = library.map(|library| {
             move |set: &BTreeMap<String, f64>| -> Made {
@@ -83,10 +83,10 @@ fn child(args: &ValidateArgs) -> Result<()> {
             }
         });
         let (law, fields): (Arc<dyn Kinetics>, _) = match found {
-            Found::Library(library) => {
+            LawSource::Library(library) => {
                 (Arc::new(library.instantiate(&BTreeMap::new())?), Vec::new())
             }
-            Found::Scene { kinetics, fields } => (kinetics, fields),
+            LawSource::Scene { kinetics, fields } => (kinetics, fields),
         };
         if !args.backwards {
             try_out(&*law, &fields, make.as_ref().map(|make| make as &Make<'_>), seed);

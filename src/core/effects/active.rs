@@ -61,8 +61,8 @@ impl EffectSpec for ActiveTension {
         named([("value.file", self.value.file())])
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
-        self.value.count_path_from(folder);
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.value.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -175,8 +175,9 @@ fn area_hessian(x: &[Vec3; 3], tension: f64, positive: bool) -> [[Block; 3]; 3] 
     let twice_area = normal.norm().max(f64::MIN_POSITIVE);
     let unit = normal / twice_area;
     let edge = [0, 1, 2].map(|k| x[(k + 2) % 3] - x[(k + 1) % 3]);
-    let out = unit * unit.transpose();
-    let block = |k: usize, m: usize| area_block((k, m), &edge, (&unit, &out), positive);
+    let normal_projector = unit * unit.transpose();
+    let block =
+        |k: usize, m: usize| area_block((k, m), &edge, (&unit, &normal_projector), positive);
     [0, 1, 2].map(|k| [0, 1, 2].map(|m| block(k, m) * (0.5 * tension / twice_area)))
 }
 
@@ -190,12 +191,12 @@ fn area_hessian(x: &[Vec3; 3], tension: f64, positive: bool) -> [[Block; 3]; 3] 
 fn area_block(
     (k, m): (usize, usize),
     edge: &[Vec3; 3],
-    (unit, out): (&Vec3, &Block),
+    (unit, normal_projector): (&Vec3, &Block),
     positive: bool,
 ) -> Block {
     let (e, f) = (edge[k], edge[m]);
     if positive {
-        return e.dot(&f) * out;
+        return e.dot(&f) * normal_projector;
     }
     let (c, d) = (unit.cross(&e), unit.cross(&f));
     let first = e.dot(&f) * Block::identity() - f * e.transpose() - c * d.transpose();

@@ -70,8 +70,8 @@ impl EffectSpec for Advection {
         self.velocity.iter().filter_map(|field| Some(("velocity.file", field.file()?))).collect()
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
-        self.velocity.iter_mut().for_each(|field| field.count_path_from(folder));
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.velocity.iter_mut().for_each(|field| field.resolve_path_against(folder));
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -95,9 +95,9 @@ impl EffectSpec for Diffusion {
         named([("coefficient.file", self.coefficient.as_ref().and_then(Field::file))])
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
+    fn resolve_paths_against(&mut self, folder: &Path) {
         if let Some(coefficient) = &mut self.coefficient {
-            coefficient.count_path_from(folder);
+            coefficient.resolve_path_against(folder);
         }
     }
 

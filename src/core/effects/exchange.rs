@@ -52,9 +52,9 @@ impl EffectSpec for Exchange {
         named([("rate.file", self.rate.file()), ("reference.file", self.reference.file())])
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
-        self.rate.count_path_from(folder);
-        self.reference.count_path_from(folder);
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.rate.resolve_path_against(folder);
+        self.reference.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -223,7 +223,7 @@ impl<N: Checked> Field<N> {
     }
 
     /// Makes the path of its file absolute: it counts from `folder`.
-    pub fn count_path_from(&mut self, folder: &Path) {
+    pub fn resolve_path_against(&mut self, folder: &Path) {
         if let Self::Array { file, .. } = self {
             *file = folder.join(&*file);
         }

@@ -46,10 +46,10 @@ impl FlowSpec {
     }
 
     /// Makes their paths absolute.
-    pub(super) fn count_paths_from(&mut self, folder: &Path) {
-        self.time.count_path_from(folder);
+    pub(super) fn resolve_paths_against(&mut self, folder: &Path) {
+        self.time.resolve_path_against(folder);
         if let Some(threshold) = &mut self.threshold {
-            threshold.count_path_from(folder);
+            threshold.resolve_path_against(folder);
         }
     }
 

@@ -49,8 +49,8 @@ impl EffectSpec for Flux {
         named([("value.file", self.value.file())])
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
-        self.value.count_path_from(folder);
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.value.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -74,8 +74,8 @@ impl EffectSpec for Foundation {
         named([("stiffness.file", self.stiffness.file())])
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
-        self.stiffness.count_path_from(folder);
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.stiffness.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -78,8 +78,8 @@ impl EffectSpec for Remodelling {
         self.flow.files(["time.file", "yield.file"])
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
-        self.flow.count_paths_from(folder);
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.flow.resolve_paths_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

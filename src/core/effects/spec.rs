@@ -53,7 +53,7 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
     }
 
     /// Makes their paths absolute: they count from `folder`.
-    fn count_paths_from(&mut self, _folder: &Path) {}
+    fn resolve_paths_against(&mut self, _folder: &Path) {}
 
     /// Binds it to a sheet, a material and the species there are.
     ///

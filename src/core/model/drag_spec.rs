@@ -94,10 +94,10 @@ impl DragSpec {
     }
 
     /// Makes the path of its file absolute: it counts from `folder`.
-    pub fn count_path_from(&mut self, folder: &Path) {
+    pub fn resolve_path_against(&mut self, folder: &Path) {
         let (Self::PerVertex(coefficient) | Self::PerArea(coefficient)) = self;
         if let Coefficient::Isotropic(field) = coefficient {
-            field.count_path_from(folder);
+            field.resolve_path_against(folder);
         }
     }
 }

@@ -14,8 +14,8 @@ use smallvec::SmallVec;
 
 use super::Library;
 use super::call::Call;
+use super::column_counts::{ColumnCounts, check_columns};
 use super::inputs::Inputs;
-use super::shape::{Shape, check};
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
@@ -29,7 +29,7 @@ pub struct PluginKinetics {
     instance: *mut c_void,
     calls: AtomicUsize,
     /// Whether parameters that differ from point to point are handed over as columns.
-    pub(super) takes_fields: bool,
+    pub(super) takes_parameter_columns: bool,
 }
 
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
@@ -78,7 +78,7 @@ enum Function {
 struct Wanted {
     name: &'static str,
     function: Function,
-    shape: Shape,
+    counts: ColumnCounts,
 }
 
 impl PluginKinetics {
@@ -92,8 +92,14 @@ impl PluginKinetics {
             })
         })?;
         let calls = AtomicUsize::new(0);
-        let takes_fields = library.descriptor.capabilities.parameter_fields;
-        Ok(Self { library: Arc::clone(library), parameters, instance, calls, takes_fields })
+        let takes_parameter_columns = library.descriptor.capabilities.parameter_fields;
+        Ok(Self {
+            library: Arc::clone(library),
+            parameters,
+            instance,
+            calls,
+            takes_parameter_columns,
+        })
     }
 
     /// The library that the law comes from.
@@ -111,11 +117,11 @@ impl PluginKinetics {
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        check(&self.library.descriptor, wanted.shape, batch, values, partials)?;
+        check_columns(&self.library.descriptor, wanted.counts, batch, values, partials)?;
         if batch.parameters.is_empty() {
             return self.call(wanted, batch, values, partials);
         }
-        if self.takes_fields {
+        if self.takes_parameter_columns {
             self.call(wanted, batch, values, partials)
         } else {
             self.by_stretches(wanted, batch, values, partials)
@@ -179,7 +185,7 @@ impl PluginKinetics {
             if let Some(point) = first.iter().zip(second).position(differs) {
                 let descriptor = &self.library.descriptor;
                 let species =
-                    descriptor.species.get(output).filter(|_| wanted.shape.values > output);
+                    descriptor.species.get(output).filter(|_| wanted.counts.values > output);
                 let of_rates = wanted.name.starts_with("rate");
                 return Err(KineticsError::Unsteady {
                     plugin: descriptor.name.clone(),
@@ -266,7 +272,7 @@ impl Kinetics for PluginKinetics {
         let wanted = Wanted {
             name: "rates",
             function: Function::Values(self.library.rates),
-            shape: Shape::of_rates(self.descriptor(), false),
+            counts: ColumnCounts::of_rates(self.descriptor(), false),
         };
         self.evaluate(&wanted, batch, rates, &mut [])
     }
@@ -283,7 +289,7 @@ impl Kinetics for PluginKinetics {
         let wanted = Wanted {
             name: "rate_partials",
             function: Function::Partials(self.library.rate_partials),
-            shape: Shape::of_rates(self.descriptor(), true),
+            counts: ColumnCounts::of_rates(self.descriptor(), true),
         };
         self.evaluate(&wanted, batch, rates, partials)
     }
@@ -294,7 +300,8 @@ impl Kinetics for PluginKinetics {
             return Ok(None);
         }
         let (name, function) = ("length_factor", Function::Values(self.library.length_factor));
-        let wanted = Wanted { name, function, shape: Shape { signals: 0, values: 1, partials: 0 } };
+        let wanted =
+            Wanted { name, function, counts: ColumnCounts { signals: 0, values: 1, partials: 0 } };
         self.evaluate(&wanted, batch, &mut [factor], &mut [])
     }
 
@@ -310,17 +317,17 @@ impl Kinetics for PluginKinetics {
         let function = Function::Partials(self.library.length_factor_partials);
         let name = "length_factor_partials";
         let partials_wanted = self.library.descriptor.species.len();
-        let shape = Shape { signals: 0, values: 1, partials: partials_wanted };
-        let wanted = Wanted { name, function, shape };
+        let counts = ColumnCounts { signals: 0, values: 1, partials: partials_wanted };
+        let wanted = Wanted { name, function, counts };
         self.evaluate(&wanted, batch, &mut [factor], partials)
     }
 
-    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
-        if !self.takes_fields {
+    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+        if !self.takes_parameter_columns {
             return Ok(None);
         }
         let mut twin = Self::new(&self.library, self.parameters.clone())?;
-        twin.takes_fields = false;
+        twin.takes_parameter_columns = false;
         Ok(Some(Box::new(twin)))
     }
 
@@ -333,7 +340,7 @@ impl Kinetics for PluginKinetics {
         let wanted = Wanted {
             name: "observe",
             function: Function::Values(self.library.observe),
-            shape: Shape { signals, values: values_wanted, partials: 0 },
+            counts: ColumnCounts { signals, values: values_wanted, partials: 0 },
         };
         self.evaluate(&wanted, batch, values, &mut [])
     }

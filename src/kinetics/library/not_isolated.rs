@@ -1,4 +1,4 @@
-//! Plugins in processes of their own, where it is not known how that is done.
+//! Stands in for isolation on systems where it is not supported: all but Linux.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::error::KineticsError;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Isolation;
 
-fn unknown() -> KineticsError {
+fn unsupported() -> KineticsError {
     KineticsError::Isolated("plugins can be isolated on Linux only".to_owned())
 }
 
@@ -21,13 +21,13 @@ impl Isolation {
     ///
     /// # Errors
     /// Always.
-    pub fn here(_: Duration) -> Result<Self, KineticsError> {
-        Err(unknown())
+    pub fn here(_limit: Duration) -> Result<Self, KineticsError> {
+        Err(unsupported())
     }
 
     /// By another program.
     #[must_use]
-    pub fn by(_: PathBuf, _: Duration) -> Self {
+    pub fn by(_program: PathBuf, _limit: Duration) -> Self {
         Self
     }
 }
@@ -47,8 +47,8 @@ impl IsolatedLibrary {
     ///
     /// # Errors
     /// Always.
-    pub fn load(_: &Path, _: &Isolation) -> Result<Arc<Self>, KineticsError> {
-        Err(unknown())
+    pub fn load(_path: &Path, _isolation: &Isolation) -> Result<Arc<Self>, KineticsError> {
+        Err(unsupported())
     }
 
     /// Never: isolation is not available here.
@@ -63,8 +63,8 @@ impl IsolatedLibrary {
     /// Always.
     pub fn instantiate(
         self: &Arc<Self>,
-        _: &BTreeMap<String, f64>,
+        _given: &BTreeMap<String, f64>,
     ) -> Result<IsolatedKinetics, KineticsError> {
-        Err(unknown())
+        Err(unsupported())
     }
 }

@@ -109,7 +109,7 @@ pub(super) fn as_instances(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
 ) -> Result<(), KineticsError> {
-    let Some(other) = kinetics.by_instances()? else { return Ok(()) };
+    let Some(other) = kinetics.without_parameter_columns()? else { return Ok(()) };
     let d = kinetics.descriptor();
     let quantity = |s: usize| format!("the rate of {}", d.species[s].name);
     let (found, expected) = (rates(kinetics, batch)?, rates(other.as_ref(), batch)?);

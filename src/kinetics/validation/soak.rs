@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::validate::{Check, Verdict};
 use crate::field::Columns;
 use crate::library::is_checked;
-use crate::memory::own_bytes;
+use crate::memory::private_resident_bytes;
 use crate::{Batch, Kinetics, KineticsError};
 
 /// Calls at one point, each compared with the first; fewer of a law that takes its time.
@@ -39,7 +39,7 @@ pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
             })?;
         }
         // Of a process that others use as well it says nothing.
-        memory.extend(own_bytes().filter(|_| is_checked()));
+        memory.extend(private_resident_bytes().filter(|_| is_checked()));
     }
     let grows = |pair: &[u64]| pair[1].saturating_sub(pair[0]) >= LOST;
     if memory.len() == ROUNDS && memory.windows(2).all(grows) {

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::sparse::{Pattern, Sparse, Values};
+use super::sparse::{Pattern, Sparse, StoredValues};
 use crate::num::index;
 use crate::parallel;
 
@@ -132,7 +132,7 @@ impl Assembly {
     /// The same of a square matrix in single precision whose rows and columns are in the order of incomplete
     /// factors, which then need no pattern of their own.
     #[must_use]
-    pub fn in_strips(rows: usize, name: impl FnOnce(&mut Entries<'_>)) -> Self {
+    pub fn for_incomplete_factor(rows: usize, name: impl FnOnce(&mut Entries<'_>)) -> Self {
         Self::look_up((rows, rows), &[], name, true)
     }
 
@@ -181,7 +181,10 @@ impl Assembly {
         drop((first, listed));
         if in_strips {
             drop(all);
-            return Self { matrix: Sparse::in_strips(&pattern), ..Self::default() };
+            return Self {
+                matrix: Sparse::zeros_for_incomplete_factor(&pattern),
+                ..Self::default()
+            };
         }
         let matrix = Sparse::zeros(pattern);
         let offset = |(row, column): (u32, u32)| {
@@ -229,8 +232,8 @@ impl Assembly {
             part(&mut Entries(Mode::Keep(list.iter_mut())));
         });
         let Self { named, sum_start, sum, matrix, offset, .. } = self;
-        let Values::Double(value) = &mut matrix.value else {
-            matrix.clear(|largest| name(&mut Entries(Mode::Measure(largest))));
+        let StoredValues::Double(value) = &mut matrix.value else {
+            matrix.clear_and_scale(|largest| name(&mut Entries(Mode::Measure(largest))));
             return name(&mut Entries(Mode::Find(matrix)));
         };
         if named.is_empty() {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
 
 use super::LinearError;
-use super::shifted::Difference;
+use super::shifted::ShiftedJacobian;
 
 /// An LU factor of a small matrix.
 #[derive(Default)]
@@ -17,7 +17,7 @@ impl SmallLu {
     ///
     /// # Errors
     /// [`LinearError`] for one with numbers that are not finite. One that is singular shows in the solution.
-    pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: ShiftedJacobian<'_>) -> Result<(), LinearError> {
         let (n, m) = (matrix.jacobian().rows(), matrix.jacobian().columns());
         let mut full = DMatrix::<f64>::zeros(n, m);
         for i in 0..n {

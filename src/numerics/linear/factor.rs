@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LinearError;
-use super::{Difference, Displacements, Ilu, SmallLu, Sparse, SparseLu, TwoFields};
+use super::{Displacements, Ilu, ShiftedJacobian, SmallLu, Sparse, SparseLu, TwoFields};
 use crate::tally::Tally;
 
 /// How linear systems are solved.
@@ -80,7 +80,11 @@ impl Factor {
     ///
     /// # Errors
     /// [`LinearError`] if it is singular.
-    pub fn factorise(&mut self, matrix: Difference<'_>, tally: &Tally) -> Result<(), LinearError> {
+    pub fn factorise(
+        &mut self,
+        matrix: ShiftedJacobian<'_>,
+        tally: &Tally,
+    ) -> Result<(), LinearError> {
         tally.count(|work| work.factorisations += 1);
         match self {
             Self::Small(lu) => lu.factorise(matrix),

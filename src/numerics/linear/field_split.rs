@@ -16,7 +16,7 @@ use super::LinearError;
 use super::gmres::Krylov;
 use super::incomplete::Incomplete;
 use super::rows::ScaledRows;
-use super::shifted::Difference;
+use super::shifted::ShiftedJacobian;
 use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky, Sparse};
 use crate::Vec3;
 use crate::num::{index, real};
@@ -57,7 +57,7 @@ pub struct TwoFields {
 
 /// What displacements of vertex `j` do to the rows of vertex `i`.
 fn block(
-    matrix: Difference<'_>,
+    matrix: ShiftedJacobian<'_>,
     place: &[[u32; 3]],
     of: &[(u32, u8)],
     (i, j): (usize, usize),
@@ -78,7 +78,7 @@ fn block(
             let (vertex, b) = of[column as usize];
             if vertex as usize == j {
                 let on_diagonal = column as usize == row;
-                block[(a, usize::from(b))] = matrix.at(row, place, on_diagonal);
+                block[(a, usize::from(b))] = matrix.entry(row, place, on_diagonal);
             }
         }
     }
@@ -123,7 +123,7 @@ impl TwoFields {
     ///
     /// # Errors
     /// [`LinearError`] if one of them is singular.
-    pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: ShiftedJacobian<'_>) -> Result<(), LinearError> {
         self.rows.load(matrix);
         self.krylov.load(matrix);
         self.shape.clear();

@@ -5,7 +5,7 @@
 //! form), so that the solution does not need it once more. Where rows are of one size the basis may be kept in single
 //! precision, which is far finer than the residual that is asked for.
 
-use super::{Difference, LinearError};
+use super::{LinearError, ShiftedJacobian};
 use crate::num::single;
 use crate::parallel;
 
@@ -130,8 +130,8 @@ pub(super) struct Krylov<T: Kept> {
 
 impl<T: Kept> Krylov<T> {
     /// Takes from a matrix how exact its solutions have to be.
-    pub(super) fn load(&mut self, matrix: Difference<'_>) {
-        self.equilibrium = !matrix.is_stored();
+    pub(super) fn load(&mut self, matrix: ShiftedJacobian<'_>) {
+        self.equilibrium = !matrix.has_no_algebraic_rows();
     }
 
     /// Solves `A x = b`, from x = 0; `x` is b before and the solution after. `changed` is memory of the same size.

@@ -4,7 +4,7 @@ use super::LinearError;
 use super::Sparse;
 use super::gmres::Krylov;
 use super::incomplete::Incomplete;
-use super::shifted::Difference;
+use super::shifted::ShiftedJacobian;
 
 /// An incomplete factor, and the matrix in the same rows. In single precision: systems are solved to a residual of a
 /// hundredth, and Newton's method corrects the rest.
@@ -28,7 +28,7 @@ impl Ilu {
     ///
     /// # Errors
     /// [`LinearError`] where a pivot vanishes or is not finite.
-    pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: ShiftedJacobian<'_>) -> Result<(), LinearError> {
         let Self { factor, value, krylov, .. } = self;
         krylov.load(matrix);
         factor.load(matrix);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::LinearError;
-use super::shifted::Difference;
+use super::shifted::ShiftedJacobian;
 use super::sparse::{Pattern, Sparse};
 use super::strips::{Block, Strips};
 use crate::num::{index, single};
@@ -171,7 +171,7 @@ impl Incomplete {
     }
 
     /// Takes over the values of a matrix of the pattern.
-    pub(super) fn load(&mut self, matrix: Difference<'_>) {
+    pub(super) fn load(&mut self, matrix: ShiftedJacobian<'_>) {
         let in_strips = matrix.jacobian().strips.is_some();
         let loaded = self.each(|factor, part, _| {
             let Part { rows, value, size } = part;
@@ -181,7 +181,7 @@ impl Incomplete {
                 // A matrix in strips has the same rows with the same entries.
                 let unknown = factor.first + factor.strips.order[i] as usize;
                 let row = if in_strips { i } else { unknown };
-                let divisor = matrix.size(row);
+                let divisor = matrix.diagonal_scale(row);
                 size[i - rows.start] = divisor;
                 let own = &mut value[factor.begin(i) - from..factor.begin(i + 1) - from];
                 if in_strips {

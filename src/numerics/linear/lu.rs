@@ -5,7 +5,7 @@ use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par};
 
-use super::shifted::Difference;
+use super::shifted::ShiftedJacobian;
 use super::{LinearError, Sparse};
 
 /// An LU factor of matrices in one pattern.
@@ -46,12 +46,12 @@ impl SparseLu {
     /// # Errors
     /// [`LinearError`] for a matrix that is singular by its pattern, or with numbers
     /// that are not finite. One that is singular by its numbers shows in the solution.
-    pub fn factorise(&mut self, matrix: Difference<'_>) -> Result<(), LinearError> {
+    pub fn factorise(&mut self, matrix: ShiftedJacobian<'_>) -> Result<(), LinearError> {
         self.ready = false;
         for j in 0..self.matrix.ncols() {
             for k in self.matrix.col_range(j) {
                 let (i, place) = (self.matrix.row_idx()[k], self.place[k] as usize);
-                self.matrix.val_mut()[k] = matrix.at(i, place, i == j);
+                self.matrix.val_mut()[k] = matrix.entry(i, place, i == j);
             }
         }
         if !self.matrix.val().iter().all(|v| v.is_finite()) {

@@ -43,7 +43,7 @@ pub use ilu::Ilu;
 pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
-pub use shifted::{Difference, Shifted};
+pub use shifted::{Shifted, ShiftedJacobian};
 pub use solver::LinearSolver;
 pub use sparse::{Pattern, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};

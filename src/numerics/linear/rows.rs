@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::shifted::Difference;
+use super::shifted::ShiftedJacobian;
 use super::sparse::Pattern;
 use crate::parallel;
 
@@ -25,9 +25,9 @@ impl ScaledRows {
     }
 
     /// Takes over the values of a matrix of the pattern.
-    pub(super) fn load(&mut self, matrix: Difference<'_>) {
+    pub(super) fn load(&mut self, matrix: ShiftedJacobian<'_>) {
         let Self { pattern, value, size } = self;
-        parallel::fill(size, |i| matrix.size(i));
+        parallel::fill(size, |i| matrix.diagonal_scale(i));
         pattern.cut(value).into_par_iter().for_each(|(rows, part)| {
             let entries = rows.flat_map(|i| matrix.row(i).map(move |(_, value)| (i, value)));
             for (place, (i, value)) in part.iter_mut().zip(entries) {

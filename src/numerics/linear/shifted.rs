@@ -9,16 +9,16 @@ use crate::tally::Tally;
 
 /// The entries of `D - W J`; rows are those of J.
 #[derive(Clone, Copy)]
-pub struct Difference<'a> {
+pub struct ShiftedJacobian<'a> {
     jacobian: &'a Sparse,
-    row: &'a (dyn Fn(usize) -> (f64, f64) + Sync),
+    diagonals: &'a (dyn Fn(usize) -> (f64, f64) + Sync),
 }
 
-impl<'a> Difference<'a> {
-    /// With this J; `row` gives the entries of D and W.
+impl<'a> ShiftedJacobian<'a> {
+    /// With this J; `diagonals` gives the entries of D and W of an unknown.
     #[must_use]
-    pub fn new(jacobian: &'a Sparse, row: &'a (dyn Fn(usize) -> (f64, f64) + Sync)) -> Self {
-        Self { jacobian, row }
+    pub fn new(jacobian: &'a Sparse, diagonals: &'a (dyn Fn(usize) -> (f64, f64) + Sync)) -> Self {
+        Self { jacobian, diagonals }
     }
 
     /// J.
@@ -29,29 +29,29 @@ impl<'a> Difference<'a> {
 
     /// Columns and values of row `i`.
     pub(super) fn row(self, i: usize) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let (shift, weight) = (self.row)(self.jacobian.unknown(i));
+        let (shift, weight) = (self.diagonals)(self.jacobian.unknown(i));
         self.jacobian.row(i).map(move |(j, value)| {
             let shift = if j == i { shift } else { 0.0 };
             (j, shift - weight * value)
         })
     }
 
-    /// The entry of row `i` at this place of J.
-    pub(super) fn at(self, i: usize, place: usize, on_diagonal: bool) -> f64 {
-        let (shift, weight) = (self.row)(i);
+    /// The entry in the row of this unknown whose value J stores in `slot`.
+    pub(super) fn entry(self, unknown: usize, slot: usize, on_diagonal: bool) -> f64 {
+        let (shift, weight) = (self.diagonals)(unknown);
         let shift = if on_diagonal { shift } else { 0.0 };
-        shift - weight * self.jacobian.value(place)
+        shift - weight * self.jacobian.value(slot)
     }
 
-    /// Size of the diagonal entry of row `i`; 1 where there is none, or 0.
-    pub(super) fn size(self, i: usize) -> f64 {
+    /// Magnitude of the diagonal entry of row `i`; 1 where it is absent or 0.
+    pub(super) fn diagonal_scale(self, i: usize) -> f64 {
         let size = self.row(i).find(|&(j, _)| j == i).map_or(0.0, |(_, value)| value.abs());
         if size > 0.0 { size } else { 1.0 }
     }
 
-    /// Whether no entry of D is 0: a rate of change stands in every row.
-    pub(super) fn is_stored(self) -> bool {
-        (0..self.jacobian.rows()).all(|i| (self.row)(i).0 != 0.0)
+    /// Whether no entry of D is 0: every row has a rate of change, none is an algebraic equation.
+    pub(super) fn has_no_algebraic_rows(self) -> bool {
+        (0..self.jacobian.rows()).all(|i| (self.diagonals)(i).0 != 0.0)
     }
 
     /// Whether all entries are finite.
@@ -79,7 +79,7 @@ impl Shifted {
         Ok(Self { factor: Factor::new(choice, jacobian, displacements)? })
     }
 
-    /// Solves `(D - W J) x = b` in place; `row` gives the entries of D and W. One iteration of Newton's method,
+    /// Solves `(D - W J) x = b` in place; `diagonals` gives the entries of D and W. One iteration of Newton's method,
     /// counted with `tally`.
     ///
     /// # Errors
@@ -87,12 +87,12 @@ impl Shifted {
     pub fn solve(
         &mut self,
         jacobian: &Sparse,
-        row: impl Fn(usize) -> (f64, f64) + Sync,
+        diagonals: impl Fn(usize) -> (f64, f64) + Sync,
         x: &mut [f64],
         tally: &Tally,
     ) -> Result<(), LinearError> {
         tally.count(|work| work.newton_iterations += 1);
-        self.factor.factorise(Difference::new(jacobian, &row), tally)?;
+        self.factor.factorise(ShiftedJacobian::new(jacobian, &diagonals), tally)?;
         self.factor.solve(x, tally)
     }
 }

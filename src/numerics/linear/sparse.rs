@@ -22,7 +22,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Of rows of these lengths that `row` writes into an empty list, ascending.
+    /// `row` writes each row into an empty list, columns ascending; `entries` is the capacity that is reserved.
     pub(super) fn new(
         columns: usize,
         rows: usize,
@@ -77,21 +77,21 @@ impl Pattern {
 /// Writes the columns of a row.
 pub(super) type PatternRow<'a> = dyn FnMut(usize, &mut Vec<u32>) + 'a;
 
-/// The numbers of a matrix: in single precision where it is for an incomplete factor, which has no more, then
-/// over a scale that brings them near 1 in any units.
+/// The values of a matrix: in double precision; or, for an incomplete factor, which has no more, in single precision and
+/// divided by a scale, so that they are near 1 in any units.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Values {
+pub(super) enum StoredValues {
     Double(Vec<f64>),
     Single { all: Vec<f32>, scale: f64, measured: bool },
 }
 
-impl Default for Values {
+impl Default for StoredValues {
     fn default() -> Self {
         Self::Double(Vec::new())
     }
 }
 
-impl Values {
+impl StoredValues {
     #[inline]
     fn at(&self, place: usize) -> f64 {
         match self {
@@ -115,37 +115,38 @@ impl Values {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sparse {
     pub(super) pattern: Arc<Pattern>,
-    pub(super) value: Values,
+    pub(super) value: StoredValues,
     /// Which unknown each row is of, and each column; none where they are in their own order.
     pub(super) strips: Option<Arc<Strips>>,
 }
 
 impl Sparse {
     pub(super) fn zeros(pattern: Pattern) -> Self {
-        let value = Values::Double(vec![0.0; pattern.entries()]);
+        let value = StoredValues::Double(vec![0.0; pattern.entries()]);
         Self { value, pattern: Arc::new(pattern), strips: None }
     }
 
     /// A square matrix of this pattern in single precision, its rows and columns in the order of strips.
-    pub(super) fn in_strips(pattern: &Pattern) -> Self {
+    pub(super) fn zeros_for_incomplete_factor(pattern: &Pattern) -> Self {
         let block = Block { pattern, first: 0 };
         let strips = Strips::new(block);
         let pattern = strips.reorder(block);
         let all = vec![0.0; pattern.entries()];
-        let value = Values::Single { all, scale: 1.0, measured: false };
+        let value = StoredValues::Single { all, scale: 1.0, measured: false };
         Self { value, pattern: Arc::new(pattern), strips: Some(Arc::new(strips)) }
     }
 
-    /// Makes all numbers 0; `measure` finds the largest size of those that come.
-    pub(super) fn clear(&mut self, measure: impl FnOnce(&mut f64)) {
+    /// Sets all values to 0. A matrix in single precision without a scale takes as its scale the largest magnitude of
+    /// the values to come, which `find_largest` writes.
+    pub(super) fn clear_and_scale(&mut self, find_largest: impl FnOnce(&mut f64)) {
         match &mut self.value {
-            Values::Double(all) => all.fill(0.0),
-            Values::Single { all, scale, measured } => {
+            StoredValues::Double(all) => all.fill(0.0),
+            StoredValues::Single { all, scale, measured } => {
                 all.fill(0.0);
-                // Of the first that are not all 0; those at other times are not that far from them.
+                // Scaled once, by the first values that are not all 0: later ones have a similar magnitude.
                 if !*measured {
                     let mut largest = 0.0;
-                    measure(&mut largest);
+                    find_largest(&mut largest);
                     *measured = largest > 0.0 && largest.is_finite();
                     *scale = if *measured { largest } else { 1.0 };
                 }
@@ -191,7 +192,7 @@ impl Sparse {
     }
 
     /// The unknown that row `i` is of, which is `i` itself but in a matrix for incomplete factors
-    /// ([`Assembly::in_strips`](super::Assembly::in_strips)).
+    /// ([`Assembly::for_incomplete_factor`](super::Assembly::for_incomplete_factor)).
     #[must_use]
     #[inline]
     pub fn unknown(&self, i: usize) -> usize {
@@ -236,8 +237,8 @@ impl Sparse {
         }
     }
 
-    /// The entries column by column: for every column its rows, and for every such entry its place in
-    /// the order of rows.
+    /// The pattern by columns (CSC): where each column starts, and for every entry its row and its place in the
+    /// order of rows.
     #[must_use]
     pub fn by_columns(&self) -> (Vec<usize>, Vec<usize>, Vec<u32>) {
         let pattern = &self.pattern;
@@ -290,7 +291,7 @@ impl SumOfProduct {
 
     /// Computes the values.
     pub fn fill(&mut self, a: &Sparse, b: &Sparse, c: &Sparse) -> &Sparse {
-        let Sparse { pattern, value: Values::Double(value), .. } = &mut self.0 else {
+        let Sparse { pattern, value: StoredValues::Double(value), .. } = &mut self.0 else {
             unreachable!("made in double precision")
         };
         let fill = |rows: Range<usize>, value: &mut [f64]| {

@@ -12,7 +12,7 @@ use super::error_norm::Grouping;
 use super::iteration_matrix::Combination;
 use super::unknowns::Unknowns;
 use super::{Failure, OdeError};
-use crate::linear::{Difference, Sparse};
+use crate::linear::{ShiftedJacobian, Sparse};
 
 /// `M dy/dt = F(t, y)`, M diagonal with nothing but ones and zeros.
 pub trait OdeProblem: Any + Send {
@@ -93,10 +93,10 @@ impl Shared {
     pub(super) fn with_matrix<R>(
         &self,
         [a, b]: [f64; 2],
-        f: impl FnOnce(Difference<'_>) -> R,
+        f: impl FnOnce(ShiftedJacobian<'_>) -> R,
     ) -> R {
         let inner = self.lock();
-        f(Difference::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
+        f(ShiftedJacobian::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
     }
 }
 

@@ -11,7 +11,7 @@ use super::error_norm::Grouping;
 use super::iteration_matrix::Combination;
 use super::unknowns::Unknowns;
 use super::{OdeError, Options, Result};
-use crate::linear::{Difference, Factor, LinearChoice};
+use crate::linear::{Factor, LinearChoice, ShiftedJacobian};
 use crate::tally::{Meter, Tally};
 
 /// Where a solver leaves its factor for the next one of the same pattern: ordering and symbolic
@@ -62,7 +62,7 @@ impl NewtonSolver {
         }
     }
 
-    fn factorised(&self, matrix: Difference<'_>) -> Result<Factor> {
+    fn factorised(&self, matrix: ShiftedJacobian<'_>) -> Result<Factor> {
         let _scope = self.meters.as_ref().map(|[factor, _]| factor.scope(0));
         if !matrix.is_finite() {
             return Err(OdeError::NotFinite);

@@ -1,4 +1,4 @@
-//! Who and where: what an error blames, or where most is left over.
+//! Who and where: what an error blames, or where the residual is largest.
 
 use crate::Vec3;
 use crate::kinetics::{KineticsError, Location};
@@ -18,7 +18,7 @@ pub(super) struct Blame {
     pub(super) vertex: Option<usize>,
     /// A point where species live.
     pub(super) point: Option<usize>,
-    /// Whether the place is one that the error names; otherwise it is where most is left over.
+    /// Whether the place is one that the error names; otherwise it is where the residual is largest.
     pub(super) named: bool,
 }
 

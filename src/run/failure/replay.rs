@@ -38,9 +38,9 @@ fn with_plugins(scene: &str, simulation: &Simulation) -> String {
         Some(one) => vec![one],
         None => Vec::new(),
     };
-    let own = simulation.own.as_ref().map(|[name, _]| name.as_str());
+    let host_law = simulation.host_law.as_ref().map(|[name, _]| name.as_str());
     let named = laws.into_iter().filter_map(|law| law.get_mut("plugin"));
-    let named = named.filter(|name| own.is_none() || name.as_str() != own);
+    let named = named.filter(|name| host_law.is_none() || name.as_str() != host_law);
     for (name, file) in named.zip(simulation.plugins()) {
         *name = file.to_string_lossy().into_owned().into();
     }

@@ -25,10 +25,10 @@ pub(super) fn of(
     let mut text = String::from("# The run stopped\n\n");
     let _ = writeln!(text, "{error}\n");
     facts(&mut text, scene, simulation, (blame, error));
-    // A law of nature is broken somewhere else than where most of the force is left over.
+    // A law of nature is broken somewhere else than where the residual is largest.
     if !matches!(error, Error::Broken(_)) {
         forces(&mut text, simulation, blame);
-        rates(&mut text, simulation, blame);
+        species_terms(&mut text, simulation, blame);
     }
     rejected(&mut text, simulation);
     commands(&mut text, scene, files);
@@ -66,7 +66,7 @@ fn facts(
         fact("to blame", broken.law.clone());
         fact("where", broken.place.clone());
     } else if let Some(place) = blame.place(simulation, x) {
-        let what = if blame.named { "where" } else { "where most is left over" };
+        let what = if blame.named { "where" } else { "where the residual is largest" };
         fact(what, place);
     }
     if let Some(crossings) = self_intersection::of(simulation) {
@@ -84,7 +84,7 @@ fn forces(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     for (what, state) in states.into_iter().filter_map(|(what, state)| Some((what, state?))) {
         let Some(all) = forces_at(simulation, &state, vertex) else { continue };
         let _ = writeln!(text, "## Forces at vertex {vertex}, {what}\n");
-        head(text, &["effect", "x", "y", "z", "size"]);
+        head(text, &["effect", "x", "y", "z", "magnitude"]);
         for (name, force) in all {
             let numbers = [force.x, force.y, force.z, force.norm()];
             let cells = numbers.iter().map(|number| format!("{number:.4e}"));
@@ -94,7 +94,7 @@ fn forces(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     }
 }
 
-/// The forces on a vertex by effect, the largest first, and what is left where it may move.
+/// The forces on a vertex by effect, the largest first, and the residual in the directions in which it may move.
 fn forces_at(
     simulation: &mut Simulation,
     state: &State,
@@ -102,7 +102,7 @@ fn forces_at(
 ) -> Option<Vec<(String, Vec3)>> {
     let model = Arc::clone(simulation.model());
     let mut at = simulation.stepper.workspace.at(state);
-    let left = -*at.gradient().ok()?.get(vertex)?;
+    let residual = -*at.gradient().ok()?.get(vertex)?;
     let potential = at.potential().ok()?;
     let mut all: Vec<(String, Vec3)> = Vec::new();
     for (which, name) in model.mechanics().names().enumerate() {
@@ -112,12 +112,12 @@ fn forces_at(
         all.push((name.to_owned(), *potential.constraint_force(which, &state.x).get(vertex)?));
     }
     all.sort_by(|a, b| b.1.norm().total_cmp(&a.1.norm()));
-    all.push(("left of the sum, pins taken out".to_owned(), left));
+    all.push(("residual, without pinned directions".to_owned(), residual));
     Some(all)
 }
 
 /// Value, rate and terms of every species at the point to blame.
-fn rates(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
+fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
     let model = Arc::clone(simulation.model());
     let (Some(chemistry), Some(point)) = (model.chemistry(), blame.point) else { return };
     let Stepper { workspace, state, .. } = &mut simulation.stepper;

@@ -1,7 +1,7 @@
 //! How long a run will take, from its first steps.
 //!
 //! Steps under error control begin tiny and grow, so the share of the way that is behind says little about
-//! the rest. What is forecast are the numbers and lengths of the steps that are left (`lengths`) and what a
+//! the rest. What is forecast are the numbers and lengths of the steps that are left (`step_sizes`) and what a
 //! step of a length costs (`cost`):
 //!
 //! ```text
@@ -15,9 +15,9 @@
 //! as in a snap, nothing is announced until they agree again.
 
 mod cost;
-mod lengths;
 mod outlook;
 mod preview;
+mod step_sizes;
 pub mod words;
 
 pub(super) use outlook::{Clock, Prediction};
@@ -26,7 +26,7 @@ pub use preview::{Preview, preview};
 use std::collections::VecDeque;
 
 use self::cost::Cost;
-use self::lengths::{Piece, Trend};
+use self::step_sizes::{EqualSteps, Trend};
 use crate::num::real;
 use crate::scene::Scene;
 pub use crate::solve::StepRule;
@@ -286,17 +286,17 @@ impl Forecast {
     }
 
     /// The steps that are left.
-    fn pieces(&self, tolerance: f64, share: f64) -> Vec<Piece> {
+    fn pieces(&self, tolerance: f64, share: f64) -> Vec<EqualSteps> {
         let time = self.time();
         match self.rule {
-            StepRule::Fixed(length) => lengths::fixed(&self.way, time, tolerance * length),
+            StepRule::Fixed(length) => step_sizes::fixed(&self.way, time, tolerance * length),
             StepRule::Controlled { power, longest, growth, .. } => {
-                let mut trend = Trend::of(&self.steps, self.way.until).with_share(share);
+                let mut trend = Trend::of(&self.steps, self.way.until).with_scaled_exponent(share);
                 let factor = tolerance.powf(1.0 / power);
                 trend.scale(factor);
                 let last = self.steps.last().map_or(0.0, |step| step.length);
                 let next = factor * growth * last;
-                lengths::controlled(&self.way, time, &trend, (next, growth), longest)
+                step_sizes::controlled(&self.way, time, &trend, (next, growth), longest)
             }
         }
     }

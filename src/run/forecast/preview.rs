@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::lengths::next_output;
 use super::outlook::{Clock, Outlook};
+use super::step_sizes::next_output;
 use super::{Way, words};
 use crate::num::Short;
 use crate::output::Predicted;

@@ -21,9 +21,9 @@
 //! of the moment, its fall at fixed conditions is of third order as well, and what is left is what a sudden
 //! change of shape has lost.
 //!
-//! The limit is for the imbalance of a step, relative to what it turns over, which is the sum of the sizes of all
-//! works and of the fall at fixed conditions, or [`QUIET`] of the largest energy so far if that is more. The
-//! imbalance of a run is then at most the limit times what it turns over.
+//! The limit is for the imbalance of a step, relative to what it turns over, which is the sum of the magnitudes of all
+//! works and of the fall at fixed conditions, or [`MINIMUM_RELATIVE_TURNOVER`] of the largest energy so far if that
+//! is more. The imbalance of a run is then at most the limit times what it turns over.
 
 use super::{Law, Said, Step};
 use crate::Vec3;
@@ -33,10 +33,10 @@ use crate::run::Result;
 use crate::scene::Scene;
 use crate::solve::Workspace;
 
-/// Steps that turn over less than this share of the largest energy count as if they did.
-const QUIET: f64 = 1e-6;
+/// Least turnover that the imbalance of a step is divided by, relative to the largest energy so far.
+const MINIMUM_RELATIVE_TURNOVER: f64 = 1e-6;
 
-/// The law. It remembers [`Kept`].
+/// The law. It remembers [`EnergyTotals`].
 pub(super) struct EnergyBalance {
     /// Whether the shape moves under drag.
     drag: bool,
@@ -48,7 +48,7 @@ pub(super) struct EnergyBalance {
 
 /// Works since the start, the imbalance, and the largest energy.
 #[derive(Debug, Clone, Copy, Default)]
-struct Kept {
+struct EnergyTotals {
     drag: f64,
     growth: f64,
     loads: f64,
@@ -58,7 +58,7 @@ struct Kept {
     largest: f64,
 }
 
-impl Kept {
+impl EnergyTotals {
     fn to_memory(self) -> Vec<f64> {
         let Self { drag, growth, loads, pins, constraints, imbalance, largest } = self;
         vec![drag, growth, loads, pins, constraints, imbalance, largest]
@@ -74,26 +74,26 @@ impl Kept {
     }
 }
 
-/// What two shapes are worth under the conditions of one state.
-struct Under {
+/// Energies and constraints of the shapes x_0 and x_1 under the conditions of one state.
+struct AtConditions {
     /// Energies of the effects at x_0 and x_1.
     energies: [Vec<f64>; 2],
-    /// ∂U at the shape of the state before pins; asked for where pins move.
+    /// ∂U at the shape of the state, pinned directions included; empty unless pins move.
     gradient: Vec<Vec3>,
     /// λ, and g at x_0 and x_1.
     multipliers: Vec<f64>,
     constraints: [Vec<f64>; 2],
 }
 
-impl Under {
-    fn of(at: &mut Evaluation<'_>, shapes: [&[Vec3]; 2], pins: bool) -> Result<Self> {
+impl AtConditions {
+    fn of(at: &mut Evaluation<'_>, shapes: [&[Vec3]; 2], with_gradient: bool) -> Result<Self> {
         let x = &at.state().x;
         let effects = at.model().mechanics().terms().len();
         let constrained = at.model().mechanics().is_constrained();
         let potential = at.potential()?;
         let energies = shapes.map(|x| potential.energies(x));
-        let mut gradient = vec![Vec3::zeros(); if pins { x.len() } else { 0 }];
-        for k in (0..effects).filter(|_| pins) {
+        let mut gradient = vec![Vec3::zeros(); if with_gradient { x.len() } else { 0 }];
+        for k in (0..effects).filter(|_| with_gradient) {
             let force = potential.force_of(k, x);
             gradient.iter_mut().zip(force).for_each(|(g, f)| *g -= f);
         }
@@ -109,8 +109,8 @@ impl Under {
         first.iter().zip(second).map(|(a, b)| a - b).sum()
     }
 
-    /// Size of the energy at a shape.
-    fn size(&self, shape: usize) -> f64 {
+    /// Sum of the magnitudes of the effects' energies at a shape.
+    fn energy_magnitude(&self, shape: usize) -> f64 {
         self.energies[shape].iter().map(|u| u.abs()).sum()
     }
 }
@@ -141,29 +141,29 @@ impl EnergyBalance {
         })
     }
 
-    fn row(&self, kept: &Kept, share: f64) -> Vec<f64> {
+    fn row(&self, totals: &EnergyTotals, relative_imbalance: f64) -> Vec<f64> {
         let parts = [
-            (self.drag, kept.drag),
-            (true, kept.growth),
-            (self.loads, kept.loads),
-            (self.pins, kept.pins),
-            (self.constraints, kept.constraints),
-            (true, kept.imbalance),
-            (true, share),
+            (self.drag, totals.drag),
+            (true, totals.growth),
+            (self.loads, totals.loads),
+            (self.pins, totals.pins),
+            (self.constraints, totals.constraints),
+            (true, totals.imbalance),
+            (true, relative_imbalance),
         ];
         parts.into_iter().filter(|(listed, _)| *listed).map(|(_, value)| value).collect()
     }
 
-    /// The works of a step.
-    fn works(&self, step: &mut Step<'_>) -> Result<(Kept, f64)> {
+    /// The works of a step as totals, and the fall of the energy at fixed conditions.
+    fn works(&self, step: &mut Step<'_>) -> Result<(EnergyTotals, f64)> {
         let (before, after) = (step.before, step.after);
         let shapes = [before.x.as_slice(), after.x.as_slice()];
-        let first = Under::of(&mut step.before(), shapes, self.pins)?;
-        let last = Under::of(&mut step.after(), shapes, self.pins)?;
+        let first = AtConditions::of(&mut step.before(), shapes, self.pins)?;
+        let last = AtConditions::of(&mut step.after(), shapes, self.pins)?;
         let model = &step.workspace.model;
         let mechanics = model.mechanics();
         let fall = 0.5 * (first.fall() + last.fall());
-        let mut works = Kept::default();
+        let mut works = EnergyTotals::default();
         for (k, term) in mechanics.terms().iter().enumerate() {
             let change = |x: usize| last.energies[x][k] - first.energies[x][k];
             let work = 0.5 * (change(0) + change(1));
@@ -185,7 +185,7 @@ impl EnergyBalance {
                 0.25 * (a + b) * (change(&first.constraints) + change(&last.constraints));
         }
         works.imbalance = fall + works.pins + works.constraints - works.drag;
-        works.largest = first.size(0).max(last.size(1));
+        works.largest = first.energy_magnitude(0).max(last.energy_magnitude(1));
         Ok((works, fall))
     }
 }
@@ -238,34 +238,34 @@ impl Law for EnergyBalance {
     fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Said> {
         let energies = workspace.at(state).energies()?;
         let largest = energies.iter().map(|u| u.abs()).sum();
-        let kept = Kept { largest, ..Kept::default() };
-        let row = self.row(&kept, 0.0);
-        Ok(Said { row, value: 0.0, place: String::new(), memory: kept.to_memory() })
+        let totals = EnergyTotals { largest, ..EnergyTotals::default() };
+        let row = self.row(&totals, 0.0);
+        Ok(Said { row, value: 0.0, place: String::new(), memory: totals.to_memory() })
     }
 
     fn look(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Said> {
-        let kept = Kept::of(memory);
+        let totals = EnergyTotals::of(memory);
         let (now, fall) = self.works(step)?;
-        let Kept { drag, growth, loads, pins, constraints, imbalance, largest } = now;
-        let largest = largest.max(kept.largest);
+        let EnergyTotals { drag, growth, loads, pins, constraints, imbalance, largest } = now;
+        let largest = largest.max(totals.largest);
         let works = [drag, growth, loads, pins, constraints, fall];
         let turned: f64 = works.iter().map(|work| work.abs()).sum();
-        let allowed = turned.max(QUIET * largest);
+        let allowed = turned.max(MINIMUM_RELATIVE_TURNOVER * largest);
         let value = if imbalance == 0.0 { 0.0 } else { imbalance.abs() / allowed };
         let place = format!(
             "in this step the energy falls by {fall:.3e} at fixed conditions, drag takes up {drag:.3e}, pins and \
              constraints do {:.3e}, growth {growth:.3e}, loads {loads:.3e}",
             pins + constraints
         );
-        let kept = Kept {
-            drag: kept.drag + drag,
-            growth: kept.growth + growth,
-            loads: kept.loads + loads,
-            pins: kept.pins + pins,
-            constraints: kept.constraints + constraints,
-            imbalance: kept.imbalance + imbalance,
+        let totals = EnergyTotals {
+            drag: totals.drag + drag,
+            growth: totals.growth + growth,
+            loads: totals.loads + loads,
+            pins: totals.pins + pins,
+            constraints: totals.constraints + constraints,
+            imbalance: totals.imbalance + imbalance,
             largest,
         };
-        Ok(Said { row: self.row(&kept, value), value, place, memory: kept.to_memory() })
+        Ok(Said { row: self.row(&totals, value), value, place, memory: totals.to_memory() })
     }
 }

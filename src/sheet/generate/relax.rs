@@ -20,8 +20,8 @@ use rumple_numerics::num::real;
 /// moves, and each costs one triangulation.
 const MOVES: usize = 44;
 
-/// Spring length over mean edge; above 1 so that all springs push and the mesh fills its outline.
-const PRESSURE: f64 = 1.2;
+/// Rest length of the springs over the mean edge; above 1 so that all springs push and the mesh fills its outline.
+const REST_LENGTH_RATIO: f64 = 1.2;
 
 /// Step length α; with [`INERTIA`] above 0.5 springs of two neighbours overshoot and buzz.
 const STEP: f64 = 0.3;
@@ -40,7 +40,7 @@ pub(super) fn relax(domain: &impl Domain, mut points: Vec<Vec3>) -> (Vec<Vec3>, 
     let mut last = force.clone();
     for _ in 0..MOVES {
         let triangles = domain.triangles(&points);
-        let rest = PRESSURE * mean_edge(domain, &points, &triangles);
+        let rest = REST_LENGTH_RATIO * mean_edge(domain, &points, &triangles);
         force.fill(Vec3::zeros());
         for (i, j, to) in sides(domain, &points, &triangles) {
             let length = to.norm();

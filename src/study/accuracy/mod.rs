@@ -277,7 +277,7 @@ impl Gathered<'_> {
         let mut drawings = plots::figures(study, plan, cases, policies);
         for drawing in &mut drawings {
             drawing.name = format!("{PLOT}{}", drawing.name);
-            let drawn = draw::files(&drawing.name, &drawing.figure)?;
+            let drawn = draw::svg_and_png(&drawing.name, &drawing.figure)?;
             drawing.svg = String::from_utf8_lossy(&drawn[0].1).into_owned();
             files.extend(drawn);
         }

@@ -197,7 +197,7 @@ fn announce(mut start: Simulation, reports: &Reports<'_>, interrupt: Interrupt) 
 
 /// Writes numbers, plots and pictures.
 fn write(root: &Path, members: &[Member]) -> Result<()> {
-    let mut files = draw::files(PLOTS, &figure(members))?.to_vec();
+    let mut files = draw::svg_and_png(PLOTS, &figure(members))?.to_vec();
     files.push((TABLE.to_owned(), csv(members).into_bytes()));
     if let Some(pictures) = contact_sheet(members)? {
         files.push((PICTURES.to_owned(), pictures.png()?));

@@ -5,7 +5,7 @@ use crate::num::real;
 use crate::output::picture::Picture;
 use crate::output::plot::{Curve, Figure, Panel, label};
 use crate::run::Result;
-use crate::study::draw::picture::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
+use crate::study::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use crate::study::gather::{Distance, Measures};
 
 fn ran(members: &[Member]) -> impl Iterator<Item = (usize, &Ran)> + Clone {

@@ -1,6 +1,6 @@
 //! Tables, plots and contact sheets of studies.
 
-pub mod picture;
+pub mod contact_sheet;
 pub mod plot;
 pub mod table;
 
@@ -8,8 +8,8 @@ use super::plan::Plan;
 use crate::output::OutputError;
 use crate::output::plot::Figure;
 
-/// Files of a plot: the SVG and the PNG file `name`.
-pub fn files(name: &str, figure: &Figure) -> Result<[(String, Vec<u8>); 2], OutputError> {
+/// The files of a plot: the SVG and the PNG file `name`.
+pub fn svg_and_png(name: &str, figure: &Figure) -> Result<[(String, Vec<u8>); 2], OutputError> {
     let (svg, png) = (figure.svg()?.into_bytes(), figure.picture()?.png()?);
     Ok([(format!("{name}.svg"), svg), (format!("{name}.png"), png)])
 }

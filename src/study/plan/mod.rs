@@ -20,7 +20,7 @@ pub use self::axis::{Axis, MOST};
 use self::keys::{check_keys, disambiguate_titles};
 pub use self::keys::{seed_axis, seeds};
 use super::{read_document, write_document};
-use crate::kinetics::{Isolation, OwnLaw, Search};
+use crate::kinetics::{HostLaw, Isolation, Search};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
@@ -61,7 +61,7 @@ pub struct Plan {
     pub members: Vec<Point>,
     /// The law that the caller brings: to be given again wherever the plan is read.
     #[serde(skip)]
-    pub law: Option<OwnLaw>,
+    pub law: Option<HostLaw>,
 }
 
 /// One member of a study.
@@ -243,7 +243,7 @@ impl Plan {
         let home = scene.file().parent().unwrap_or(Path::new("."));
         let search = self.search();
         for plugin in scene.kinetics.iter().filter_map(|k| k.plugin.as_ref()) {
-            if search.own_named(plugin).is_none() {
+            if search.host_law_named(plugin).is_none() {
                 files.push(search.resolve(plugin, home)?);
             }
         }

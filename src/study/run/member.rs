@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::{io, thread};
 
-use crate::kinetics::OwnLaw;
+use crate::kinetics::HostLaw;
 use crate::output::{Interrupt, Mode, Progress};
 use crate::run::run::Ending;
 use crate::run::{Error, Result, provenance};
@@ -15,7 +15,7 @@ use crate::study::plan::Plan;
 ///
 /// # Errors
 /// As [`run`](fn@super::run), and an interruption.
-pub fn member(root: &Path, number: usize, law: Option<OwnLaw>, leash: bool) -> Result<()> {
+pub fn member(root: &Path, number: usize, law: Option<HostLaw>, leash: bool) -> Result<()> {
     let plan = Plan { law, ..Plan::of(root)? };
     let threads = plan.threads.max(1).into();
     // Only fails if a pool exists already, which then serves as well.

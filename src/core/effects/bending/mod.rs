@@ -119,15 +119,15 @@ impl EffectSpec for Bending {
         all
     }
 
-    fn count_paths_from(&mut self, folder: &Path) {
+    fn resolve_paths_against(&mut self, folder: &Path) {
         if let Rest::State(file) = &mut self.rest {
             *file = folder.join(&*file);
         }
         if let Some(curvature) = &mut self.curvature {
-            curvature.count_path_from(folder);
+            curvature.resolve_path_against(folder);
         }
         if let Some(flow) = &mut self.remodelling {
-            flow.count_paths_from(folder);
+            flow.resolve_paths_against(folder);
         }
     }
 

@@ -187,7 +187,7 @@ impl Jacobian {
         let in_strips = self.in_strips && parts.is_empty() && at.factor_slopes.is_none();
         let sums = self.sums.get_or_insert_with(|| Sums {
             direct: match in_strips {
-                true => Assembly::in_strips(n, others),
+                true => Assembly::for_incomplete_factor(n, others),
                 false => Assembly::in_parts(n, n, &parts, others),
             },
             lengths: None,

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use super::super::signal_meaning;
 use super::memory::{ANSWERED, ASKED, CALLS, IDLE, LOCATIONS, Lane, Memory};
-use super::reply::Reply;
+use super::reply::CallProblem;
 use super::{Isolation, WORD};
 use crate::KineticsError;
 use crate::descriptor::{Descriptor, Location};
@@ -164,10 +164,10 @@ impl Process {
         self.ask(&lane, &asked)?;
         let answer = lane.read().map_err(|e| self.no_room(&e))?;
         drop(lane);
-        match serde_json::from_str::<Result<String, Reply>>(&answer) {
+        match serde_json::from_str::<Result<String, CallProblem>>(&answer) {
             Ok(Ok(text)) => Ok(text),
             Ok(Err(told)) => match (told, descriptor) {
-                (Reply::Other(text), _) => Err(KineticsError::Isolated(text)),
+                (CallProblem::Other(text), _) => Err(KineticsError::Isolated(text)),
                 (told, Some(descriptor)) => {
                     told.outcome(descriptor, None).and_then(|_| Err(self.nonsense(call)))
                 }

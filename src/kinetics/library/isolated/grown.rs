@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::memory::own_bytes;
+use crate::memory::private_resident_bytes;
 
 /// Looks come every so many calls; the first one says what is needed.
 const EVERY: u64 = 256;
@@ -22,7 +22,7 @@ impl Grown {
         if !(self.calls.fetch_add(1, Ordering::Relaxed) + 1).is_multiple_of(EVERY) {
             return None;
         }
-        let now = own_bytes()?;
+        let now = private_resident_bytes()?;
         let first = self.first.compare_exchange(0, now, Ordering::Relaxed, Ordering::Relaxed);
         let more = now.saturating_sub(first.err()?);
         (more > MOST).then(|| {

@@ -6,17 +6,17 @@ use std::sync::atomic::Ordering;
 use super::IsolatedLibrary;
 use super::child::Asked;
 use super::columns::Columns;
-use super::reply::{Reply, Wanted};
+use super::reply::{CallProblem, CreateRequest};
 use crate::descriptor::{Capabilities, Descriptor};
+use crate::library::column_counts::{ColumnCounts, check_columns};
 use crate::library::instance::keep_destroy_error;
-use crate::library::shape::{Shape, check};
 use crate::{Batch, Kinetics, KineticsError, Outcome};
 
 /// The law of a plugin in a process of its own.
 #[derive(Debug)]
 pub struct IsolatedKinetics {
     library: Arc<IsolatedLibrary>,
-    takes_fields: bool,
+    takes_parameter_columns: bool,
     parameters: Vec<f64>,
     /// Its number in the child.
     number: u64,
@@ -37,18 +37,18 @@ impl IsolatedKinetics {
     pub(super) fn new(
         library: &Arc<IsolatedLibrary>,
         parameters: Vec<f64>,
-        takes_fields: bool,
+        takes_parameter_columns: bool,
     ) -> Result<Self, KineticsError> {
         let process = &library.process;
         let bits = parameters.iter().map(|p| p.to_bits()).collect();
-        let wanted = Wanted { parameters: bits, takes_fields };
-        let text = serde_json::to_string(&wanted).map_err(|_| process.nonsense("create"))?;
+        let request = CreateRequest { parameters: bits, takes_parameter_columns };
+        let text = serde_json::to_string(&request).map_err(|_| process.nonsense("create"))?;
         let answer = process.ask_in_words("create", 0, &text, Some(library.descriptor()))?;
         let number = answer.parse().map_err(|_| process.nonsense("create"))?;
-        Ok(Self { library: Arc::clone(library), takes_fields, parameters, number })
+        Ok(Self { library: Arc::clone(library), takes_parameter_columns, parameters, number })
     }
 
-    fn given(&self) -> Capabilities {
+    fn capabilities(&self) -> Capabilities {
         self.descriptor().capabilities
     }
 
@@ -56,12 +56,12 @@ impl IsolatedKinetics {
     fn evaluate(
         &self,
         call: &'static str,
-        shape: Shape,
+        counts: ColumnCounts,
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        check(self.descriptor(), shape, batch, values, partials)?;
+        check_columns(self.descriptor(), counts, batch, values, partials)?;
         let parts = [
             batch.species.len(),
             batch.signals.len(),
@@ -101,7 +101,7 @@ impl IsolatedKinetics {
             let text = lane
                 .read_behind(columns.bytes)
                 .map_err(|error| self.library.process.no_room(&error))?;
-            let told: Reply =
+            let told: CallProblem =
                 serde_json::from_str(&text).map_err(|_| self.library.process.nonsense(call))?;
             warning = told.outcome(self.descriptor(), Some(batch))?;
         }
@@ -113,7 +113,7 @@ impl IsolatedKinetics {
         Ok(warning)
     }
 
-    fn species(&self) -> usize {
+    fn species_count(&self) -> usize {
         self.descriptor().species.len()
     }
 }
@@ -128,8 +128,8 @@ impl Kinetics for IsolatedKinetics {
     }
 
     fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        let shape = Shape::of_rates(self.descriptor(), false);
-        self.evaluate("rates", shape, batch, rates, &mut [])
+        let counts = ColumnCounts::of_rates(self.descriptor(), false);
+        self.evaluate("rates", counts, batch, rates, &mut [])
     }
 
     fn rate_partials(
@@ -138,17 +138,17 @@ impl Kinetics for IsolatedKinetics {
         rates: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let shape = Shape::of_rates(self.descriptor(), true);
-        self.evaluate("rate_partials", shape, batch, rates, partials)
+        let counts = ColumnCounts::of_rates(self.descriptor(), true);
+        self.evaluate("rate_partials", counts, batch, rates, partials)
     }
 
     fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        if !self.given().length_factor {
+        if !self.capabilities().length_factor {
             factor.fill(1.0);
             return Ok(None);
         }
-        let shape = Shape { signals: 0, values: 1, partials: 0 };
-        self.evaluate("length_factor", shape, batch, &mut [factor], &mut [])
+        let counts = ColumnCounts { signals: 0, values: 1, partials: 0 };
+        self.evaluate("length_factor", counts, batch, &mut [factor], &mut [])
     }
 
     fn length_factor_partials(
@@ -157,15 +157,15 @@ impl Kinetics for IsolatedKinetics {
         factor: &mut [f64],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        if !self.given().length_factor {
+        if !self.capabilities().length_factor {
             return crate::differences::length_factor_partials(self, batch, factor, partials);
         }
-        let shape = Shape { signals: 0, values: 1, partials: self.species() };
-        self.evaluate("length_factor_partials", shape, batch, &mut [factor], partials)
+        let counts = ColumnCounts { signals: 0, values: 1, partials: self.species_count() };
+        self.evaluate("length_factor_partials", counts, batch, &mut [factor], partials)
     }
 
-    fn by_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
-        if !self.takes_fields {
+    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+        if !self.takes_parameter_columns {
             return Ok(None);
         }
         let twin = Self::new(&self.library, self.parameters.clone(), false)?;
@@ -177,7 +177,8 @@ impl Kinetics for IsolatedKinetics {
             return Ok(None);
         }
         let signals = self.descriptor().signal_columns();
-        let shape = Shape { signals, values: self.descriptor().observables.len(), partials: 0 };
-        self.evaluate("observe", shape, batch, values, &mut [])
+        let counts =
+            ColumnCounts { signals, values: self.descriptor().observables.len(), partials: 0 };
+        self.evaluate("observe", counts, batch, values, &mut [])
     }
 }

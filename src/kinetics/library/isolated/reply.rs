@@ -1,4 +1,4 @@
-//! What a child says, as text: how a call ended, and what a library says about itself.
+//! Messages between parent and child as text: the request for a law, the description of a library, problems of calls.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,13 +6,13 @@ use super::memory::CALLS;
 use crate::descriptor::Descriptor;
 use crate::{Batch, KineticsError, Outcome, Site, Unreliable, exact};
 
-/// A law that a parent asks for.
+/// The parent's request to create a law.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Wanted {
+pub(super) struct CreateRequest {
     /// Bits of the parameters.
     pub(super) parameters: Vec<u64>,
     /// Whether parameters that differ from point to point are handed over as columns.
-    pub(super) takes_fields: bool,
+    pub(super) takes_parameter_columns: bool,
 }
 
 /// What a library says about itself.
@@ -22,10 +22,10 @@ pub(super) struct About {
     pub(super) observes: bool,
 }
 
-/// How a call ended that did not end well.
+/// What was wrong with a call: an error, or a warning about its results.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Reply {
-    /// With results all the same.
+pub(super) enum CallProblem {
+    /// A warning: there are results.
     Unreliable { message: String, point: Option<usize> },
     /// A shorter step may help.
     Retry {
@@ -41,7 +41,7 @@ pub(super) enum Reply {
     Other(String),
 }
 
-impl Reply {
+impl CallProblem {
     /// Of an outcome; `None` where all is well.
     pub(super) fn of(outcome: Outcome) -> Option<Self> {
         match outcome {

@@ -14,7 +14,7 @@ use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::columns::Columns;
 use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, CALLS, LOCATIONS, Lane, Memory};
-use super::reply::{About, Reply, Wanted};
+use super::reply::{About, CallProblem, CreateRequest};
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::{Kinetics, KineticsError, Outcome};
 
@@ -124,13 +124,13 @@ impl Served {
         match call {
             "loading" | "create" | "destroy" => {
                 let answer =
-                    lane.read().map_err(|e| Reply::Other(e.to_string())).and_then(|text| {
+                    lane.read().map_err(|e| CallProblem::Other(e.to_string())).and_then(|text| {
                         let done = match call {
                             "loading" => self.load(&text),
                             "create" => self.create(&text),
                             _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
                         };
-                        done.map_err(Reply::of_error)
+                        done.map_err(CallProblem::of_error)
                     });
                 let text = serde_json::to_string(&answer).unwrap_or_default();
                 // Without room the parent finds what it has written, and that makes no sense.
@@ -138,8 +138,8 @@ impl Served {
             }
             _ => {
                 let (told, behind) = match self.evaluate(lane, call) {
-                    Ok((outcome, behind)) => (Reply::of(outcome), behind),
-                    Err(text) => (Some(Reply::Other(text)), 0),
+                    Ok((outcome, behind)) => (CallProblem::of(outcome), behind),
+                    Err(text) => (Some(CallProblem::Other(text)), 0),
                 };
                 lane.head().text.store(0, Ordering::Relaxed);
                 if let Some(told) = told {
@@ -161,10 +161,10 @@ impl Served {
     fn create(&self, text: &str) -> Result<String, KineticsError> {
         let none = || KineticsError::Isolated("no plugin is loaded".to_owned());
         let library = self.library.get().ok_or_else(none)?;
-        let wanted: Wanted = serde_json::from_str(text).map_err(|_| none())?;
-        let parameters = wanted.parameters.into_iter().map(f64::from_bits).collect();
+        let request: CreateRequest = serde_json::from_str(text).map_err(|_| none())?;
+        let parameters = request.parameters.into_iter().map(f64::from_bits).collect();
         let mut law = PluginKinetics::new(library, parameters)?;
-        law.takes_fields &= wanted.takes_fields;
+        law.takes_parameter_columns &= request.takes_parameter_columns;
         let mut laws = self.laws.write().unwrap_or_else(PoisonError::into_inner);
         let free = laws.iter().position(Option::is_none).unwrap_or(laws.len());
         if free == laws.len() {

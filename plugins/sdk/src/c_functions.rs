@@ -135,14 +135,14 @@ fn differentiate_rates<M: Model, const N: usize>(
     call: &mut Call<'_, M>,
     at: &Cell<usize>,
 ) -> Result<(), Failure> {
-    passes(M::RATE_SIZE.inputs, N, at, |start| {
+    differentiate_in_passes(M::RATE_SIZE.inputs, N, at, |start| {
         run::<M, Dual<N>, Rates>(call.model, &call.pass(start, at))
     })
 }
 
 /// Differentiates by all inputs, some at a time. A result that is merely unreliable does not keep
 /// the others from being computed.
-fn passes(
+fn differentiate_in_passes(
     inputs: usize,
     width: usize,
     at: &Cell<usize>,
@@ -209,7 +209,7 @@ fn differentiate_factor<M: LengthFactor, const N: usize>(
     call: &mut Call<'_, M>,
     at: &Cell<usize>,
 ) -> Result<(), Failure> {
-    passes(M::FACTOR_SIZE.inputs, N, at, |start| {
+    differentiate_in_passes(M::FACTOR_SIZE.inputs, N, at, |start| {
         run::<M, Dual<N>, Factor>(call.model, &call.pass(start, at))
     })
 }

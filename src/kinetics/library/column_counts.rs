@@ -3,15 +3,15 @@
 use crate::descriptor::Descriptor;
 use crate::{Batch, KineticsError};
 
-/// Numbers of columns of a call.
+/// How many columns a call has of each kind, species apart.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct ColumnCounts {
     pub(super) signals: usize,
     pub(super) values: usize,
     pub(super) partials: usize,
 }
 
-impl Shape {
+impl ColumnCounts {
     /// Of the rates, with or without partial derivatives.
     pub(super) fn of_rates(descriptor: &Descriptor, partials: bool) -> Self {
         let (signals, values) = (descriptor.signal_columns(), descriptor.species.len());
@@ -20,13 +20,13 @@ impl Shape {
     }
 }
 
-/// Checks the columns of a call.
+/// Checks that the columns of a call are as many as `counts` says, and long enough.
 ///
 /// # Errors
 /// [`KineticsError::Shape`].
-pub(super) fn check(
+pub(super) fn check_columns(
     descriptor: &Descriptor,
-    shape: Shape,
+    counts: ColumnCounts,
     batch: &Batch<'_>,
     values: &[&mut [f64]],
     partials: &[&mut [f64]],
@@ -38,9 +38,9 @@ pub(super) fn check(
         Err(KineticsError::Shape { plugin: descriptor.name.clone(), what, expected, found })
     };
     check("species columns", descriptor.species.len(), batch.species.len())?;
-    check("signal columns", shape.signals, batch.signals.len())?;
-    check("output columns", shape.values, values.len())?;
-    check("derivative columns", shape.partials, partials.len())?;
+    check("signal columns", counts.signals, batch.signals.len())?;
+    check("output columns", counts.values, values.len())?;
+    check("derivative columns", counts.partials, partials.len())?;
     for column in batch.inputs().chain(batch.parameters) {
         let readable =
             if column.covers(batch.count) { batch.count } else { column.parts().0.len() };

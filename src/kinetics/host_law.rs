@@ -1,4 +1,4 @@
-//! A law that the program around the engine brings, as a function of its own: by name beside plugins.
+//! Laws of the host program, which embeds the engine: registered by name, looked up like plugins.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -6,23 +6,23 @@ use std::sync::Arc;
 
 use super::{Descriptor, Kinetics, KineticsError, parameters};
 
-/// A law of which instances with parameters can be made.
+/// A law of the host program, of which instances with parameters can be made.
 pub trait Template: Send + Sync + Debug {
     /// Species, parameters with their defaults, signals read.
     fn descriptor(&self) -> &Descriptor;
 
-    /// Hash of all that rates depend on: a run goes on only with the same.
+    /// Hash of all that rates depend on: a run is resumed only with the same.
     fn digest(&self) -> &str;
 
     /// An instance with `values` of the parameters, in the order of the descriptor.
     fn with(&self, values: Vec<f64>) -> Arc<dyn Kinetics>;
 }
 
-/// A [`Template`] that is looked up by its name, as a plugin is.
+/// A law that the host program registers by name: a [`Template`] that scenes name as they name a plugin.
 #[derive(Debug, Clone)]
-pub struct OwnLaw(Arc<dyn Template>);
+pub struct HostLaw(Arc<dyn Template>);
 
-impl OwnLaw {
+impl HostLaw {
     /// Of `template`, under the name in its descriptor.
     #[must_use]
     pub fn new(template: Arc<dyn Template>) -> Self {
@@ -59,10 +59,10 @@ impl OwnLaw {
     }
 }
 
-impl PartialEq for OwnLaw {
+impl PartialEq for HostLaw {
     fn eq(&self, other: &Self) -> bool {
         self.name() == other.name() && self.digest() == other.digest()
     }
 }
 
-impl Eq for OwnLaw {}
+impl Eq for HostLaw {}

@@ -17,23 +17,23 @@ use super::{Taken, Way};
 
 /// Fewest steps that say how lengths go with time.
 const FEWEST: usize = 6;
-/// How much is thought to be known of a before, namely 0: the sum of squares of ln t that counts as much.
-const KNOWN: f64 = 0.3;
+/// Weight of the prior a = 0 in the regression, as a sum of squared deviations of ln t.
+const PRIOR_WEIGHT: f64 = 0.3;
 /// Pieces of the way, equally long in ln t, with one length of steps each.
 const PIECES: u32 = 48;
-/// Steps that may grow before they are taken for grown.
-const GROWTHS: usize = 200;
+/// Most steps of the ramp in which steps grow towards h(t).
+const MAX_RAMP_STEPS: usize = 200;
 /// Times are the same within this share of a step.
 const SAME: f64 = 1e-9;
 
-/// So many steps of one length.
+/// A number of steps of equal length; the number need not be whole.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Piece {
+pub(super) struct EqualSteps {
     pub(super) count: f64,
     pub(super) length: f64,
 }
 
-impl Piece {
+impl EqualSteps {
     /// Over a way of `length` in equal steps of `step` at most.
     fn over(length: f64, step: f64) -> Self {
         let count = (length / step - SAME).ceil().max(1.0);
@@ -48,20 +48,20 @@ pub(super) fn next_output(way: &Way, time: f64) -> f64 {
 }
 
 /// Steps of one length, shortened but at output times.
-pub(super) fn fixed(way: &Way, time: f64, length: f64) -> Vec<Piece> {
+pub(super) fn fixed(way: &Way, time: f64, length: f64) -> Vec<EqualSteps> {
     if !(time < way.until) {
         return Vec::new();
     }
     let next = next_output(way, time);
     let whole = ((way.until - next) / way.every + SAME).floor().max(0.0);
     let rest = way.until - next - whole * way.every;
-    let mut pieces = vec![Piece::over(next - time, length)];
+    let mut pieces = vec![EqualSteps::over(next - time, length)];
     if whole > 0.0 {
-        let one = Piece::over(way.every, length);
-        pieces.push(Piece { count: whole * one.count, ..one });
+        let one = EqualSteps::over(way.every, length);
+        pieces.push(EqualSteps { count: whole * one.count, ..one });
     }
     if rest > SAME * length {
-        pieces.push(Piece::over(rest, length));
+        pieces.push(EqualSteps::over(rest, length));
     }
     pieces
 }
@@ -92,11 +92,15 @@ impl Trend {
             sum += step.length * length;
             weight += step.length;
         }
-        Self { level: sum / weight, at, power: slope(&points, (0.0, KNOWN)).clamp(-0.5, 1.0) }
+        Self {
+            level: sum / weight,
+            at,
+            power: slope(&points, (0.0, PRIOR_WEIGHT)).clamp(-0.5, 1.0),
+        }
     }
 
-    /// The same with so much of its power.
-    pub(super) fn with_share(self, share: f64) -> Self {
+    /// The same with `share` times the exponent a.
+    pub(super) fn with_scaled_exponent(self, share: f64) -> Self {
         Self { power: share * self.power, ..self }
     }
 
@@ -110,19 +114,19 @@ impl Trend {
     }
 }
 
-/// Steps that begin at `next` and grow by `growth` at most towards the trend.
+/// Steps that start with `first_step` and grow towards the trend, each at most `max_ratio` times as long as the last.
 pub(super) fn controlled(
     way: &Way,
     time: f64,
     trend: &Trend,
-    (mut next, growth): (f64, f64),
+    (first_step, max_ratio): (f64, f64),
     longest: f64,
-) -> Vec<Piece> {
+) -> Vec<EqualSteps> {
     let mut pieces = Vec::new();
-    let mut now = time;
+    let (mut now, mut next) = (time, first_step);
     while now < way.until * (1.0 - SAME)
         && next < trend.length(now).min(way.every).min(longest)
-        && pieces.len() < GROWTHS
+        && pieces.len() < MAX_RAMP_STEPS
     {
         let left = next_output(way, now) - now;
         // The last two steps before an output time share the way.
@@ -131,9 +135,9 @@ pub(super) fn controlled(
             long if 2.0 * long > left => 0.5 * left,
             short => short,
         };
-        pieces.push(Piece { count: 1.0, length });
+        pieces.push(EqualSteps { count: 1.0, length });
         now += length;
-        next *= growth;
+        next *= max_ratio;
     }
     let ratio = (way.until / now).powf(1.0 / f64::from(PIECES));
     for number in 0..PIECES {
@@ -142,8 +146,8 @@ pub(super) fn controlled(
         }
         let end = if number + 1 == PIECES { way.until } else { (now * ratio).min(way.until) };
         let length = trend.length((now * end).sqrt()).min(longest).min(way.until);
-        let step = Piece::over(way.every, length).length;
-        pieces.push(Piece { count: (end - now) / step, length: step });
+        let step = EqualSteps::over(way.every, length).length;
+        pieces.push(EqualSteps { count: (end - now) / step, length: step });
         now = end;
     }
     pieces
