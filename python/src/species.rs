@@ -24,10 +24,7 @@ fn names(course: &Course) -> Vec<String> {
 fn index(course: &Course, name: &str) -> PyResult<usize> {
     let names = names(course);
     names.iter().position(|known| known == name).ok_or_else(|| {
-        PyKeyError::new_err(format!(
-            "no species {name:?}; expected one of: {}",
-            names.join(", ")
-        ))
+        PyKeyError::new_err(format!("no species {name:?}; expected one of: {}", names.join(", ")))
     })
 }
 
