@@ -71,8 +71,9 @@ fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
     let reduction = potential.reduction().clone();
     let edge = potential.metric().mean_edge();
     let (motions, radius) = free_motions(x, potential.pins(), &reduction, |_| 1.0);
-    // Pins that let a motion begin may hinder it further on.
-    if motions.is_empty() || potential.mechanics().has_prescribed() {
+    let mechanics = potential.mechanics();
+    // Obstacles exert no force until they are touched, and then push the whole sheet.
+    if motions.is_empty() || mechanics.has_prescribed() || mechanics.limits_steps() {
         return false;
     }
     let mut parameters: Vector6<f64> = motions.iter().map(|motion| motion.parameters).sum();
@@ -80,6 +81,7 @@ fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
     let mut moved = x.to_vec();
     move_rigidly(&mut moved, &parameters, radius, &reduction);
     let (motions, _) = free_motions(&moved, potential.pins(), &reduction, |_| 1.0);
+    // Pins that let a motion begin may hinder it further on.
     let held = (0..x.len()).any(|i| {
         let (pin, d) = (potential.pins()[i], moved[i] - x[i]);
         (0..3).any(|a| pin[a] && d[a].abs() > 1e-12 * radius)
