@@ -14,7 +14,7 @@ use nalgebra::Vector6;
 use super::super::Result;
 use super::Workspace;
 use crate::Vec3;
-use crate::model::{Drag, Potential, State, Weights, align, free_motions, move_rigidly};
+use crate::model::{Anchor, Drag, Potential, State, align, free_motions, move_rigidly};
 
 /// A motion is free if the forces after a rigid displacement do no more work along it than this share of the tolerance at
 /// every vertex.
@@ -32,19 +32,24 @@ impl Floating {
         self.0 = None;
     }
 
-    /// Moves `x`, a minimum of `potential` without a viscosity, rigidly to where it has no net motion from `about` under
-    /// `weights`, or the `drag` of the scene; nothing unless the sheet floats.
+    /// Moves `x`, a minimum found from `start`, rigidly to where it has no net motion from `anchor` under its weights, or
+    /// without one from `start` under the `drag` of the scene; nothing unless the sheet floats.
     pub(super) fn settle(
         &mut self,
         potential: &mut Potential,
-        (x, about): (&mut [Vec3], &[Vec3]),
-        weights: Option<Weights>,
+        (x, start): (&mut [Vec3], &[Vec3]),
+        anchor: Option<Anchor>,
         (drag, tolerance): (&Drag, f64),
     ) {
         if *self.0.get_or_insert_with(|| floats(potential, x, tolerance)) {
-            let weights = weights.unwrap_or_else(|| drag.weights(potential.sheet(), about, 1.0));
+            let from_start = || Anchor {
+                x: start.to_vec(),
+                weights: drag.weights(potential.sheet(), start, 1.0),
+                slack: 0.0,
+            };
+            let Anchor { x: about, weights, .. } = anchor.unwrap_or_else(from_start);
             let apply = |i: usize, v| weights.apply(i, v);
-            align(x, about, apply, potential.pins(), potential.reduction());
+            align(x, &about, apply, potential.pins(), potential.reduction());
         }
     }
 }

@@ -136,11 +136,8 @@ impl Workspace {
         if let Some(held) = held {
             held.act_on(potential);
         }
-        if let Some(mut anchor) = anchor {
-            anchor.follow_pins(model.mechanics(), &x);
-            tolerance =
-                tolerance.max(anchor.force(potential.reduction()) / potential.force_scale());
-            potential.set_anchor(Some(anchor));
+        if let Some(anchor) = anchor {
+            tolerance = tolerance.max(pull(potential, anchor, &x));
         }
         start_from(guess, potential, &mut x, &prescribed);
         let start = x.clone();
@@ -165,10 +162,8 @@ impl Workspace {
         let anchor = potential.take_anchor();
         potential.set_hold(None);
         if done.is_ok() && !is_held {
-            let (about, weights) = anchor.map_or((None, None), |a| (Some(a.x), Some(a.weights)));
-            let about = about.as_deref().unwrap_or(&start);
             let by = (model.drag(), relaxer.tolerance);
-            floating.settle(potential, (&mut x, about), weights, by);
+            floating.settle(potential, (&mut x, &start), anchor, by);
         }
         let moved = potential.reduction().distance(&start, &x) / edge;
         state.x = x.into();
@@ -182,6 +177,14 @@ impl Workspace {
 /// Whether a relaxation failed, rather than was interrupted or left its trust region.
 fn is_failure(error: &SolveError) -> bool {
     !matches!(error, SolveError::Interrupted | SolveError::Departed)
+}
+
+/// Adds the pull of `anchor`, with fixed directions as in `x`; the force of its slack, in units of the force scale.
+fn pull(potential: &mut Potential, mut anchor: Anchor, x: &[Vec3]) -> f64 {
+    anchor.follow_pins(potential.mechanics(), x);
+    let slack = anchor.force(potential.reduction()) / potential.force_scale();
+    potential.set_anchor(Some(anchor));
+    slack
 }
 
 /// How far a relaxation is, in words.
