@@ -268,6 +268,12 @@ impl Mechanics {
         self.all().any(|term| term.coupling().limits_steps)
     }
 
+    /// Whether an effect is contact with what is fixed in space, rather than of the sheet with itself: an obstacle.
+    #[must_use]
+    pub fn meets_obstacles(&self) -> bool {
+        self.all().any(|term| term.is_contact() && !term.coupling().pairs)
+    }
+
     /// The effects of contact, as places among the energies.
     pub fn contacts(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.terms.len()).filter(|k| self.terms[*k].is_contact())

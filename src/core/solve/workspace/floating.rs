@@ -78,7 +78,7 @@ fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
     let (motions, radius) = free_motions(x, potential.pins(), &reduction, |_| 1.0);
     let mechanics = potential.mechanics();
     // Obstacles exert no force until they are touched, and then push the whole sheet.
-    if motions.is_empty() || mechanics.has_prescribed() || mechanics.limits_steps() {
+    if motions.is_empty() || mechanics.has_prescribed() || mechanics.meets_obstacles() {
         return false;
     }
     let mut parameters: Vector6<f64> = motions.iter().map(|motion| motion.parameters).sum();
