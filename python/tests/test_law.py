@@ -84,7 +84,7 @@ def test_exceptions_of_a_law_are_the_cause():
 def test_results_of_a_law_are_checked():
     assert "2 values are returned for c" in str(failing(lambda at: {"c": [1.0, 2.0]}))
     assert "no rate is returned" in str(failing(lambda at: {}))
-    assert "no species" in str(failing(lambda at: {"c": 0.0, "e": 0.0}))
+    assert "not a species" in str(failing(lambda at: {"c": 0.0, "e": 0.0}))
     assert "dict" in str(failing(lambda at: at.c))
     assert "NaN" in str(failing(lambda at: {"c": numpy.nan * at.c}))
     with pytest.raises(ValueError, match="no signal"):

@@ -38,7 +38,7 @@ def test_the_ledger_without_pandas(tmp_path, monkeypatch):
 
 
 def test_a_folder_without_results_is_refused(tmp_path):
-    with pytest.raises(rumple.Error, match="no result directory"):
+    with pytest.raises(rumple.Error, match="not a result directory"):
         rumple.read(tmp_path)
 
 

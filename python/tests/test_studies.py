@@ -133,7 +133,7 @@ def test_accuracy_has_errors_and_advice():
     errors = table["error of the species"]
     assert errors[0] > errors[1] > 0
     assert "staggered" in table.attrs["advice"]
-    with pytest.raises(rumple.Error, match="no quantity; expected one of species, shape"):
+    with pytest.raises(rumple.Error, match="is not a quantity; expected one of species, shape"):
         rumple.accuracy(DOME, of="colour")
     with pytest.raises(rumple.Error, match="want is 0"):
         rumple.accuracy(DOME, want=0.0)
