@@ -250,6 +250,6 @@ fn units_of_time_change_round_off_only() {
     let reference = in_units(1.0);
     for unit in [1e-6, 0.1, 0.3, 1.7, 1e6] {
         let (shape, species) = distance(&in_units(unit), &reference);
-        assert!(shape < 1e-9 && species < 1e-9, "{unit:e}: {shape:e} {species:e}");
+        assert!(shape < 1e-11 && species < 1e-11, "{unit:e}: {shape:e} {species:e}");
     }
 }

@@ -17,6 +17,7 @@
 
 use nalgebra::DVector;
 
+use super::Goal;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
 use crate::model::{Motion, Potential, free_motions, minimal_pins};
@@ -38,6 +39,21 @@ pub(in crate::solve) struct Gauge {
 }
 
 impl Gauge {
+    /// Of a relaxation towards `goal`. The pull of an anchor hinders every motion, but where the sheet floats the small
+    /// viscosity along a path of equilibria hinders none.
+    pub(super) fn of(
+        potential: &Potential,
+        x: &[Vec3],
+        gradient: &[Vec3],
+        goal: &Goal<'_>,
+    ) -> Self {
+        let viscous = goal.floats && goal.trust.is_some();
+        match potential.anchor().is_some() && !viscous {
+            true => Self::default(),
+            false => Self::new(potential, x, gradient, goal.tolerance),
+        }
+    }
+
     /// For `x`, where the gradient of the energy is `gradient` and counts as 0 below `tolerance`.
     pub(in crate::solve) fn new(
         potential: &Potential,
@@ -45,10 +61,6 @@ impl Gauge {
         gradient: &[Vec3],
         tolerance: f64,
     ) -> Self {
-        // A pull towards an earlier shape hinders every motion.
-        if potential.anchor().is_some() {
-            return Self::default();
-        }
         let pins = potential.pins();
         let (mut motions, _) = free_motions(x, pins, potential.reduction(), |_| 1.0);
         let limit = HINDERED * tolerance * potential.force_scale();

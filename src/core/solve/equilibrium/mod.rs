@@ -33,6 +33,9 @@ use crate::record::{Malformed, Record};
 use crate::reduction::Reduction;
 use crate::solve::SolveError;
 
+/// Round-off of a distance, relative to it.
+const ROUND_OFF: f64 = 1e-9;
+
 /// When a relaxation may stop.
 #[derive(Clone, Copy)]
 pub struct Goal<'a> {
@@ -49,6 +52,8 @@ pub struct Goal<'a> {
     pub displacement: f64,
     /// The trust region, if there is one: leaving it gives up with [`SolveError::Departed`].
     pub trust: Option<Trust<'a>>,
+    /// Whether rigid motions that pins leave free change no energy but that of an anchor.
+    pub floats: bool,
 }
 
 impl Default for Goal<'_> {
@@ -61,6 +66,7 @@ impl Default for Goal<'_> {
             report: &|_| (),
             displacement: f64::INFINITY,
             trust: None,
+            floats: false,
         }
     }
 }
@@ -75,9 +81,9 @@ pub struct Trust<'a> {
 }
 
 impl Trust<'_> {
-    /// Whether `x` lies within.
+    /// Whether `x` lies within; a step that is shortened to the boundary ends there but for round-off, which decides nothing.
     fn contains(&self, x: &[Vec3], reduction: &Reduction) -> bool {
-        !(reduction.distance(self.centre, x) > self.radius)
+        !(reduction.distance(self.centre, x) > self.radius * (1.0 + ROUND_OFF))
     }
 
     /// The largest t up to `most` for which `x + t d` lies within, if `x` does.

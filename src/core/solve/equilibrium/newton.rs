@@ -255,7 +255,7 @@ impl Newton {
         sigma: &mut f64,
         balanced: bool,
     ) -> Result<Tried, SolveError> {
-        let gauge = Gauge::new(potential, at.x, &at.gradient, goal.tolerance);
+        let gauge = Gauge::of(potential, at.x, &at.gradient, goal);
         let (unit, terms) = self.set_hessian(potential, at.x)?;
         let allowed = self.options.path_error.get() * potential.metric().mean_edge();
         let (mut shifted, mut saddle) = (0.0, false);

@@ -32,6 +32,11 @@ impl Floating {
         self.0 = None;
     }
 
+    /// Whether the sheet floats, as found at the shape `x` of the first search of a step, without a viscosity.
+    pub(super) fn found(&mut self, potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
+        *self.0.get_or_insert_with(|| floats(potential, x, tolerance))
+    }
+
     /// Moves `x`, a minimum found from `start`, rigidly to where it has no net motion from `anchor` under its weights, or
     /// without one from `start` under the `drag` of the scene; nothing unless the sheet floats.
     pub(super) fn settle(
@@ -41,7 +46,7 @@ impl Floating {
         anchor: Option<Anchor>,
         (drag, tolerance): (&Drag, f64),
     ) {
-        if *self.0.get_or_insert_with(|| floats(potential, x, tolerance)) {
+        if self.found(potential, x, tolerance) {
             let from_start = || Anchor {
                 x: start.to_vec(),
                 weights: drag.weights(potential.sheet(), start, 1.0),

@@ -132,6 +132,7 @@ impl Workspace {
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok((Relaxation::default(), 0.0)) };
         let mut tolerance = relaxer.tolerance * looser;
+        let floats = floating.found(potential, &x, relaxer.tolerance);
         let is_held = held.is_some();
         if let Some(held) = held {
             held.act_on(potential);
@@ -147,6 +148,7 @@ impl Workspace {
         let goal = Goal {
             displacement: displacement * edge,
             trust: trust.map(|radius| Trust { centre: &start, radius: radius * edge }),
+            floats,
             tolerance,
             max_iterations: relaxer.max_iterations,
             interrupted: &|| control.interrupted(),

@@ -229,7 +229,7 @@ impl Lbfgs {
             self.stiffen();
         }
         self.keep_marked();
-        self.gauge = Gauge::new(potential, x, &at.gradient, goal.tolerance);
+        self.gauge = Gauge::of(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
         self.weight = rules.weight;
         at.stiffest = self.shift >= MOST_SHIFT || self.inverse.is_learnt();
