@@ -257,7 +257,7 @@ impl Stage<'_> {
         let Stepping { trust, looser, displacement, .. } = *self.by;
         let anchor = Some(pull);
         let search = Search { anchor, guess, trust, looser, displacement, held };
-        let (done, _) = workspace.search(&mut state, search)?;
+        let done = workspace.search(&mut state, search)?;
         Ok((state, done))
     }
 

@@ -104,7 +104,7 @@ pub(super) fn minimum(
     let (mut next, held) = route.at(route.clock().1, state);
     let displacement = DISPLACEMENT;
     let search = Search { trust: Some(radius(route)), displacement, held, ..Search::default() };
-    let (done, _) = workspace.search(&mut next, search)?;
+    let done = workspace.search(&mut next, search)?;
     state.x = next.x;
     Ok(done)
 }

@@ -1,6 +1,6 @@
 //! Minimisations of the energy: under a proximal term, within a trust region, from a guess.
 
-use super::super::equilibrium::{self, Goal, Relaxation, Trust, explained};
+use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
 use super::super::{Result, SolveError, counters};
 use super::Workspace;
 use crate::Vec3;
@@ -87,7 +87,7 @@ impl Workspace {
     /// # Errors
     /// As for [`Workspace::relax`].
     pub fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
-        Ok(self.search(state, Search::default())?.0)
+        self.search(state, Search::default())
     }
 
     /// Brings the shape of `state` to the least energy with `anchor`, at most its slack from there; from
@@ -102,11 +102,10 @@ impl Workspace {
         guess: Option<Vec<Vec3>>,
     ) -> Result<Relaxation> {
         let search = Search { anchor: Some(anchor), guess, ..Search::default() };
-        Ok(self.search(state, search)?.0)
+        self.search(state, search)
     }
 
-    /// Brings the shape of `state` to a minimum as `search` says; with how far the vertex that moved most is
-    /// from where the search began, in mean edges. On an error the shape is the last good one.
+    /// Brings the shape of `state` to a minimum as `search` says. On an error the shape is the last good one.
     ///
     /// # Errors
     /// As for [`Workspace::relax`]; [`SolveError::Departed`] where the trust region was left.
@@ -114,10 +113,10 @@ impl Workspace {
         &mut self,
         state: &mut State,
         search: Search,
-    ) -> Result<(Relaxation, f64)> {
+    ) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer, stuck, floating, .. } = self;
         if model.is_chemistry_alone() {
-            return Ok((Relaxation::default(), 0.0));
+            return Ok(Relaxation::default());
         }
         let Search { anchor, guess, trust, looser, displacement, held } = search;
         let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
@@ -130,7 +129,7 @@ impl Workspace {
         }
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
-        let Some(relaxer) = relaxer else { return Ok((Relaxation::default(), 0.0)) };
+        let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
         let mut tolerance = relaxer.tolerance * looser;
         let floats = floating.found(potential, &x, relaxer.tolerance);
         let is_held = held.is_some();
@@ -154,26 +153,32 @@ impl Workspace {
             interrupted: &|| control.interrupted(),
             report: &|done| control.report(|| relaxing(done)),
         };
-        let method = &mut *relaxer.equilibrium;
-        let mut relax = || {
-            let mut done = equilibrium::lead(method, potential, &mut x, &led, &goal)?;
-            done.add(&equilibrium::relax(method, potential, &mut x, &goal)?);
-            Ok(done)
-        };
-        let done = relax().map_err(|error| explained(error, potential, &x, tolerance));
+        let done = minimise(&mut *relaxer.equilibrium, potential, (&mut x, &led), &goal)
+            .map_err(|error| explained(error, potential, &x, tolerance));
         let anchor = potential.take_anchor();
         potential.set_hold(None);
         if done.is_ok() && !is_held {
             let by = (model.drag(), relaxer.tolerance);
             floating.settle(potential, (&mut x, &start), anchor, by);
         }
-        let moved = potential.reduction().distance(&start, &x) / edge;
         state.x = x.into();
         if done.as_ref().is_err_and(is_failure) {
             *stuck = Some(state.clone());
         }
-        Ok((done?, moved))
+        done
     }
+}
+
+/// Moves `x` to where pins lead it, by incremental loading, and to the minimum there.
+fn minimise(
+    method: &mut dyn Equilibrium,
+    potential: &mut Potential,
+    (x, led): (&mut [Vec3], &[Vec3]),
+    goal: &Goal<'_>,
+) -> Result<Relaxation> {
+    let mut done = equilibrium::lead(method, potential, x, led, goal)?;
+    done.add(&equilibrium::relax(method, potential, x, goal)?);
+    Ok(done)
 }
 
 /// Whether a relaxation failed, rather than was interrupted or left its trust region.
