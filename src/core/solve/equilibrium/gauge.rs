@@ -47,10 +47,12 @@ impl Gauge {
         gradient: &[Vec3],
         goal: &Goal<'_>,
     ) -> Self {
-        let viscous = goal.floats && goal.trust.is_some();
-        match potential.anchor().is_some() && !viscous {
-            true => Self::default(),
-            false => Self::new(potential, x, gradient, goal.tolerance),
+        let gauge = || Self::new(potential, x, gradient, goal.tolerance);
+        match (potential.anchor().is_some(), goal.floats && goal.trust.is_some()) {
+            (false, _) => gauge(),
+            // The viscosity supports the matrix, the same in all directions.
+            (true, true) => Self { springs: Vec::new(), ..gauge() },
+            (true, false) => Self::default(),
         }
     }
 

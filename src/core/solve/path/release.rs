@@ -51,6 +51,7 @@ pub(in crate::solve) fn release(
     // Where nothing grows, lengths are not set again.
     workspace.at(state).potential()?.set_length_factor(&start.lengths.1);
     done.add(&workspace.relax(state)?);
+    workspace.pass(&at.x, &state.x, true)?;
     workspace.settle(state, &at.x)?;
     Ok(done)
 }
