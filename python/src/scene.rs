@@ -116,6 +116,22 @@ impl Scene {
     }
 }
 
+/// A scene, or the path of its file.
+#[derive(FromPyObject)]
+pub(crate) enum SceneOrFile<'py> {
+    Scene(Bound<'py, Scene>),
+    File(PathBuf),
+}
+
+impl<'py> SceneOrFile<'py> {
+    pub(crate) fn checked(self, py: Python<'py>) -> PyResult<Bound<'py, Scene>> {
+        match self {
+            Self::Scene(scene) => Ok(scene),
+            Self::File(path) => Bound::new(py, load(py, path, None, None)?),
+        }
+    }
+}
+
 /// Tables of a scene as TOML.
 #[pyfunction]
 pub(crate) fn tables_as_toml(tables: &Bound<'_, PyDict>) -> PyResult<String> {

@@ -20,7 +20,7 @@ use crate::convert;
 use crate::course::{Course, OwnedField};
 use crate::engine::{Error, Pending};
 use crate::law::Law;
-use crate::scene::Scene;
+use crate::scene::SceneOrFile;
 use crate::species::Species;
 use crate::step::Step;
 
@@ -75,15 +75,17 @@ impl Simulation {
 
 #[pymethods]
 impl Simulation {
-    /// Makes a scene ready to run; `plugins` are folders in which its plugins are looked for first.
+    /// Makes a scene, or the scene of a file, ready to run; `plugins` are folders in which its plugins are looked for first.
     #[new]
     #[pyo3(signature = (scene, *, law = None, plugins = Vec::new()))]
     fn new(
         py: Python<'_>,
-        scene: &Scene,
+        scene: SceneOrFile<'_>,
         law: Option<&Law>,
         plugins: Vec<PathBuf>,
     ) -> PyResult<Self> {
+        let scene = scene.checked(py)?;
+        let scene = scene.get();
         let pending = Pending::default();
         let law = scene.host_law(law, &pending.law);
         let (scene, control) = (Arc::clone(&scene.checked), pending.control());

@@ -21,6 +21,14 @@ def test_a_scene_takes_overrides():
     assert rumple.load(DOME, ["time.until=2"]).until == 2.0
 
 
+def test_a_simulation_takes_the_path_of_a_scene(tmp_path):
+    assert rumple.Simulation(DOME).run(until=0.25).time == 0.25
+    with pytest.raises(rumple.Error, match="nothing.toml"):
+        rumple.Simulation(str(tmp_path / "nothing.toml"))
+    with pytest.raises(TypeError, match="scene"):
+        rumple.Simulation(3)
+
+
 def test_steps_lead_to_the_end(sim):
     steps = list(sim)
     assert sim.time == steps[-1].time == 1.0

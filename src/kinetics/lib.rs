@@ -46,6 +46,7 @@ pub use library::{
     Library, PluginKinetics, call_under_way, check_global_state, take_destroy_error,
 };
 pub use plugin::Plugin;
+pub use rumple_plugin_abi::C_HEADER;
 pub use search::Search;
 pub use signal::Signal;
 pub use site::{BadValue, Site};

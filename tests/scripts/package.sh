@@ -17,7 +17,7 @@ plugins=(brusselator curvature-feedback gray-scott hires oregonator robertson sc
 
 size() { du -bc "$@" | tail -1 | cut -f1 | numfmt --to=iec; }
 
-# Program, plugins, scenes, completions, pages and licences below a root, as bin, lib and share.
+# Program, plugins, scenes, SDK, completions, pages and licences below a root, as bin, lib and share.
 tree() {
     local root=$1
     install -Dm755 "$release/rumple" "$root/bin/rumple"
@@ -30,6 +30,7 @@ tree() {
     mkdir -p "$root/share/rumple" "$root/share/man/man1"
     (cd models && find . -name '*.toml' -exec cp --parents {} "$scratch/models" \;)
     cp -r "$scratch/models" "$root/share/rumple/models"
+    sdk "$root/share/rumple/plugins"
     "$root/bin/rumple" schema --out "$root/share/rumple/scene.schema.json"
     "$root/bin/rumple" man "$root/share/man/man1" >/dev/null
     gzip -9n "$root"/share/man/man1/*.1
@@ -38,6 +39,21 @@ tree() {
     completion fish fish/vendor_completions.d/rumple.fish
     mkdir -p "$root/share/doc/rumple"
     cp LICENSE-MIT LICENSE-APACHE CHANGELOG.md CITATION.cff "$root/share/doc/rumple/"
+}
+
+# The crates that a plugin in Rust is built with, as a workspace with the tables of this one that they refer to.
+sdk() {
+    local crate
+    mkdir -p "$1"
+    for crate in abi sdk; do
+        (cd plugins && git ls-files "$crate" | grep -v "/tests/" | xargs -I{} cp --parents {} "$1")
+        sed -i '/^\[dev-dependencies\]/,$d' "$1/$crate/Cargo.toml"
+    done
+    {
+        printf '[workspace]\nmembers = ["abi", "sdk"]\nresolver = "3"\n\n'
+        sed -n '/^\[workspace.package\]/,/^\[package\]/p' Cargo.toml | sed '/^\[package\]/d'
+        printf '[workspace.dependencies]\nrumple-plugin-abi = { path = "abi", version = "%s" }\n' "$version"
+    } >"$1/Cargo.toml"
 }
 
 completion() {
@@ -71,6 +87,8 @@ try() {
         env -i "$rumple" run mine.toml --out mine --quiet --set sheet.vertices=200 --set time.until=0.1 \
             --set output.every=0.1 >/dev/null
         [[ -s mine/report.html ]]
+        env -i "$rumple" plugin new own-growth >/dev/null
+        grep -q "$root/share/rumple/plugins/sdk" own-growth/Cargo.toml
         bash -n "$root/share/bash-completion/completions/rumple"
         # As a shell does it: `rumple ru<tab>`.
         bash -c 'source "$1"; COMP_WORDS=(rumple ru); COMP_CWORD=1; _rumple rumple ru rumple; echo "${COMPREPLY[*]}"' \
@@ -163,6 +181,17 @@ tar -C "$here/archive" -xf "$out/$name.tar.xz"
 rm -rf "${scratch:?}/$name" "$deb"
 try "$here/archive/$name"
 installed "$package" "$here/installed"
+
+# A plugin of one's own by the installed SDK.
+"$here/archive/$name/bin/rumple" plugin new own-growth --dir "$here/own" >/dev/null
+CARGO_TARGET_DIR=$here/own/target cargo build --offline --release --quiet --manifest-path "$here/own/Cargo.toml"
+"$here/archive/$name/bin/rumple" plugin validate "$here/own/target/release/libown_growth.so" >/dev/null
+
+# What a registry would be given; only what is committed is complete there.
+cargo package --offline --workspace --no-verify --allow-dirty --quiet --target-dir "$here/crates"
+crates=("$here"/crates/package/rumple*.crate)
+((${#crates[@]} == 11))
+echo "crates         $(size "${crates[@]}"), ${#crates[@]} of them"
 
 echo "program        $(size "$release/rumple"), stripped $(size "$here/archive/$name/bin/rumple")"
 echo "plugins        $(size "$here/archive/$name"/lib/rumple/plugins/*.so), ${#plugins[@]} of them"

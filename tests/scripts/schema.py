@@ -3,11 +3,14 @@
 
 Valid are all scenes of models/, all templates of `rumple new` and their resolved scenes. Refused are, for every key of
 every scene, the same scene with that key misspelt, or with a value of another type. With taplo beside Python (PyPI's
-taplo), it reads a template by its `#:schema` line, and a mistake in it is refused.
+taplo), it reads a template by its `#:schema` line, and a mistake in it is refused. With target/npm (npm's @taplo/lsp)
+its language server is asked what editors ask: errors while a scene is typed, and the keys that can stand somewhere.
 """
 
 import copy
 import json
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -75,6 +78,43 @@ def editor():
     return said
 
 
+def language_server():
+    """Whether taplo's language server shows errors and keys of a template while it is typed."""
+    modules = ROOT / "target/npm"
+    # Node of PyPI stands beside Python.
+    path = os.pathsep.join([os.environ["PATH"], str(Path(sys.executable).parent)])
+    node = shutil.which("node", path=path)
+    if node is None or not (modules / "node_modules/@taplo/lsp").is_dir():
+        return "left out: no node or no @taplo/lsp"
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene.toml"
+        rumple("new", scene, "--from", "turing", "--schema")
+        good = scene.read_text()
+        # A text, what an error about it has to say, and keys that have to be offered at its end or after `at`.
+        cases = [
+            ({"text": good}, None, []),
+            ({"text": good.replace("thickness =", "thicknes =")}, "thicknes", []),
+            ({"text": good.replace("poisson = 0.3333333333333333", 'poisson = "soft"')}, "soft", []),
+            ({"text": good.replace('kind = "bending"', 'kind = "bendin"')}, "bendin", []),
+            ({"text": good.replace("[time]\n", "[time]\nu"), "at": "[time]\nu"}, "u", ["until", "policy", "stop_when_steady"]),
+            ({"text": f"{good}\n[output]\nev", "at": "\n[output]\nev"}, "EOF", ["every", "fields", "format"]),
+            ({"text": good}, None, []),
+        ]
+        done = subprocess.run(
+            [node, ROOT / "tests/scripts/editor.mjs", modules, scene],
+            input=json.dumps([text for text, _, _ in cases]),
+            capture_output=True,
+            text=True,
+        )
+    if done.returncode != 0:
+        sys.exit(f"editor.mjs: exit code {done.returncode}\n{done.stderr}")
+    for answer, (case, wrong, keys) in zip(json.loads(done.stdout), cases, strict=True):
+        errors = "\n".join(answer["errors"])
+        if bool(errors) != (wrong is not None) or (wrong or "") not in errors or set(keys) - set(answer["keys"]):
+            sys.exit(f"language server: {answer} where {wrong!r} and {keys} are expected of {case.get('at')!r}")
+    return f"{len(cases)} texts, errors and completions as expected"
+
+
 def main():
     schema = json.loads(rumple("schema"))
     jsonschema.Draft7Validator.check_schema(schema)
@@ -102,6 +142,7 @@ def main():
     if failures:
         sys.exit("\n".join(failures[:40]))
     print(f"taplo: {', '.join(editor())}")
+    print(f"language server: {language_server()}")
 
 
 main()

@@ -33,6 +33,9 @@ pub use call::{
 pub use descriptor::{Capabilities, Descriptor, Location, Parameter, Signal, Species, Str};
 pub use observables::{OBSERVABLES, Observable, Observables};
 
+/// The same types as a header of C.
+pub const C_HEADER: &str = include_str!("../include/rumple_plugin.h");
+
 /// The name of the one exported symbol, a [`PluginTable`].
 pub const ENTRY_SYMBOL: &str = "rumple_plugin_entry";
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use crate::kinetics::search;
+use crate::kinetics::{C_HEADER, search};
 use crate::{Error, Result};
 
 /// Arguments of `plugin new`.
@@ -20,7 +20,7 @@ pub(super) struct NewArgs {
     /// Folder to make; by default one of the plugin's name here.
     #[arg(long, value_name = "DIR")]
     dir: Option<PathBuf>,
-    /// Folder of the SDK for Rust; by default that of the source this program was built from.
+    /// Folder of the SDK for Rust; by default that of the installation, or of the source this program was built from.
     #[arg(long, value_name = "DIR")]
     sdk: Option<PathBuf>,
 }
@@ -31,7 +31,9 @@ enum Language {
     C,
 }
 
-const SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/plugins/sdk");
+/// The SDK in the source, and where an installation has it, from the folder above that of the program.
+const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/plugins/sdk");
+const INSTALLED: &str = "share/rumple/plugins/sdk";
 
 /// What the placeholders of a template stand for.
 struct Names {
@@ -52,6 +54,7 @@ impl Names {
             ("@library@", &self.library),
             ("@author@", &self.author),
             ("@sdk@", &self.sdk),
+            ("@version@", &env!("CARGO_PKG_VERSION").to_owned()),
         ]
         .iter()
         .fold(template.to_owned(), |text, (mark, value)| text.replace(mark, value))
@@ -76,7 +79,6 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
         name: name.clone(),
         stem,
     };
-    let header = include_str!("../../../plugins/abi/include/rumple_plugin.h");
     let (mut files, build) = match args.lang {
         Language::Rust => {
             names.sdk = sdk(args)?;
@@ -89,7 +91,7 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
         }
         Language::C => {
             let files = vec![
-                ("rumple_plugin.h".to_owned(), header.to_owned()),
+                ("rumple_plugin.h".to_owned(), C_HEADER.to_owned()),
                 ("Makefile".to_owned(), names.fill(include_str!("templates/c/Makefile.in"))),
                 (format!("{}.c", names.stem), names.fill(include_str!("templates/c/law.c.in"))),
             ];
@@ -169,15 +171,23 @@ fn camel_case(name: &str) -> String {
 }
 
 fn sdk(args: &NewArgs) -> Result<String> {
-    let folder = args.sdk.clone().unwrap_or_else(|| PathBuf::from(SDK));
-    if !folder.join("Cargo.toml").is_file() {
+    let program = std::env::current_exe().ok();
+    let root = program.as_deref().and_then(Path::parent).and_then(Path::parent);
+    let installed = root.map(|root| root.join(INSTALLED));
+    let candidates = match &args.sdk {
+        Some(folder) => vec![folder.clone()],
+        None => installed.into_iter().chain([PathBuf::from(SOURCE)]).collect(),
+    };
+    let found = candidates.iter().find(|folder| folder.join("Cargo.toml").is_file());
+    let Some(folder) = found else {
+        let places: Vec<_> = candidates.iter().map(|folder| folder.display().to_string()).collect();
         return Err(refuse(format!(
             "no SDK at {}; expected the folder plugins/sdk of the source of rumple: give \
              it by --sdk",
-            folder.display()
+            places.join(" or ")
         )));
-    }
-    let full = fs::canonicalize(&folder).unwrap_or(folder);
+    };
+    let full = fs::canonicalize(folder).unwrap_or_else(|_| folder.clone());
     Ok(path_text(&full))
 }
 
