@@ -158,12 +158,10 @@ impl<T: Kept> Krylov<T> {
         x: &mut [f64],
         changed: &mut [f64],
     ) -> Result<(), LinearError> {
-        let n = x.len();
-        let Self { basis: all, changed: all_changed, next, .. } = self;
         // The residual, where a basis begins.
-        next.clear();
-        next.extend_from_slice(x);
-        let mut size = norm(next);
+        self.next.clear();
+        self.next.extend_from_slice(x);
+        let mut size = norm(&self.next);
         let tolerance = if self.equilibrium { TOLERANCE_OF_EQUILIBRIUM } else { TOLERANCE };
         let goal = tolerance * size;
         self.iterations = 0;
@@ -180,33 +178,8 @@ impl<T: Kept> Krylov<T> {
                     self.iterations
                 )));
             }
-            // Arnoldi's basis, and the triangle that Givens rotations make of its Hessenberg matrix.
-            parallel::fill(room(all, 0, n), |i| T::of(next[i] / size));
-            let mut triangle = Triangle::new(size);
-            for k in 0..BASIS {
-                let basis = &all[k];
-                parallel::fill(changed, |i| basis[i].into());
-                precondition(changed);
-                if !T::ROUNDS {
-                    parallel::fill(room(all_changed, k, n), |i| T::of(changed[i]));
-                }
-                multiply(changed, next);
-                self.iterations += 1;
-                let known = &all[..=k];
-                let mut column = vec![product(next, &known[0])];
-                for i in 0..=k {
-                    let then = known.get(i + 1).map(Vec::as_slice);
-                    column.push(subtract_and_dot(next, column[i], &known[i], then));
-                }
-                let last = column.pop().unwrap_or_default().sqrt();
-                let left = triangle.push(column, last);
-                if left <= goal || last == 0.0 || !last.is_finite() {
-                    break;
-                }
-                parallel::fill(room(all, k + 1, n), |i| T::of(next[i] / last));
-            }
+            let triangle = self.arnoldi(&mut multiply, &mut precondition, changed, (size, goal));
             let (y, left) = (triangle.solve(), triangle.residual());
-            let m = y.len();
             // Of vectors that were rounded the residual is computed where it is to be small.
             let known = !(T::ROUNDS && self.equilibrium);
             let done = known && left <= goal && y.iter().all(|y| y.is_finite());
@@ -214,20 +187,69 @@ impl<T: Kept> Krylov<T> {
                 b = (!done).then(|| x.to_vec());
                 x.fill(0.0);
             }
-            let sum = |of: &[Vec<T>], i: usize| -> f64 {
-                of[..m].iter().zip(&y).map(|(v, y)| y * v[i].into()).sum()
-            };
-            if T::ROUNDS {
-                parallel::fill(changed, |i| sum(all, i));
-                precondition(changed);
-                parallel::update(x, |i, x| *x += changed[i]);
-            } else {
-                parallel::update(x, |i, x| *x += sum(all_changed, i));
-            }
+            self.add(&y, &mut precondition, x, changed);
             let Some(b) = b.as_ref().filter(|_| !done) else { return Ok(()) };
-            multiply(x, next);
-            parallel::update(next, |i, r| *r = b[i] - *r);
-            size = norm(next);
+            multiply(x, &mut self.next);
+            parallel::update(&mut self.next, |i, r| *r = b[i] - *r);
+            size = norm(&self.next);
+        }
+    }
+
+    /// Arnoldi's basis from the residual `next` of norm `size`, until that is below `goal`: the triangle that Givens
+    /// rotations make of its Hessenberg matrix.
+    fn arnoldi(
+        &mut self,
+        multiply: &mut impl FnMut(&[f64], &mut [f64]),
+        precondition: &mut impl FnMut(&mut [f64]),
+        changed: &mut [f64],
+        (size, goal): (f64, f64),
+    ) -> Triangle {
+        let n = changed.len();
+        let Self { basis: all, changed: all_changed, next, iterations, .. } = self;
+        parallel::fill(room(all, 0, n), |i| T::of(next[i] / size));
+        let mut triangle = Triangle::new(size);
+        for k in 0..BASIS {
+            let basis = &all[k];
+            parallel::fill(changed, |i| basis[i].into());
+            precondition(changed);
+            if !T::ROUNDS {
+                parallel::fill(room(all_changed, k, n), |i| T::of(changed[i]));
+            }
+            multiply(changed, next);
+            *iterations += 1;
+            let known = &all[..=k];
+            let mut column = vec![product(next, &known[0])];
+            for i in 0..=k {
+                let then = known.get(i + 1).map(Vec::as_slice);
+                column.push(subtract_and_dot(next, column[i], &known[i], then));
+            }
+            let last = column.pop().unwrap_or_default().sqrt();
+            let left = triangle.push(column, last);
+            if left <= goal || last == 0.0 || !last.is_finite() {
+                break;
+            }
+            parallel::fill(room(all, k + 1, n), |i| T::of(next[i] / last));
+        }
+        triangle
+    }
+
+    /// Adds the sum of the basis with the weights `y` to `x`, after the preconditioner.
+    fn add(
+        &self,
+        y: &[f64],
+        precondition: &mut impl FnMut(&mut [f64]),
+        x: &mut [f64],
+        changed: &mut [f64],
+    ) {
+        let sum = |of: &[Vec<T>], i: usize| -> f64 {
+            of[..y.len()].iter().zip(y).map(|(v, y)| y * v[i].into()).sum()
+        };
+        if T::ROUNDS {
+            parallel::fill(changed, |i| sum(&self.basis, i));
+            precondition(changed);
+            parallel::update(x, |i, x| *x += changed[i]);
+        } else {
+            parallel::update(x, |i, x| *x += sum(&self.changed, i));
         }
     }
 }

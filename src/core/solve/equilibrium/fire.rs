@@ -104,6 +104,69 @@ impl Fire {
     }
 }
 
+/// A shape in motion.
+struct Motion<'a> {
+    x: &'a mut [Vec3],
+    gradient: Vec<Vec3>,
+    velocity: Vec<Vec3>,
+    trial: Vec<Vec3>,
+    /// Δt and its unit.
+    step: f64,
+    unit: f64,
+    /// α.
+    steer: f64,
+    /// Steps downhill since the last one uphill.
+    downhill: usize,
+    /// Longest move of a vertex, and least share of a triangle's area that a step leaves.
+    limits: (f64, f64),
+}
+
+impl Motion<'_> {
+    /// Goes half a step back, and begins again from rest; `first` has come from nowhere.
+    fn turn_back(&mut self, potential: &mut Potential, first: bool) {
+        let back = 0.5 * self.step * self.unit;
+        parallel::fill(&mut self.trial, |i| self.x[i] - back * self.velocity[i]);
+        if potential.allows(self.x, &self.trial, self.limits.1) {
+            self.x.copy_from_slice(&self.trial);
+        }
+        if !first {
+            self.step *= SHRINK;
+        }
+        self.stop();
+    }
+
+    fn stop(&mut self) {
+        (self.steer, self.downhill) = (STEER, 0);
+        self.velocity.fill(Vec3::zeros());
+    }
+
+    fn go_downhill(&mut self) {
+        self.downhill += 1;
+        if self.downhill > DELAY {
+            self.step = (GROWTH * self.step).min(LONGEST);
+            self.steer *= STEER_DECAY;
+        }
+    }
+
+    /// The velocity after Δt, and where it leads, into `trial`; returns whether triangles allow that.
+    fn accelerate(&mut self, potential: &mut Potential) -> bool {
+        let reduction = potential.reduction();
+        let Self { velocity, gradient, steer, .. } = self;
+        let (steer, dt) = (*steer, self.step * self.unit);
+        parallel::update(velocity, |i, v| *v -= dt * gradient[i]);
+        let speed = reduction.dot(velocity, velocity).sqrt();
+        let force = reduction.dot(gradient, gradient).sqrt();
+        let turn = steer * speed / force;
+        parallel::update(velocity, |i, v| *v = (1.0 - steer) * *v - turn * gradient[i]);
+        let scale = (self.limits.0 / (dt * reduction.largest(velocity))).min(1.0);
+        if scale < 1.0 {
+            parallel::update(velocity, |_, v| *v *= scale);
+        }
+        parallel::fill(&mut self.trial, |i| self.x[i] + dt * velocity[i]);
+        potential.allows(self.x, &self.trial, self.limits.1)
+    }
+}
+
 impl Equilibrium for Fire {
     fn relax(
         &mut self,
@@ -111,71 +174,35 @@ impl Equilibrium for Fire {
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
-        let n = x.len();
-        let mut gradient = vec![Vec3::zeros(); n];
-        let (mut velocity, mut trial) = (gradient.clone(), gradient.clone());
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        let (velocity, trial) = (gradient.clone(), gradient.clone());
         let edge = potential.metric().mean_edge();
-        let reduction = potential.reduction().clone();
         let unit = (edge / potential.force_scale()).sqrt();
-        let longest_move = self.options.largest_move.get() * edge;
-        let share = self.options.area_share.get();
+        let limits = (self.options.largest_move.get() * edge, self.options.area_share.get());
         let energy = potential.energy_gradient(x, &mut gradient);
         let residual = potential.residual(&gradient);
         let mut done = Relaxation { energy, residual, ..Relaxation::default() };
-        let (mut step, mut steer, mut downhill) = (FIRST, STEER, 0);
-        while !reached(potential, &done, goal, x)? {
-            let uphill = reduction.dot(&gradient, &velocity) >= 0.0;
-            if uphill {
-                let back = 0.5 * step * unit;
-                parallel::fill(&mut trial, |i| x[i] - back * velocity[i]);
-                if potential.allows(x, &trial, share) {
-                    x.copy_from_slice(&trial);
-                }
-                // The very first step starts from rest: nothing to be blamed for.
-                if done.iterations > 0 {
-                    step *= SHRINK;
-                }
-                (steer, downhill) = (STEER, 0);
-                velocity.fill(Vec3::zeros());
+        let (step, steer, downhill) = (FIRST, STEER, 0);
+        let mut at = Motion { x, gradient, velocity, trial, step, unit, steer, downhill, limits };
+        while !reached(potential, &done, goal, at.x)? {
+            if potential.reduction().dot(&at.gradient, &at.velocity) >= 0.0 {
+                at.turn_back(potential, done.iterations == 0);
             } else {
-                downhill += 1;
-                if downhill > DELAY {
-                    step = (GROWTH * step).min(LONGEST);
-                    steer *= STEER_DECAY;
-                }
+                at.go_downhill();
             }
             // A move that would collapse a triangle is made shorter, from rest.
-            loop {
-                let dt = step * unit;
-                parallel::update(&mut velocity, |i, v| *v -= dt * gradient[i]);
-                let (speed, force) = (
-                    reduction.dot(&velocity, &velocity).sqrt(),
-                    reduction.dot(&gradient, &gradient).sqrt(),
-                );
-                let turn = steer * speed / force;
-                parallel::update(&mut velocity, |i, v| {
-                    *v = (1.0 - steer) * *v - turn * gradient[i];
-                });
-                let scale = (longest_move / (dt * reduction.largest(&velocity))).min(1.0);
-                if scale < 1.0 {
-                    parallel::update(&mut velocity, |_, v| *v *= scale);
-                }
-                parallel::fill(&mut trial, |i| x[i] + dt * velocity[i]);
-                if potential.allows(x, &trial, share) {
-                    break;
-                }
-                velocity.fill(Vec3::zeros());
-                (steer, downhill) = (STEER, 0);
-                step *= SHRINK;
-                if !(step >= SHORTEST) {
+            while !at.accelerate(potential) {
+                at.stop();
+                at.step *= SHRINK;
+                if !(at.step >= SHORTEST) {
                     return Err(stalled(&done, goal));
                 }
             }
-            x.copy_from_slice(&trial);
-            done.energy = potential.energy_gradient(x, &mut gradient);
-            done.residual = potential.residual(&gradient);
+            at.x.copy_from_slice(&at.trial);
+            done.energy = potential.energy_gradient(at.x, &mut at.gradient);
+            done.residual = potential.residual(&at.gradient);
             iterated(&mut done, potential);
-            if !(step >= SHORTEST) {
+            if !(at.step >= SHORTEST) {
                 return Err(stalled(&done, goal));
             }
         }

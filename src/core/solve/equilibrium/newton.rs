@@ -173,6 +173,13 @@ impl Newton {
         update.correct(rhs);
     }
 
+    /// The same with what `gauge` fixes taken out before and after.
+    fn solve_in(&mut self, gauge: &Gauge, rhs: &mut [Vec3], update: &LowRankUpdate) {
+        gauge.project(rhs);
+        self.solve(rhs, update);
+        gauge.project(rhs);
+    }
+
     /// The whole Hessian at `x` and its terms of low rank; returns the mean diagonal.
     fn set_hessian(
         &mut self,
@@ -236,6 +243,29 @@ impl<'a> Iterate<'a> {
         Self { x, energy, gradient, step, trial, after, defect }
     }
 
+    /// The share of the step δ that the trust region and the effects allow; none where it leaves the region at once.
+    fn longest(&self, potential: &mut Potential, goal: &Goal<'_>, balanced: bool) -> Option<f64> {
+        let mut length = 1.0;
+        if let Some(trust) = goal.trust.filter(|_| balanced) {
+            length = trust.longest(self.x, &self.step, length, potential.reduction());
+            if length < LEAVES {
+                return None;
+            }
+        }
+        if potential.mechanics().limits_steps() {
+            let whole: Vec<Vec3> = self.step.iter().map(|d| length * d).collect();
+            length *= potential.largest_step(self.x, &whole);
+        }
+        Some(length)
+    }
+
+    /// The defect of the share s = `length` of δ: since H δ = -∂U - σ D δ it is ∂U(x + sδ) + s σ D δ - (1 - s) ∂U, with
+    /// s σ D = `drag`.
+    fn set_defect(&mut self, length: f64, drag: f64) {
+        let Self { step, after, gradient, defect, .. } = self;
+        parallel::fill(defect, |i| after[i] + drag * step[i] - (1.0 - length) * gradient[i]);
+    }
+
     /// Takes over the trial shape, of energy `energy`.
     fn accept(&mut self, energy: f64) {
         self.x.copy_from_slice(&self.trial);
@@ -257,7 +287,6 @@ impl Newton {
     ) -> Result<Tried, SolveError> {
         let gauge = Gauge::of(potential, at.x, &at.gradient, goal);
         let (unit, terms) = self.set_hessian(potential, at.x)?;
-        let allowed = self.options.path_error.get() * potential.metric().mean_edge();
         let (mut shifted, mut saddle) = (0.0, false);
         loop {
             if (goal.interrupted)() {
@@ -277,25 +306,15 @@ impl Newton {
                 return Ok(Tried::Taken);
             }
             parallel::fill(&mut at.step, |i| -at.gradient[i]);
-            gauge.project(&mut at.step);
-            self.solve(&mut at.step, &update);
-            gauge.project(&mut at.step);
+            self.solve_in(&gauge, &mut at.step, &update);
             // The last step is taken all the same: what is left then is far less.
             let last = balanced
                 && *sigma <= LEAST
                 && potential.reduction().largest(&at.step) <= goal.displacement;
-            let mut length = 1.0;
-            if let Some(trust) = goal.trust.filter(|_| balanced) {
-                length = trust.longest(at.x, &at.step, length, potential.reduction());
-                // Forces as small as this tell no direction.
-                if length < LEAVES {
-                    return Ok(Tried::AtRest);
-                }
-            }
-            if potential.mechanics().limits_steps() {
-                let whole: Vec<Vec3> = at.step.iter().map(|d| length * d).collect();
-                length *= potential.largest_step(at.x, &whole);
-            }
+            // Forces that lead out of the trust region and are as small as this tell no direction.
+            let Some(length) = at.longest(potential, goal, balanced) else {
+                return Ok(Tried::AtRest);
+            };
             parallel::fill(&mut at.trial, |i| at.x[i] + length * at.step[i]);
             let share = self.options.area_share.get();
             if !potential.keeps_triangles(at.x, &at.trial, share, 0.0) {
@@ -303,15 +322,9 @@ impl Newton {
                 continue;
             }
             let e = potential.energy_gradient(&at.trial, &mut at.after);
-            // Since H δ = -∂U - σ D δ, the defect of a share s of δ is ∂U(x + sδ) + s σ D δ - (1 - s) ∂U.
-            let drag = length * *sigma * unit;
-            let (step, after, gradient) = (&at.step, &at.after, &at.gradient);
-            parallel::fill(&mut at.defect, |i| {
-                after[i] + drag * step[i] - (1.0 - length) * gradient[i]
-            });
-            gauge.project(&mut at.defect);
-            self.solve(&mut at.defect, &update);
-            gauge.project(&mut at.defect);
+            at.set_defect(length, length * *sigma * unit);
+            self.solve_in(&gauge, &mut at.defect, &update);
+            let allowed = self.options.path_error.get() * potential.metric().mean_edge();
             let error = 0.5 * potential.reduction().largest(&at.defect) / allowed;
             let descends = e <= at.energy || level(potential, at.energy, e);
             if !(e.is_finite() && descends && error <= 1.0) {

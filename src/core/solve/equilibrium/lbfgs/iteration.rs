@@ -135,11 +135,9 @@ impl Lbfgs {
                 return Ok((at.done, Outcome::AtRest));
             }
             if progress.is_poor(&at.done) {
-                if balanced {
-                    return Ok((at.done, Outcome::AtRest));
-                }
-                if self.may_hand_over() {
-                    return Ok((at.done, Outcome::Poor));
+                let poor = Some(Outcome::Poor).filter(|_| self.may_hand_over());
+                if let Some(outcome) = Some(Outcome::AtRest).filter(|_| balanced).or(poor) {
+                    return Ok((at.done, outcome));
                 }
                 // Around the kink of a flat triangle an iteration does not converge.
                 if self.collapses(potential, x, &mut at)? {
@@ -157,13 +155,11 @@ impl Lbfgs {
             // The step is taken all the same: what is left then is far less.
             let last = far_off <= rules.slack;
             let most = (rules.longest / far_off).min(1.0);
-            let Some(length) = within(potential.reduction(), goal.trust, x, (&at.d, most)) else {
+            let length = match within(potential.reduction(), goal.trust, x, (&at.d, most)) {
+                Some(length) => length,
                 // Forces as small as this tell no direction.
-                return if balanced {
-                    Ok((at.done, Outcome::AtRest))
-                } else {
-                    Err(SolveError::Departed)
-                };
+                None if balanced => return Ok((at.done, Outcome::AtRest)),
+                None => return Err(SolveError::Departed),
             };
             let accepted =
                 self.search_line(potential, x, goal, (&rules, &mut at), (slope, length))?;
@@ -176,12 +172,9 @@ impl Lbfgs {
                 continue;
             }
             let Some(e) = accepted else {
-                if at.age == 0 && !at.stiffest {
-                    self.stiffen();
-                } else if at.age == 0 {
+                if self.is_exhausted(&at) {
                     return Ok((at.done, Outcome::NoStep));
                 }
-                self.factored = false;
                 continue;
             };
             self.accept(potential, x, &mut at, e);
@@ -190,6 +183,19 @@ impl Lbfgs {
                 return Ok((at.done, Outcome::AtRest));
             }
         }
+    }
+
+    /// Whether nothing is left to try after a search along a line without a step; otherwise the factor is to be made anew, a
+    /// fresh one stiffer.
+    fn is_exhausted(&mut self, at: &Iterate) -> bool {
+        if at.age == 0 && at.stiffest {
+            return true;
+        }
+        if at.age == 0 {
+            self.stiffen();
+        }
+        self.factored = false;
+        false
     }
 
     /// Prepares for the energy of `potential`: whether the factor that there is serves it.
