@@ -114,7 +114,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     plan.repeats = args.repeats.unwrap_or(REPEATS);
     made_by(&mut plan, scene)?;
     let check = |plan: &Plan| match &args.references_from {
-        Some(other) => study.can_import(plan, &absolute(other)?),
+        Some(other) => study.check_import(plan, &absolute(other)?),
         None => Ok(()),
     };
     let prepare = |root: &Path| {

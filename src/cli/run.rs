@@ -165,8 +165,8 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     if let Some(predicted) = done.predicted {
         say!("{}", words::judged(&predicted));
     }
-    for law in &done.laws {
-        say!("{law}");
+    for invariant in &done.invariants {
+        say!("{invariant}");
     }
     if let Some(text) = done.intersection.and_then(SelfIntersection::words) {
         say!("warning: {text}, at the end; the scene lists no effect `contact`");

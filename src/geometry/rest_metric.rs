@@ -58,7 +58,7 @@ impl RestMetric {
                 mean = [mean[0] + length, mean[1] + 1.0];
             }
         }
-        sheet.reduction().total(&mut mean);
+        sheet.reduction().sum_over_ranks(&mut mean);
         let mean_edge = mean[0] / mean[1].max(1.0);
         let area: Vec<f64> = sheet
             .triangle_edges()

@@ -324,7 +324,7 @@ fn numbers(world: &World, reduction: &Reduction, rows: usize, owned: usize) -> V
     world.sum(&mut counts);
     let before: f64 = counts[..world.rank()].iter().sum();
     let mut numbers = vec![(0..rows).map(|i| before + real(i)).collect::<Vec<f64>>()];
-    reduction.update_columns(&mut numbers);
+    reduction.update_ghost_columns(&mut numbers);
     numbers.pop().unwrap_or_default()
 }
 

@@ -35,7 +35,7 @@ use crate::tally::{Meter, Spent};
 /// Where the scene says nothing, the first checkpoint is not before this: short runs have none.
 const FIRST: Duration = Duration::from_secs(60);
 /// Checkpoints are this many times as far apart as it takes to write one, at least …
-const SHARE: u32 = 100;
+const INTERVAL_FACTOR: u32 = 100;
 /// … and those in memory this far, at least.
 const HELD: Duration = Duration::from_millis(500);
 
@@ -219,7 +219,7 @@ impl Checkpoints {
 
     /// After a step: rebuilds the integrator where that is its turn; whether a checkpoint is due by the
     /// scene's schedule. Depends on nothing but steps and times.
-    pub(super) fn renew(&mut self, simulation: &mut Simulation) -> bool {
+    pub(super) fn renew_integrator(&mut self, simulation: &mut Simulation) -> bool {
         let due = self.passes(simulation.stepper.state.time);
         simulation.renew(due);
         due
@@ -240,7 +240,7 @@ impl Checkpoints {
         // An integrator of diffsol can be stored in few steps: none of them is missed.
         let seldom = simulation.stepper.integrator.renewed_after().is_some();
         let least = if seldom { Duration::ZERO } else { HELD };
-        let since = |held: &Held| now - held.at >= least.max(SHARE * held.took);
+        let since = |held: &Held| now - held.at >= least.max(INTERVAL_FACTOR * held.took);
         if due || reduction.any(self.held.as_ref().is_none_or(since)) {
             self.hold(simulation, place);
         }
@@ -281,7 +281,7 @@ impl Checkpoints {
                 }
             }
         }
-        self.due = Instant::now() + self.wall.max(SHARE * began.elapsed());
+        self.due = Instant::now() + self.wall.max(INTERVAL_FACTOR * began.elapsed());
     }
 
     /// Writes the last one of a run that is interrupted; `clean` if it is between two steps. The step from

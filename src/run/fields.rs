@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::sheet::quality::triangle_quality;
 
-use super::internal::around_vertices;
+use super::internal::vertex_means;
 use super::{Result, internal};
 
 /// Fields besides species and signals: name, unit, and what they are.
@@ -270,7 +270,7 @@ pub(super) fn qualities(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
 pub(super) fn vertex_factor(potential: &Potential) -> Vec<f64> {
     let (sheet, metric) = (potential.sheet(), potential.metric());
     let (length, reference) = (metric.length(), metric.reference_length());
-    around_vertices(sheet, |e| length[e] / reference[e])
+    vertex_means(sheet, |e| length[e] / reference[e])
 }
 
 /// Values of the whole sheet: energies by effect, constraints and their multipliers.

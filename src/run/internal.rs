@@ -36,14 +36,14 @@ pub(super) fn add_fields<'a>(
                 let data: Vec<f64> = sheet.triangle_edges().iter().flat_map(of).collect();
                 let name = of_edges(&title);
                 cell.push(Field { name, components: 3, data: data.into() });
-                point.push(Field::scalar(title, around_vertices(sheet, |e| values[e])));
+                point.push(Field::scalar(title, vertex_means(sheet, |e| values[e])));
             }
         }
     }
 }
 
 /// Mean over its edges at every vertex.
-pub(super) fn around_vertices(sheet: &Sheet, of: impl Fn(usize) -> f64) -> Vec<f64> {
+pub(super) fn vertex_means(sheet: &Sheet, of: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..sheet.vertex_count())
         .map(|i| {
             let around = sheet.vertex_edges().of(i);

@@ -165,7 +165,7 @@ fn written(
             return Err(scene.error_at(&path, "a species has this name already", None).into());
         }
     }
-    let kinetics = FormulaKinetics::new(law).map_err(|e| misspelt(scene, path, law, &e))?;
+    let kinetics = FormulaKinetics::new(law).map_err(|e| formula_error(scene, path, law, &e))?;
     let measured: Vec<&str> =
         spec.parameters.keys().chain(spec.observables.keys()).map(String::as_str).collect();
     if let Some(name) = spec.units.keys().find(|name| !measured.contains(&name.as_str())) {
@@ -263,7 +263,7 @@ fn uniform(spec: &KineticsSpec, descriptor: &Descriptor) -> BTreeMap<String, f64
 }
 
 /// The error with its place in the scene.
-fn misspelt(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
+fn formula_error(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Error {
     let named = |part: &str, formula: &Formula| {
         (path_to(&format!("{table}.{part}"), &formula.name), formula.text.clone())
     };

@@ -58,17 +58,17 @@ fn touching(model: &Model) -> impl Iterator<Item = &str> {
 }
 
 /// Titles of the ledger's columns, with units.
-pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<String> {
+pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Vec<String> {
     let mut all = STEP.map(str::to_owned).to_vec();
     // A row is a step.
     let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
-    let work = work.chain(cause_columns(!laws.is_empty()));
+    let work = work.chain(cause_columns(!invariants.is_empty()));
     if is_point(model) {
         all.extend(work.chain([WALL.to_owned()]));
         if let Some(chemistry) = model.chemistry() {
             all.extend(chemistry.descriptor().species.iter().map(|s| s.name.clone()));
         }
-        all.extend_from_slice(laws);
+        all.extend_from_slice(invariants);
         return all;
     }
     all.extend(model.mechanics().names().map(|name| format!("energy of {name} [energy]")));
@@ -98,7 +98,7 @@ pub(super) fn columns(model: &Model, watched: bool, laws: &[String]) -> Vec<Stri
             ]);
         }
     }
-    all.extend_from_slice(laws);
+    all.extend_from_slice(invariants);
     all.extend(
         ["least quality", "impossible rest triangles", "collapsed triangles", WALL]
             .map(str::to_owned),
@@ -162,8 +162,8 @@ fn amount_and_range(c: &[f64], share: &[f64], reduction: &Reduction) -> [f64; 3]
     let here = parallel::reduce(owned.div_ceil(BLOCK), &block, &both);
     let [total, least, largest] = here.unwrap_or(EMPTY);
     let mut total = [total];
-    reduction.total(&mut total);
-    [total[0], -reduction.larger(-least), reduction.larger(largest)]
+    reduction.sum_over_ranks(&mut total);
+    [total[0], -reduction.largest_over_ranks(-least), reduction.largest_over_ranks(largest)]
 }
 
 /// The row of a state after the step that `info` describes; `shape` is what the last row has said of the shape.
@@ -175,18 +175,18 @@ pub(super) fn row(
     info: &StepInfo<'_>,
     shape: &mut ShapeSums,
 ) -> Result<Vec<f64>> {
-    let StepInfo { report, negative, laws, wall, .. } = *info;
+    let StepInfo { report, negative, invariants, wall, .. } = *info;
     let (model, state) = (at.model(), at.state());
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
     let mut row = vec![step, state.time, report.step, report.error];
     let work = report.work.values().into_iter().skip(1);
     let work = work.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)));
-    let work = work.chain(causes(report, !laws.is_empty()));
+    let work = work.chain(causes(report, !invariants.is_empty()));
     if is_point(model) {
         row.extend(work);
         row.push(wall);
         row.extend(state.species.iter().flatten());
-        row.extend(laws);
+        row.extend(invariants);
         return Ok(row);
     }
     let energies = at.energies()?;
@@ -212,7 +212,7 @@ pub(super) fn row(
         let of = |c: &Vec<f64>| amount_and_range(c, &shape.area, model.sheet().reduction());
         row.extend(state.species.iter().flat_map(of));
     }
-    row.extend(laws);
+    row.extend(invariants);
     row.push(shape.least_quality);
     row.push(real(at.impossible_triangles()?));
     row.push(real(report.relaxation.collapsed));
@@ -230,11 +230,17 @@ pub(super) fn titled_row(
     report: &StepReport,
 ) -> Result<Vec<(String, f64)>> {
     let Simulation { stepper: Stepper { workspace, state, .. }, invariants, .. } = simulation;
-    let laws = invariants.as_ref().map(Invariants::row).unwrap_or_default();
+    let kept = invariants.as_ref().map(Invariants::row).unwrap_or_default();
     let titles = invariants.as_ref().map(Invariants::columns).unwrap_or_default();
     let columns = columns(&workspace.model, false, &titles);
-    let info =
-        StepInfo { report, frame: false, new: true, negative: None, laws: &laws, wall: f64::NAN };
+    let info = StepInfo {
+        report,
+        frame: false,
+        new: true,
+        negative: None,
+        invariants: &kept,
+        wall: f64::NAN,
+    };
     let row = row(&mut workspace.at(state), &info, &mut ShapeSums::default())?;
     Ok(columns.into_iter().zip(row).filter(|(title, _)| title != WALL).collect())
 }

@@ -21,7 +21,7 @@ pub struct StepInfo<'a> {
     /// Number of negative-curvature modes, where the run monitors stability.
     pub negative: Option<f64>,
     /// What the laws of nature that the scene lists say of it, in the order of their columns.
-    pub laws: &'a [f64],
+    pub invariants: &'a [f64],
     /// Wall time since the run began, seconds.
     pub wall: f64,
 }

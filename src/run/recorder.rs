@@ -19,14 +19,14 @@ use crate::output::ProgressLine;
 use crate::solve::StepReport;
 
 /// The observers that every run has.
-pub(super) struct Outputs {
+pub(super) struct RunObservers {
     ledger: LedgerRows,
     rules: StopRules,
     intersections: Intersections,
     frames: Option<Frames>,
 }
 
-impl Outputs {
+impl RunObservers {
     /// Opens the files in the directory of `session`, after what is there at the checkpoint `from`. The ledger has columns
     /// of stability if that is `monitored`.
     ///
@@ -41,8 +41,9 @@ impl Outputs {
         let Session { scene, directory, .. } = session;
         let model = simulation.model();
         let mut frames = Frames::create(directory, model, &simulation.fields, &scene.output)?;
-        let laws = simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
-        let columns = ledger_row::columns(model, monitored, &laws);
+        let invariants =
+            simulation.invariants.as_ref().map(Invariants::columns).unwrap_or_default();
+        let columns = ledger_row::columns(model, monitored, &invariants);
         let first = model.sheet().reduction().is_first();
         let ledger = match from {
             _ if !first => LedgerRows::elsewhere(),
@@ -71,7 +72,7 @@ impl Outputs {
     }
 
     /// Frames written.
-    fn count(&self) -> usize {
+    fn frame_count(&self) -> usize {
         self.frames.as_ref().map_or(0, |frames| frames.times().len())
     }
 
@@ -100,7 +101,7 @@ impl RunClock {
 /// Records a run.
 pub(super) struct Recorder<'a> {
     session: Session<'a>,
-    outputs: Outputs,
+    outputs: RunObservers,
     incidents: Incidents,
     clock: RunClock,
     schedule: OutputSchedule,
@@ -122,7 +123,7 @@ impl<'a> Recorder<'a> {
     pub(super) fn new(
         session: Session<'a>,
         simulation: &Simulation,
-        (outputs, incidents): (Outputs, Incidents),
+        (outputs, incidents): (RunObservers, Incidents),
         (from, first): (Option<&Checkpoint>, &StepReport),
         clock: RunClock,
     ) -> Result<Self> {
@@ -172,8 +173,8 @@ impl<'a> Recorder<'a> {
     ) -> Result<Option<Ending>> {
         let stopwatch = Instant::now();
         let new = self.schedule.is_new(simulation.stepper.state.step);
-        let due = new && self.checkpoints.renew(simulation);
-        let frames_before = self.outputs.count();
+        let due = new && self.checkpoints.renew_integrator(simulation);
+        let frames_before = self.outputs.frame_count();
         let scheduled = self.schedule.is_due(simulation.stepper.state.time);
         let ending = match self.observe(simulation, latest, others) {
             Ok(ending) => ending,
@@ -183,7 +184,7 @@ impl<'a> Recorder<'a> {
         self.schedule.pass(simulation.stepper.state.time);
         // A frame of an interruption is not one of the run without it.
         let extra = ending == Some(Ending::Interrupted) && !scheduled;
-        let frames = if extra { frames_before } else { self.outputs.count() };
+        let frames = if extra { frames_before } else { self.outputs.frame_count() };
         self.checkpoint(simulation, ending, due, frames);
         self.summary.output += stopwatch.elapsed();
         Ok(ending)
@@ -198,7 +199,7 @@ impl<'a> Recorder<'a> {
         let spent = simulation.spent();
         let Simulation { stepper: Stepper { workspace, state, .. }, invariants, .. } =
             &mut *simulation;
-        let laws = invariants.as_ref().map(Invariants::row).unwrap_or_default();
+        let invariants = invariants.as_ref().map(Invariants::row).unwrap_or_default();
         let state = &*state;
         let mut at = workspace.at(state);
         let claim = self.session.directory.claim();
@@ -223,8 +224,8 @@ impl<'a> Recorder<'a> {
         let new = self.schedule.is_new(state.step);
         self.schedule.observe(state.step, frame);
         if new || frame {
-            let (laws, wall) = (laws.as_slice(), self.clock.wall());
-            let info = StepInfo { report: latest, frame, new, negative, laws, wall };
+            let (invariants, wall) = (invariants.as_slice(), self.clock.wall());
+            let info = StepInfo { report: latest, frame, new, negative, invariants, wall };
             for observer in &mut observers {
                 observer.observe(&mut at, &info)?;
             }
@@ -311,7 +312,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// After a step attempt that was interrupted.
-    pub(super) fn interrupt(&mut self) {
+    pub(super) fn note_interruption(&mut self) {
         self.clean = false;
     }
 
@@ -323,11 +324,11 @@ impl<'a> Recorder<'a> {
     /// The summary of a run that has ended.
     pub(super) fn finish(mut self, simulation: &Simulation, ending: Ending) -> Summary {
         self.summary.ending = ending;
-        self.summary.frames = self.outputs.count();
+        self.summary.frames = self.outputs.frame_count();
         self.summary.predicted = self.prediction.judged();
         let predicted = self.summary.predicted;
         self.session.directory.claim().tell(|reached| reached.predicted = predicted);
-        self.summary.laws =
+        self.summary.invariants =
             simulation.invariants.as_ref().map(Invariants::worst).unwrap_or_default();
         self.summary.wall = Duration::from_secs_f64(self.clock.clock.wall());
         self.summary

@@ -8,7 +8,7 @@ use super::costs::{Costs, peak_resident};
 use super::forecast::Clock;
 use super::incidents::Incidents;
 use super::observe::Observer;
-use super::recorder::{Outputs, Recorder, RunClock};
+use super::recorder::{Recorder, RunClock, RunObservers};
 use super::resume::Resumed;
 use super::session::Session;
 pub(crate) use super::summary::end;
@@ -128,7 +128,7 @@ fn stepped(
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let mut session = Session { scene, directory, progress, interrupt };
     let mut incidents = Incidents::open(&session, simulation, place)?;
-    let outputs = Outputs::open(&session, simulation, from, incidents.monitor.is_some())?;
+    let outputs = RunObservers::open(&session, simulation, from, incidents.monitor.is_some())?;
     let mut latest = match from {
         None => start(&mut session, simulation, &mut incidents)?,
         Some(_) => StepReport::default(),
@@ -144,7 +144,7 @@ fn stepped(
                 latest = report;
                 recorder.accept(simulation, &mut latest)?;
             }
-            Err(Error::Solve(SolveError::Interrupted)) => recorder.interrupt(),
+            Err(Error::Solve(SolveError::Interrupted)) => recorder.note_interruption(),
             Err(error) => return Err(recorder.stopped(simulation, error)),
         }
     }

@@ -59,7 +59,7 @@ pub struct Summary {
     /// How long it was first predicted to take, if it was, and took.
     pub predicted: Option<Predicted>,
     /// Of every law of nature that the scene lists the largest value, in words.
-    pub laws: Vec<String>,
+    pub invariants: Vec<String>,
     /// Whether the sheet passes through itself in the last state; none where no shape moves.
     pub intersection: Option<SelfIntersection>,
 }
@@ -78,7 +78,7 @@ impl Summary {
             wall: Duration::ZERO,
             output: Duration::ZERO,
             predicted: None,
-            laws: Vec::new(),
+            invariants: Vec::new(),
             intersection: None,
         }
     }

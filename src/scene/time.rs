@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::model::Policy;
 use crate::num::checked::{AtLeast, Positive};
 use crate::solve::{
-    DEFAULT_INTEGRATOR, IntegratorSpec, POINT_INTEGRATOR, POINT_TOLERANCE, STEADY_INTEGRATOR,
+    DEFAULT_INTEGRATOR, IntegratorSpec, POINT_INTEGRATOR, POINT_TOLERANCE,
+    STEADY_CHEMISTRY_INTEGRATOR,
 };
 
 use crate::document::Problem;
@@ -63,7 +64,7 @@ pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, Problem
     let default = match policy {
         _ if point => POINT_INTEGRATOR,
         Policy::QuasiStatic | Policy::Simultaneous => DEFAULT_INTEGRATOR,
-        Policy::ChemistryFast => STEADY_INTEGRATOR,
+        Policy::ChemistryFast => STEADY_CHEMISTRY_INTEGRATOR,
     };
     let complete = |choice| if point { at_a_point(choice) } else { choice };
     let integrator = chosen(&mut node, "integrator", default, complete).map_err(|problem| {

@@ -4,7 +4,7 @@
 //! ```text
 //! plan     Axis, Plan, Point      which members there are: scene, overrides, directory, fingerprint
 //! run      run, Pool, slurm       one member; members as child processes or as an array job
-//! gather   Found, Norm, Measures  how members stand, their results, their distances from one another
+//! gather   MemberResults, Norm, Measures  how members stand, their results, their distances from one another
 //! draw                            tables, plots against a key, contact sheets
 //! ```
 

@@ -18,7 +18,7 @@ use std::path::Path;
 use super::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use super::draw::plot::KeyPlot;
 use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
-use super::gather::{Found, Measures, MemberStatus, Shown, counts};
+use super::gather::{LastState, Measures, MemberResults, MemberStatus, counts};
 use super::plan::{Axis, Plan};
 use super::{draw, extent, write_files};
 use crate::num::real;
@@ -40,7 +40,7 @@ pub const PLOT: &str = "plot-";
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write_tables(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
+pub fn write_tables(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> {
     let files = [(TABLE, csv(plan, members)), (PAGE, markdown(plan, members))];
     write_files(root, files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec())
 }
@@ -49,7 +49,7 @@ pub fn write_tables(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
 ///
 /// # Errors
 /// A picture that cannot be drawn, a file that cannot be written.
-pub fn write(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
+pub fn write(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> {
     write_tables(plan, members, root)?;
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let Some(pictures) = contact_sheet(plan, members)? {
@@ -68,8 +68,8 @@ pub fn write(plan: &Plan, members: &[Found], root: &Path) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Incomplete`] if members failed or were killed; if `all` have to be complete, also if some are not.
-pub fn standing(members: &[Found], all: bool) -> Result<String> {
-    let lost = |found: &&Found| match all {
+pub fn standing(members: &[MemberResults], all: bool) -> Result<String> {
+    let lost = |found: &&MemberResults| match all {
         true => found.status != MemberStatus::Complete,
         false => found.status.is_lost(),
     };
@@ -89,10 +89,10 @@ pub struct Column {
     /// Its title, with the unit.
     pub title: &'static str,
     /// The number; none where there is none.
-    pub of: fn(&Found) -> Option<f64>,
+    pub of: fn(&MemberResults) -> Option<f64>,
 }
 
-fn last(found: &Found) -> Option<&Measures> {
+fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
 }
 
@@ -114,7 +114,7 @@ pub const COLUMNS: [Column; 11] = [
 /// The table as CSV: `member`, the keys, `status`, the measures, all counts of work but `steps`, which is one of
 /// these, `reason`. Cells without a value are empty.
 #[must_use]
-pub fn csv(plan: &Plan, members: &[Found]) -> String {
+pub fn csv(plan: &Plan, members: &[MemberResults]) -> String {
     let keys = plan.axes.iter().map(|axis| axis.key.as_str());
     let titles = once("member").chain(keys).chain(once("status"));
     let titles = titles.chain(COLUMNS.iter().map(|c| c.title)).map(str::to_owned);
@@ -131,7 +131,7 @@ pub fn csv(plan: &Plan, members: &[Found]) -> String {
 /// The same for people, in Markdown: without folders, numbers in few digits, and only columns that have
 /// numbers.
 #[must_use]
-pub fn markdown(plan: &Plan, members: &[Found]) -> String {
+pub fn markdown(plan: &Plan, members: &[MemberResults]) -> String {
     let known = |c: &&Column| members.iter().any(|f| (c.of)(f).is_some());
     let columns: Vec<&Column> = COLUMNS.iter().filter(known).collect();
     let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
@@ -155,7 +155,7 @@ pub fn markdown(plan: &Plan, members: &[Found]) -> String {
 }
 
 /// The values of a member's keys, and its status.
-fn values(plan: &Plan, found: &Found) -> impl Iterator<Item = String> {
+fn values(plan: &Plan, found: &MemberResults) -> impl Iterator<Item = String> {
     let values = plan.axes.iter().zip(&found.at).map(|(axis, k)| axis.value(*k).to_owned());
     values.chain(once(found.status.to_string()))
 }
@@ -167,7 +167,7 @@ const WIDE_KEY: f64 = 30.0;
 
 /// The measures against key `across`, a number of `plan.axes`; members that failed are crosses at the upper edge.
 #[must_use]
-pub fn figure(plan: &Plan, members: &[Found], across: usize) -> Figure {
+pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
     let axis = &plan.axes[across];
     let plot = KeyPlot::new(plan, across, |k| {
         k != across && plan.axes.get(k).is_some_and(|axis| !axis.is_seed())
@@ -240,8 +240,8 @@ const MOST_PIXELS: usize = 30_000;
 ///
 /// # Errors
 /// If a picture cannot be drawn.
-pub fn contact_sheet(plan: &Plan, members: &[Found]) -> Result<Option<Picture>> {
-    let shown: Vec<&Shown> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
+pub fn contact_sheet(plan: &Plan, members: &[MemberResults]) -> Result<Option<Picture>> {
+    let shown: Vec<&LastState> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
     let shapes: Vec<Shape<'_>> = shown.iter().map(|shown| shape(shown)).collect();
     let across = match &plan.axes[..] {
         [_] => members.len().clamp(1, ACROSS),
@@ -289,13 +289,13 @@ pub fn contact_sheet(plan: &Plan, members: &[Found]) -> Result<Option<Picture>> 
     sheet.finish(name, bottom).map(Some)
 }
 
-fn shape(shown: &Shown) -> Shape<'_> {
+fn shape(shown: &LastState) -> Shape<'_> {
     let values = shown.species.as_ref().map(|(_, values)| values);
     Shape { x: &shown.x, triangles: &shown.triangles, values }
 }
 
 /// Time that a member has reached, and how it stands unless it is complete.
-fn caption(found: &Found) -> String {
+fn caption(found: &MemberResults) -> String {
     let time = found.measures.last().map(|m| format!("t = {}", label(m.time)));
     match (found.status, time) {
         (MemberStatus::Complete, Some(time)) => time,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::blocks::Blocks;
 use super::ledger::{self, Columns};
 use super::record::Record;
-use super::runs::{self, Found};
+use super::runs::{self, FoundRuns};
 use super::sheet::{self, Sheet};
 use super::{Options, Page};
 use crate::run::Result;
@@ -48,7 +48,7 @@ struct RunData {
 
 /// Makes the page of the runs `found` in `root`. What cannot be read of a member of a study is a warning, unless no
 /// member has a sheet.
-pub(super) fn of(root: &Path, found: &Found, options: Options) -> Result<Page> {
+pub(super) fn of(root: &Path, found: &FoundRuns, options: Options) -> Result<Page> {
     let mut blocks = Blocks::default();
     let runs = &found.runs;
     let members = runs.iter().map(|(name, directory)| member(name, directory, found, &mut blocks));
@@ -80,18 +80,18 @@ pub(super) fn of(root: &Path, found: &Found, options: Options) -> Result<Page> {
 }
 
 /// Everything of a run but its sheet.
-fn member(name: &str, directory: &Path, found: &Found, blocks: &mut Blocks) -> Result<RunData> {
+fn member(name: &str, directory: &Path, found: &FoundRuns, blocks: &mut Blocks) -> Result<RunData> {
     let read =
         Record::read(directory).and_then(|record| Ok((record, ledger::read(directory, blocks)?)));
     let (record, ledger) = match read {
-        Err(error) if found.study => (Record::unread(&error), None),
+        Err(error) if found.study => (Record::unreadable(&error), None),
         read => read?,
     };
     Ok(RunData { name: name.to_owned(), record, sheet: None, ledger })
 }
 
 /// What is shown of how much.
-fn summary(found: &Found, sheets: &[&Sheet], (shown, of): (usize, usize)) -> String {
+fn summary(found: &FoundRuns, sheets: &[&Sheet], (shown, of): (usize, usize)) -> String {
     let frames = match sheets {
         [] => "no frames".to_owned(),
         [sheet] => format!(

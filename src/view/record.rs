@@ -67,7 +67,7 @@ impl Record {
 
 impl Record {
     /// That of a run whose record cannot be read.
-    pub(super) fn unread(error: &Error) -> Self {
+    pub(super) fn unreadable(error: &Error) -> Self {
         Self { warnings: vec![error.to_string()], ..Self::default() }
     }
 }

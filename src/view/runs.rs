@@ -8,7 +8,7 @@ use crate::study::plan::Plan;
 
 /// The runs of a directory.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct FoundRuns {
     /// Names and directories.
     pub(super) runs: Vec<(String, PathBuf)>,
     /// Whether they are the members of a study.
@@ -19,7 +19,7 @@ pub(super) struct Found {
 ///
 /// # Errors
 /// [`Error::Refused`] where there are none; a plan that cannot be read.
-pub(super) fn find(root: &Path) -> Result<Found> {
+pub(super) fn find(root: &Path) -> Result<FoundRuns> {
     let refuse = |what: &str| Err(Error::Refused(format!("{}: {what}", root.display())));
     if !root.is_dir() {
         return refuse(
@@ -27,11 +27,11 @@ pub(super) fn find(root: &Path) -> Result<Found> {
         );
     }
     if is_run(root) {
-        return Ok(Found { runs: vec![(name_of(root), root.to_owned())], study: false });
+        return Ok(FoundRuns { runs: vec![(name_of(root), root.to_owned())], study: false });
     }
     if let Some(plan) = Plan::read(root)? {
         let member = |k: usize| (plan.members[k].folder.clone(), plan.directory(root, k));
-        return Ok(Found { runs: (0..plan.members.len()).map(member).collect(), study: true });
+        return Ok(FoundRuns { runs: (0..plan.members.len()).map(member).collect(), study: true });
     }
     let entries = std::fs::read_dir(root).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
     let entries = entries.map_err(OutputError::read(root))?;
@@ -46,7 +46,7 @@ pub(super) fn find(root: &Path) -> Result<Found> {
         );
     }
     let runs = folders.into_iter().map(|path| (name_of(&path), path)).collect();
-    Ok(Found { runs, study: true })
+    Ok(FoundRuns { runs, study: true })
 }
 
 fn is_run(directory: &Path) -> bool {

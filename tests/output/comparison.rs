@@ -49,7 +49,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         wall: Duration::from_secs_f64(seconds),
         output: Duration::ZERO,
         predicted: None,
-        laws: Vec::new(),
+        invariants: Vec::new(),
         intersection: None,
     };
     let ran = Ran {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use rumple::Vec3;
 use rumple::output::picture::Picture;
 use rumple::study::Measures;
-use rumple::study::gather::{Found, MemberStatus, Shown};
+use rumple::study::gather::{LastState, MemberResults, MemberStatus};
 use rumple::study::plan::{Axis, Plan, Point};
 use rumple::study::sweep::{contact_sheet, drawn_keys, figure};
 
@@ -55,7 +55,7 @@ fn plan(axes: &[&str]) -> Plan {
 }
 
 /// A complete member with `spots`, and a lattice whose first species is around `value`.
-fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
+fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> MemberResults {
     let sheet = lattice(12, 12);
     let measures = Measures {
         time: 2.0,
@@ -69,7 +69,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
         rate: 0.0,
     };
     let values = sheet.rest().iter().map(|x: &Vec3| value + 0.01 * x.y).collect();
-    Found {
+    MemberResults {
         name: plan.name(number),
         at: plan.members[number].at.clone(),
         status: MemberStatus::Complete,
@@ -82,7 +82,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
         start: None,
         intersection: None,
         timing: None,
-        shown: Some(Shown {
+        shown: Some(LastState {
             x: sheet.rest().to_vec(),
             triangles: sheet.triangles().to_vec(),
             species: Some(("c".into(), values)),
@@ -91,7 +91,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> Found {
 }
 
 /// The same, but nothing came of it.
-fn without(plan: &Plan, number: usize, status: MemberStatus) -> Found {
+fn without(plan: &Plan, number: usize, status: MemberStatus) -> MemberResults {
     let mut found = complete(plan, number, 0, 0.0);
     found.status = status;
     found.measures.clear();
@@ -178,7 +178,7 @@ fn every_member_has_its_place_by_its_keys() {
 #[test]
 fn one_key_goes_row_by_row_and_a_failed_member_with_a_picture_has_a_bar() {
     let plan = plan(&["h=1..7"]);
-    let mut members: Vec<Found> = (0..7).map(|k| complete(&plan, k, 1, 0.1)).collect();
+    let mut members: Vec<MemberResults> = (0..7).map(|k| complete(&plan, k, 1, 0.1)).collect();
     members[6].status = MemberStatus::Failed;
     let mut picture = contact_sheet(&plan, &members).unwrap().unwrap();
     let (width, height) = picture.size();
@@ -191,14 +191,15 @@ fn one_key_goes_row_by_row_and_a_failed_member_with_a_picture_has_a_bar() {
     assert!(red_in(1, 1) > 500);
     assert_eq!([red_in(0, 0), red_in(1, 0), red_in(1, 2)], [0, 0, 0]);
     // Nothing to be seen, no pictures.
-    let none: Vec<Found> = (0..7).map(|k| without(&plan, k, MemberStatus::NotBegun)).collect();
+    let none: Vec<MemberResults> =
+        (0..7).map(|k| without(&plan, k, MemberStatus::NotBegun)).collect();
     assert!(contact_sheet(&plan, &none).unwrap().is_none());
 }
 
 #[test]
 fn measures_are_drawn_against_a_key_with_a_curve_for_every_other_value() {
     let plan = plan(&["a.h=0.5,1,50", "D=0,5", "sheet.seed=1..3"]);
-    let members: Vec<Found> = (0..18)
+    let members: Vec<MemberResults> = (0..18)
         .map(|k| match k {
             // h = 50, D = 5 failed with every seed.
             15..18 => without(&plan, k, MemberStatus::Failed),

@@ -71,7 +71,7 @@ impl GreenGaussOperator {
         let mut at_vertex = vec![0.0; sheet.vertex_count()];
         self.average.apply(sheet, c, &mut at_vertex);
         // Of the outermost ghosts some faces are missing here.
-        sheet.reduction().update_columns(std::slice::from_mut(&mut at_vertex));
+        sheet.reduction().update_ghost_columns(std::slice::from_mut(&mut at_vertex));
         let mut gradient = vec![Vec3::zeros(); c.len()];
         parallel::fill(&mut gradient, |t| {
             let v = triangles[t].map(|v| at_vertex[v as usize]);

@@ -389,7 +389,7 @@ impl Chemistry {
             self.held.set_rates(s, c, rates);
         }
         drop(r);
-        sheet.reduction().update_columns(out);
+        sheet.reduction().update_ghost_columns(out);
         Ok(())
     }
 
@@ -417,7 +417,7 @@ impl Chemistry {
             reaction = reaction.max(parallel::max(count, row));
         }
         let mut bounds = [reaction, self.transport_bound(surface)];
-        sheet.reduction().maxima(&mut bounds);
+        sheet.reduction().max_over_ranks(&mut bounds);
         Ok(bounds)
     }
 

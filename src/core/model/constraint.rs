@@ -83,7 +83,7 @@ impl Constraints {
             value
         };
         let mut values: Vec<f64> = terms.zip(&self.meters).map(one).collect();
-        mechanics.sheet().reduction().total(&mut values);
+        mechanics.sheet().reduction().sum_over_ranks(&mut values);
         values
     }
 

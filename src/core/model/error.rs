@@ -96,7 +96,7 @@ impl ModelError {
             return outcome;
         }
         let fatal = |error: &Self| if error.is_recoverable() { 1.0 } else { 2.0 };
-        let worst = reduction.larger(outcome.as_ref().err().map_or(0.0, fatal));
+        let worst = reduction.largest_over_ranks(outcome.as_ref().err().map_or(0.0, fatal));
         let recoverable = worst < 2.0;
         match outcome {
             Ok(_) if worst > 0.0 => Err(Self::Elsewhere { recoverable }),

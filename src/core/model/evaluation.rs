@@ -287,7 +287,7 @@ impl<'a> Evaluation<'a> {
         }
         let here = real(self.potential()?.metric().impossible_triangles());
         let mut all = [here];
-        self.model.sheet().reduction().total(&mut all);
+        self.model.sheet().reduction().sum_over_ranks(&mut all);
         Ok(whole(all[0]))
     }
 

@@ -213,7 +213,7 @@ impl Mechanics {
     #[must_use]
     pub fn applied_forces(&self) -> Vec<f64> {
         let mut all: Vec<f64> = self.terms.iter().map(|e| e.applied_force()).collect();
-        self.sheet.reduction().maxima(&mut all);
+        self.sheet.reduction().max_over_ranks(&mut all);
         all
     }
 

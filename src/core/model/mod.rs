@@ -276,7 +276,7 @@ impl Model {
         let reduction = self.sheet().reduction();
         let mut largest: Vec<f64> =
             values.iter().map(|c| c.iter().fold(0.0f64, |m, c| m.max(c.abs()))).collect();
-        reduction.maxima(&mut largest);
+        reduction.max_over_ranks(&mut largest);
         let kept = clamp(chemistry, values, &largest, time, tolerance);
         ModelError::agreed(reduction, kept)
     }

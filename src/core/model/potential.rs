@@ -129,7 +129,7 @@ impl Potential {
         for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
             term.prepare(&conditions, work);
         }
-        self.force_scale = sheet.reduction().larger(self.force_scale);
+        self.force_scale = sheet.reduction().largest_over_ranks(self.force_scale);
     }
 
     /// Adds the pull towards an earlier shape to U from now on, in place of the one before; conditions
@@ -247,7 +247,7 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             all.push(term.evaluate(shape, work, None))
         });
-        self.reduction().total(&mut all);
+        self.reduction().sum_over_ranks(&mut all);
         all
     }
 
@@ -300,7 +300,7 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             total[0] += term.evaluate(shape, work, None)
         });
-        self.reduction().total(&mut total);
+        self.reduction().sum_over_ranks(&mut total);
         let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x, self.reduction()));
         total[0] + anchor + self.hold_energy(x)
     }
@@ -347,7 +347,7 @@ impl Potential {
         self.each(energy::GRADIENT, x, |_, term, work, shape| {
             total[0] += term.evaluate(shape, work, Some(&mut *gradient));
         });
-        self.reduction().total(&mut total);
+        self.reduction().sum_over_ranks(&mut total);
         let [mut total] = total;
         if let Some(anchor) = &self.anchor {
             total += anchor.add(x, gradient, self.reduction());
@@ -443,7 +443,7 @@ impl Potential {
             share = share.min(term.largest_step(shape, work, direction));
         });
         let mut blocked = [-share];
-        self.reduction().maxima(&mut blocked);
+        self.reduction().max_over_ranks(&mut blocked);
         -blocked[0]
     }
 

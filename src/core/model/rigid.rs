@@ -47,7 +47,7 @@ pub fn free_motions(
     let own = reduction.owned(x.len());
     let centre = mean(x, reduction);
     let mut square = [x[..own].iter().map(|x| (x - centre).norm_squared()).sum::<f64>()];
-    reduction.total(&mut square);
+    reduction.sum_over_ranks(&mut square);
     let radius = (square[0] / count).sqrt();
     if !(radius > 0.0 && radius.is_finite()) {
         return (Vec::new(), 1.0);
@@ -65,8 +65,8 @@ pub fn free_motions(
             rows[0] += 1.0;
         }
     }
-    reduction.total(&mut rows);
-    reduction.total(fixed.as_mut_slice());
+    reduction.sum_over_ranks(&mut rows);
+    reduction.sum_over_ranks(fixed.as_mut_slice());
     let eigen = SymmetricEigen::new(fixed / rows[0].max(1.0));
     let mut all: Vec<Motion> = Vec::new();
     for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FREE) {
@@ -96,7 +96,7 @@ pub fn free_motions(
 /// The mean position.
 fn mean(x: &[Vec3], reduction: &Reduction) -> Vec3 {
     let mut centre: Vec3 = x[..reduction.owned(x.len())].iter().sum();
-    reduction.total(centre.as_mut_slice());
+    reduction.sum_over_ranks(centre.as_mut_slice());
     centre / reduction.count(x.len()).max(1.0)
 }
 

@@ -105,12 +105,12 @@ impl Problem<'_> {
             let message = format!("{what} on more than one rank");
             Err(ProblemError::new(part, message, Some(help)))
         };
-        if !self.integrator.goes_over_ranks(self.policy.storage()) {
+        if !self.integrator.supports_ranks(self.policy.storage()) {
             let name = self.integrator.name();
             let help = "integrator = \"staggered\" under the policies quasi-static and simultaneous goes over ranks";
             return refuse(Part::Integrator, &format!("{name} cannot advance a sheet"), help);
         }
-        if !mechanics.is_empty() && !self.equilibrium.goes_over_ranks() {
+        if !mechanics.is_empty() && !self.equilibrium.supports_ranks() {
             let name = self.equilibrium.name();
             let help = "equilibrium = { method = \"lbfgs\", preconditioner = \"gamg\" } goes over ranks, and so do \
                 \"mumps\" and \"factor\"";
@@ -199,7 +199,7 @@ impl Problem<'_> {
     ) -> Result<(), ProblemError> {
         let times = [0.0, 0.31, 0.62, 1.0].map(|share| share * self.until);
         for new in new {
-            let contradiction = earlier.iter().find_map(|old| new.contradicts(old, &times));
+            let contradiction = earlier.iter().find_map(|old| new.conflict(old, &times));
             if let Some((vertex, axis)) = contradiction {
                 let axis = ["x", "y", "z"][axis];
                 let message =
@@ -317,7 +317,7 @@ impl Problem<'_> {
             |e: EffectError| ProblemError { part: Part::Drag, message: e.message, help: e.help };
         let drag = self.drag.on(&self.sheet, self.read).map_err(refused)?;
         let moves = self.policy.storage().mechanics > 0.0;
-        if moves && !drag.is_isotropic() && !self.integrator.knows_directions_of_drag() {
+        if moves && !drag.is_isotropic() && !self.integrator.supports_anisotropic_drag() {
             let message = "this integrator takes drag to be the same in all directions";
             let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \
                 \"euler\" knows drag along the normal and in the plane";
@@ -330,7 +330,7 @@ impl Problem<'_> {
 /// Refuses values held by effect number `number` that contradict those of an `earlier` one.
 fn check_held(number: usize, earlier: &[Held], new: &[Held]) -> Result<(), ProblemError> {
     for new in new {
-        if let Some(point) = earlier.iter().find_map(|old| new.contradicts(old)) {
+        if let Some(point) = earlier.iter().find_map(|old| new.conflict(old)) {
             let message =
                 format!("an earlier effect holds the species at point {point} at another value");
             let help = "let the regions of the two differ, or their values agree";

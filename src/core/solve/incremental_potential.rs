@@ -204,7 +204,7 @@ impl Motion {
             return Ok(Relaxation::default());
         };
         let _scope = counters::part(workspace.model.tally(), counters::MOTION);
-        let done = workspace.minimise(next, last.anchor.clone(), None)?;
+        let done = workspace.relax_anchored(next, last.anchor.clone(), None)?;
         self.last = Some(Last::new(last.time, last.span, last.anchor, &next.x));
         Ok(done)
     }

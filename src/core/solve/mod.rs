@@ -39,7 +39,7 @@ use rejections::Causes;
 pub const DEFAULT_INTEGRATOR: &str = "staggered";
 
 /// The integrator of a scene that names none and whose chemistry is steady at every time.
-pub const STEADY_INTEGRATOR: &str = "monolithic";
+pub const STEADY_CHEMISTRY_INTEGRATOR: &str = "monolithic";
 
 /// The integrator of a scene without space that names none: implicit, with variable order.
 pub const POINT_INTEGRATOR: &str = "monolithic";
@@ -80,12 +80,12 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     }
 
     /// Whether it moves shapes by a drag that differs by direction.
-    fn knows_directions_of_drag(&self) -> bool {
+    fn supports_anisotropic_drag(&self) -> bool {
         false
     }
 
     /// Whether it advances a sheet that is spread over ranks.
-    fn goes_over_ranks(&self, _policy: Storage) -> bool {
+    fn supports_ranks(&self, _policy: Storage) -> bool {
         false
     }
 
@@ -95,7 +95,7 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     }
 
     /// Whether it solves with the derivatives of the coupled system, those of signals included.
-    fn differentiates(&self) -> bool {
+    fn uses_jacobian(&self) -> bool {
         false
     }
 
@@ -158,17 +158,17 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
 
     /// The linear systems that it solves for the effects of a sheet, which moves under drag or not, and why
     /// so, for people: one line each. None for a method without.
-    fn linear(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
+    fn linear_systems(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
         Vec::new()
     }
 
     /// Whether it relaxes a sheet that is spread over ranks.
-    fn goes_over_ranks(&self) -> bool {
+    fn supports_ranks(&self) -> bool {
         false
     }
 
     /// Bytes of history that it keeps at most on a sheet of that many vertices.
-    fn history(&self, _vertices: usize) -> usize {
+    fn history_bytes(&self, _vertices: usize) -> usize {
         0
     }
 
@@ -190,7 +190,7 @@ pub trait Integrator: Send {
     /// # Errors
     /// If the relaxation or the plugin fails.
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        path::release(workspace, state)
+        path::first_equilibrium(workspace, state)
     }
 
     /// Brings `state`, which satisfies the rows without storage, forward by one step that does

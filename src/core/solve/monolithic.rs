@@ -16,7 +16,7 @@ use std::sync::Arc;
 use super::chemistry::{Leap, SteadyChemistry};
 use super::diagnosis::{Diagnosis, Reason};
 use super::equilibrium::Relaxation;
-use super::path::release;
+use super::path::first_equilibrium;
 use super::{Control, Integrator, Result, SolveError, StepReport, StepRule, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Model, ModelError, Part, State, TimeCourse};
@@ -258,7 +258,7 @@ fn explained(error: SolveError, model: &Model, (part, time): (Part, f64)) -> Sol
 
 impl Integrator for Monolithic {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let mut done = release(workspace, state)?;
+        let mut done = first_equilibrium(workspace, state)?;
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
             self.steady.solve(workspace, state, tolerance, Leap::Allowed)?;

@@ -58,7 +58,7 @@ use super::equilibrium::Relaxation;
 use super::incremental_potential::{Motion, MotionMethod, Stepping};
 use super::internal::InternalSteps;
 use super::monolithic::Monolithic;
-use super::path::{self, EquilibriumPath, release};
+use super::path::{self, EquilibriumPath, first_equilibrium};
 use super::rejections::{Cause, Rejection};
 use super::route::Route;
 use super::{
@@ -142,7 +142,7 @@ struct Memory {
 
 impl Integrator for Staggered {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let done = release(workspace, state)?;
+        let done = first_equilibrium(workspace, state)?;
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             self.steady.solve(workspace, state, inner, Leap::Allowed)?;

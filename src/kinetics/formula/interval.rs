@@ -1,7 +1,7 @@
 //! Interval extensions of operations: bounds of their values while their operands vary.
 //!
 //! Bounds are not rounded outwards: the test whether 0 lies in an interval allows for round-off
-//! ([`Interval::may_vanish`]).
+//! ([`Interval::may_be_zero`]).
 //!
 //! Reference: R. E. Moore, R. B. Kearfott & M. J. Cloud, Introduction to Interval Analysis (SIAM 2009),
 //! doi:10.1137/1.9780898717716.
@@ -38,12 +38,12 @@ impl Interval {
         0.5 * self.low + 0.5 * self.high
     }
 
-    pub(super) fn has_zero(self) -> bool {
+    pub(super) fn contains_zero(self) -> bool {
         self.low <= 0.0 && self.high >= 0.0
     }
 
     /// Whether a function with these bounds may be 0, round-off included.
-    pub(super) fn may_vanish(self) -> bool {
+    pub(super) fn may_be_zero(self) -> bool {
         let rounding = ROUNDING * self.low.abs().max(self.high.abs());
         // Bounds without end say nothing.
         !(self.low > rounding || self.high < -rounding)
@@ -78,7 +78,7 @@ impl Interval {
     /// `x^n`.
     fn power(self, n: i32) -> Self {
         let (a, b) = (self.low.powi(n), self.high.powi(n));
-        match (self.has_zero(), n % 2 == 0) {
+        match (self.contains_zero(), n % 2 == 0) {
             (true, _) if n < 0 => Self::WHOLE,
             (true, true) => Self::new(0.0, a.max(b)),
             _ => Self::new(a.min(b), a.max(b)),
@@ -109,7 +109,7 @@ impl Op {
             Self::Add(..) => a.add(b),
             Self::Subtract(..) => Interval::new(a.low - b.high, a.high - b.low),
             Self::Multiply(..) => a.multiply(b),
-            Self::Divide(..) if b.has_zero() => Interval::WHOLE,
+            Self::Divide(..) if b.contains_zero() => Interval::WHOLE,
             Self::Divide(..) => a.corners(b, |x, y| x / y),
             Self::PowerI(_, n) => a.power(n),
             Self::Power(..) if a.low > 0.0 => a.corners(b, f64::powf),
@@ -128,7 +128,7 @@ impl Op {
             | Self::Logistic(_) => increasing(),
             Self::Sin(_) => a.sine(0.0),
             Self::Cos(_) => a.sine(FRAC_PI_2),
-            Self::Abs(_) if a.has_zero() => Interval::new(0.0, a.high.max(-a.low)),
+            Self::Abs(_) if a.contains_zero() => Interval::new(0.0, a.high.max(-a.low)),
             Self::Abs(_) => {
                 Interval::new(a.low.abs().min(a.high.abs()), a.high.abs().max(a.low.abs()))
             }

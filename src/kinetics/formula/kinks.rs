@@ -191,7 +191,7 @@ impl Search<'_> {
             self.evaluate(times);
             let value = self.values[switch.value];
             let nothing = value.low == 0.0 && value.high == 0.0;
-            if nothing || !value.may_vanish() {
+            if nothing || !value.may_be_zero() {
                 continue;
             }
             let (Interval { low, high }, middle) = (times, times.middle());
@@ -207,7 +207,7 @@ impl Search<'_> {
                 }
                 let change = slope.multiply(Interval::new(low - middle, high - middle));
                 let around = Interval::point(self.at(switch.value, middle)).add(change);
-                if !around.may_vanish() {
+                if !around.may_be_zero() {
                     continue;
                 }
             }

@@ -315,7 +315,7 @@ impl FormulaKinetics {
     /// Operations a point: of the rates, and of the rates with their partial derivatives.
     #[must_use]
     pub fn operations(&self) -> (usize, usize) {
-        (self.rates.operations(), self.rate_partials.operations())
+        (self.rates.operation_count(), self.rate_partials.operation_count())
     }
 
     /// Parameters that neither rates nor length factor nor observables read, directly or by a `let`.

@@ -99,8 +99,8 @@ impl Program {
         }
     }
 
-    /// How many operations a point costs.
-    pub(super) fn operations(&self) -> usize {
+    /// How many operation_count a point costs.
+    pub(super) fn operation_count(&self) -> usize {
         self.steps.len()
     }
 

@@ -69,7 +69,7 @@ impl Distribution {
     }
 
     /// Adds what the ghosts of a vector have to their owners, one message a neighbour.
-    pub(super) fn add_up(&self, vector: &mut [Vec3]) {
+    pub(super) fn add_ghosts_to_owners(&self, vector: &mut [Vec3]) {
         let points = self.points(vector.len());
         let packed = |list: &[u32]| -> Vec<f64> {
             list.iter().flat_map(|&i| <[f64; 3]>::from(vector[i as usize])).collect()

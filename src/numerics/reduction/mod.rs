@@ -1,4 +1,4 @@
-//! Sums, maxima and decisions over the whole sheet.
+//! Sums, max_over_ranks and decisions over the whole sheet.
 //!
 //! Whatever a solver or a stepper sums, compares or decides over all points passes one value, a [`Reduction`]; the
 //! rest of its work is local to a point and its neighbours. By default it means this process: its threads, and the same
@@ -16,7 +16,7 @@ use crate::Vec3;
 use crate::parallel::{self, vectors};
 pub use distribution::{Communicator, Distribution, Points};
 
-/// What sums, maxima and decisions are taken over.
+/// What sums, max_over_ranks and decisions are taken over.
 #[derive(Clone, Default)]
 pub struct Reduction(Option<Arc<Distribution>>);
 
@@ -64,21 +64,21 @@ impl Reduction {
     }
 
     /// Brings the ghosts of a vector to what their owners have.
-    pub fn update(&self, vector: &mut [Vec3]) {
+    pub fn update_ghosts(&self, vector: &mut [Vec3]) {
         if let Some(ranks) = &self.0 {
             ranks.update(&mut [vector], |v| (*v).into(), Vec3::from);
         }
     }
 
     /// Adds what ghosts have to their owners.
-    pub fn add_up(&self, vector: &mut [Vec3]) {
+    pub fn add_ghosts_to_owners(&self, vector: &mut [Vec3]) {
         if let Some(ranks) = &self.0 {
-            ranks.add_up(vector);
+            ranks.add_ghosts_to_owners(vector);
         }
     }
 
     /// Brings the ghosts of columns of one number a point to what their owners have.
-    pub fn update_columns(&self, columns: &mut [Vec<f64>]) {
+    pub fn update_ghost_columns(&self, columns: &mut [Vec<f64>]) {
         if let Some(ranks) = &self.0 {
             let mut all: Vec<&mut [f64]> = columns.iter_mut().map(Vec::as_mut_slice).collect();
             ranks.update(&mut all, |v| [*v], |[v]| v);
@@ -86,14 +86,14 @@ impl Reduction {
     }
 
     /// Sums over the ranks of numbers that each has already summed over what it owns.
-    pub fn total(&self, values: &mut [f64]) {
+    pub fn sum_over_ranks(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
             ranks.communicator.sum(values);
         }
     }
 
     /// The largest over the ranks of numbers that each has already compared over what it owns; NaN wins.
-    pub fn maxima(&self, values: &mut [f64]) {
+    pub fn max_over_ranks(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
             ranks.communicator.max(values);
         }
@@ -103,14 +103,14 @@ impl Reduction {
     #[must_use]
     pub fn count(&self, count: usize) -> f64 {
         let mut all = [crate::num::real(self.owned(count))];
-        self.total(&mut all);
+        self.sum_over_ranks(&mut all);
         all[0]
     }
 
     /// `Σ_i f(i)` over all points, of which `count` are here.
     pub fn sum(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
         let mut sum = [parallel::sum(self.owned(count), f)];
-        self.total(&mut sum);
+        self.sum_over_ranks(&mut sum);
         sum[0]
     }
 
@@ -125,14 +125,14 @@ impl Reduction {
         let block = |b: usize| f(b * parallel::BLOCK..((b + 1) * parallel::BLOCK).min(count));
         let blocks = count.div_ceil(parallel::BLOCK);
         let mut sums = parallel::reduce(blocks, &block, &add).unwrap_or([0.0; K]);
-        self.total(&mut sums);
+        self.sum_over_ranks(&mut sums);
         sums
     }
 
     /// The largest `f(i)` over all points, of which `count` are here; NaN wins over every number, no points give -∞.
     pub fn max(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
         let mut largest = [parallel::max(self.owned(count), f)];
-        self.maxima(&mut largest);
+        self.max_over_ranks(&mut largest);
         largest[0]
     }
 
@@ -143,9 +143,9 @@ impl Reduction {
 
     /// The larger of `here` on all ranks.
     #[must_use]
-    pub fn larger(&self, here: f64) -> f64 {
+    pub fn largest_over_ranks(&self, here: f64) -> f64 {
         let mut largest = [here];
-        self.maxima(&mut largest);
+        self.max_over_ranks(&mut largest);
         largest[0]
     }
 
@@ -163,7 +163,7 @@ impl Reduction {
     #[must_use]
     pub fn any(&self, here: bool) -> bool {
         let mut any = [if here { 1.0 } else { 0.0 }];
-        self.maxima(&mut any);
+        self.max_over_ranks(&mut any);
         any[0] > 0.0
     }
 
@@ -189,7 +189,7 @@ impl Reduction {
     ) -> Vec<f64> {
         let owned = per_point * self.owned(w.len() / per_point);
         let mut all = vectors::dots(vectors.map(|v| &v[..owned]), &w[..owned]);
-        self.total(&mut all);
+        self.sum_over_ranks(&mut all);
         all
     }
 

@@ -42,7 +42,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
 /// Absent parts of the mechanics of a sheet that moves.
 fn mechanics(scene: &Scene, simulation: &Simulation, add: &mut impl FnMut(&str, &str)) {
     let model = simulation.model();
-    let systems = !scene.equilibrium.linear(model.mechanics(), false).is_empty();
+    let systems = !scene.equilibrium.linear_systems(model.mechanics(), false).is_empty();
     let rings = model.mechanics().terms().iter().map(|t| t.coupling().rings).max();
     if systems && rings == Some(1) {
         let why = "because no effect couples neighbours of neighbours, as bending does";

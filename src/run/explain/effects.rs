@@ -215,7 +215,7 @@ pub(super) fn laws(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             "because the law gives one: evaluated at every edge whenever species have changed";
         lines.push(Line::new(what, why).at(scene, &path));
     }
-    let slopes = scene.time.integrator.differentiates() && model.moves();
+    let slopes = scene.time.integrator.uses_jacobian() && model.moves();
     for signal in chemistry.signals().wanted() {
         let with = if slopes && *signal != crate::kinetics::Signal::Time {
             "with derivatives by positions, which the integrator solves with"

@@ -44,14 +44,14 @@ pub(super) fn lines(scene: &Scene, simulation: &mut Simulation) -> Result<Vec<Li
         format!("{:>9}  a state: positions and species", estimate(state)),
         "estimated; a run keeps some of them, and solvers vectors of this size",
     ));
-    let history = if moves { scene.equilibrium.history(vertices) } else { 0 };
+    let history = if moves { scene.equilibrium.history_bytes(vertices) } else { 0 };
     if history > 0 {
         lines.push(Line::new(
             format!("{:>9}  history of the relaxation at most", estimate(history)),
             "estimated from equilibrium.memory",
         ));
     }
-    if scene.time.integrator.differentiates() {
+    if scene.time.integrator.uses_jacobian() {
         lines.push(Line::new(
             "  and the Jacobian of the coupled system with its factor",
             "made in the first step, not counted here: `rumple explain DIR` after a run counts it",

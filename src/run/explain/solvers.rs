@@ -75,7 +75,7 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
         )
         .at(scene, "equilibrium"),
     );
-    let linear = method.linear(mechanics, moving);
+    let linear = method.linear_systems(mechanics, moving);
     if linear.is_empty() {
         let what = "no linear systems";
         lines.push(Line::new(what, "because the method takes forces alone: no Hessian, no factor"));

@@ -98,7 +98,7 @@ impl Outlook {
         let mut text = format!("{}{} {here}", self.at_most(), words::about(whole));
         let other = |factor| {
             let seconds = self.forecast.whole_at(factor)?;
-            Some(words::about(Range::of(self.pace() * seconds)))
+            Some(words::about(Range::of(self.wall_per_processor() * seconds)))
         };
         if let (Some(half), Some(double)) = (other(0.5), other(2.0)) {
             text += &format!("; half the {what} {half}, double {double}");
@@ -123,15 +123,15 @@ impl Outlook {
     }
 
     /// Wall time per processor time.
-    fn pace(&self) -> f64 {
-        let pace = self.clock.wall() / self.clock.processor();
-        if pace.is_finite() { pace } else { 1.0 }
+    fn wall_per_processor(&self) -> f64 {
+        let ratio = self.clock.wall() / self.clock.processor();
+        if ratio.is_finite() { ratio } else { 1.0 }
     }
 
     /// Other programs that slow this one down may end: at least, in wall time, is without them.
     fn in_wall_time(&self, range: Range) -> Range {
-        let pace = self.pace();
-        Range { least: range.least * pace.min(1.0), ..range.times_plus(pace, 0.0) }
+        let ratio = self.wall_per_processor();
+        Range { least: range.least * ratio.min(1.0), ..range.times_plus(ratio, 0.0) }
     }
 }
 

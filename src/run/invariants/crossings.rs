@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Law, Said, Step};
+use super::{Invariant, Said, Step};
 use crate::Vec3;
 use crate::geometry::Crossings;
 use crate::model::State;
@@ -67,7 +67,7 @@ impl NoCrossings {
     }
 }
 
-impl Law for NoCrossings {
+impl Invariant for NoCrossings {
     fn name(&self) -> String {
         "the rule that a sheet does not pass through itself (pairs of triangles that cross)".into()
     }

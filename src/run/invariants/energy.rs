@@ -25,7 +25,7 @@
 //! works and of the fall at fixed conditions, or [`MINIMUM_RELATIVE_TURNOVER`] of the largest energy so far if that
 //! is more. The imbalance of a run is then at most the limit times what it turns over.
 
-use super::{Law, Said, Step};
+use super::{Invariant, Said, Step};
 use crate::Vec3;
 use crate::model::{Evaluation, Model, State};
 use crate::parallel;
@@ -203,7 +203,7 @@ fn against_drag(model: &Model, before: &State, after: &State) -> f64 {
     })
 }
 
-impl Law for EnergyBalance {
+impl Invariant for EnergyBalance {
     fn name(&self) -> String {
         "the balance of the energy (share of what the step turns over)".into()
     }

@@ -8,7 +8,7 @@
 //! numerators; x̄ is the mean position. The sum of sizes is not taken to be below what counts as rest at every
 //! vertex, so that round-off in a sheet without forces counts as none.
 
-use super::{Law, Said, Step};
+use super::{Invariant, Said, Step};
 use crate::Vec3;
 use crate::model::{Evaluation, State};
 use crate::num::real;
@@ -141,7 +141,7 @@ fn said(workspace: &mut Workspace, state: &State) -> Result<Said> {
     Ok(Said { row, value, place, memory: Vec::new() })
 }
 
-impl Law for FreeBalance {
+impl Invariant for FreeBalance {
     fn name(&self) -> String {
         "the balance of forces and torques of a free sheet (relative)".into()
     }

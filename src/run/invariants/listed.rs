@@ -1,4 +1,4 @@
-//! The laws that a scene lists, and the steps that are held to them.
+//! The invariants that a scene lists, and the steps that are held to them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::energy::EnergyBalance;
 use super::forces::FreeBalance;
 use super::topology::GaussBonnet;
 use super::totals::Total;
-use super::{Broken, Law, Said, Step};
+use super::{Broken, Invariant, Said, Step};
 use crate::Stepper;
 use crate::model::State;
 use crate::record::{Malformed, Record};
@@ -16,7 +16,7 @@ use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
 use crate::solve::rejections::{Cause, Rejection};
 use crate::solve::{StepReport, Workspace, end_of_step};
 
-/// A step that breaks a law is tried again this much shorter,
+/// A step that breaks an invariant is tried again this much shorter,
 const SHORTER: f64 = 0.25;
 /// down to this share of the first one that did, or of the time reached.
 const SHORTEST: f64 = 1e-5;
@@ -24,7 +24,7 @@ const ROUND_OFF: f64 = 1e-10;
 /// Steps grow by this factor afterwards.
 const GROWTH: f64 = 2.0;
 
-/// The laws that a scene lists.
+/// The invariants that a scene lists.
 pub(crate) struct Invariants {
     every: u64,
     all: Vec<Listed>,
@@ -39,8 +39,8 @@ pub(crate) struct Invariants {
 pub(crate) struct Memory {
     begun: bool,
     short: Option<ShortSteps>,
-    /// Of every law its memory, and its largest value with when.
-    laws: Vec<(Vec<f64>, (f64, f64))>,
+    /// Of every invariant its memory, and its largest value with when.
+    invariants: Vec<(Vec<f64>, (f64, f64))>,
 }
 
 /// Brings the integrator back to where a step began.
@@ -56,15 +56,15 @@ fn put_back(memory: &Record, stepper: &mut Stepper) {
 struct ShortSteps {
     /// They are no longer than this.
     longest: f64,
-    /// The first that broke a law.
+    /// The first that broke an invariant.
     full: f64,
 }
 
-/// A law with what is asked of it and what it has said.
+/// An invariant with what is asked of it and what it has said.
 struct Listed {
     key: String,
     limit: Option<f64>,
-    law: Box<dyn Law>,
+    invariant: Box<dyn Invariant>,
     row: Vec<f64>,
     memory: Vec<f64>,
     /// Largest value so far, and when.
@@ -72,10 +72,17 @@ struct Listed {
 }
 
 impl Listed {
-    fn new(key: &str, bound: Bound, law: impl Law + 'static) -> Self {
-        let row = vec![f64::NAN; law.columns().len()];
-        let (law, memory) = (Box::new(law), Vec::new());
-        Self { key: key.to_owned(), limit: bound.limit(), law, row, memory, worst: (0.0, 0.0) }
+    fn new(key: &str, bound: Bound, invariant: impl Invariant + 'static) -> Self {
+        let row = vec![f64::NAN; invariant.columns().len()];
+        let (invariant, memory) = (Box::new(invariant), Vec::new());
+        Self {
+            key: key.to_owned(),
+            limit: bound.limit(),
+            invariant,
+            row,
+            memory,
+            worst: (0.0, 0.0),
+        }
     }
 
     /// Whether the limit is passed; a value that is none passes every limit.
@@ -85,14 +92,14 @@ impl Listed {
 
     fn broken(&self, said: Said, time: f64) -> Broken {
         Broken {
-            law: self.law.name(),
+            law: self.invariant.name(),
             key: self.key.clone(),
             value: said.value,
             limit: self.limit.unwrap_or_default(),
             place: said.place,
             time,
             step: None,
-            advice: self.law.advice(),
+            advice: self.invariant.advice(),
         }
     }
 
@@ -108,7 +115,7 @@ impl Invariants {
     /// Those of `scene`; none without the table. `state` is one that a run may begin with.
     ///
     /// # Errors
-    /// A law that cannot hold for the scene, with its place there.
+    /// An invariant that cannot hold for the scene, with its place there.
     pub(crate) fn of(scene: &Scene, stepper: &mut Stepper) -> Result<Option<Self>> {
         let Stepper { workspace, state, .. } = stepper;
         let Some(spec) = &scene.invariants else { return Ok(None) };
@@ -147,7 +154,7 @@ impl Invariants {
 
     /// Their columns of the ledger.
     pub(crate) fn columns(&self) -> Vec<String> {
-        self.all.iter().flat_map(|listed| listed.law.columns()).collect()
+        self.all.iter().flat_map(|listed| listed.invariant.columns()).collect()
     }
 
     /// What they say of the last accepted state; not a number where they have not looked.
@@ -169,13 +176,13 @@ impl Invariants {
     /// Inspects the state that a run begins with, once.
     ///
     /// # Errors
-    /// [`Broken`] if that breaks a law.
+    /// [`Broken`] if that breaks an invariant.
     pub(crate) fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<()> {
         if self.begun {
             return Ok(());
         }
         for listed in &mut self.all {
-            let said = listed.law.begin(workspace, state)?;
+            let said = listed.invariant.begin(workspace, state)?;
             if listed.breaks(&said) {
                 return Err(listed.broken(said, state.time).into());
             }
@@ -185,7 +192,7 @@ impl Invariants {
         Ok(())
     }
 
-    /// Brings `state` forward by one step of `integrator` that keeps the laws.
+    /// Brings `state` forward by one step of `integrator` that keeps the invariants.
     ///
     /// # Errors
     /// [`Broken`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
@@ -241,7 +248,7 @@ impl Invariants {
         }
     }
 
-    /// Rejects the step from `before`, which has broken a law; where the next attempt is to end.
+    /// Rejects the step from `before`, which has broken an invariant; where the next attempt is to end.
     ///
     /// # Errors
     /// `broken` where no step is shorter.
@@ -284,12 +291,12 @@ impl Invariants {
         let due = after.step.is_multiple_of(self.every);
         let mut all = Vec::with_capacity(self.all.len());
         for listed in &mut self.all {
-            if !due && !listed.law.sees_every_step() {
+            if !due && !listed.invariant.sees_every_step() {
                 all.push(None);
                 continue;
             }
             let mut step = Step { workspace: &mut *workspace, before, after };
-            let said = listed.law.look(&mut step, &listed.memory)?;
+            let said = listed.invariant.look(&mut step, &listed.memory)?;
             if listed.breaks(&said) {
                 return Ok(Some(listed.broken(said, after.time)));
             }
@@ -313,8 +320,9 @@ impl Invariants {
     /// What later steps depend on.
     pub(crate) fn memory(&self) -> Memory {
         let Self { begun, short, .. } = *self;
-        let laws = self.all.iter().map(|listed| (listed.memory.clone(), listed.worst)).collect();
-        Memory { begun, short, laws }
+        let invariants =
+            self.all.iter().map(|listed| (listed.memory.clone(), listed.worst)).collect();
+        Memory { begun, short, invariants }
     }
 
     /// Takes over the memory of those of the same scene.
@@ -322,11 +330,11 @@ impl Invariants {
     /// # Errors
     /// [`Malformed`] for anything else.
     pub(crate) fn restore(&mut self, memory: Memory) -> Result<(), Malformed> {
-        if memory.laws.len() != self.all.len() {
+        if memory.invariants.len() != self.all.len() {
             return Err(Malformed);
         }
         (self.begun, self.short) = (memory.begun, memory.short);
-        for (listed, (memory, worst)) in self.all.iter_mut().zip(memory.laws) {
+        for (listed, (memory, worst)) in self.all.iter_mut().zip(memory.invariants) {
             (listed.memory, listed.worst) = (memory, worst);
         }
         Ok(())

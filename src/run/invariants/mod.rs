@@ -1,8 +1,8 @@
 //! Laws of nature that a run is held to: what `[invariants]` lists.
 //!
-//! Each is a [`Law`]: it inspects a step, from one state to the next, and says what is in the ledger's row and how
-//! far the law is broken. Beyond the limit of the scene a step is refused and tried again shorter, from the same
-//! state to the bit; where no shorter step keeps the law the run fails with [`Broken`]. A law remembers nothing but
+//! Each is a [`Invariant`]: it inspects a step, from one state to the next, and says what is in the ledger's row and how
+//! far it is broken. Beyond the limit of the scene a step is refused and tried again shorter, from the same
+//! state to the bit; where no shorter step keeps it the run fails with [`Broken`]. An invariant remembers nothing but
 //! numbers, which are part of a checkpoint.
 
 mod broken;
@@ -20,7 +20,7 @@ use super::Result;
 use crate::model::{Evaluation, State};
 use crate::solve::Workspace;
 
-/// A step that laws inspect.
+/// A step that invariants inspect.
 pub(super) struct Step<'a> {
     workspace: &'a mut Workspace,
     /// Where it began.
@@ -41,12 +41,12 @@ impl Step<'_> {
     }
 }
 
-/// What a law says of a step.
+/// What an invariant says of a step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Said {
     /// Its columns of the ledger.
     row: Vec<f64>,
-    /// What the limit is for: 0 where the law holds.
+    /// What the limit is for: 0 where the invariant holds.
     value: f64,
     /// Place and cause of a violation, as text; called beyond the limit only.
     place: String,
@@ -54,8 +54,8 @@ pub(super) struct Said {
     memory: Vec<f64>,
 }
 
-/// A law of nature.
-pub(super) trait Law: Send {
+/// An invariant: a law of nature that a scene holds its run to.
+pub(super) trait Invariant: Send {
     /// What it says, as in "the net force and torque on a free sheet".
     fn name(&self) -> String;
 

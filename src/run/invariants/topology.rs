@@ -1,6 +1,6 @@
 //! Gauss and Bonnet: angle defects inside and turning along the boundary add up to 2πχ.
 
-use super::{Law, Said, Step};
+use super::{Invariant, Said, Step};
 use crate::geometry::TotalCurvature;
 use crate::model::State;
 use crate::run::Result;
@@ -19,7 +19,7 @@ fn said(sheet: &Sheet, state: &State) -> Said {
         None if defect.abs() < ROUND_OFF => {
             "every triangle is sound, and this is round-off: no step is better".to_owned()
         }
-        None => "though every triangle is sound: the topology contradicts itself".to_owned(),
+        None => "though every triangle is sound: the topology conflict itself".to_owned(),
         Some(t) => format!(
             "triangle {t} (vertices {:?}) has angles that do not add up to pi",
             sheet.triangles()[t]
@@ -28,7 +28,7 @@ fn said(sheet: &Sheet, state: &State) -> Said {
     Said { row: vec![defect], value: defect.abs(), place, memory: Vec::new() }
 }
 
-impl Law for GaussBonnet {
+impl Invariant for GaussBonnet {
     fn name(&self) -> String {
         "the theorem of Gauss and Bonnet (radians)".into()
     }

@@ -8,7 +8,7 @@
 //! conserves it on: the current one of a sheet that does not move, or that of rest where `metric = "rest"`.
 //! At a vertex they are a third of the triangles around it, as in diffusion and in the ledger.
 
-use super::{Law, Said, Step};
+use super::{Invariant, Said, Step};
 use crate::Vec3;
 use crate::effects::Measure;
 use crate::geometry::Face;
@@ -237,7 +237,7 @@ fn conserves(
     each().sum::<f64>().abs() <= CONSERVED * each().map(f64::abs).sum::<f64>()
 }
 
-impl Law for Total {
+impl Invariant for Total {
     fn name(&self) -> String {
         format!("the conservation of the total of {} (relative)", self.name)
     }

@@ -22,7 +22,7 @@ use crate::output::provenance::MeshRecord;
 use crate::output::{Field, Format, Frame};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::read::pvtu::{TRIANGLE, VERTEX};
+use crate::sheet::read::pvtu::{TRIANGLE_NUMBER, VERTEX_NUMBER};
 use crate::sheet::{Part, Sheet};
 
 /// What a rank has of the sheet.
@@ -169,7 +169,7 @@ impl Piece {
             let mut columns: Vec<Vec<f64>> = (0..field.components)
                 .map(|c| field.data.iter().skip(c).step_by(field.components).copied().collect())
                 .collect();
-            sheet.reduction().update_columns(&mut columns);
+            sheet.reduction().update_ghost_columns(&mut columns);
             let rows = self.vertices.iter().flat_map(|&v| columns.iter().map(move |c| c[v]));
             array(field, rows.collect())
         });
@@ -179,9 +179,9 @@ impl Piece {
             .map(|field| array(field, field.data[..counted * field.components].to_vec()))
             .collect();
         let numbers: Vec<f64> = self.vertices.iter().map(|&v| sheet.number(v).into()).collect();
-        point.push(Field::scalar(VERTEX.to_owned(), numbers));
+        point.push(Field::scalar(VERTEX_NUMBER.to_owned(), numbers));
         let numbers: Vec<f64> = (0..counted).map(|t| sheet.triangle_number(t).into()).collect();
-        cell.push(Field::scalar(TRIANGLE.to_owned(), numbers));
+        cell.push(Field::scalar(TRIANGLE_NUMBER.to_owned(), numbers));
         let Frame { time, step, .. } = *of;
         let (points, triangles, field_data) =
             (&self.points, &self.triangles, of.field_data.clone());

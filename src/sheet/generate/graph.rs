@@ -27,14 +27,14 @@ use rumple_numerics::num::{Short, real, whole};
 const INTERVALS: usize = 1024;
 
 /// Intervals along a curve whose arc length is tabulated.
-const FINE: usize = 20_000;
+const CURVE_INTERVALS: usize = 20_000;
 
 /// Steepest slope: beyond it, triangles of the plane say little about the surface.
 const STEEPEST: f64 = 20.0;
 
 /// Distances of the vertex inside a corner from it, in edges.
-const NEAREST: f64 = 1.0;
-const FARTHEST: f64 = 1.25;
+const CORNER_NEAREST: f64 = 1.0;
+const CORNER_FARTHEST: f64 = 1.25;
 
 /// z over the (x, y) of points.
 pub type Height<'a> = &'a dyn Fn(&[Vec3]) -> Vec<f64>;
@@ -141,7 +141,7 @@ impl<'a> Graph<'a> {
         let corner = self.lift(x, y);
         let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());
         let distance = CORNER * (along[0] + along[1]).norm();
-        let share = distance.clamp(NEAREST, FARTHEST) * edge
+        let share = distance.clamp(CORNER_NEAREST, CORNER_FARTHEST) * edge
             / (self.lift(x + dx, y + dy) - corner).norm().max(f64::MIN_POSITIVE);
         self.lift(x + share * dx, y + share * dy)
     }
@@ -246,12 +246,12 @@ struct Curve {
 
 impl Curve {
     fn new(point: impl Fn(f64) -> Vec3) -> Self {
-        let mut length = Vec::with_capacity(FINE + 1);
+        let mut length = Vec::with_capacity(CURVE_INTERVALS + 1);
         let mut last = point(0.0);
         length.push(0.0);
         let mut sum = 0.0;
-        for k in 1..=FINE {
-            let next = point(real(k) / real(FINE));
+        for k in 1..=CURVE_INTERVALS {
+            let next = point(real(k) / real(CURVE_INTERVALS));
             sum += (next - last).norm();
             length.push(sum);
             last = next;
@@ -260,26 +260,27 @@ impl Curve {
     }
 
     fn length(&self) -> f64 {
-        self.length[FINE]
+        self.length[CURVE_INTERVALS]
     }
 
     /// The parameter at an arc length.
     fn at(&self, length: f64) -> f64 {
-        let above = self.length.partition_point(|&l| l < length).clamp(1, FINE);
+        let above = self.length.partition_point(|&l| l < length).clamp(1, CURVE_INTERVALS);
         let [low, high] = [self.length[above - 1], self.length[above]];
-        (real(above - 1) + (length - low) / (high - low).max(f64::MIN_POSITIVE)) / real(FINE)
+        (real(above - 1) + (length - low) / (high - low).max(f64::MIN_POSITIVE))
+            / real(CURVE_INTERVALS)
     }
 }
 
 /// A rectangle bent along x.
-pub(super) struct Wavy {
+pub(super) struct WavyStrip {
     flat: Planar,
     curve: Curve,
     width: f64,
     wave: [f64; 2],
 }
 
-impl Wavy {
+impl WavyStrip {
     /// `width` along x below the strip, `height` along y, `amplitude` and `wavelength` of the wave.
     pub(super) fn new(
         [width, height]: [f64; 2],
@@ -302,7 +303,7 @@ impl Wavy {
     }
 }
 
-impl Domain for Wavy {
+impl Domain for WavyStrip {
     fn fixed(&self) -> &[Vec3] {
         self.flat.fixed()
     }

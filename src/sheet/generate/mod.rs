@@ -178,7 +178,7 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
         }
         Shape::WavyStrip { width, height, amplitude, wavelength } => {
             let wave = [amplitude, wavelength];
-            irregular(&graph::Wavy::new([width, height], wave, vertices)?, vertices, seed)
+            irregular(&graph::WavyStrip::new([width, height], wave, vertices)?, vertices, seed)
         }
     }
 }

@@ -16,9 +16,9 @@ use super::xml::{Scanner, Token};
 use crate::{Array, Surface};
 
 /// The name of the array with the numbers of the vertices.
-pub const VERTEX: &str = "vertex number";
+pub const VERTEX_NUMBER: &str = "vertex number";
 /// The name of the array with the numbers of the triangles.
-pub const TRIANGLE: &str = "triangle number";
+pub const TRIANGLE_NUMBER: &str = "triangle number";
 
 /// The surface of all pieces that the index at `path` names.
 pub(super) fn parse(
@@ -64,8 +64,8 @@ fn merged(pieces: Vec<Surface>) -> Result<Surface, String> {
     let numbered: Option<Vec<_>> = pieces
         .iter()
         .map(|piece| {
-            let vertices = numbers(&piece.point_arrays, VERTEX, piece.points.len())?;
-            let triangles = numbers(&piece.cell_arrays, TRIANGLE, piece.triangles.len())?;
+            let vertices = numbers(&piece.point_arrays, VERTEX_NUMBER, piece.points.len())?;
+            let triangles = numbers(&piece.cell_arrays, TRIANGLE_NUMBER, piece.triangles.len())?;
             Some((vertices, triangles))
         })
         .collect();
@@ -115,7 +115,7 @@ fn arrays(
     of: impl Fn(&Surface) -> &Vec<Array>,
     places: &[Vec<usize>],
 ) -> Vec<Array> {
-    let own = |array: &&Array| ![VERTEX, TRIANGLE].contains(&array.name.as_str());
+    let own = |array: &&Array| ![VERTEX_NUMBER, TRIANGLE_NUMBER].contains(&array.name.as_str());
     let merged = of(&pieces[0]).iter().filter(own).filter_map(|array| {
         let width = array.components;
         let mut values = vec![0.0; width * count];

@@ -6,9 +6,9 @@ use super::reference::{Candidate, Reference, Run, choose};
 use super::{Quantity, Role, Study};
 use crate::model::State;
 use crate::run::Simulation;
-use crate::study::gather::{Distance, Found, Measures, MemberStatus, Norm, read};
+use crate::study::gather::{Distance, Measures, MemberResults, MemberStatus, Norm, read};
 use crate::study::plan::Plan;
-use crate::study::plan::integrator::typed;
+use crate::study::plan::integrator::set_options;
 use crate::study::run::Timing;
 use crate::tally::Work;
 
@@ -50,7 +50,7 @@ pub(super) struct Point {
     /// Its force tolerance, if that is varied.
     pub(super) force: Option<f64>,
     /// Results of the run.
-    pub(super) found: Found,
+    pub(super) found: MemberResults,
     /// Its errors; none if it did not complete or without a reference.
     pub(super) errors: Option<Errors>,
 }
@@ -209,7 +209,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: &[usize]) -> Case {
                 }
                 let axis = plan.axes.first();
                 let name = axis.and_then(|a| a.values.get(run)).cloned().unwrap_or_default();
-                let settings = axis.and_then(|a| a.settings.get(run)).map(|all| typed(all));
+                let settings = axis.and_then(|a| a.settings.get(run)).map(|all| set_options(all));
                 let settings = settings.unwrap_or_default();
                 let (curve, tolerance, force) = (*curve, *tolerance, *force);
                 let point = Point { name, settings, curve, tolerance, force, found, errors: None };

@@ -35,7 +35,7 @@ use self::advice::Power;
 use self::errors::{Case, Point};
 use self::peers::PeerRecord;
 use self::policies::Policies;
-use super::gather::{Found, MemberStatus, counts, status};
+use super::gather::{MemberResults, MemberStatus, counts, status};
 use super::plan::Plan;
 use super::sweep::PLOT;
 use super::{draw, read_document, write_document, write_files};
@@ -45,7 +45,7 @@ use crate::run::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Study {
     /// Integrators, a curve each.
-    pub curves: Vec<Line>,
+    pub curves: Vec<IntegratorCurve>,
     /// The runs of every case, in the order of the first key's values.
     pub runs: Vec<Role>,
     /// Integrators and references that were left out, and why.
@@ -58,7 +58,7 @@ pub struct Study {
 
 /// An integrator that is studied.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Line {
+pub struct IntegratorCurve {
     /// Its name.
     pub name: String,
     /// Whether tolerances are steps, as a share of the whole time.
@@ -125,8 +125,9 @@ impl Study {
     }
 
     /// Whether every case has a reference that completed, or may still.
-    fn has_references(&self, plan: &Plan, found: &[Found]) -> bool {
-        let lost = |f: &Found| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
+    fn has_references(&self, plan: &Plan, found: &[MemberResults]) -> bool {
+        let lost =
+            |f: &MemberResults| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
         let references = || found.iter().filter(|f| self.is_reference(&f.at) && !lost(f));
         plan.members.iter().all(|m| references().any(|f| f.at.get(1..) == m.at.get(1..)))
     }
@@ -135,13 +136,13 @@ impl Study {
     ///
     /// # Errors
     /// [`Error::Incomplete`] if a run was killed or is damaged, or if errors are not known.
-    pub fn standing(&self, plan: &Plan, found: &[Found]) -> Result<String> {
+    pub fn standing(&self, plan: &Plan, found: &[MemberResults]) -> Result<String> {
         for (status, what) in [
             (MemberStatus::Killed, "ended without a status"),
             (MemberStatus::Damaged, "damaged, to be rerun by the whole command"),
         ] {
             let such = || found.iter().filter(|f| f.status == status);
-            if let Some(Found { name, reason, .. }) = such().next() {
+            if let Some(MemberResults { name, reason, .. }) = such().next() {
                 let message = format!("{} {what}; the first: {name}: {reason}", such().count());
                 return Err(Error::Incomplete(message));
             }
@@ -163,7 +164,7 @@ impl Study {
     ///
     /// # Errors
     /// A reference of another scene, mesh or law; none that is complete.
-    pub fn can_import(&self, plan: &Plan, other: &Path) -> Result<()> {
+    pub fn check_import(&self, plan: &Plan, other: &Path) -> Result<()> {
         let case = |number: usize| plan.members[number].at.get(1..);
         let mut made = Vec::new();
         for number in self.references(plan) {
@@ -220,7 +221,7 @@ impl Study {
             let known = study.curves.iter().position(|line| line.name == integrator);
             let curve = known.unwrap_or(study.curves.len());
             if known.is_none() {
-                study.curves.push(Line { name: integrator, fixed_steps });
+                study.curves.push(IntegratorCurve { name: integrator, fixed_steps });
             }
             let (name, found) = (point, peer.found);
             case.add(Point { name, curve, tolerance, found, ..Point::default() }, &peer.states);

@@ -16,7 +16,7 @@ use serde::Deserialize;
 
 use crate::model::State;
 use crate::output::ResultDirectory;
-use crate::study::gather::{Found, MemberStatus, states};
+use crate::study::gather::{MemberResults, MemberStatus, states};
 use crate::study::run::Timing;
 use crate::tally::Work;
 
@@ -50,7 +50,7 @@ pub(super) struct PeerRecord {
 pub(super) struct Peer {
     pub(super) record: PeerRecord,
     /// Its results.
-    pub(super) found: Found,
+    pub(super) found: MemberResults,
     /// States that it came to.
     pub(super) states: Vec<State>,
     /// The file of these.
@@ -127,7 +127,7 @@ fn peer(record: PeerRecord, folder: &Path) -> Peer {
         ..Work::default()
     };
     let failed = record.failed.is_some();
-    let found = Found {
+    let found = MemberResults {
         name: record.integrator.clone(),
         status: if failed { MemberStatus::Failed } else { MemberStatus::Complete },
         reason: record.failed.clone().unwrap_or_default(),
@@ -135,7 +135,7 @@ fn peer(record: PeerRecord, folder: &Path) -> Peer {
         work: Some(work),
         start: Some(Work::default()),
         timing: Some(Timing { start: 0.0, steps: record.seconds.clone() }),
-        ..Found::default()
+        ..MemberResults::default()
     };
     let file = folder.join(ResultDirectory::STATES);
     Peer { record, found, states: states::read(&file), file }

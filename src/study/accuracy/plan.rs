@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::advice::Power;
 use super::reference::watched;
-use super::{Line, Quantity, Role, Study};
+use super::{IntegratorCurve, Quantity, Role, Study};
 use crate::kinetics::Search;
 use crate::model::{Model, Policy};
 use crate::num::Short;
@@ -12,7 +12,7 @@ use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
-use crate::study::plan::integrator::Choice;
+use crate::study::plan::integrator::IntegratorChoice;
 use crate::study::plan::{Axis, Plan, seeds};
 
 /// Options of a study.
@@ -163,7 +163,10 @@ impl Study {
         // Neither the loosest nor the tightest.
         let like = 1.min(tolerances.len() - 1) * options.forces.len().max(1);
         base.add_seeds(&plain, like, &mut planned)?;
-        let line = |c: &Choice| Line { name: c.name.clone(), fixed_steps: c.fixed_steps };
+        let line = |c: &IntegratorChoice| IntegratorCurve {
+            name: c.name.clone(),
+            fixed_steps: c.fixed_steps,
+        };
         let study = Self {
             curves: candidates.iter().map(line).collect(),
             runs: planned.iter().map(|(role, _, _)| role.clone()).collect(),
@@ -197,7 +200,7 @@ fn taken(study: &Study, plan: &Plan) -> Vec<Planned> {
 
 impl Base<'_> {
     /// The integrators that are asked for, or those of the `usual` ones that go with the scene.
-    fn candidates(&mut self, usual: &[&str]) -> Result<Vec<Choice>> {
+    fn candidates(&mut self, usual: &[&str]) -> Result<Vec<IntegratorChoice>> {
         let asked = !self.options.integrators.is_empty();
         let texts: Vec<&str> = match asked {
             true => self.options.integrators.iter().map(String::as_str).collect(),
@@ -205,7 +208,7 @@ impl Base<'_> {
         };
         let mut candidates = Vec::new();
         for text in texts {
-            let choice = Choice::read(self.scene, &self.set, text, "--integrator")?;
+            let choice = IntegratorChoice::read(self.scene, &self.set, text, "--integrator")?;
             match self.fault(&choice)? {
                 Some(why) if asked => return Err(Error::Refused(format!("{text}: {why}"))),
                 Some(why) => self.left_out.push(format!("{}: {why}", choice.name)),
@@ -221,7 +224,11 @@ impl Base<'_> {
     }
 
     /// Every integrator at every tolerance with every force tolerance.
-    fn points(&self, candidates: &[Choice], tolerances: &[Positive]) -> Result<Vec<Planned>> {
+    fn points(
+        &self,
+        candidates: &[IntegratorChoice],
+        tolerances: &[Positive],
+    ) -> Result<Vec<Planned>> {
         let mut forces: Vec<Option<f64>> =
             self.options.forces.iter().map(|f| Some(f.get())).collect();
         if forces.is_empty() {
@@ -254,7 +261,7 @@ impl Base<'_> {
         // Without a sheet there are no forces.
         let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
         for (text, tighter) in texts {
-            let read = Choice::read(self.scene, &self.set, text, "--reference");
+            let read = IntegratorChoice::read(self.scene, &self.set, text, "--reference");
             let choice = match read.and_then(|choice| Ok((self.fault(&choice)?, choice))) {
                 Ok((None, choice)) => choice,
                 Ok((Some(why), choice)) => {
@@ -294,7 +301,7 @@ impl Base<'_> {
     }
 
     /// Why an integrator does not go with the scene, if it does not.
-    fn fault(&self, choice: &Choice) -> Result<Option<String>> {
+    fn fault(&self, choice: &IntegratorChoice) -> Result<Option<String>> {
         let Some(tolerance) = self.options.tolerances.first() else {
             return Err(Error::Refused("no tolerances are given".into()));
         };

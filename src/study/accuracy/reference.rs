@@ -13,7 +13,7 @@ use crate::output::ResultDirectory;
 use crate::scene::Scene;
 use crate::study::extent;
 use crate::study::gather::{
-    Distance, Found, Norm, REFERENCES_DIVERGED, first_beyond, read, states,
+    Distance, MemberResults, Norm, REFERENCES_DIVERGED, first_beyond, read, states,
 };
 use crate::study::plan::Plan;
 
@@ -44,7 +44,7 @@ pub(super) struct Reference {
 pub(super) struct Run {
     /// The member of the study that it is.
     pub(super) member: usize,
-    pub(super) found: Found,
+    pub(super) found: MemberResults,
     pub(super) states: Vec<State>,
 }
 

@@ -13,9 +13,11 @@ use crate::solve::stability::Stability;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Timescales {
     /// Rate of the slowest mode of the shape, `λ/drag` per vertex, 1/time.
-    pub shape: f64,
+    #[serde(rename = "shape")]
+    pub shape_rate: f64,
     /// Largest rate of change of a species relative to its size, 1/time.
-    pub chemistry: f64,
+    #[serde(rename = "chemistry")]
+    pub chemistry_rate: f64,
 }
 
 impl Timescales {
@@ -40,20 +42,20 @@ impl Timescales {
         let total: f64 = (0..sheet.triangle_count()).map(corners).sum();
         let mean = total / real(sheet.vertex_count());
         let slowest = spectrum.modes.first().map_or(f64::NAN, |mode| mode.eigenvalue);
-        let chemistry = at.fastest_rate()?;
-        Ok(Some(Self { shape: slowest * mean / drag, chemistry }))
+        let chemistry_rate = at.fastest_rate()?;
+        Ok(Some(Self { shape_rate: slowest * mean / drag, chemistry_rate }))
     }
 
     /// Chemical over elastic rate.
     pub(crate) fn ratio(&self) -> f64 {
-        self.chemistry / self.shape
+        self.chemistry_rate / self.shape_rate
     }
 
     /// Returns an assessment in a sentence.
     #[must_use]
     pub fn verdict(&self) -> String {
         let ratio = self.ratio();
-        let sentence = if !(self.shape > 0.0) {
+        let sentence = if !(self.shape_rate > 0.0) {
             "the start is not stable: its softest mode grows rather than relaxes, and how fast it \
              does is up to the drag; quasi-static jumps to where it leads"
         } else if ratio < 0.01 {
@@ -73,7 +75,7 @@ impl Timescales {
             "slowest mode of the shape {:.3e}, chemistry at its fastest {:.3e} per unit of time, ratio \
              {ratio:.2e}: \
              {sentence}",
-            self.shape, self.chemistry
+            self.shape_rate, self.chemistry_rate
         )
     }
 }

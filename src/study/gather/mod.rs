@@ -96,7 +96,7 @@ fn damaged_file(plan: &Plan, directory: &Path) -> Option<&'static str> {
 
 /// Results of a member, read from its directory.
 #[derive(Debug, Clone, Default)]
-pub struct Found {
+pub struct MemberResults {
     /// Its keys and values.
     pub name: String,
     /// Which value of every axis it has.
@@ -122,10 +122,10 @@ pub struct Found {
     /// Whether its sheet passes through itself in its last state, where its shape moves.
     pub intersection: Option<SelfIntersection>,
     /// Its last output state, for pictures.
-    pub shown: Option<Shown>,
+    pub shown: Option<LastState>,
 }
 
-impl Found {
+impl MemberResults {
     /// Why it did not complete; empty if it did.
     pub(crate) fn why_incomplete(&self) -> &str {
         if self.status == MemberStatus::Complete { "" } else { &self.reason }
@@ -139,7 +139,7 @@ impl Found {
 
 /// The last output state of a member.
 #[derive(Debug, Clone)]
-pub struct Shown {
+pub struct LastState {
     /// Positions.
     pub x: Vec<crate::Vec3>,
     /// Vertices of the triangles.
@@ -150,19 +150,19 @@ pub struct Shown {
 
 /// Reads what there is of all members of the study in `root`; what pictures show only with `pictures`.
 #[must_use]
-pub fn gather(plan: &Plan, root: &Path, pictures: bool) -> Vec<Found> {
+pub fn gather(plan: &Plan, root: &Path, pictures: bool) -> Vec<MemberResults> {
     (0..plan.members.len()).map(|number| read(plan, root, number, pictures)).collect()
 }
 
 /// Reads what there is of member `number` of the study in `root`, with `picture` what that shows.
-pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Found {
+pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> MemberResults {
     let directory = plan.directory(root, number);
     let (status, reason) = status(plan, &directory);
     // The status of a run that continues, or was killed, has no costs.
     let ended = Standing::of(&directory).filter(|s| s.status != RunStatus::Running);
     let measures = read_measures(&directory);
     let steady = status == MemberStatus::Complete && reason == Ending::Steady.to_string();
-    let mut found = Found {
+    let mut found = MemberResults {
         name: plan.name(number),
         at: plan.members.get(number).map(|point| point.at.clone()).unwrap_or_default(),
         status,
@@ -171,7 +171,7 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Fo
         measures,
         timing: Timing::read(&directory),
         shown: if picture { read_shown(&directory) } else { None },
-        ..Found::default()
+        ..MemberResults::default()
     };
     if let Some(ended) = ended {
         (found.seconds, found.memory) = (ended.cpu_seconds, ended.peak_resident_bytes);
@@ -183,7 +183,7 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Fo
 
 /// Returns how many members have which status, as in `4 members: 3 complete, 1 failed`.
 #[must_use]
-pub fn counts(members: &[Found]) -> String {
+pub fn counts(members: &[MemberResults]) -> String {
     let count = |status| members.iter().filter(|f| f.status == status).count();
     let all = MemberStatus::ALL.into_iter().map(|(status, name)| (count(status), name));
     let texts: Vec<String> =
@@ -191,7 +191,7 @@ pub fn counts(members: &[Found]) -> String {
     format!("{} members: {}", members.len(), texts.join(", "))
 }
 
-fn read_shown(directory: &Path) -> Option<Shown> {
+fn read_shown(directory: &Path) -> Option<LastState> {
     let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
     // Of a damaged file nothing is shown.
     let exists = |vertex: &u32| (*vertex as usize) < surface.points.len();
@@ -199,7 +199,7 @@ fn read_shown(directory: &Path) -> Option<Shown> {
         return None;
     }
     let species = surface.point_arrays.into_iter().find(|array| array.components == 1);
-    Some(Shown {
+    Some(LastState {
         x: surface.points,
         triangles: surface.triangles,
         species: species.map(|array| (array.name, array.values)),

@@ -11,7 +11,7 @@ use crate::study::run::slurm::shell_quoted;
 
 /// An integrator for a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Choice {
+pub struct IntegratorChoice {
     /// Its name, with settings that its name does not say.
     pub name: String,
     /// Its table.
@@ -22,7 +22,7 @@ pub struct Choice {
     pub fixed_steps: bool,
 }
 
-impl Choice {
+impl IntegratorChoice {
     /// The integrator `text`, a name or a table that `option` gives, of the scene file `scene` with `set`.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ fn short(number: f64) -> String {
 const ROUNDED: f64 = 1e-15;
 
 /// Returns overrides as options for a shell.
-pub(crate) fn typed(overrides: &[String]) -> String {
+pub(crate) fn set_options(overrides: &[String]) -> String {
     let set = |text: &String| format!("--set {}", shell_quoted(text));
     overrides.iter().map(set).collect::<Vec<_>>().join(" ")
 }

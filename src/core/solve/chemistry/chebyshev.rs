@@ -235,7 +235,7 @@ impl Chebyshev {
             let unit = tolerance.absolute[i] + tolerance.relative * y0[i].abs().max(y[i].abs());
             (estimate / unit).powi(2)
         })];
-        reduction.total(&mut own);
+        reduction.sum_over_ranks(&mut own);
         (own[0] / (real(per_point) * reduction.count(points)).max(1.0)).sqrt()
     }
 }

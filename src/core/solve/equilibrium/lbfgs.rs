@@ -29,7 +29,7 @@ use stored::Made;
 use super::super::counters::Linear;
 use super::gauge::Gauge;
 use super::history::History;
-use super::preconditioner::{Inverse, LARGE, Preconditioner};
+use super::preconditioner::{HessianInverse, LARGE, Preconditioner};
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
@@ -54,7 +54,7 @@ pub struct Lbfgs {
     matrix: BlockMatrix,
     /// Of the preconditioner.
     kind: Preconditioner,
-    inverse: Inverse,
+    inverse: HessianInverse,
     /// Belongs to the factor.
     gauge: Gauge,
     factored: bool,
@@ -86,12 +86,12 @@ impl Lbfgs {
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         drop(scope);
         let reduction = mechanics.sheet().reduction();
-        let kind = options.preconditioner.over(reduction, pattern.rows(), false);
+        let kind = options.preconditioner.for_ranks(reduction, pattern.rows(), false);
         Ok(Self {
             options,
             matrix,
             kind,
-            inverse: Inverse::new(kind, options.precision, &pattern, mechanics)?,
+            inverse: HessianInverse::new(kind, options.precision, &pattern, mechanics)?,
             gauge: Gauge::default(),
             factored: false,
             made: Made::default(),
@@ -128,14 +128,14 @@ impl Lbfgs {
             potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
         // What has been learnt is forgotten only where no step was found with it.
-        if (self.factored && self.inverse.is_learnt()) || self.inverse.begins_with(unit) {
+        if (self.factored && self.inverse.is_matrix_free()) || self.inverse.reset_learnt(unit) {
             self.factored = true;
             self.history.clear();
             return Ok(());
         }
         self.factored = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
-            let plain = self.inverse.is_plain() || self.inverse.trusts_positive();
+            let plain = self.inverse.is_vertexwise() || self.inverse.assumes_positive_definite();
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
                 continue;
             }
@@ -195,12 +195,12 @@ impl Lbfgs {
     fn fit(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<(), SolveError> {
         let pattern = potential.pattern(x);
         let LbfgsSpec { preconditioner, precision, .. } = self.options;
-        let kind = preconditioner.over(potential.reduction(), pattern.rows(), self.supported);
+        let kind = preconditioner.for_ranks(potential.reduction(), pattern.rows(), self.supported);
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
             let mechanics = potential.mechanics();
             let _scope = Linear::of(mechanics.tally()).factors.kept();
-            self.inverse = Inverse::new(kind, precision, &pattern, mechanics)?;
+            self.inverse = HessianInverse::new(kind, precision, &pattern, mechanics)?;
             self.kind = kind;
             self.factored = false;
         }
@@ -243,7 +243,7 @@ impl Lbfgs {
     /// Whether Newton's method can take over: its factor is affordable and wanted, and it holds no vertices.
     fn may_hand_over(&self) -> bool {
         let affordable = self.matrix.pattern().rows() <= LARGE
-            && !self.inverse.is_plain()
+            && !self.inverse.is_vertexwise()
             && !self.inverse.is_over_ranks();
         self.fixed.is_empty() && affordable
     }

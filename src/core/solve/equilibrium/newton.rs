@@ -85,7 +85,7 @@ impl EquilibriumSpec for NewtonSpec {
         self.max_iterations.get()
     }
 
-    fn linear(&self, _: &Mechanics, _: bool) -> Vec<String> {
+    fn linear_systems(&self, _: &Mechanics, _: bool) -> Vec<String> {
         vec![format!(
             "{} of the whole Hessian in double precision, a new one every step",
             self.linear_solver.words()

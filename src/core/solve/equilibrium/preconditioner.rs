@@ -99,7 +99,7 @@ impl Preconditioner {
     }
 
     /// The choice on a sheet of that many vertices, with or without drag, and its reason.
-    pub(super) fn chosen(
+    pub(super) fn choice_lines(
         self,
         precision: FactorPrecision,
         vertices: usize,
@@ -109,16 +109,16 @@ impl Preconditioner {
             Self::Auto => auto,
             _ => "equilibrium.preconditioner selects it".to_owned(),
         };
-        let mut all = self.of_one(precision, vertices, false, &why);
-        if moving && self.on(vertices, true) != self.on(vertices, false) {
-            let later = self.of_one(precision, vertices, true, &why);
+        let mut all = self.phase_lines(precision, vertices, false, &why);
+        if moving && self.for_sheet(vertices, true) != self.for_sheet(vertices, false) {
+            let later = self.phase_lines(precision, vertices, true, &why);
             all = all.into_iter().map(|line| format!("for the start, {line}")).collect();
             all.extend(later.into_iter().map(|line| format!("under drag, {line}")));
         }
         all
     }
 
-    fn of_one(
+    fn phase_lines(
         self,
         precision: FactorPrecision,
         vertices: usize,
@@ -143,7 +143,7 @@ impl Preconditioner {
             )];
         }
         let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
-        if self.on(vertices, moving) == Self::Multigrid {
+        if self.for_sheet(vertices, moving) == Self::Multigrid {
             let why = why(format!("the sheet has more than {most} vertices"));
             return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
         }
@@ -164,7 +164,7 @@ impl Preconditioner {
     }
 
     /// The choice on a sheet of that many vertices, with or without drag.
-    pub(super) fn on(self, vertices: usize, moving: bool) -> Self {
+    pub(super) fn for_sheet(self, vertices: usize, moving: bool) -> Self {
         let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
         match self {
             Self::Auto if vertices <= most => Self::Factor,
@@ -175,12 +175,12 @@ impl Preconditioner {
 
     /// The same on a sheet that may be spread over ranks, of which `rows` vertices are here: there it is multigrid over all
     /// of them where the program has one.
-    pub(super) fn over(self, reduction: &Reduction, rows: usize, moving: bool) -> Self {
+    pub(super) fn for_ranks(self, reduction: &Reduction, rows: usize, moving: bool) -> Self {
         let spread = reduction.distribution().is_some() && self == Self::Auto;
         match linear_solvers::find(DISTRIBUTED) {
             Some(_) if spread => Self::Registered(DISTRIBUTED),
             None if spread => Self::Factor,
-            _ => self.on(whole(reduction.count(rows)), moving),
+            _ => self.for_sheet(whole(reduction.count(rows)), moving),
         }
     }
 
@@ -242,32 +242,32 @@ pub(super) const LARGE: usize = 50_000;
 const LARGE_UNDER_DRAG: usize = 1000;
 
 /// The preconditioner of one relaxation.
-pub(super) struct Inverse {
-    sparse: Sparse,
+pub(super) struct HessianInverse {
+    sparse: BaseInverse,
     low_rank: LowRankUpdate,
     reduction: Reduction,
     meters: Linear,
 }
 
-enum Sparse {
+enum BaseInverse {
     Solver(Box<dyn LinearSolver>),
     /// Inverses of the blocks on the diagonal, and a number for all that is learnt from steps.
     Blocks(Vec<Block>, f64),
     Learnt(Diagonal),
 }
 
-impl Sparse {
+impl BaseInverse {
     /// Solves over all ranks: by the solver's own means, or else as additive Schwarz method, the sum of the solutions on
     /// the overlapping parts of the sheet.
     fn solve_over(&mut self, reduction: &Reduction, rhs: &mut [Vec3]) {
         if self.is_local() {
-            reduction.update(rhs);
+            reduction.update_ghosts(rhs);
             self.solve(rhs);
-            reduction.add_up(rhs);
+            reduction.add_ghosts_to_owners(rhs);
         } else {
             self.solve(rhs);
         }
-        reduction.update(rhs);
+        reduction.update_ghosts(rhs);
     }
 
     /// Whether it solves for the part of this rank by itself.
@@ -286,7 +286,7 @@ impl Sparse {
     }
 }
 
-impl Inverse {
+impl HessianInverse {
     /// Prepares what depends on the pattern only.
     pub(super) fn new(
         kind: Preconditioner,
@@ -299,16 +299,16 @@ impl Inverse {
         let _scope = meters.factors.kept();
         let rows = pattern.rows();
         let vertices = whole(reduction.count(rows));
-        let sparse = match kind.on(vertices, false) {
-            Preconditioner::Blocks => Sparse::Blocks(vec![Block::zeros(); rows], 1.0),
-            Preconditioner::None => Sparse::Learnt(Diagonal::new(rows, 1.0)),
-            Preconditioner::Multigrid => Sparse::Solver(Box::new(Multigrid::new(pattern)?)),
-            Preconditioner::Registered(_) => Sparse::Solver(kind.registered(pattern)?),
+        let sparse = match kind.for_sheet(vertices, false) {
+            Preconditioner::Blocks => BaseInverse::Blocks(vec![Block::zeros(); rows], 1.0),
+            Preconditioner::None => BaseInverse::Learnt(Diagonal::new(rows, 1.0)),
+            Preconditioner::Multigrid => BaseInverse::Solver(Box::new(Multigrid::new(pattern)?)),
+            Preconditioner::Registered(_) => BaseInverse::Solver(kind.registered(pattern)?),
             Preconditioner::Factor | Preconditioner::Auto => {
                 let double = precision.is_double(vertices);
                 let new =
                     if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
-                Sparse::Solver(Box::new(new(Arc::clone(pattern))?))
+                BaseInverse::Solver(Box::new(new(Arc::clone(pattern))?))
             }
         };
         Ok(Self { sparse, low_rank: LowRankUpdate::default(), reduction, meters })
@@ -326,19 +326,19 @@ impl Inverse {
         let Self { sparse, low_rank, reduction, meters } = self;
         let _scope = meters.factorise();
         match sparse {
-            Sparse::Solver(solver) => {
+            BaseInverse::Solver(solver) => {
                 let made = solver.factorise(matrix, x, insist);
                 if !reduction.all(made.is_ok()) {
                     return Err(NotPositive);
                 }
             }
-            Sparse::Blocks(inverses, scale) => {
+            BaseInverse::Blocks(inverses, scale) => {
                 *scale = 1.0;
                 let unit = matrix.mean_diagonal();
                 parallel::update(inverses, |i, inverse| *inverse = inverted(matrix, i, unit));
             }
             // It has no use for a matrix.
-            Sparse::Learnt(_) => {}
+            BaseInverse::Learnt(_) => {}
         }
         let solve = |rhs: &mut [Vec3]| sparse.solve_over(reduction, rhs);
         *low_rank = LowRankUpdate::new(terms, reduction, solve);
@@ -347,8 +347,8 @@ impl Inverse {
 
     /// Whether vertices are taken for themselves, which makes the whole Hessian no better than its positive
     /// part, and stiffnesses are learnt from steps.
-    pub(super) fn is_plain(&self) -> bool {
-        matches!(self.sparse, Sparse::Blocks(..) | Sparse::Learnt(_))
+    pub(super) fn is_vertexwise(&self) -> bool {
+        matches!(self.sparse, BaseInverse::Blocks(..) | BaseInverse::Learnt(_))
     }
 
     /// Whether it is the sum of solutions on the parts of the ranks, for which what is outermost in each is fixed.
@@ -357,8 +357,8 @@ impl Inverse {
     }
 
     /// Whether it assumes positive definite matrices and gives no descent direction with others.
-    pub(super) fn trusts_positive(&self) -> bool {
-        matches!(&self.sparse, Sparse::Solver(solver) if solver.is_distributed())
+    pub(super) fn assumes_positive_definite(&self) -> bool {
+        matches!(&self.sparse, BaseInverse::Solver(solver) if solver.is_distributed())
     }
 
     /// Whether the sheet is spread over ranks.
@@ -368,23 +368,24 @@ impl Inverse {
 
     /// Whether it detects an indefinite matrix; over ranks no solver does.
     pub(super) fn detects_indefinite(&self) -> bool {
-        let detects = matches!(&self.sparse, Sparse::Solver(solver) if solver.detects_indefinite());
+        let detects =
+            matches!(&self.sparse, BaseInverse::Solver(solver) if solver.detects_indefinite());
         detects && !self.is_over_ranks()
     }
 
     /// Whether it reads the shape.
     pub(super) fn reads_shape(&self) -> bool {
-        matches!(&self.sparse, Sparse::Solver(solver) if solver.reads_shape())
+        matches!(&self.sparse, BaseInverse::Solver(solver) if solver.reads_shape())
     }
 
     /// Whether it has no use for a matrix.
-    pub(super) fn is_learnt(&self) -> bool {
-        matches!(self.sparse, Sparse::Learnt(_))
+    pub(super) fn is_matrix_free(&self) -> bool {
+        matches!(self.sparse, BaseInverse::Learnt(_))
     }
 
-    /// Forgets what was learnt where [`Self::is_learnt`], which it says: the same stiffness `unit` everywhere.
-    pub(super) fn begins_with(&mut self, unit: f64) -> bool {
-        let Sparse::Learnt(diagonal) = &mut self.sparse else { return false };
+    /// Forgets what was learnt where [`Self::is_matrix_free`], which it says: the same stiffness `unit` everywhere.
+    pub(super) fn reset_learnt(&mut self, unit: f64) -> bool {
+        let BaseInverse::Learnt(diagonal) = &mut self.sparse else { return false };
         diagonal.reset(unit);
         true
     }
@@ -393,9 +394,9 @@ impl Inverse {
     /// after). Of blocks M it is their size, `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
     pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
         match &mut self.sparse {
-            Sparse::Solver(_) => {}
-            Sparse::Learnt(diagonal) => diagonal.learn(x, gradient, &self.reduction),
-            Sparse::Blocks(inverses, scale) => {
+            BaseInverse::Solver(_) => {}
+            BaseInverse::Learnt(diagonal) => diagonal.learn(x, gradient, &self.reduction),
+            BaseInverse::Blocks(inverses, scale) => {
                 let change = |i: usize| gradient.1[i] - gradient.0[i];
                 let all = inverses.len();
                 let along = self.reduction.sum(all, |i| (x.1[i] - x.0[i]).dot(&change(i)));
@@ -417,7 +418,7 @@ impl Inverse {
     }
 }
 
-/// What an [`Inverse`] has learnt besides the matrix that it is made of.
+/// What an [`HessianInverse`] has learnt besides the matrix that it is made of.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Learnt {
     /// The memory of a solver.
@@ -427,13 +428,13 @@ pub(super) enum Learnt {
     Diagonal(Diagonal),
 }
 
-impl Inverse {
+impl HessianInverse {
     /// What it has learnt.
     pub(super) fn learnt(&self) -> Learnt {
         match &self.sparse {
-            Sparse::Solver(solver) => Learnt::Solver(solver.memory()),
-            Sparse::Blocks(_, scale) => Learnt::Scale(*scale),
-            Sparse::Learnt(diagonal) => Learnt::Diagonal(diagonal.clone()),
+            BaseInverse::Solver(solver) => Learnt::Solver(solver.memory()),
+            BaseInverse::Blocks(_, scale) => Learnt::Scale(*scale),
+            BaseInverse::Learnt(diagonal) => Learnt::Diagonal(diagonal.clone()),
         }
     }
 
@@ -445,9 +446,11 @@ impl Inverse {
     /// Takes over what one of the same kind has learnt: a solver before the matrix, others after it.
     pub(super) fn restore(&mut self, learnt: Learnt) -> Result<(), Malformed> {
         match (&mut self.sparse, learnt) {
-            (Sparse::Solver(solver), Learnt::Solver(memory)) => solver.restore(&memory)?,
-            (Sparse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
-            (Sparse::Learnt(own), Learnt::Diagonal(diagonal)) if own.rows() == diagonal.rows() => {
+            (BaseInverse::Solver(solver), Learnt::Solver(memory)) => solver.restore(&memory)?,
+            (BaseInverse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
+            (BaseInverse::Learnt(own), Learnt::Diagonal(diagonal))
+                if own.rows() == diagonal.rows() =>
+            {
                 *own = diagonal;
             }
             _ => return Err(Malformed),

@@ -92,7 +92,7 @@ impl IntegratorSpec for MonolithicSpec {
         ]
     }
 
-    fn differentiates(&self) -> bool {
+    fn uses_jacobian(&self) -> bool {
         true
     }
 

@@ -27,11 +27,11 @@
 //! Stainier, Comput. Methods Appl. Mech. Engrg. 171 (1999), doi:10.1016/S0045-7825(98)00219-9 (incremental
 //! potentials).
 
+mod first_equilibrium;
 mod jumps;
-mod release;
 mod rest;
 
-pub(super) use release::release;
+pub(super) use first_equilibrium::first_equilibrium;
 
 use serde::{Deserialize, Serialize};
 
@@ -64,10 +64,10 @@ const SAFETY: f64 = 0.9;
 const FACTORS: (f64, f64) = (0.1, 2.0);
 /// A sub-step that has failed is repeated at this share of its length;
 const SHRINK: f64 = 0.1;
-/// at this share of the step the step has failed,
+/// at this share of the step the step has failed.
 const SHORTEST: f64 = 1e-6;
-/// or after so many times the iterations after which a single relaxation has.
-const MOST: u64 = 3;
+/// The step has failed after so many times the iterations of a single relaxation that has.
+const ITERATION_BUDGET: u64 = 3;
 
 /// A shape that follows its equilibrium, with what it keeps from step to step.
 #[derive(Debug, Default, Clone)]
@@ -144,7 +144,7 @@ impl EquilibriumPath {
         let (start, end) = route.clock();
         let viscosity = viscosity(workspace, route, state)?;
         let step = self.step.unwrap_or(end - start);
-        let most = workspace.iterations() + MOST * workspace.most_iterations();
+        let most = workspace.iterations() + ITERATION_BUDGET * workspace.most_iterations();
         let mut course = Course { viscosity, most, t: start, step, ..Course::default() };
         let drag = viscosity / (end - start);
         for attempt in 0.. {

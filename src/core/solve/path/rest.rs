@@ -14,7 +14,7 @@ use super::super::incremental_potential::Motion;
 use super::super::route::Route;
 use super::super::workspace::Search;
 use super::super::{Result, SolveError, Workspace, diagnosis};
-use super::{DISPLACEMENT, MOST, SAFETY, SHRINK, factor, radius, sub_step, viscosity};
+use super::{DISPLACEMENT, ITERATION_BUDGET, SAFETY, SHRINK, factor, radius, sub_step, viscosity};
 use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
@@ -126,7 +126,7 @@ pub(super) fn flow(
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
     // Pseudo-time at fixed conditions.
     let (mut t, mut step) = (end, end - start);
-    let most = workspace.iterations() + MOST * workspace.most_iterations();
+    let most = workspace.iterations() + ITERATION_BUDGET * workspace.most_iterations();
     let (mut tries, mut speed) = (0, 0.0);
     let longest = LONGEST * (end - start);
     while workspace.iterations() <= most && tries < TRIES && step < longest {

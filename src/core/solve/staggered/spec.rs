@@ -94,11 +94,11 @@ impl IntegratorSpec for StaggeredSpec {
         !self.needs_sparse_motion(policy)
     }
 
-    fn knows_directions_of_drag(&self) -> bool {
+    fn supports_anisotropic_drag(&self) -> bool {
         self.motion() != MotionMethod::TrBdf2
     }
 
-    fn goes_over_ranks(&self, policy: Storage) -> bool {
+    fn supports_ranks(&self, policy: Storage) -> bool {
         use ChemistryMethod as M;
         let explicit = matches!(self.chemistry.unwrap_or(self.usual()), M::Euler | M::Chebyshev);
         explicit && policy.chemistry > 0.0 && self.motion() != MotionMethod::TrBdf2

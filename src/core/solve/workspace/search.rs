@@ -95,7 +95,7 @@ impl Workspace {
     ///
     /// # Errors
     /// As for [`Workspace::relax`].
-    pub fn minimise(
+    pub fn relax_anchored(
         &mut self,
         state: &mut State,
         anchor: Anchor,
@@ -153,7 +153,7 @@ impl Workspace {
             interrupted: &|| control.interrupted(),
             report: &|done| control.report(|| relaxing(done)),
         };
-        let done = minimise(&mut *relaxer.equilibrium, potential, (&mut x, &led), &goal)
+        let done = relax_anchored(&mut *relaxer.equilibrium, potential, (&mut x, &led), &goal)
             .map_err(|error| explained(error, potential, &x, tolerance));
         let anchor = potential.take_anchor();
         potential.set_hold(None);
@@ -170,7 +170,7 @@ impl Workspace {
 }
 
 /// Moves `x` to where pins lead it, by incremental loading, and to the minimum there.
-fn minimise(
+fn relax_anchored(
     method: &mut dyn Equilibrium,
     potential: &mut Potential,
     (x, led): (&mut [Vec3], &[Vec3]),

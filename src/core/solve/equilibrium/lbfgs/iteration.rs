@@ -125,7 +125,7 @@ impl Lbfgs {
         let energy = self.evaluate(potential, x, &mut gradient);
         let mut at = Iterate::new(gradient, energy);
         let rules = self.begin(potential, goal);
-        let kinks = rules.turns && self.inverse.is_plain();
+        let kinks = rules.turns && self.inverse.is_vertexwise();
         let patience = if kinks { patience.min(KINK) } else { patience };
         let mut progress = Progress::new(energy, potential.residual(&at.gradient), patience);
         loop {
@@ -238,12 +238,12 @@ impl Lbfgs {
         self.gauge = Gauge::of(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
         self.weight = rules.weight;
-        at.stiffest = self.shift >= MOST_SHIFT || self.inverse.is_learnt();
+        at.stiffest = self.shift >= MOST_SHIFT || self.inverse.is_matrix_free();
         self.shift = (0.1 * self.shift).max(SHIFT);
         let small = potential.reduction().count(x.len()) <= real(SMALL);
         let far = small && at.done.residual > NEARLY_AT_REST;
-        let usual = match (self.inverse.is_plain(), far) {
-            (true, _) if self.inverse.is_learnt() => REFRESH_PLAIN.1,
+        let usual = match (self.inverse.is_vertexwise(), far) {
+            (true, _) if self.inverse.is_matrix_free() => REFRESH_PLAIN.1,
             (true, _) => REFRESH_PLAIN.0,
             (false, true) => REFRESH.0,
             (false, false) => REFRESH.1,
@@ -324,7 +324,7 @@ impl Lbfgs {
     /// Takes the trial step, to the energy `e`, and learns from it.
     fn accept(&mut self, potential: &Potential, x: &mut [Vec3], at: &mut Iterate, e: f64) {
         self.history.remember((x, &at.trial), (&at.gradient, &at.trial_gradient));
-        if self.inverse.is_plain() {
+        if self.inverse.is_vertexwise() {
             self.inverse.learn((x, &at.trial), (&at.gradient, &at.trial_gradient));
         }
         x.copy_from_slice(&at.trial);

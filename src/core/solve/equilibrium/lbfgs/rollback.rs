@@ -21,7 +21,7 @@ pub(super) struct Mark {
 impl Lbfgs {
     pub(super) fn set_mark(&mut self) {
         let Self { factored, weight, shift, refresh, .. } = *self;
-        let record = self.inverse.is_plain().then(|| self.written());
+        let record = self.inverse.is_vertexwise().then(|| self.written());
         self.mark = Some(Mark { factored, weight, shift, refresh, record });
     }
 

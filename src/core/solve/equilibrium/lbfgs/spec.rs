@@ -86,15 +86,15 @@ impl EquilibriumSpec for LbfgsSpec {
         self.max_iterations.get()
     }
 
-    fn linear(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
-        self.preconditioner.chosen(self.precision, mechanics.sheet().vertex_count(), moving)
+    fn linear_systems(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
+        self.preconditioner.choice_lines(self.precision, mechanics.sheet().vertex_count(), moving)
     }
 
-    fn goes_over_ranks(&self) -> bool {
+    fn supports_ranks(&self) -> bool {
         self.preconditioner != Preconditioner::Multigrid && self.collapse.is_none()
     }
 
-    fn history(&self, vertices: usize) -> usize {
+    fn history_bytes(&self, vertices: usize) -> usize {
         2 * self.memory.get() * vertices * size_of::<crate::Vec3>()
     }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::preconditioner::{Inverse, Learnt, Preconditioner};
+use super::super::preconditioner::{HessianInverse, Learnt, Preconditioner};
 use super::Lbfgs;
 use crate::Vec3;
 use crate::effects::LowRank;
@@ -65,7 +65,7 @@ impl Lbfgs {
             learnt: self.inverse.learnt(),
             factor: self.factored.then(|| Factor {
                 motions: Cow::Borrowed(self.gauge.motions()),
-                matrix: (!self.inverse.is_learnt()).then(|| self.matrix_memory()),
+                matrix: (!self.inverse.is_matrix_free()).then(|| self.matrix_memory()),
             }),
         })
     }
@@ -91,7 +91,7 @@ impl Lbfgs {
         let reduction = mechanics.sheet().reduction();
         self.kind = match self.options.preconditioner {
             auto @ Preconditioner::Auto if reduction.distribution().is_some() => {
-                auto.over(reduction, mechanics.sheet().vertex_count(), false)
+                auto.for_ranks(reduction, mechanics.sheet().vertex_count(), false)
             }
             Preconditioner::Auto if multigrid => Preconditioner::Multigrid,
             Preconditioner::Auto => Preconditioner::Factor,
@@ -116,7 +116,7 @@ impl Lbfgs {
             }
             _ => Arc::clone(mechanics.pattern()),
         };
-        self.inverse = Inverse::new(self.kind, self.options.precision, &pattern, mechanics)
+        self.inverse = HessianInverse::new(self.kind, self.options.precision, &pattern, mechanics)
             .map_err(|_| Malformed)?;
         let (before, after) = match learnt {
             Learnt::Solver(_) => (Some(learnt), None),

@@ -22,7 +22,7 @@ use crate::parallel;
 ///
 /// # Errors
 /// If the model has no value there, or no equilibrium is found.
-pub(in crate::solve) fn release(
+pub(in crate::solve) fn first_equilibrium(
     workspace: &mut Workspace,
     state: &mut State,
 ) -> Result<Relaxation> {
