@@ -164,6 +164,7 @@ fn on(
     }
     // A start that no sheet can have is refused; later a run would end with it.
     simulation.evaluate().length_factor()?;
+    simulation.evaluate().curvature()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     Ok(simulation)
 }

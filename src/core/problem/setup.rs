@@ -187,6 +187,14 @@ impl Problem<'_> {
             check_internal(number, &all.internal, &effect.internal)?;
             all.add(effect);
         }
+        let across =
+            law.is_some_and(|law| law.kinetics.descriptor().capabilities.length_factor_across);
+        if across && all.direction.is_none() {
+            let message =
+                "the law has a length factor across a fibre, and no effect gives the fibre";
+            let help = "add [[effect]] kind = \"directed-growth\" with its fibre";
+            return Err(ProblemError::new(Part::Law, message, Some(help)));
+        }
         Ok(all)
     }
 

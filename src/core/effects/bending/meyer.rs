@@ -235,6 +235,17 @@ impl Energy for MeyerBending {
         }
     }
 
+    fn curvature_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if let Some(curved) = &self.curved {
+            curved.curvature_derivatives(self, shape, work, emit);
+        }
+    }
+
     fn evaluate(
         &self,
         shape: &Shape<'_>,
