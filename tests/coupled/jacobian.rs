@@ -301,7 +301,7 @@ fn with_fibres(sheet: &Arc<Sheet>, across: Option<f64>) -> Arc<Model> {
         measure: Measure::Amount,
         read: None,
     };
-    let fibre = Fibre(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
+    let fibre = Fibre::Components(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
     let direction = DirectedGrowth { fibre, across }.build(&context).unwrap().direction;
     let stvk = EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper));
     let signals = Signals::new(

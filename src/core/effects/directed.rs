@@ -11,15 +11,18 @@
 //!
 //! The lengths are those of the metric `Φ² a⊗a + Φ_⊥² (1 - a⊗a)` (`growth.rs`).
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
+use super::field::named;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Needs};
 
 /// Parameters in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DirectedGrowth {
-    /// The direction, three numbers or formulas of `x`, `y` and `z`.
+    /// The direction.
     pub fibre: Fibre,
     /// The exponent p of growth across it; 0 without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -30,6 +33,14 @@ pub struct DirectedGrowth {
 impl EffectSpec for DirectedGrowth {
     fn needs(&self) -> Needs {
         Needs { species: true, ..Needs::default() }
+    }
+
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        named([("fibre.file", self.fibre.file())])
+    }
+
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.fibre.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -56,7 +67,7 @@ impl EffectSpec for DirectedGrowth {
         if !across.is_finite() {
             return refuse(format!("the exponent is {across}"), "a finite number");
         }
-        let square = self.fibre.along_edges(context.sheet)?;
+        let square = self.fibre.along_edges(context)?;
         let direction = Direction { square, across };
         Ok(Effect { direction: Some(direction), ..Effect::default() })
     }

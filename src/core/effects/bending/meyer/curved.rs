@@ -45,7 +45,8 @@ use crate::Vec3;
 use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
 use crate::effects::bending::rest::{Curved, RestShape, SPONTANEOUS_CURVATURE};
-use crate::effects::{Elasticity, Energy};
+use crate::effects::material::at_vertices;
+use crate::effects::{Elasticity, Energy, Material, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -64,8 +65,8 @@ pub(super) struct CurvedRest {
     spontaneous: Vec<f64>,
     /// Whether the C₀ that the law gives is added.
     follows_law: bool,
-    /// `1 - s`.
-    share: f64,
+    /// `1 - s` of every vertex.
+    share: Values,
 }
 
 #[derive(Debug)]
@@ -119,13 +120,16 @@ impl Point {
 
 impl CurvedRest {
     pub(super) fn new(material: &Elasticity, sheet: &Sheet, rest: &RestShape) -> Self {
-        let share = SHARE * (1.0 - material.poisson);
-        let rigidity = || material.bending_rigidity().map(|rigidity| share * rigidity);
+        let share = |material: &Material| SHARE * (1.0 - material.poisson);
+        let rigidity = || material.each(|m| share(m) * m.bending_rigidity());
         let shaped = rest.positions.as_ref().map(|positions| Shaped {
             positions: positions.clone(),
             hinges: HingeBending::with_rigidity(sheet, &rigidity(), &RestShape::at(positions)),
         });
-        let left = if shaped.is_some() { 1.0 - share } else { 1.0 };
+        let left = match &shaped {
+            None => Values::Same(1.0),
+            Some(_) => vertices_share(material, sheet, share),
+        };
         let spontaneous = rest.spontaneous.clone().unwrap_or_default();
         Self { shaped, spontaneous, follows_law: rest.follows_law, share: left }
     }
@@ -193,8 +197,9 @@ impl CurvedRest {
         }
         let rest = work.mean[i];
         let p = 0.5 * at.along() - rest * at.area;
-        let density = 0.5 * self.share * b * p * p / at.area;
-        let pull = self.share * b * p / at.area - b * c0;
+        let share = self.share.at(i);
+        let density = 0.5 * share * b * p * p / at.area;
+        let pull = share * b * p / at.area - b * c0;
         let derivatives = VertexDerivatives {
             by_vector: 0.5 * pull * at.normal,
             by_area: constant - density / at.area - rest * pull,
@@ -276,7 +281,7 @@ impl CurvedRest {
         let (stiffness, pull) = match self.shaped {
             None => (0.0, -b * c0),
             Some(_) => {
-                let stiffness = self.share * b / at.area;
+                let stiffness = self.share.at(i) * b / at.area;
                 (stiffness, stiffness * (0.5 * along - work.mean[i] * at.area) - b * c0)
             }
         };
@@ -359,6 +364,20 @@ impl CurvedRest {
             }
         }
     }
+}
+
+/// `1 - s` of every vertex with the share s of every triangle: weighted by B, so that both parts add up to the B of a vertex.
+fn vertices_share(
+    material: &Elasticity,
+    sheet: &Sheet,
+    share: impl Fn(&Material) -> f64,
+) -> Values {
+    if material.poisson.is_uniform() {
+        return Values::Same(1.0 - share(&material.largest()));
+    }
+    let part = at_vertices(&material.each(|m| (1.0 - share(m)) * m.bending_rigidity()), sheet);
+    let whole = at_vertices(&material.bending_rigidity(), sheet);
+    Values::Each((0..sheet.vertex_count()).map(|i| part.at(i) / whole.at(i)).collect())
 }
 
 /// Mean factor `l̄/l⁰` of the edges around vertex `i`.
